@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+# What every Warmfront target has in common.
+
+if(WARMFRONT_SANITIZE)
+  # No recovery: the first report fails the run.
+  add_compile_options(-fsanitize=${WARMFRONT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+  add_link_options(-fsanitize=${WARMFRONT_SANITIZE})
+  # Function multiversioning resolves before a sanitizer's runtime is up.
+  add_compile_definitions(WARMFRONT_NO_TARGET_CLONES)
+endif()
+
+# warmfront_target(NAME): the language level, the warnings and the include root.
+function(warmfront_target name)
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wno-psabi
+                                         $<$<BOOL:${WARMFRONT_WERROR}>:-Werror>)
+endfunction()

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a caller may choose of a collider, and the defaults. Plain values, constant once a collider is built.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "engine/result.h"
+
+namespace warmfront {
+
+/// How an elementary test decides (DESIGN 4): the user's dial between speed and accuracy.
+enum class Tier : std::uint8_t { kFast, kCertified, kExact };
+
+/// What is kept of the bounding volume test tree between steps. All modes give the same contacts.
+enum class FrontMode : std::uint8_t {
+  kNone,   ///< nothing: traverse from the root each step (the paper's 4-stage baseline)
+  kPaper,  ///< sprout only, deferred rebuild (Tang, Manocha, Tong 2009, section 4.3)
+  kWarm,   ///< sprout and prune: the updated front equals the one built from scratch
+};
+
+/// Which swept bounding volume the hierarchy uses.
+enum class BoundsKind : std::uint8_t { kAabb, kKDop18 };
+
+/// What a step answers with.
+enum class Report : std::uint8_t {
+  kAll,       ///< every contact
+  kEarliest,  ///< the contacts with the least toi of the step only (ties included); later work is pruned
+  kCount,     ///< how many, without the list
+};
+
+struct ColliderOptions {
+  Tier tier = Tier::kCertified;
+  /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the largest
+  /// coordinate extent of its four vertices over the step). In (0, 1].
+  double tolerance = 1e-6;
+  /// A pair is in contact when it comes within this distance, in the scene's length unit. Finite, >= 0.
+  double min_separation = 0.0;
+  Report report = Report::kAll;
+  FrontMode front = FrontMode::kWarm;
+  BoundsKind bounds = BoundsKind::kKDop18;
+  /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem holds.
+  bool normal_cones = true;
+  /// Most triangles a leaf of the hierarchy holds: 1, 2, 4 or 8.
+  std::uint32_t leaf_size = 4;
+  /// `paper` mode: rebuild the front after this many steps in a row in which it did not grow. 0: never.
+  std::uint32_t rebuild_after_stalled_steps = 3;
+  /// `paper` mode: rebuild the front every this many steps. 0: never.
+  std::uint32_t rebuild_every_steps = 0;
+  /// Above this many bytes the front is dropped and steps traverse from the root, with the same answer.
+  std::size_t max_front_bytes = std::size_t{4} << 30;
+  /// A step with more contacts than this fails with kResourceExhausted (report kAll and kEarliest).
+  std::size_t max_contacts = 50'000'000;
+};
+
+/// Checks the ranges stated above and names the first field out of range.
+Status validate(const ColliderOptions& options);
+
+/// The names used on command lines, on the wire's text forms and in JSON: "certified", "warm", "kdop18", "all", ...
+std::string_view to_string(Tier tier);
+std::string_view to_string(FrontMode mode);
+std::string_view to_string(BoundsKind kind);
+std::string_view to_string(Report report);
+Result<Tier> parse_tier(std::string_view name);
+Result<FrontMode> parse_front_mode(std::string_view name);
+Result<BoundsKind> parse_bounds_kind(std::string_view name);
+Result<Report> parse_report(std::string_view name);
+
+}  // namespace warmfront

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a step measured of itself. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace warmfront {
+
+/// What became of the front in a step.
+enum class FrontState : std::uint8_t {
+  kNone,     ///< mode `none`: traversed from the root
+  kBuilt,    ///< built from scratch, the first time
+  kUpdated,  ///< updated from the step before
+  kRebuilt,  ///< rebuilt: the paper's rule, or the hierarchy was rebuilt
+  kCapped,   ///< longer than the cap: traversed from the root
+};
+std::string_view to_string(FrontState state);
+
+/// Wall-clock milliseconds. `front` and `elementary` run interleaved, block by block: their common wall time is divided
+/// in the ratio of the time that all threads spent in each.
+struct StageTimes {
+  double total = 0;
+  double refit = 0;       ///< motion, swept bounds, hierarchy refit or build, normal cones
+  double front = 0;       ///< front build or update, triangle pair bounds, ownership
+  double elementary = 0;  ///< elementary tests of non-adjacent pairs, and gathering the answer
+  double adjacent = 0;    ///< elementary tests of the orphan sets
+};
+
+/// Deterministic counts: the same for any number of threads.
+struct StepCounts {
+  std::uint64_t bv_tests = 0;          ///< overlap tests between hierarchy nodes
+  std::uint64_t front_pairs = 0;       ///< length of the front after the step
+  std::uint64_t front_bytes = 0;       ///< memory the front holds
+  std::uint64_t front_sprouted = 0;    ///< front pairs that were opened
+  std::uint64_t front_pruned = 0;      ///< front pairs that were folded into an ancestor
+  std::uint64_t triangle_pairs = 0;    ///< non-adjacent triangle pairs whose swept bounds overlap
+  std::uint64_t adjacent_pairs = 0;    ///< adjacent triangle pairs met and left to the orphan sets
+  std::uint64_t cone_culled_pairs = 0; ///< triangle pairs left out by normal cone and contour
+  std::uint64_t cone_patches = 0;      ///< patches whose self-collision was culled in this step
+  std::uint64_t elementary_tests = 0;  ///< feature pairs given to the elementary cascade, orphans included
+  std::uint64_t orphan_tests = 0;      ///< of these, from the orphan sets
+  std::uint64_t bounds_passed = 0;     ///< left after the swept 18-DOPs of the features
+  std::uint64_t coplanarity_passed = 0;///< left after the coplanarity filter
+  std::uint64_t exact_tests = 0;       ///< decided by exact arithmetic
+};
+
+struct StepStatistics {
+  StageTimes ms;
+  StepCounts counts;
+  FrontState front_state = FrontState::kNone;
+};
+
+}  // namespace warmfront
