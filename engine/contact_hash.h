@@ -2,19 +2,27 @@
 // A fingerprint of answers, so that two ways to compute them can be compared over whole sequences.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
 
 #include "engine/contact.h"
+#include "engine/scene/scene.h"
 
 namespace warmfront {
 
-/// 64-bit FNV-1a over, for each step, the number of contacts and each contact's kind, status, a, b and the bits of toi, in
-/// order. Equal hashes over a sequence mean the same contacts, bit for bit and in the same order. Not thread-safe.
+/// 64-bit FNV-1a over, for each step, the number of contacts and each contact's kind, status, four vertices (as
+/// Scene::vertices_of gives them) and the bits of toi, in order. Equal hashes over a sequence mean the same contacts, bit
+/// for bit and in the same order. Not thread-safe.
 class ContactHash {
  public:
-  void add_step(std::span<const Contact> contacts);
+  void add_step(const Scene& scene, std::span<const Contact> contacts);
+
+  /// The same in pieces, for answers that came over the wire: once a step, then once a contact.
+  void begin_step(std::uint64_t contact_count);
+  void add(ContactKind kind, ContactStatus status, const std::array<std::uint32_t, 4>& vertices, double toi);
+
   std::uint64_t value() const { return state_; }
   /// 16 lower-case hexadecimal digits.
   std::string hex() const;
