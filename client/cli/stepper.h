@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a verb needs of a collider, wherever it runs: in this process or behind a daemon.
+// A stepper is used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client/io/contact_record.h"
+#include "engine/collider.h"
+#include "engine/options.h"
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+#include "engine/statistics.h"
+
+namespace warmfront::client {
+
+/// One step's answer, owned: it outlives the step.
+struct StepAnswer {
+  std::uint64_t vf = 0;                ///< vertex-face contacts
+  std::uint64_t ee = 0;                ///< edge-edge contacts
+  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded
+  std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
+  /// In the engine's order; empty for Report::kCount.
+  std::vector<ContactRecord> contacts;
+  StepStatistics statistics;
+};
+
+/// Steps from frame to frame. It is made with a scene and the positions of frame 0.
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+
+  /// Tests the motion from the positions last given to `positions`, (n, 3) row-major, and makes them current.
+  /// Errors as Collider::step() gives them; a remote stepper adds those of its connection.
+  virtual Result<StepAnswer> step(const Positions& positions) = 0;
+
+  /// How many threads answer.
+  virtual int threads() const = 0;
+};
+
+/// A stepper in this process. `threads` >= 1, or 0 for as many as the machine has. Fails as Scene::create()
+/// and Collider::create() do.
+Result<std::unique_ptr<Stepper>> make_local_stepper(const SceneDescription& scene, const Positions& positions,
+                                                    const ColliderOptions& options, int threads);
+
+}  // namespace warmfront::client
