@@ -16,6 +16,12 @@ enum class ErrorCode {
   kUnimplemented,       ///< a feature this build does not have
   kCancelled,           ///< the caller asked to stop
   kInternal,            ///< an invariant broke
+  // The engine itself never gives these: they are what a service in between adds.
+  kNotFound,          ///< no such session
+  kAlreadyExists,     ///< the id is taken
+  kAborted,           ///< someone else holds what was asked for, or changed it
+  kDeadlineExceeded,  ///< not done in the time stated
+  kUnavailable,       ///< the service cannot be reached, or is about to stop; trying again may help
 };
 
 /// An error: its kind, and one sentence that says what, where (field, index) and what to do.
