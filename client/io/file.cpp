@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files: see file.h.
+#include "client/io/file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+namespace warmfront::client {
+namespace {
+
+Error file_error(const std::string& path, const char* what, int code) {
+  return invalid_argument(path + ": " + what + ": " + std::generic_category().message(code));
+}
+
+}  // namespace
+
+Result<std::string> read_file(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return file_error(path, "cannot read", EISDIR);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  if (!file) return file_error(path, "cannot open", errno);
+  std::string bytes;
+  // Read what there is rather than trust a size: pipes have none.
+  constexpr std::size_t kBlock = std::size_t{1} << 20;
+  for (;;) {
+    const std::size_t have = bytes.size();
+    bytes.resize(have + kBlock);
+    const std::size_t got = std::fread(bytes.data() + have, 1, kBlock, file.get());
+    bytes.resize(have + got);
+    if (got < kBlock) break;
+  }
+  if (std::ferror(file.get())) return file_error(path, "cannot read", errno);
+  return bytes;
+}
+
+Result<OutputFile> OutputFile::create(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (!file) return file_error(path, "cannot write", errno);
+  std::setvbuf(file, nullptr, _IOFBF, std::size_t{1} << 18);
+  return OutputFile(path, file);
+}
+
+void OutputFile::write(std::string_view bytes) {
+  if (error_ != 0 || !file_ || bytes.empty()) return;
+  errno = 0;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) error_ = errno ? errno : EIO;
+}
+
+Status OutputFile::close() {
+  if (file_) {
+    errno = 0;
+    if (std::fflush(file_.get()) != 0 && error_ == 0) error_ = errno ? errno : EIO;
+    errno = 0;
+    if (std::fclose(file_.release()) != 0 && error_ == 0) error_ = errno ? errno : EIO;
+  }
+  if (error_ != 0) return file_error(path_, "cannot write", error_);
+  return {};
+}
+
+Status write_file(const std::string& path, std::string_view bytes) {
+  Result<OutputFile> file = OutputFile::create(path);
+  if (!file) return file.error();
+  file.value().write(bytes);
+  return file.value().close();
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole files in, streamed files out, with every disk error reported. One thread at a time each.
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "engine/result.h"
+
+namespace warmfront::client {
+
+/// The bytes of a file. Fails with the path and the system's reason.
+Result<std::string> read_file(const std::string& path);
+
+/// A file being written. Errors are kept until close(), so that a writer need not look after each piece.
+class OutputFile {
+ public:
+  /// Creates or truncates `path`.
+  static Result<OutputFile> create(const std::string& path);
+
+  void write(std::string_view bytes);
+
+  /// Flushes and closes; the first error since create(), with the path and the system's reason.
+  Status close();
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  OutputFile(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Closer> file_;
+  int error_ = 0;
+};
+
+/// Creates `path` with `bytes` in it.
+Status write_file(const std::string& path, std::string_view bytes);
+
+}  // namespace warmfront::client

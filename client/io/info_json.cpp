@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// info.json: see info_json.h.
+#include "client/io/info_json.h"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "client/io/text.h"
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Reads fields of one object; the first that is not what it should be is kept as the problem.
+class Fields {
+ public:
+  Fields(const Json& object, std::string where) : object_(object), where_(std::move(where)) {}
+
+  void text(const char* key, std::string& value) {
+    if (const Json* field = find(key)) {
+      if (field->is_string())
+        value = field->get<std::string>();
+      else
+        fail(key, "must be a string");
+    }
+  }
+
+  void count(const char* key, std::uint64_t most, std::uint64_t& value) {
+    if (const Json* field = find(key)) {
+      if (field->is_number_unsigned() && field->get<std::uint64_t>() <= most)
+        value = field->get<std::uint64_t>();
+      else
+        fail(key, "must be a whole number in [0, " + std::to_string(most) + "]");
+    }
+  }
+
+  void number(const char* key, double& value) {
+    if (const Json* field = find(key)) {
+      if (field->is_number())
+        value = field->get<double>();
+      else
+        fail(key, "must be a number");
+    }
+  }
+
+  void require(const char* key) {
+    if (!find(key)) fail(key, "is missing");
+  }
+
+  void fail(const char* key, const std::string& what) {
+    if (problem_.empty()) problem_ = where_ + "'" + key + "' " + what;
+  }
+
+  const std::string& problem() const { return problem_; }
+
+ private:
+  const Json* find(const char* key) const {
+    const auto found = object_.find(key);
+    return found == object_.end() ? nullptr : &*found;
+  }
+
+  const Json& object_;
+  std::string where_;
+  std::string problem_;
+};
+
+std::string parse_body(const Json& item, std::size_t index, Body& body) {
+  const std::string where = "body " + std::to_string(index) + ": ";
+  if (!item.is_object()) return where + "must be an object";
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  Fields fields(item, where);
+  std::uint64_t first = 0;
+  std::uint64_t count = 0;
+  std::string kind = "deformable";
+  fields.require("first_vertex");
+  fields.require("vertex_count");
+  fields.text("name", body.name);
+  fields.count("first_vertex", kMost, first);
+  fields.count("vertex_count", kMost, count);
+  fields.text("kind", kind);
+  body.first_vertex = static_cast<std::uint32_t>(first);
+  body.vertex_count = static_cast<std::uint32_t>(count);
+  if (kind == "deformable")
+    body.kind = BodyKind::kDeformable;
+  else if (kind == "rigid")
+    body.kind = BodyKind::kRigid;
+  else if (kind == "static")
+    body.kind = BodyKind::kStatic;
+  else
+    fields.fail("kind", "must be deformable, rigid or static, not " + in_quotes(kind));
+  return fields.problem();
+}
+
+/// Refuses nesting beyond what the format has, so that hostile input cannot exhaust the stack.
+bool too_deep(std::string_view bytes) {
+  int depth = 0;
+  for (const char c : bytes) {
+    if (c == '{' || c == '[') ++depth;
+    if (c == '}' || c == ']') --depth;
+    if (depth > 64) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string_view to_string(BodyKind kind) {
+  switch (kind) {
+    case BodyKind::kDeformable:
+      return "deformable";
+    case BodyKind::kRigid:
+      return "rigid";
+    case BodyKind::kStatic:
+      return "static";
+  }
+  return "unknown";
+}
+
+Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file) {
+  const std::string prefix = std::string(file) + ": ";
+  if (too_deep(bytes)) return invalid_argument(prefix + "nested too deeply");
+  Json root;
+  try {
+    root = Json::parse(bytes);
+  } catch (const Json::parse_error& error) {
+    return error_at_byte(file, error.byte, "not JSON");
+  } catch (const Json::exception& error) {
+    return invalid_argument(prefix + "not JSON: " + error.what());
+  }
+  if (!root.is_object()) return invalid_argument(prefix + "must be an object");
+
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  SceneInfo info;
+  Fields fields(root, "");
+  fields.text("name", info.name);
+  fields.count("triangles", kMost, info.triangles);
+  fields.count("vertices", kMost, info.vertices);
+  fields.count("frames", kMost, info.frames);
+  fields.number("fps", info.fps);
+  fields.text("generator", info.generator);
+  if (const auto bodies = root.find("bodies"); bodies != root.end()) {
+    if (!bodies->is_array()) return invalid_argument(prefix + "'bodies' must be a list");
+    for (std::size_t i = 0; i < bodies->size(); ++i) {
+      Body body;
+      if (const std::string problem = parse_body((*bodies)[i], i, body); !problem.empty())
+        return invalid_argument(prefix + problem);
+      info.bodies.push_back(std::move(body));
+    }
+  }
+  if (!fields.problem().empty()) return invalid_argument(prefix + fields.problem());
+  return info;
+}
+
+std::string format_info_json(const SceneInfo& info) {
+  Json bodies = Json::array();
+  for (const Body& body : info.bodies)
+    bodies.push_back(Json{{"name", body.name},
+                          {"first_vertex", body.first_vertex},
+                          {"vertex_count", body.vertex_count},
+                          {"kind", to_string(body.kind)}});
+  const Json root{{"name", info.name},
+                  {"triangles", info.triangles},
+                  {"vertices", info.vertices},
+                  {"frames", info.frames},
+                  {"fps", info.fps},
+                  {"bodies", std::move(bodies)},
+                  {"generator", info.generator}};
+  return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// info.json, which lies beside a mesh and its cache: what the scene is called and which vertices are which
+// body. Pure functions over bytes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront::client {
+
+struct SceneInfo {
+  std::string name;
+  std::uint64_t triangles = 0;
+  std::uint64_t vertices = 0;
+  std::uint64_t frames = 0;
+  double fps = 30;
+  std::vector<Body> bodies;
+  std::string generator;
+};
+
+/// "deformable", "rigid" or "static".
+std::string_view to_string(BodyKind kind);
+
+/// Reads an object with any of the fields "name", "triangles", "vertices", "frames", "fps", "generator" and
+/// "bodies", a list of {"name", "first_vertex", "vertex_count", "kind"}; other fields are ignored. Errors
+/// name `file` and the byte, or the field and body. Whether the ranges fit together is for Scene::create() to
+/// say.
+Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file);
+
+/// All fields, indented, with a line end at the end.
+std::string format_info_json(const SceneInfo& info);
+
+}  // namespace warmfront::client

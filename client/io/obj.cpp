@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wavefront OBJ: see obj.h.
+#include "client/io/obj.h"
+
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "client/io/text.h"
+
+namespace warmfront::client {
+namespace {
+
+using Problem = std::optional<std::string>;
+
+class ObjParser {
+ public:
+  ObjParser(std::string_view bytes, std::string_view file) : lines_(bytes), file_(file) {}
+
+  Result<Mesh> run() {
+    std::string joined;
+    std::string_view line;
+    while (lines_.next(line)) {
+      // A continued line is rare: only then is it copied.
+      if (!line.empty() && line.back() == '\\') {
+        joined.clear();
+        bool more = true;
+        while (more) {
+          more = !line.empty() && line.back() == '\\';
+          joined.append(more ? line.substr(0, line.size() - 1) : line).push_back(' ');
+          more = more && lines_.next(line);
+        }
+        line = joined;
+      }
+      const std::string_view keyword = next_word(line);
+      Problem problem;
+      if (keyword == "v") problem = vertex(line);
+      if (keyword == "f") problem = face(line);
+      if (problem) return error_at_line(file_, lines_.line_number(), *problem);
+    }
+    // Faces may come before their vertices, so that only now is it known which indices exist.
+    const std::size_t count = positions_.size() / 3;
+    if (largest_index_ > count)
+      return error_at_line(file_, largest_index_line_,
+                           "vertex index " + std::to_string(largest_index_) + ", but the file has " +
+                               std::to_string(count) + " vertices");
+    return Mesh{std::move(positions_), std::move(faces_)};
+  }
+
+ private:
+  Problem vertex(std::string_view rest) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string_view word = next_word(rest);
+      double value = 0;
+      if (word.empty()) return "a vertex needs three coordinates";
+      if (!parse_number(word, value)) return "coordinate " + in_quotes(word) + " is no number";
+      positions_.push_back(value);
+    }
+    return std::nullopt;
+  }
+
+  Problem face(std::string_view rest) {
+    const auto count = static_cast<std::int64_t>(positions_.size() / 3);
+    polygon_.clear();
+    for (std::string_view word = next_word(rest); !word.empty() && word[0] != '#'; word = next_word(rest)) {
+      std::int64_t index = 0;
+      if (!parse_number(word.substr(0, word.find('/')), index))
+        return "face corner " + in_quotes(word) + " is no index";
+      if (index == 0) return "vertex index 0: indices start at 1";
+      if (index < 0) {
+        if (-(index + 1) >= count)
+          return "vertex index " + std::to_string(index) + " counts back beyond the first vertex";
+        index += count + 1;
+      }
+      if (index > std::numeric_limits<std::int32_t>::max())
+        return "vertex index " + std::to_string(index) + " is too large";
+      if (static_cast<std::size_t>(index) > largest_index_) {
+        largest_index_ = static_cast<std::size_t>(index);
+        largest_index_line_ = lines_.line_number();
+      }
+      polygon_.push_back(static_cast<std::int32_t>(index - 1));
+    }
+    if (polygon_.size() < 3)
+      return "a face needs three vertices, this one has " + std::to_string(polygon_.size());
+    append_fan(polygon_, faces_);
+    return std::nullopt;
+  }
+
+  LineScanner lines_;
+  std::string_view file_;
+  std::vector<double> positions_;
+  std::vector<std::array<std::int32_t, 3>> faces_;
+  std::vector<std::int32_t> polygon_;
+  std::size_t largest_index_ = 0;
+  std::size_t largest_index_line_ = 0;
+};
+
+}  // namespace
+
+Result<Mesh> parse_obj(std::string_view bytes, std::string_view file) {
+  return ObjParser(bytes, file).run();
+}
+
+}  // namespace warmfront::client

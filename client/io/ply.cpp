@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+// PLY: see ply.h. One walk over the elements serves both kinds of file through a small source of scalars.
+#include "client/io/ply.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "client/io/endian.h"
+#include "client/io/ply_header.h"
+#include "client/io/text.h"
+
+namespace warmfront::client {
+namespace {
+
+/// Scalars of a binary body.
+class BinarySource {
+ public:
+  BinarySource(std::string_view bytes, const PlyHeader& header, std::string_view file)
+      : bytes_(bytes),
+        offset_(header.data_offset),
+        order_(header.format == PlyFormat::kBigEndian ? std::endian::big : std::endian::little),
+        file_(file) {}
+
+  std::size_t remaining() const { return bytes_.size() - offset_; }
+  bool begin_entry() { return true; }
+  bool end_entry() { return true; }
+
+  bool read(PlyType type, double& value) {
+    if (remaining() < size_of(type)) return false;
+    const char* at = bytes_.data() + offset_;
+    switch (type) {
+      case PlyType::kInt8:
+        value = load_scalar<std::int8_t>(at, order_);
+        break;
+      case PlyType::kUint8:
+        value = load_scalar<std::uint8_t>(at, order_);
+        break;
+      case PlyType::kInt16:
+        value = load_scalar<std::int16_t>(at, order_);
+        break;
+      case PlyType::kUint16:
+        value = load_scalar<std::uint16_t>(at, order_);
+        break;
+      case PlyType::kInt32:
+        value = load_scalar<std::int32_t>(at, order_);
+        break;
+      case PlyType::kUint32:
+        value = load_scalar<std::uint32_t>(at, order_);
+        break;
+      case PlyType::kFloat32:
+        value = load_scalar<float>(at, order_);
+        break;
+      case PlyType::kFloat64:
+        value = load_scalar<double>(at, order_);
+        break;
+    }
+    offset_ += size_of(type);
+    return true;
+  }
+
+  std::string problem() const { return "the file ends here"; }
+  Error error(const std::string& what) const { return error_at_byte(file_, offset_, what); }
+
+ private:
+  std::string_view bytes_;
+  std::size_t offset_;
+  std::endian order_;
+  std::string_view file_;
+};
+
+/// Scalars of an ASCII body: one entry a line, blank lines skipped.
+class AsciiSource {
+ public:
+  AsciiSource(std::string_view bytes, const PlyHeader& header, std::string_view file)
+      : body_(bytes.substr(header.data_offset)), lines_(body_), header_lines_(header.lines), file_(file) {}
+
+  std::size_t remaining() const { return body_.size() - lines_.offset() + 1; }
+
+  bool begin_entry() {
+    problem_ = "the file ends here";
+    while (lines_.next(line_)) {
+      std::string_view probe = line_;
+      if (!next_word(probe).empty()) return true;
+    }
+    return false;
+  }
+
+  bool read(PlyType type, double& value) {
+    const std::string_view word = next_word(line_);
+    if (word.empty()) {
+      problem_ = "too few values on the line";
+      return false;
+    }
+    // Straight to float: through double would round twice.
+    float single = 0;
+    const bool good = type == PlyType::kFloat32 ? parse_number(word, single) : parse_number(word, value);
+    if (type == PlyType::kFloat32) value = single;
+    if (!good) problem_ = in_quotes(word) + " is no number";
+    return good;
+  }
+
+  bool end_entry() {
+    const std::string_view word = next_word(line_);
+    if (!word.empty()) problem_ = "more values on the line than the header says, from " + in_quotes(word);
+    return word.empty();
+  }
+
+  const std::string& problem() const { return problem_; }
+  Error error(const std::string& what) const {
+    return error_at_line(file_, header_lines_ + lines_.line_number(), what);
+  }
+
+ private:
+  std::string_view body_;
+  LineScanner lines_;
+  std::size_t header_lines_;
+  std::string_view file_;
+  std::string_view line_;
+  std::string problem_;
+};
+
+std::string entry_name(const PlyElement& element, std::uint64_t index) {
+  return element.name + " " + std::to_string(index);
+}
+
+/// What is wrong with an entry, where its source has nothing to complain of.
+using Problem = std::optional<std::string>;
+
+/// A list's length; nothing when the source failed or the value is no length.
+template <class Source>
+std::optional<std::uint64_t> read_length(Source& source, PlyType type, Problem& problem) {
+  double value = 0;
+  if (!source.read(type, value)) return std::nullopt;
+  if (!(value >= 0) || value > std::numeric_limits<std::uint32_t>::max() || value != std::floor(value)) {
+    problem = "a list cannot have " + std::to_string(value) + " entries";
+    return std::nullopt;
+  }
+  return static_cast<std::uint64_t>(value);
+}
+
+/// Skips a property.
+template <class Source>
+bool skip(Source& source, const PlyProperty& property, Problem& problem) {
+  std::uint64_t count = 1;
+  if (property.length_type) {
+    const std::optional<std::uint64_t> length = read_length(source, *property.length_type, problem);
+    if (!length) return false;
+    count = *length;
+  }
+  double ignored = 0;
+  for (std::uint64_t i = 0; i < count; ++i)
+    if (!source.read(property.type, ignored)) return false;
+  return true;
+}
+
+/// Reads the element's entries one by one: `visit(entry, property_index, property)` reads or skips one
+/// property and says an error of its own, if any.
+template <class Source, class Visit>
+Status for_each_entry(Source& source, const PlyHeader& header, const PlyElement& element, Visit visit) {
+  if (element.count == 0) return {};
+  if (element.properties.empty())
+    return source.error("element " + in_quotes(element.name) + " has no properties");
+  // Before anything is allocated for them: are the bytes there?
+  if (element.count > source.remaining() / element.least_bytes(header.format))
+    return source.error("the header says " + std::to_string(element.count) + " entries of " +
+                        in_quotes(element.name) + ", more than the rest of the file can hold");
+  for (std::uint64_t entry = 0; entry < element.count; ++entry) {
+    bool good = source.begin_entry();
+    for (std::size_t p = 0; good && p < element.properties.size(); ++p) {
+      Problem problem;
+      good = visit(entry, p, problem);
+      if (problem) return source.error(entry_name(element, entry) + ": " + *problem);
+    }
+    if (!good || !source.end_entry())
+      return source.error(entry_name(element, entry) + ": " + source.problem());
+  }
+  return {};
+}
+
+/// Which property holds axis 0, 1, 2.
+Result<std::array<std::size_t, 3>> find_axes(const PlyElement& vertices, std::string_view file) {
+  std::array<std::size_t, 3> axes{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    const auto found = std::find_if(vertices.properties.begin(), vertices.properties.end(),
+                                    [&](const PlyProperty& p) { return p.name == name && !p.length_type; });
+    if (found == vertices.properties.end())
+      return invalid_argument(std::string(file) + ": element 'vertex' has no scalar property '" + name + "'");
+    axes[axis] = static_cast<std::size_t>(found - vertices.properties.begin());
+  }
+  return axes;
+}
+
+bool float_holds(PlyType type) {
+  return type != PlyType::kFloat64 && type != PlyType::kInt32 && type != PlyType::kUint32;
+}
+
+template <class Source, class T>
+Status read_vertices(Source& source, const PlyHeader& header, const PlyElement& element,
+                     const std::array<std::size_t, 3>& axes, std::vector<T>& positions) {
+  return for_each_entry(source, header, element, [&](std::uint64_t entry, std::size_t p, Problem& problem) {
+    if (positions.size() == 3 * entry) positions.resize(3 * entry + 3);
+    double value = 0;
+    const PlyProperty& property = element.properties[p];
+    const auto axis = std::find(axes.begin(), axes.end(), p);
+    if (axis == axes.end()) return skip(source, property, problem);
+    if (!source.read(property.type, value)) return false;
+    positions[3 * entry + static_cast<std::size_t>(axis - axes.begin())] = static_cast<T>(value);
+    return true;
+  });
+}
+
+template <class Source>
+Status read_faces(Source& source, const PlyHeader& header, const PlyElement& element,
+                  std::uint64_t vertex_count, std::vector<std::array<std::int32_t, 3>>& faces,
+                  std::string_view file) {
+  const auto indices =
+      std::find_if(element.properties.begin(), element.properties.end(), [](const PlyProperty& p) {
+        return p.length_type && (p.name == "vertex_indices" || p.name == "vertex_index");
+      });
+  if (element.count > 0 && indices == element.properties.end())
+    return invalid_argument(std::string(file) + ": element 'face' has no list 'vertex_indices'");
+  std::vector<std::int32_t> polygon;
+  return for_each_entry(source, header, element, [&](std::uint64_t, std::size_t p, Problem& problem) {
+    const PlyProperty& property = element.properties[p];
+    if (&property != &*indices) return skip(source, property, problem);
+    const std::optional<std::uint64_t> length = read_length(source, *property.length_type, problem);
+    if (!length) return false;
+    polygon.clear();
+    for (std::uint64_t i = 0; i < *length; ++i) {
+      double value = 0;
+      if (!source.read(property.type, value)) return false;
+      if (!(value >= 0 && value < static_cast<double>(vertex_count)) || value != std::floor(value)) {
+        problem = "vertex index " + std::to_string(value) + " is not a whole number in [0, " +
+                  std::to_string(vertex_count) + ")";
+        return false;
+      }
+      polygon.push_back(static_cast<std::int32_t>(value));
+    }
+    if (polygon.size() < 3) {
+      problem = "it has " + std::to_string(polygon.size()) + " vertices; a face needs three";
+      return false;
+    }
+    append_fan(polygon, faces);
+    return true;
+  });
+}
+
+template <class Source>
+Result<Mesh> read_body(Source source, const PlyHeader& header, std::string_view file) {
+  const PlyElement* vertices = header.find("vertex");
+  if (!vertices) return invalid_argument(std::string(file) + ": no element 'vertex'");
+  if (const PlyElement* strips = header.find("tristrips"); strips && strips->count > 0)
+    return invalid_argument(std::string(file) + ": element 'tristrips' is not supported; save it with faces");
+  if (vertices->count > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max()))
+    return invalid_argument(std::string(file) + ": more than 2147483647 vertices");
+  const Result<std::array<std::size_t, 3>> axes = find_axes(*vertices, file);
+  if (!axes) return axes.error();
+
+  Mesh mesh;
+  const bool single = std::all_of(axes.value().begin(), axes.value().end(),
+                                  [&](std::size_t p) { return float_holds(vertices->properties[p].type); });
+  if (!single) mesh.positions.emplace<std::vector<double>>();
+  for (const PlyElement& element : header.elements) {
+    Status status;
+    if (&element == vertices) {
+      status = std::visit(
+          [&](auto& positions) { return read_vertices(source, header, element, axes.value(), positions); },
+          mesh.positions);
+    } else if (element.name == "face") {
+      status = read_faces(source, header, element, vertices->count, mesh.faces, file);
+    } else {
+      status = for_each_entry(source, header, element, [&](std::uint64_t, std::size_t p, Problem& problem) {
+        return skip(source, element.properties[p], problem);
+      });
+    }
+    if (!status) return status.error();
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Result<Mesh> parse_ply(std::string_view bytes, std::string_view file) {
+  const Result<PlyHeader> header = parse_ply_header(bytes, file);
+  if (!header) return header.error();
+  if (header.value().format == PlyFormat::kAscii)
+    return read_body(AsciiSource(bytes, header.value(), file), header.value(), file);
+  return read_body(BinarySource(bytes, header.value(), file), header.value(), file);
+}
+
+std::string format_ply(const Mesh& mesh, std::string_view comment) {
+  const std::string type = mesh.positions.index() == 0 ? "float" : "double";
+  std::string out = "ply\nformat binary_little_endian 1.0\n";
+  if (!comment.empty()) out.append("comment ").append(comment).append("\n");
+  out += "element vertex " + std::to_string(vertex_count(mesh.positions)) + "\n";
+  for (const char axis : {'x', 'y', 'z'}) out += "property " + type + " " + axis + "\n";
+  out += "element face " + std::to_string(mesh.faces.size()) + "\n";
+  out += "property list uchar int vertex_indices\nend_header\n";
+  std::visit(
+      [&](const auto& positions) {
+        for (const auto value : positions) append_little(out, value);
+      },
+      mesh.positions);
+  for (const auto& face : mesh.faces) {
+    append_little(out, std::uint8_t{3});
+    for (const std::int32_t v : face) append_little(out, v);
+  }
+  return out;
+}
+
+}  // namespace warmfront::client

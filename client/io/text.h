@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines, words and numbers of text formats. Pure functions and values; nothing here depends on the locale.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "engine/result.h"
+
+namespace warmfront::client {
+
+/// Walks over the lines of a text, which end in LF or CR LF; the last one need not end at all.
+class LineScanner {
+ public:
+  explicit LineScanner(std::string_view text) : text_(text) {}
+
+  /// The next line without its end. False after the last one.
+  bool next(std::string_view& line);
+
+  /// Number of the line last given, from 1.
+  std::size_t line_number() const { return line_number_; }
+  /// Bytes consumed so far.
+  std::size_t offset() const { return offset_; }
+
+ private:
+  std::string_view text_;
+  std::size_t offset_ = 0;
+  std::size_t line_number_ = 0;
+};
+
+/// Cuts the first word (no blanks, no tabs) off `rest`. Empty when there is none.
+std::string_view next_word(std::string_view& rest);
+
+/// The number that the whole of `word` spells, rounded to nearest; "nan" and "inf" are numbers, and what is
+/// too large or too small becomes infinite or zero as the format's rounding has it. False when `word` is no
+/// number.
+bool parse_number(std::string_view word, double& value);
+bool parse_number(std::string_view word, float& value);
+bool parse_number(std::string_view word, std::int64_t& value);
+bool parse_number(std::string_view word, std::uint64_t& value);
+
+/// `word` in quotes, cut to a sane length and with control characters replaced, for error messages.
+std::string in_quotes(std::string_view word);
+
+/// "FILE: line N: WHAT" and "FILE: byte N: WHAT".
+Error error_at_line(std::string_view file, std::size_t line, const std::string& what);
+Error error_at_byte(std::string_view file, std::size_t byte, const std::string& what);
+
+}  // namespace warmfront::client
