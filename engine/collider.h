@@ -23,30 +23,33 @@ using Positions = std::variant<std::span<const float>, std::span<const double>>;
 
 /// One step's answer. `contacts` stays valid until the next step of the same collider.
 struct StepResult {
-  std::uint64_t vf = 0;        ///< vertex-face contacts
-  std::uint64_t ee = 0;        ///< edge-edge contacts
-  std::uint64_t possible = 0;  ///< of both, those neither proved nor excluded (kPossible, kBudget)
+  std::uint64_t vf = 0;                ///< vertex-face contacts
+  std::uint64_t ee = 0;                ///< edge-edge contacts
+  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded (kPossible, kBudget)
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// Sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge). Empty for Report::kCount.
   std::span<const Contact> contacts;
   StepStatistics statistics;
 };
 
-/// Incremental continuous collision detection (Tang, Manocha, Tong 2009): each step tests the linear motion from the
-/// positions last given to the new ones. A step's contacts are the same bits for any number of threads, any front mode
-/// and either kind of bounds, whether the collider is warm or was just created from the positions before.
+/// Incremental continuous collision detection (Tang, Manocha, Tong 2009): each step tests the linear motion
+/// from the positions last given to the new ones. A step's contacts are the same bits for any number of
+/// threads, any front mode and either kind of bounds, whether the collider is warm or was just created from
+/// the positions before.
 class Collider {
  public:
-  /// Builds the hierarchy over `positions` (frame 0). Fails with kInvalidArgument for a wrong length or a coordinate that
-  /// is not finite (the message names the vertex and the axis), options out of range, or a tier this build lacks.
+  /// Builds the hierarchy over `positions` (frame 0). Fails with kInvalidArgument for a wrong length or a
+  /// coordinate that is not finite (the message names the vertex and the axis), options out of range, or a
+  /// tier this build lacks.
   static Result<Collider> create(std::shared_ptr<const Scene> scene, const Positions& positions,
                                  const ColliderOptions& options, std::shared_ptr<Workers> workers);
   ~Collider();
   Collider(Collider&&) noexcept;
   Collider& operator=(Collider&&) noexcept;
 
-  /// Tests the motion from the current positions to `positions` and makes them current. On an error the collider is as it
-  /// was before the call and may be stepped again: kInvalidArgument as in create(), kResourceExhausted above max_contacts.
+  /// Tests the motion from the current positions to `positions` and makes them current. On an error the
+  /// collider is as it was before the call and may be stepped again: kInvalidArgument as in create(),
+  /// kResourceExhausted above max_contacts.
   Result<StepResult> step(const Positions& positions);
 
   const Scene& scene() const;

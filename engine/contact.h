@@ -11,8 +11,8 @@ enum class ContactKind : std::uint8_t { kVertexFace = 0, kEdgeEdge = 1 };
 
 /// How sure the elementary test is. CLEAR pairs are not reported, so it has no value here.
 enum class ContactStatus : std::uint8_t {
-  kHit = 1,             ///< proved: the primitives meet within the step
-  kPossible = 2,        ///< they come within tolerance of touching; neither a meeting nor a miss could be proved
+  kHit = 1,       ///< proved: the primitives meet within the step
+  kPossible = 2,  ///< they come within tolerance of touching; neither a meeting nor a miss could be proved
   kOverlapAtStart = 3,  ///< they are not provably apart at t = 0: toi is 0
   kBudget = 4,          ///< the test's effort ended undecided; toi is the earliest time not yet excluded
 };

@@ -12,9 +12,9 @@
 
 namespace warmfront {
 
-/// 64-bit FNV-1a over, for each step, the number of contacts and each contact's kind, status, four vertices (as
-/// Scene::vertices_of gives them) and the bits of toi, in order. Equal hashes over a sequence mean the same contacts, bit
-/// for bit and in the same order. Not thread-safe.
+/// 64-bit FNV-1a over, for each step, the number of contacts and each contact's kind, status, four vertices
+/// (as Scene::vertices_of gives them) and the bits of toi, in order. Equal hashes over a sequence mean the
+/// same contacts, bit for bit and in the same order. Not thread-safe.
 class ContactHash {
  public:
   void add_step(const Scene& scene, std::span<const Contact> contacts);

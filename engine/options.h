@@ -32,15 +32,16 @@ enum class Report : std::uint8_t {
 
 struct ColliderOptions {
   Tier tier = Tier::kCertified;
-  /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the largest
-  /// coordinate extent of its four vertices over the step). In (0, 1].
+  /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the
+  /// largest coordinate extent of its four vertices over the step). In (0, 1].
   double tolerance = 1e-6;
   /// A pair is in contact when it comes within this distance, in the scene's length unit. Finite, >= 0.
   double min_separation = 0.0;
   Report report = Report::kAll;
   FrontMode front = FrontMode::kWarm;
   BoundsKind bounds = BoundsKind::kKDop18;
-  /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem holds.
+  /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
+  /// holds.
   bool normal_cones = true;
   /// Most triangles a leaf of the hierarchy holds: 1, 2, 4 or 8.
   std::uint32_t leaf_size = 4;
@@ -57,7 +58,8 @@ struct ColliderOptions {
 /// Checks the ranges stated above and names the first field out of range.
 Status validate(const ColliderOptions& options);
 
-/// The names used on command lines, on the wire's text forms and in JSON: "certified", "warm", "kdop18", "all", ...
+/// The names used on command lines, on the wire's text forms and in JSON: "certified", "warm", "kdop18",
+/// "all", ...
 std::string_view to_string(Tier tier);
 std::string_view to_string(FrontMode mode);
 std::string_view to_string(BoundsKind kind);

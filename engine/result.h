@@ -8,7 +8,8 @@
 
 namespace warmfront {
 
-/// What kind of thing went wrong. The names follow the canonical gRPC codes, so that one table in the server maps them.
+/// What kind of thing went wrong. The names follow the canonical gRPC codes, so that one table in the server
+/// maps them.
 enum class ErrorCode {
   kInvalidArgument,     ///< the input itself is bad; the message names the field and the first offender
   kFailedPrecondition,  ///< the input is good, but not in this state
@@ -34,8 +35,8 @@ struct Error {
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}         // NOLINT: implicit by design
-  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}     // NOLINT: implicit by design
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT: implicit by design
+  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT: implicit by design
 
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
@@ -65,6 +66,8 @@ class [[nodiscard]] Result<void> {
 };
 using Status = Result<void>;
 
-inline Error invalid_argument(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
+inline Error invalid_argument(std::string message) {
+  return {ErrorCode::kInvalidArgument, std::move(message)};
+}
 
 }  // namespace warmfront

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is modelled: triangles, edges, incidence and bodies. Immutable once built, so free to share between threads.
+// What is modelled: triangles, edges, incidence and bodies. Immutable once built, so free to share between
+// threads.
 #pragma once
 
 #include <array>
@@ -14,7 +15,8 @@
 
 namespace warmfront {
 
-/// How a body moves. All kinds are tested as deformable until the scene modelling uses them; they are kept and reported.
+/// How a body moves. All kinds are tested as deformable until the scene modelling uses them; they are kept
+/// and reported.
 enum class BodyKind : std::uint8_t { kDeformable, kRigid, kStatic };
 
 /// A range of vertices that belong together.
@@ -37,12 +39,12 @@ struct SceneDescription {
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first
 
-/// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated vertices are
-/// legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
+/// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated
+/// vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
 class Scene {
  public:
-  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range or repeated within a face,
-  /// or when bodies overlap or leave a gap. O((n + m) log m).
+  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range or repeated within
+  /// a face, or when bodies overlap or leave a gap. O((n + m) log m).
   static Result<Scene> create(SceneDescription description);
 
   std::uint32_t vertex_count() const { return vertex_count_; }

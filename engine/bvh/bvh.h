@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bounding volume hierarchy over a scene's primitives: a balanced binary tree laid out by levels.
+// Written by build and refit between steps, read by all threads during a step.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/bounds/kdop.h"
+#include "engine/motion/motion.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront {
+
+using NodeId = std::uint32_t;
+
+/// The shape of the hierarchy. All leaves lie on one level, so a node's number says it all: children of i are
+/// 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a leaf when its number is at least
+/// first_leaf(). Primitives are faces (0 .. face_count - 1), then isolated vertices; node j of level l holds
+/// the primitives in positions [j P / 2^l, (j + 1) P / 2^l) of `order`.
+class TreeShape {
+ public:
+  TreeShape() = default;
+  TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size);
+
+  std::uint32_t primitive_count() const { return primitives_; }
+  int levels() const { return depth_ + 1; }
+  std::uint32_t node_count() const { return (2U << depth_) - 1; }
+  std::uint32_t leaf_count() const { return 1U << depth_; }
+  NodeId first_leaf() const { return (1U << depth_) - 1; }
+  bool is_leaf(NodeId node) const { return node >= first_leaf(); }
+  /// Position in `order` where the primitives of leaf `node` begin.
+  std::uint32_t begin_of_leaf(NodeId node) const { return begin(depth_, node - first_leaf()); }
+  /// Position where node `index` of `level` begins; its end is begin(level, index + 1).
+  std::uint32_t begin(int level, std::uint32_t index) const {
+    return static_cast<std::uint32_t>((std::uint64_t{index} * primitives_) >> level);
+  }
+
+  static NodeId left(NodeId node) { return 2 * node + 1; }
+  static NodeId parent(NodeId node) { return (node - 1) / 2; }
+  static bool is_left(NodeId node) { return (node & 1U) != 0; }
+
+ private:
+  std::uint32_t primitives_ = 0;
+  int depth_ = 0;
+};
+
+/// A hierarchy with bounds of one kind.
+template <class Bounds>
+struct Bvh {
+  TreeShape shape;
+  std::vector<std::uint32_t> order;  ///< primitive at each position
+  std::vector<Bounds> nodes;         ///< by NodeId
+  std::vector<Bounds> primitives;    ///< by position
+  double built_looseness = 0;        ///< looseness() right after the build
+
+  std::size_t memory_bytes() const {
+    return order.size() * sizeof(std::uint32_t) + (nodes.size() + primitives.size()) * sizeof(Bounds);
+  }
+};
+
+/// The vertices of a primitive; an isolated vertex stands three times.
+Face primitive_vertices(const Scene& scene, std::uint32_t primitive);
+
+/// Orders the primitives by object-median splits along the widest axis of their centroids at t = 1. Parallel
+/// inside Workers::run(); the result does not depend on the number of threads. O(P log P).
+std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape);
+
+/// Recomputes all bounds from the vertices' swept bounds, bottom up, in parallel inside Workers::run(). O(P).
+template <class Bounds>
+void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh);
+
+/// How loose the hierarchy is: the sum of all nodes' extents over the root's. It grows as primitives that
+/// were neighbours at the build move apart; a rebuild pays when it has doubled.
+template <class Bounds>
+double looseness(const Bvh<Bounds>& bvh);
+
+}  // namespace warmfront

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/collider.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "engine/bounds/normal_cone.h"
+#include "engine/bounds/swept.h"
+#include "engine/bvh/bvh.h"
+#include "engine/elementary/narrow_phase.h"
+#include "engine/front/front.h"
+#include "engine/motion/motion.h"
+
+namespace warmfront {
+namespace {
+
+/// Faces in a patch whose self-collision the normal cone can rule out: small enough to be flat often, large
+/// enough that most near pairs lie in one patch.
+constexpr std::uint32_t kPatchFaces = 48;
+
+/// The hierarchy is rebuilt when its looseness has grown this much since its build.
+constexpr double kLoosenessLimit = 2.0;
+
+class Stopwatch {
+ public:
+  /// Milliseconds since the last lap.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+Status check(const Positions& positions, std::uint32_t vertex_count) {
+  return std::visit([&](auto values) { return check_positions(values, vertex_count); }, positions);
+}
+
+void copy_to(std::vector<double>& to, const Positions& positions) {
+  std::visit([&](auto values) { to.assign(values.begin(), values.end()); }, positions);
+}
+
+std::vector<double> to_doubles(const Positions& positions) {
+  std::vector<double> values;
+  copy_to(values, positions);
+  return values;
+}
+
+/// What does not depend on the kind of bounds.
+struct Core {
+  Core(std::shared_ptr<const Scene> the_scene, const Positions& positions, const ColliderOptions& the_options,
+       std::shared_ptr<Workers> the_workers)
+      : scene(std::move(the_scene)),
+        options(the_options),
+        workers(std::move(the_workers)),
+        ownership(*scene),
+        orphans(enumerate_orphans(*scene)),
+        patches(use_cones() ? find_patches(*scene, kPatchFaces) : Patches{}),
+        current(to_doubles(positions)),
+        motion(current),
+        vertex_bounds(scene->vertex_count()),
+        patch_culled(patches.count(), 0) {
+    patches.of_face.resize(scene->face_count(), Patches::kNone);
+  }
+
+  // The theorem rules out meeting, not nearness.
+  bool use_cones() const { return options.normal_cones && options.min_separation == 0; }
+
+  std::shared_ptr<const Scene> scene;
+  ColliderOptions options;
+  std::shared_ptr<Workers> workers;
+  Ownership ownership;
+  Orphans orphans;
+  Patches patches;
+  std::vector<double> current;  // positions at t = 1 of the last step
+  std::vector<double> given;    // positions of the step in hand
+  Motion motion;
+  std::vector<KDop18> vertex_bounds;
+  std::vector<std::uint8_t> patch_culled;
+  std::vector<Contact> contacts;
+};
+
+/// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds.
+class Pipeline {
+ public:
+  virtual ~Pipeline() = default;
+  /// Tests the motion from core.current to core.given.
+  virtual Result<StepResult> step(Core& core) = 0;
+  virtual std::size_t memory_bytes() const = 0;
+};
+
+template <class Bounds>
+class PipelineWith final : public Pipeline {
+ public:
+  Result<StepResult> step(Core& core) override {
+    StepResult result;
+    NarrowPhaseOutput output;
+    core.workers->run([&] { output = run(core, result.statistics); });
+    if (output.over_limit) {
+      core.motion.hold();
+      return Error{ErrorCode::kResourceExhausted,
+                   "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
+                       " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
+    }
+    result.vf = output.vf;
+    result.ee = output.ee;
+    result.possible = output.possible;
+    if (output.vf + output.ee > 0) result.earliest_toi = output.earliest;
+    result.contacts = core.contacts;
+    return result;
+  }
+
+  std::size_t memory_bytes() const override {
+    return bvh_.memory_bytes() + front_.memory_bytes() + narrow_.memory_bytes();
+  }
+
+ private:
+  NarrowPhaseOutput run(Core& core, StepStatistics& statistics) {
+    Stopwatch total;
+    Stopwatch stage;
+    core.motion.advance(core.given);
+    sweep_vertices(core);
+    const bool rebuilt = refit_or_build(core);
+    cull_patches(core, statistics.counts);
+    const NarrowPhaseInput input{*core.scene,       core.ownership,         core.patches,
+                                 core.patch_culled, core.motion.vertices(), core.vertex_bounds,
+                                 core.options};
+    statistics.ms.refit = stage.lap();
+
+    narrow_.begin(bvh_, input);
+    statistics.front_state = advance_front(core.options, rebuilt);
+    narrow_.flush();
+    const double interleaved = stage.lap();
+    const double elementary =
+        std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
+
+    narrow_.test_orphans(core.orphans);
+    statistics.ms.adjacent = stage.lap();
+
+    const NarrowPhaseOutput output = narrow_.finish(core.contacts);
+    statistics.ms.front = interleaved - elementary;
+    statistics.ms.elementary = elementary + stage.lap();
+    add(statistics.counts, output.counts);
+    statistics.counts.bv_tests = front_.counts().bv_tests;
+    statistics.counts.front_sprouted = front_.counts().sprouted;
+    statistics.counts.front_pruned = front_.counts().pruned;
+    statistics.counts.front_pairs = front_.pairs().size();
+    statistics.counts.front_bytes = front_.memory_bytes();
+    statistics.ms.total = total.lap();
+    return output;
+  }
+
+  void sweep_vertices(Core& core) {
+    const auto vertices = core.motion.vertices();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
+      for (std::size_t v = range.begin(); v < range.end(); ++v) {
+        core.vertex_bounds[v] = swept_vertex(vertices[v], core.motion.frame(), core.options.min_separation);
+      }
+    });
+  }
+
+  // Returns true when the hierarchy is another one than in the last step.
+  bool refit_or_build(const Core& core) {
+    if (!bvh_.order.empty()) {
+      refit(*core.scene, core.vertex_bounds, bvh_);
+      if (!(looseness(bvh_) > kLoosenessLimit * bvh_.built_looseness)) return false;
+    }
+    const auto primitives = core.scene->face_count() + core.scene->isolated_vertices().size();
+    bvh_.shape = TreeShape(static_cast<std::uint32_t>(primitives), core.options.leaf_size);
+    bvh_.order = build_order(*core.scene, core.motion, bvh_.shape);
+    bvh_.nodes.resize(primitives == 0 ? 0 : bvh_.shape.node_count());
+    bvh_.primitives.resize(primitives);
+    refit(*core.scene, core.vertex_bounds, bvh_);
+    bvh_.built_looseness = looseness(bvh_);
+    return true;
+  }
+
+  void cull_patches(Core& core, StepCounts& counts) {
+    tbb::parallel_for(std::size_t{0}, core.patches.count(), [&](std::size_t p) {
+      core.patch_culled[p] = provably_embedded(*core.scene, core.motion.vertices(), core.patches.faces[p],
+                                               core.patches.contours[p]);
+    });
+    counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
+  }
+
+  // The front of this step: built, updated or rebuilt by the rules of its mode.
+  FrontState advance_front(const ColliderOptions& options, bool new_hierarchy) {
+    const bool keep = options.front != FrontMode::kNone;
+    if (keep && !new_hierarchy && !front_.empty() && !due_for_rebuild(options)) {
+      const std::size_t before = front_.pairs().size();
+      front_.update(bvh_, narrow_, options.front == FrontMode::kWarm, options.max_front_bytes);
+      ++steps_since_build_;
+      stalled_steps_ = front_.pairs().size() > before ? 0 : stalled_steps_ + 1;
+      return front_.overflowed() ? FrontState::kCapped : FrontState::kUpdated;
+    }
+    const bool first = steps_since_build_ < 0;
+    front_.build(bvh_, narrow_, keep, options.max_front_bytes);
+    steps_since_build_ = 0;
+    stalled_steps_ = 0;
+    if (!keep) return FrontState::kNone;
+    if (front_.overflowed()) return FrontState::kCapped;
+    return first ? FrontState::kBuilt : FrontState::kRebuilt;
+  }
+
+  // The paper's deferred rebuild (section 4.3), or every K steps (its section 8).
+  bool due_for_rebuild(const ColliderOptions& options) const {
+    if (options.front != FrontMode::kPaper) return false;
+    const auto due = [](std::uint32_t limit, std::int64_t count) { return limit > 0 && count >= limit; };
+    return due(options.rebuild_after_stalled_steps, stalled_steps_) ||
+           due(options.rebuild_every_steps, steps_since_build_ + 1);
+  }
+
+  Bvh<Bounds> bvh_;
+  Front<Bounds> front_;
+  NarrowPhase<Bounds> narrow_;
+  std::int64_t steps_since_build_ = -1;
+  std::int64_t stalled_steps_ = 0;
+};
+
+std::unique_ptr<Pipeline> make_pipeline(BoundsKind bounds) {
+  if (bounds == BoundsKind::kAabb) return std::make_unique<PipelineWith<Aabb>>();
+  return std::make_unique<PipelineWith<KDop18>>();
+}
+
+}  // namespace
+
+struct Collider::Impl {
+  Core core;
+  std::unique_ptr<Pipeline> pipeline;
+};
+
+Collider::Collider(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Collider::~Collider() = default;
+Collider::Collider(Collider&&) noexcept = default;
+Collider& Collider::operator=(Collider&&) noexcept = default;
+
+Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Positions& positions,
+                                  const ColliderOptions& options, std::shared_ptr<Workers> workers) {
+  if (Status status = validate(options); !status) return status.error();
+  if (Status status = check(positions, scene->vertex_count()); !status) return status.error();
+  Core core(std::move(scene), positions, options, std::move(workers));
+  return Collider(std::make_unique<Impl>(Impl{std::move(core), make_pipeline(options.bounds)}));
+}
+
+Result<StepResult> Collider::step(const Positions& positions) {
+  Core& core = impl_->core;
+  if (Status status = check(positions, core.scene->vertex_count()); !status) return status.error();
+  copy_to(core.given, positions);
+  Result<StepResult> result = impl_->pipeline->step(core);
+  if (result.ok()) core.current.swap(core.given);
+  return result;
+}
+
+const Scene& Collider::scene() const {
+  return *impl_->core.scene;
+}
+const ColliderOptions& Collider::options() const {
+  return impl_->core.options;
+}
+std::span<const double> Collider::positions() const {
+  return impl_->core.current;
+}
+
+std::size_t Collider::memory_bytes() const {
+  const Core& core = impl_->core;
+  return core.scene->memory_bytes() + core.ownership.memory_bytes() + core.patches.memory_bytes() +
+         core.motion.memory_bytes() + core.vertex_bounds.size() * sizeof(KDop18) +
+         (core.orphans.vertex_face.size() + core.orphans.edge_edge.size()) * sizeof(FeatureIds) +
+         (core.current.capacity() + core.given.capacity()) * sizeof(double) +
+         core.contacts.capacity() * sizeof(Contact) + impl_->pipeline->memory_bytes();
+}
+
+}  // namespace warmfront

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/certified.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "engine/elementary/cubic.h"
+#include "engine/elementary/inside.h"
+
+namespace warmfront {
+namespace {
+
+// The search for the first window that cannot be excluded. Windows to the right wait on a stack; each
+// bisection halves one, and none is halved below 2^-46, so the stack stays short.
+class Search {
+ public:
+  Search(const Query& query, const CertifiedOptions& options)
+      : query_(query), options_(options), cubic_(query), resolution_(options.tolerance * query.size / 2) {}
+
+  Verdict run(Window window) {
+    // Nearer than the separation from the start: the search would only halve its way down to t = 0.
+    if (query_.separation > 0 && window.begin == 0 &&
+        distance_above(0) <= query_.separation * (1 - 0x1p-48)) {
+      return {true, ContactStatus::kOverlapAtStart, 0};
+    }
+    std::uint32_t looked_at = 0;
+    for (;;) {
+      if (window.begin > options_.latest) return {};
+      if (++looked_at > options_.budget)
+        return {true, status_of(ContactStatus::kBudget, window.begin), window.begin};
+      const Window before = window;
+      const Step step = narrow(window);
+      if (step == Step::kReport) return report(window);
+      if (step == Step::kExcluded) {
+        if (waiting_ == 0) return {};
+        window = stack_[--waiting_];
+      } else if (window.width() > 0.5 * before.width()) {
+        const double middle = window.begin + 0.5 * window.width();
+        stack_[waiting_++] = {middle, window.end};
+        window.end = middle;
+      }
+    }
+  }
+
+ private:
+  enum class Step { kExcluded, kReport, kNarrowed };
+
+  // Takes off the window what is certainly free of contact.
+  Step narrow(Window& window) const {
+    const double before = window.width();
+    if (!cubic_.clip(window)) return Step::kExcluded;
+    const bool fine = is_fine(window);
+    // The cubic is closing in on a root: let it, before the dearer tests are asked.
+    if (!fine && window.width() < 0.25 * before) return Step::kNarrowed;
+    Inside where = Inside::kUnknown;
+    if (query_.separation == 0) {
+      where = inside(query_, window);
+      if (where == Inside::kNo) return Step::kExcluded;
+    }
+    if (where != Inside::kYes && !trim_by_direction(window)) return Step::kExcluded;
+    return fine ? Step::kReport : Step::kNarrowed;
+  }
+
+  // Directional certificate, from the closest points in the window's middle and, where that leaves much, at
+  // its begin (conservative advancement).
+  bool trim_by_direction(Window& window) const {
+    const double before = window.width();
+    const double middle = window.begin + 0.5 * before;
+    if (!trim(window, separated_times(query_, normalised(closest_direction(query_, middle))))) return false;
+    if (window.width() <= 0.5 * before || window.begin == 0) return true;
+    return trim(window, separated_times(query_, normalised(closest_direction(query_, window.begin))));
+  }
+
+  // Scaled to a largest coordinate of 1: the slack of separated_times() grows with the direction, and a tiny
+  // direction's dot products would drown in the underflow guard.
+  static Vec3 normalised(const Vec3& direction) {
+    const double largest = max_abs(direction);
+    return largest > 0x1p-900 ? (1 / largest) * direction : Vec3{0, 0, 0};
+  }
+
+  // Within the window nothing moves farther than half the tolerance; or time itself cannot be halved
+  // meaningfully.
+  bool is_fine(const Window& window) const {
+    return query_.relative_motion * window.width() <= resolution_ || window.width() <= 0x1p-46;
+  }
+
+  Verdict report(const Window& window) const {
+    const ContactStatus status = proved(window) ? ContactStatus::kHit : ContactStatus::kPossible;
+    return {true, status_of(status, window.begin), window.begin};
+  }
+
+  static ContactStatus status_of(ContactStatus status, double toi) {
+    return toi == 0 ? ContactStatus::kOverlapAtStart : status;
+  }
+
+  // Contact is proved by a certain sign change of the cubic while the inside tests certainly hold, over a
+  // window a little wider than the root's own; with a separation, by closest points nearer than that.
+  bool proved(const Window& window) const {
+    if (query_.separation > 0) {
+      const double after = std::min(1.0, window.end + window.width());
+      return distance_above(window.begin) <= query_.separation * (1 - 0x1p-48) ||
+             distance_above(after) <= query_.separation * (1 - 0x1p-48);
+    }
+    for (const double around : {0x1p-34, 0x1p-24, 0x1p-14}) {
+      const Window wider{std::max(0.0, window.begin - around), std::min(1.0, window.end + around)};
+      if (cubic_.certain_sign_change(wider)) return inside(query_, wider) == Inside::kYes;
+    }
+    return false;
+  }
+
+  // An upper bound of the distance at t: between points that lie in the primitives up to 2^-44 of the query's
+  // size.
+  double distance_above(double t) const {
+    return norm(closest_direction(query_, t)) * (1 + 0x1p-50) + 0x1p-44;
+  }
+
+  const Query& query_;
+  const CertifiedOptions& options_;
+  Cubic cubic_;
+  double resolution_;
+  std::array<Window, 64> stack_;
+  int waiting_ = 0;
+};
+
+}  // namespace
+
+Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options) {
+  const Query query = Query::prepare(features, options.min_separation);
+  if (query.size == 0) return {true, ContactStatus::kOverlapAtStart, 0};
+  Window window;
+  if (!trim_by_kdop(query, window)) return {};
+  return Search(query, options).run(window);
+}
+
+}  // namespace warmfront

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The certified tier: an elementary test that never misses. Pure functions, safe to call from any thread that
+// runs in the default floating-point environment (Workers sees to it).
+#pragma once
+
+#include <cstdint>
+
+#include "engine/contact.h"
+#include "engine/elementary/query.h"
+
+namespace warmfront {
+
+struct CertifiedOptions {
+  double tolerance = 1e-6;     ///< relative to the query's size
+  double min_separation = 0;   ///< scene units
+  std::uint32_t budget = 512;  ///< windows looked at before the answer is kBudget
+  double latest = 1;           ///< contacts after this time are of no interest (Report::kEarliest)
+};
+
+struct Verdict {
+  bool contact = false;
+  ContactStatus status = ContactStatus::kHit;  ///< meaningful only if contact
+  double toi = 0;                              ///< likewise
+};
+
+/// Do the primitives come within `min_separation` (0: touch) during the step? Stages T0-T3 of
+/// reference/algorithms 3.6:
+///   T0  swept 18-DOP, trimming the window of times; T1 sign of the coplanarity cubic; T1b separating
+///   directions; T2  root windows of the cubic by clipping its Bernstein hull, leftmost first; T3 inside
+///   tests per window.
+///
+/// Guarantees, for any finite input, degenerate primitives included:
+///   - contact == false only if the primitives stay farther apart than `min_separation` throughout [0,
+///   latest];
+///   - toi <= the exact first time of contact;
+///   - kHit: contact is proved (within the step, at or after toi). Otherwise the primitives come within
+///   min_separation +
+///     tolerance * size (the size: largest coordinate difference between the two primitives' vertices at t =
+///     0 and 1) right after toi, except for kBudget;
+///   - toi == 0 is always reported as kOverlapAtStart;
+///   - at most `budget` windows, no allocation.
+Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);
+
+}  // namespace warmfront

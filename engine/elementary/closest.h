@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Closest points, in floating point and without guarantees: they propose directions that are then proved.
+// Their barycentric coordinates are clamped, so the result always ends in the primitives (up to rounding).
+// Source: Ericson, Real-Time Collision Detection, sections 5.1.5 and 5.1.9. Pure functions.
+#pragma once
+
+#include <algorithm>
+
+#include "engine/elementary/vec3.h"
+
+namespace warmfront {
+
+/// The point of the triangle (a, b, c) closest to the origin.
+inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a;
+  const Vec3 ac = c - a;
+  const double d1 = -dot(ab, a);
+  const double d2 = -dot(ac, a);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const double d3 = -dot(ab, b);
+  const double d4 = -dot(ac, b);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return a + (d1 / (d1 - d3)) * ab;
+  const double d5 = -dot(ab, c);
+  const double d6 = -dot(ac, c);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return a + (d2 / (d2 - d6)) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  const double toward_c = d4 - d3;
+  const double toward_b = d5 - d6;
+  if (va <= 0 && toward_c >= 0 && toward_b >= 0 && toward_c + toward_b > 0) {
+    return b + (toward_c / (toward_c + toward_b)) * (c - b);
+  }
+  const double sum = va + vb + vc;
+  if (!(sum > 0)) return a;
+  // The foot of the perpendicular. Along the normal it is exact where a + v ab + w ac would cancel.
+  const Vec3 n = cross(ab, ac);
+  const double nn = dot(n, n);
+  return nn > 0 ? (dot(n, a) / nn) * n : a + (vb / sum) * ab + (vc / sum) * ac;
+}
+
+/// From the closest point of the segment (0, e) to that of the segment (g, q).
+inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
+  const Vec3 h = q - g;
+  const double ee = dot(e, e);
+  const double hh = dot(h, h);
+  const double eh = dot(e, h);
+  const double eg = dot(e, g);
+  const double hg = dot(h, g);
+  const double denominator = ee * hh - eh * eh;
+  // Parallel edges: any point of the first will do to start from.
+  double s = denominator > 0 ? std::clamp((eg * hh - eh * hg) / denominator, 0.0, 1.0) : 0.0;
+  double r = hh > 0 ? (s * eh - hg) / hh : 0.0;
+  if (r < 0) {
+    r = 0;
+    s = ee > 0 ? std::clamp(eg / ee, 0.0, 1.0) : 0.0;
+  } else if (r > 1) {
+    r = 1;
+    s = ee > 0 ? std::clamp((eg + eh) / ee, 0.0, 1.0) : 0.0;
+  }
+  return (g + r * h) - s * e;
+}
+
+}  // namespace warmfront

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inside tests: where on the primitives the four coplanar points would meet, as signs of quartics over a
+// window of times. Pure functions. Source: reference/algorithms 3.2 (TightCCD), conditions as in 3.6.
+#pragma once
+
+#include "engine/elementary/query.h"
+
+namespace warmfront {
+
+enum class Inside {
+  kNo,       ///< at no time of the window can the primitives meet
+  kYes,      ///< at every time of the window coplanar means meeting
+  kUnknown,  ///< neither is certain
+};
+
+/// Vertex-face: barycentric numerators w = ((b-p) x (c-p)).n and its rotations, all >= 0 when they meet.
+/// Edge-edge: g1 = ((c-a) x h).n and g2 = ((c-a) x e).n, with e, h the edges and n = e x h: 0 <= g <= n.n
+/// when they meet. Each is necessary for degenerate primitives too (then all vanish), and together, all
+/// strict, sufficient.
+///
+/// Each is a quartic in t, the product of two quadratic Beziers. Error bound: with L the largest coordinate
+/// of the vectors at the window's ends (each within 4 u, scaled query of size 1; differences of two within 10
+/// u), the cross products are within 34 u L, the normal within 100 u L (vertex-face) or 42 u L (edge-edge),
+/// the dot products and their Bernstein combinations within 1400 u L^3; 2048 u L^3 is used. Requires no
+/// minimum separation.
+Inside inside(const Query& query, const Window& window);
+
+}  // namespace warmfront

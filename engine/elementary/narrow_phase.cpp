@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/narrow_phase.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "engine/elementary/pair_tester.h"
+
+namespace warmfront {
+
+/// Opens leaf pairs into primitive pairs.
+template <class Bounds>
+class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
+ public:
+  void begin(const Bvh<Bounds>& bvh, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
+             std::uint64_t step) {
+    if (step_ == step) return;
+    step_ = step;
+    bvh_ = &bvh;
+    // A leaf of one primitive has that primitive's bounds, and its pair was just tested.
+    single_ = input.options.leaf_size == 1;
+    tester.begin(input, shared);
+  }
+
+  void leaf_pair(NodeId a, NodeId b) override {
+    const std::uint32_t begin_a = bvh_->shape.begin_of_leaf(a);
+    const std::uint32_t end_a = bvh_->shape.begin_of_leaf(a + 1);
+    if (a == b) {
+      for (std::uint32_t i = begin_a; i < end_a; ++i) against(i, i + 1, end_a);
+    } else {
+      const std::uint32_t begin_b = bvh_->shape.begin_of_leaf(b);
+      const std::uint32_t end_b = bvh_->shape.begin_of_leaf(b + 1);
+      for (std::uint32_t i = begin_a; i < end_a; ++i) against(i, begin_b, end_b);
+    }
+  }
+
+  PairTester tester;
+
+ private:
+  void against(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
+    const Bounds& bounds = bvh_->primitives[i];
+    if (!single_) tester.output().counts.primitive_tests += end - begin;
+    for (std::uint32_t j = begin; j < end; ++j) {
+      if (single_ || bounds.overlaps(bvh_->primitives[j]))
+        tester.primitive_pair(bvh_->order[i], bvh_->order[j]);
+    }
+  }
+
+  const Bvh<Bounds>* bvh_ = nullptr;
+  std::uint64_t step_ = 0;
+  bool single_ = false;
+};
+
+template <class Bounds>
+struct NarrowPhase<Bounds>::Impl {
+  tbb::enumerable_thread_specific<Sink> sinks;
+  NarrowPhaseShared shared;
+  const Bvh<Bounds>* bvh = nullptr;
+  const NarrowPhaseInput* input = nullptr;
+  std::uint64_t step = 0;
+
+  Sink& local_sink() {
+    Sink& sink = sinks.local();
+    sink.begin(*bvh, *input, shared, step);
+    return sink;
+  }
+};
+
+template <class Bounds>
+NarrowPhase<Bounds>::NarrowPhase() : impl_(std::make_unique<Impl>()) {}
+template <class Bounds>
+NarrowPhase<Bounds>::~NarrowPhase() = default;
+
+template <class Bounds>
+void NarrowPhase<Bounds>::begin(const Bvh<Bounds>& bvh, const NarrowPhaseInput& input) {
+  impl_->bvh = &bvh;
+  impl_->input = &input;
+  impl_->shared.earliest.store(2, std::memory_order_relaxed);
+  impl_->shared.contacts.store(0, std::memory_order_relaxed);
+  ++impl_->step;
+  for (Sink& sink : impl_->sinks) sink.begin(bvh, input, impl_->shared, impl_->step);
+}
+
+template <class Bounds>
+LeafPairSink& NarrowPhase<Bounds>::local() {
+  return impl_->local_sink();
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::flush() {
+  tbb::parallel_for(impl_->sinks.range(1), [](const auto& range) {
+    for (Sink& sink : range) sink.tester.flush();
+  });
+}
+
+template <class Bounds>
+double NarrowPhase<Bounds>::elementary_seconds() const {
+  double sum = 0;
+  for (Sink& sink : impl_->sinks) sum += sink.tester.output().elementary_seconds;
+  return sum;
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::test_orphans(const Orphans& orphans) {
+  constexpr std::size_t kGrain = 1024;
+  const auto& vf = orphans.vertex_face;
+  const auto& ee = orphans.edge_edge;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vf.size() + ee.size(), kGrain),
+                    [&](const auto& range) {
+                      PairTester& tester = impl_->local_sink().tester;
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                        if (i < vf.size()) {
+                          tester.orphan_vf(vf[i]);
+                        } else {
+                          tester.orphan_ee(ee[i - vf.size()]);
+                        }
+                      }
+                    });
+  flush();
+}
+
+template <class Bounds>
+NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
+  NarrowPhaseOutput sum;
+  contacts.clear();
+  for (Sink& sink : impl_->sinks) {
+    const NarrowPhaseOutput& output = sink.tester.output();
+    sum.vf += output.vf;
+    sum.ee += output.ee;
+    sum.possible += output.possible;
+    sum.earliest = std::min(sum.earliest, output.earliest);
+    sum.elementary_seconds += output.elementary_seconds;
+    sum.over_limit |= output.over_limit;
+    add(sum.counts, output.counts);
+    contacts.insert(contacts.end(), sink.tester.contacts().begin(), sink.tester.contacts().end());
+  }
+  if (impl_->input->options.report == Report::kEarliest) {
+    std::erase_if(contacts, [&](const Contact& c) { return c.toi > sum.earliest; });
+    sum.vf =
+        static_cast<std::uint64_t>(std::ranges::count(contacts, ContactKind::kVertexFace, &Contact::kind));
+    sum.ee = contacts.size() - sum.vf;
+    sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [](const Contact& c) {
+      return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;
+    }));
+  }
+  tbb::parallel_sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
+    return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
+  });
+  return sum;
+}
+
+template <class Bounds>
+std::size_t NarrowPhase<Bounds>::memory_bytes() const {
+  std::size_t bytes = 0;
+  for (const Sink& sink : impl_->sinks) bytes += sink.tester.memory_bytes();
+  return bytes;
+}
+
+template class NarrowPhase<Aabb>;
+template class NarrowPhase<KDop18>;
+
+}  // namespace warmfront

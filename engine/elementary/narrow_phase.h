@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// From leaf pairs to contacts: triangle pairs, the feature pairs they own, and the elementary cascade, block
+// by block. One NarrowPhase serves all threads of a step; each thread works through its own sink.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/contact.h"
+#include "engine/front/leaf_pairs.h"
+#include "engine/motion/motion.h"
+#include "engine/options.h"
+#include "engine/scene/orphans.h"
+#include "engine/scene/ownership.h"
+#include "engine/scene/patches.h"
+#include "engine/statistics.h"
+
+namespace warmfront {
+
+/// What a step's narrow phase reads. Constant while the step runs.
+struct NarrowPhaseInput {
+  const Scene& scene;
+  const Ownership& ownership;
+  const Patches& patches;
+  std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step
+  std::span<const VertexMotion> vertices;
+  std::span<const KDop18> vertex_bounds;
+  const ColliderOptions& options;
+};
+
+/// A step's answer and what it cost.
+struct NarrowPhaseOutput {
+  std::uint64_t vf = 0;
+  std::uint64_t ee = 0;
+  std::uint64_t possible = 0;
+  double earliest = 2;            ///< least toi; 2 without contacts
+  double elementary_seconds = 0;  ///< that all threads spent in the cascade
+  StepCounts counts;              ///< only what the narrow phase counts
+  bool over_limit = false;        ///< more contacts than options.max_contacts: the answer is incomplete
+};
+
+template <class Bounds>
+class NarrowPhase final : public LeafPairSinks {
+ public:
+  NarrowPhase();
+  ~NarrowPhase() override;
+
+  /// Forgets the last step's answer. `bvh` and `input` must outlive the step.
+  void begin(const Bvh<Bounds>& bvh, const NarrowPhaseInput& input);
+
+  LeafPairSink& local() override;
+
+  /// Tests what is left in the threads' blocks. Parallel.
+  void flush();
+
+  /// Seconds that all threads have spent in the cascade so far in this step.
+  double elementary_seconds() const;
+
+  /// Tests the orphan sets, in parallel.
+  void test_orphans(const Orphans& orphans);
+
+  /// Puts the threads' contacts together, sorted, into `contacts` (left empty for Report::kCount). Parallel.
+  NarrowPhaseOutput finish(std::vector<Contact>& contacts);
+
+  std::size_t memory_bytes() const;
+
+ private:
+  class Sink;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace warmfront

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/pair_tester.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+#include "engine/elementary/certified.h"
+#include "engine/scene/adjacency.h"
+
+namespace warmfront {
+namespace {
+
+KDop18 merged(const KDop18& a, const KDop18& b) {
+  KDop18 both = a;
+  both.merge(b);
+  return both;
+}
+
+FeaturePair vertex_face(const Scene& scene, const FeatureIds& ids) {
+  const Face& face = scene.faces()[ids.b];
+  return {{ids.a, face[0], face[1], face[2]}, ids.a, ids.b, ContactKind::kVertexFace};
+}
+
+FeaturePair edge_edge(const Scene& scene, const FeatureIds& ids) {
+  const Edge& a = scene.edges()[ids.a];
+  const Edge& b = scene.edges()[ids.b];
+  return {{a[0], a[1], b[0], b[1]}, ids.a, ids.b, ContactKind::kEdgeEdge};
+}
+
+}  // namespace
+
+void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared) {
+  input_ = &input;
+  shared_ = &shared;
+  contacts_.clear();
+  output_ = {};
+  block_.size = 0;
+}
+
+void PairTester::primitive_pair(std::uint32_t p, std::uint32_t q) {
+  const std::uint32_t faces = input_->scene.face_count();
+  if (p < faces && q < faces) {
+    face_pair(p, q);
+  } else if (p < faces) {
+    vertex_against_face(input_->scene.isolated_vertices()[q - faces], p);
+  } else if (q < faces) {
+    vertex_against_face(input_->scene.isolated_vertices()[p - faces], q);
+  }
+}
+
+void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
+  const Scene& scene = input_->scene;
+  if (g < f) std::swap(f, g);
+  const Face& face_f = scene.faces()[f];
+  const Face& face_g = scene.faces()[g];
+  if (adjacent(face_f, face_g)) {
+    ++output_.counts.adjacent_pairs;
+    return;
+  }
+  const std::uint32_t patch = input_->patches.of_face[f];
+  if (patch != Patches::kNone && patch == input_->patches.of_face[g] && input_->patch_culled[patch] != 0) {
+    ++output_.counts.cone_culled_pairs;
+    return;
+  }
+  ++output_.counts.triangle_pairs;
+
+  const std::uint32_t owned = input_->ownership.owned(f, g);
+  const auto bounds = [this](std::uint32_t v) -> const KDop18& { return input_->vertex_bounds[v]; };
+  // A vertex of one side against the other side's face.
+  const auto test_vertices = [&](std::uint32_t bits, const Face& vertices, std::uint32_t face_id,
+                                 const Face& face) {
+    if (bits == 0) return;
+    KDop18 face_bounds = merged(bounds(face[0]), bounds(face[1]));
+    face_bounds.merge(bounds(face[2]));
+    for (int i = 0; i < 3; ++i) {
+      if (((bits >> i) & 1U) == 0) continue;
+      ++output_.counts.elementary_tests;
+      if (!bounds(vertices[i]).overlaps(face_bounds)) continue;
+      push(vertex_face(scene, {vertices[i], face_id}));
+    }
+  };
+  test_vertices(owned & 7U, face_f, g, face_g);
+  test_vertices((owned >> 3) & 7U, face_g, f, face_f);
+
+  const std::uint32_t edge_bits = owned >> 6;
+  if (edge_bits == 0) return;
+  std::array<KDop18, 3> bounds_g;
+  for (int j = 0; j < 3; ++j) {
+    if ((edge_bits >> j) & 0b001001001U) bounds_g[j] = merged(bounds(face_g[j]), bounds(face_g[(j + 1) % 3]));
+  }
+  for (int i = 0; i < 3; ++i) {
+    const std::uint32_t row = (edge_bits >> (3 * i)) & 7U;
+    if (row == 0) continue;
+    const KDop18 bounds_f = merged(bounds(face_f[i]), bounds(face_f[(i + 1) % 3]));
+    for (int j = 0; j < 3; ++j) {
+      if (((row >> j) & 1U) == 0) continue;
+      ++output_.counts.elementary_tests;
+      if (!bounds_f.overlaps(bounds_g[j])) continue;
+      const auto [a, b] = std::minmax(scene.face_edges()[f][i], scene.face_edges()[g][j]);
+      push(edge_edge(scene, {a, b}));
+    }
+  }
+}
+
+void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
+  ++output_.counts.elementary_tests;
+  const Face& face = input_->scene.faces()[f];
+  KDop18 face_bounds = merged(input_->vertex_bounds[face[0]], input_->vertex_bounds[face[1]]);
+  face_bounds.merge(input_->vertex_bounds[face[2]]);
+  if (input_->vertex_bounds[v].overlaps(face_bounds)) push(vertex_face(input_->scene, {v, f}));
+}
+
+void PairTester::orphan_vf(const FeatureIds& ids) {
+  ++output_.counts.orphan_tests;
+  vertex_against_face(ids.a, ids.b);
+}
+
+void PairTester::orphan_ee(const FeatureIds& ids) {
+  ++output_.counts.orphan_tests;
+  ++output_.counts.elementary_tests;
+  const Edge& a = input_->scene.edges()[ids.a];
+  const Edge& b = input_->scene.edges()[ids.b];
+  const auto& bounds = input_->vertex_bounds;
+  if (merged(bounds[a[0]], bounds[a[1]]).overlaps(merged(bounds[b[0]], bounds[b[1]]))) {
+    push(edge_edge(input_->scene, ids));
+  }
+}
+
+void PairTester::push(const FeaturePair& pair) {
+  ++output_.counts.bounds_passed;
+  block_.push(pair);
+  if (block_.full()) flush();
+}
+
+void PairTester::flush() {
+  if (block_.size == 0) return;
+  const auto start = std::chrono::steady_clock::now();
+  const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+  const ColliderOptions& options = input_->options;
+  std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
+  const std::size_t count =
+      coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
+  output_.counts.coplanarity_passed += count;
+  CertifiedOptions certified{.tolerance = options.tolerance, .min_separation = options.min_separation};
+  for (std::size_t i = 0; i < count; ++i) {
+    const FeaturePair& pair = pairs[survivors[i]];
+    FeatureVertices features{pair.kind, {}};
+    for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
+    if (options.report == Report::kEarliest)
+      certified.latest = shared_->earliest.load(std::memory_order_relaxed);
+    if (const Verdict verdict = certified_test(features, certified); verdict.contact) {
+      report(pair, verdict.status, verdict.toi);
+    }
+  }
+  block_.size = 0;
+  output_.elementary_seconds +=
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void PairTester::report(const FeaturePair& pair, ContactStatus status, double toi) {
+  (pair.kind == ContactKind::kVertexFace ? output_.vf : output_.ee) += 1;
+  output_.possible += status == ContactStatus::kPossible || status == ContactStatus::kBudget;
+  output_.earliest = std::min(output_.earliest, toi);
+  const Report wanted = input_->options.report;
+  if (wanted == Report::kCount) return;
+  if (wanted == Report::kEarliest) {
+    double earliest = shared_->earliest.load(std::memory_order_relaxed);
+    while (toi < earliest &&
+           !shared_->earliest.compare_exchange_weak(earliest, toi, std::memory_order_relaxed)) {
+    }
+    // Ties with the earliest are kept; what was kept before it came is dropped at the end, or here before it
+    // grows.
+    if (toi > earliest) return;
+    if (!contacts_.empty() && toi < contacts_.back().toi) contacts_.clear();
+    contacts_.push_back({pair.kind, status, pair.a, pair.b, toi});
+    return;
+  }
+  // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.
+  if (shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts) {
+    output_.over_limit = true;
+    return;
+  }
+  contacts_.push_back({pair.kind, status, pair.a, pair.b, toi});
+}
+
+}  // namespace warmfront

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// One thread's way from triangle pairs to contacts. Used by one thread at a time; `Shared` by all of them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "engine/elementary/feature_block.h"
+#include "engine/elementary/narrow_phase.h"
+
+namespace warmfront {
+
+/// What the threads of a step share besides the constant input.
+struct NarrowPhaseShared {
+  std::atomic<double> earliest{2};       ///< least toi found so far; prunes for Report::kEarliest
+  std::atomic<std::size_t> contacts{0};  ///< contacts kept by all threads
+};
+
+class PairTester {
+ public:
+  /// Starts a step; buffers are kept.
+  void begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared);
+
+  /// Two primitives (faces, then isolated vertices) whose swept bounds overlap.
+  void primitive_pair(std::uint32_t p, std::uint32_t q);
+
+  /// Elementary tests of the orphan sets; ids as in Orphans.
+  void orphan_vf(const FeatureIds& ids);
+  void orphan_ee(const FeatureIds& ids);
+
+  /// Runs the elementary cascade over the block and empties it.
+  void flush();
+
+  std::vector<Contact>& contacts() { return contacts_; }
+  NarrowPhaseOutput& output() { return output_; }
+  std::size_t memory_bytes() const { return sizeof(*this) + contacts_.capacity() * sizeof(Contact); }
+
+ private:
+  void face_pair(std::uint32_t f, std::uint32_t g);
+  void vertex_against_face(std::uint32_t v, std::uint32_t f);
+  void push(const FeaturePair& pair);
+  void report(const FeaturePair& pair, ContactStatus status, double toi);
+
+  const NarrowPhaseInput* input_ = nullptr;
+  NarrowPhaseShared* shared_ = nullptr;
+  std::vector<Contact> contacts_;
+  NarrowPhaseOutput output_;
+  FeatureBlock block_;
+};
+
+}  // namespace warmfront

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/options.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace warmfront {
+namespace {
+
+template <class T, std::size_t N>
+using Names = std::array<std::pair<T, std::string_view>, N>;
+
+constexpr Names<Tier, 3> kTiers{
+    {{Tier::kFast, "fast"}, {Tier::kCertified, "certified"}, {Tier::kExact, "exact"}}};
+constexpr Names<FrontMode, 3> kFronts{
+    {{FrontMode::kNone, "none"}, {FrontMode::kPaper, "paper"}, {FrontMode::kWarm, "warm"}}};
+constexpr Names<BoundsKind, 2> kBounds{{{BoundsKind::kAabb, "aabb"}, {BoundsKind::kKDop18, "kdop18"}}};
+constexpr Names<Report, 3> kReports{
+    {{Report::kAll, "all"}, {Report::kEarliest, "earliest"}, {Report::kCount, "count"}}};
+
+template <class T, std::size_t N>
+std::string_view name_of(const Names<T, N>& names, T value) {
+  for (const auto& [known, name] : names) {
+    if (known == value) return name;
+  }
+  return "unknown";
+}
+
+template <class T, std::size_t N>
+Result<T> value_of(const Names<T, N>& names, std::string_view field, std::string_view name) {
+  std::string choices;
+  for (const auto& [value, known] : names) {
+    if (known == name) return value;
+    choices += (choices.empty() ? "" : ", ") + std::string(known);
+  }
+  return invalid_argument(std::string(field) + ": \"" + std::string(name) + "\" is not one of " + choices);
+}
+
+}  // namespace
+
+std::string_view to_string(Tier tier) {
+  return name_of(kTiers, tier);
+}
+std::string_view to_string(FrontMode mode) {
+  return name_of(kFronts, mode);
+}
+std::string_view to_string(BoundsKind kind) {
+  return name_of(kBounds, kind);
+}
+std::string_view to_string(Report report) {
+  return name_of(kReports, report);
+}
+Result<Tier> parse_tier(std::string_view name) {
+  return value_of(kTiers, "tier", name);
+}
+Result<FrontMode> parse_front_mode(std::string_view name) {
+  return value_of(kFronts, "front", name);
+}
+Result<BoundsKind> parse_bounds_kind(std::string_view name) {
+  return value_of(kBounds, "bounds", name);
+}
+Result<Report> parse_report(std::string_view name) {
+  return value_of(kReports, "report", name);
+}
+
+Status validate(const ColliderOptions& options) {
+  if (!(options.tolerance > 0.0 && options.tolerance <= 1.0)) {
+    return invalid_argument("tolerance: " + std::to_string(options.tolerance) + " is not in (0, 1]");
+  }
+  if (!(options.min_separation >= 0.0 && std::isfinite(options.min_separation))) {
+    return invalid_argument("min_separation: " + std::to_string(options.min_separation) +
+                            " is not a finite length >= 0");
+  }
+  const std::uint32_t leaf = options.leaf_size;
+  if (leaf != 1 && leaf != 2 && leaf != 4 && leaf != 8) {
+    return invalid_argument("leaf_size: " + std::to_string(leaf) + " is not one of 1, 2, 4, 8");
+  }
+  if (options.tier != Tier::kCertified) {
+    return Error{ErrorCode::kUnimplemented, "tier: \"" + std::string(to_string(options.tier)) +
+                                                "\" is not in this build; use \"certified\""};
+  }
+  return {};
+}
+
+}  // namespace warmfront

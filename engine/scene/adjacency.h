@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Face adjacency. Two faces are adjacent when they share a vertex. Pure functions.
+#pragma once
+
+#include "engine/scene/scene.h"
+
+namespace warmfront {
+
+inline bool has_vertex(const Face& face, std::uint32_t v) {
+  return face[0] == v || face[1] == v || face[2] == v;
+}
+
+/// True when the faces share a vertex (a face is adjacent to itself).
+inline bool adjacent(const Face& f, const Face& g) {
+  return has_vertex(g, f[0]) || has_vertex(g, f[1]) || has_vertex(g, f[2]);
+}
+
+inline bool share_vertex(const Edge& a, const Edge& b) {
+  return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1];
+}
+
+}  // namespace warmfront

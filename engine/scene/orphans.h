@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Orphan sets: the elementary tests that only adjacent triangle pairs would offer (Tang, Curtis, Yoon,
+// Manocha 2008; Tang, Manocha, Tong 2009, section 4.1). Enumerated once per topology; immutable.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace warmfront {
+
+/// A vertex and a face, or two edges (a < b).
+struct FeatureIds {
+  std::uint32_t a;
+  std::uint32_t b;
+  friend auto operator<=>(const FeatureIds&, const FeatureIds&) = default;
+};
+
+struct Orphans {
+  /// (v, f): v is not in f, and every face around v shares a vertex with f. Vertices of no face are no
+  /// orphans: they are primitives of the hierarchy themselves.
+  std::vector<FeatureIds> vertex_face;
+  /// (e1, e2): no shared vertex, and every pair of a face along e1 and a face along e2 shares a vertex.
+  std::vector<FeatureIds> edge_edge;
+};
+
+/// O(sum over faces of (faces around its vertices)): quadratic in the degree of a hub vertex, as its orphans
+/// are.
+Orphans enumerate_orphans(const Scene& scene);
+
+}  // namespace warmfront

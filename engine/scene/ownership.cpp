@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/scene/ownership.h"
+
+#include "engine/scene/adjacency.h"
+
+namespace warmfront {
+namespace {
+
+constexpr std::uint32_t slot(std::uint32_t v) {
+  return v & 255U;
+}
+
+template <class Bloom>
+void insert(Bloom& bloom, const Face& face) {
+  for (const std::uint32_t v : face) bloom[slot(v) >> 6] |= std::uint64_t{1} << (slot(v) & 63U);
+}
+
+template <class Bloom>
+bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
+  return (bloom[slot(v) >> 6] >> (slot(v) & 63U)) & 1U;
+}
+
+}  // namespace
+
+Ownership::Ownership(const Scene& scene) : scene_(&scene), records_(scene.face_count()) {
+  for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+    Record& record = records_[f];
+    record.vertices = scene.faces()[f];
+    record.first_bits = 0;
+    record.vertex_ring = {};
+    record.edge_ring = {};
+    for (int i = 0; i < 3; ++i) {
+      const auto vertex_faces = scene.vertex_faces()[record.vertices[i]];
+      const auto edge_faces = scene.edge_faces()[scene.face_edges()[f][i]];
+      if (vertex_faces.front() == f) record.first_bits |= 1U << i;
+      if (edge_faces.front() == f) record.first_bits |= 8U << i;
+      for (const std::uint32_t g : vertex_faces) insert(record.vertex_ring, scene.faces()[g]);
+      for (const std::uint32_t g : edge_faces) insert(record.edge_ring, scene.faces()[g]);
+    }
+  }
+}
+
+// An earlier face of a feature can only be adjacent to the other side when the sides are near each other in
+// the mesh: around a vertex, when that face holds a vertex of the other; along edges, when the two edge rings
+// share a vertex. The edge rings hold the faces' own vertices, which non-adjacent faces do not share, but
+// collisions only cost time.
+bool Ownership::perhaps_near(const Record& f, const Record& g) const {
+  for (int i = 0; i < 3; ++i) {
+    if (perhaps_contains(f.vertex_ring, g.vertices[i]) || perhaps_contains(g.vertex_ring, f.vertices[i]))
+      return true;
+  }
+  std::uint64_t common = 0;
+  for (int word = 0; word < 4; ++word) common |= f.edge_ring[word] & g.edge_ring[word];
+  return common != 0;
+}
+
+std::uint32_t Ownership::owned(std::uint32_t f, std::uint32_t g) const {
+  const Record& rf = records_[f];
+  const Record& rg = records_[g];
+  if (perhaps_near(rf, rg)) return owned_when_near(f, g);
+  const std::uint32_t edges_g = rg.first_bits >> 3;
+  std::uint32_t mask = (rf.first_bits & 7U) | ((rg.first_bits & 7U) << 3);
+  for (int i = 0; i < 3; ++i) {
+    if (rf.first_bits & (8U << i)) mask |= edges_g << (6 + 3 * i);
+  }
+  return mask;
+}
+
+std::uint32_t Ownership::owned_when_near(std::uint32_t f, std::uint32_t g) const {
+  const Scene& scene = *scene_;
+  std::uint32_t mask = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (owns_vf(f, scene.faces()[f][i], g)) mask |= 1U << i;
+    if (owns_vf(g, scene.faces()[g][i], f)) mask |= 8U << i;
+    for (int j = 0; j < 3; ++j) {
+      if (owns_ee(f, scene.face_edges()[f][i], g, scene.face_edges()[g][j])) mask |= 1U << (6 + 3 * i + j);
+    }
+  }
+  return mask;
+}
+
+bool Ownership::owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const {
+  for (const std::uint32_t g : scene_->vertex_faces()[v]) {
+    if (g == owner) return true;
+    if (!adjacent(scene_->faces()[g], scene_->faces()[face])) return false;
+  }
+  return false;
+}
+
+bool Ownership::owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const {
+  if (e1 > e2) {
+    std::swap(e1, e2);
+    std::swap(f, g);
+  }
+  for (const std::uint32_t first : scene_->edge_faces()[e1]) {
+    for (const std::uint32_t second : scene_->edge_faces()[e2]) {
+      if (first == f && second == g) return true;
+      if (!adjacent(scene_->faces()[first], scene_->faces()[second])) return false;
+    }
+  }
+  return false;
+}
+
+}  // namespace warmfront

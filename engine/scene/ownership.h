@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which triangle pair tests which feature pair, so that each is tested exactly once. Immutable; free to
+// share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace warmfront {
+
+/// Procedural ownership over non-adjacent triangle pairs (reference: Tang et al. 2010, Self-CCD; a fixed
+/// representative triangle as in Curtis et al. 2008 would lose tests where it is adjacent and another
+/// incident face is not):
+///   vertex-face (v, f): the first face around v that is not adjacent to f owns it, together with f;
+///   edge-edge (e1 < e2): the first pair, in lexicographic order, of a face along e1 and a face along e2 that
+///   are not adjacent owns it.
+/// Together with the orphan sets this covers every valid pair exactly once.
+class Ownership {
+ public:
+  explicit Ownership(const Scene& scene);
+
+  /// Feature pairs that the non-adjacent faces (f, g) own. Bits 0-2: vertex i of f against g; bits 3-5:
+  /// vertex i of g against f; bits 6 + 3 i + j: edge i of f against edge j of g.
+  std::uint32_t owned(std::uint32_t f, std::uint32_t g) const;
+
+  std::size_t memory_bytes() const { return records_.size() * sizeof(Record); }
+
+ private:
+  // A set of vertices as a 256-bit Bloom filter of one hash: it answers "certainly disjoint" or "perhaps
+  // not".
+  using Bloom = std::array<std::uint64_t, 4>;
+
+  struct Record {
+    Face vertices;
+    std::uint32_t first_bits;  // bits 0-2: first face of vertex i; bits 3-5: first face of edge i
+    Bloom vertex_ring;         // vertices of the faces around the three vertices
+    Bloom edge_ring;           // vertices of the faces along the three edges
+  };
+
+  bool perhaps_near(const Record& f, const Record& g) const;
+  std::uint32_t owned_when_near(std::uint32_t f, std::uint32_t g) const;
+  bool owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const;
+  bool owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const;
+
+  const Scene* scene_;
+  std::vector<Record> records_;
+};
+
+}  // namespace warmfront

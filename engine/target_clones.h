@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// Run-time dispatch for hot loops that the compiler vectorises: the same source, compiled for AVX2 and for
+// the baseline, chosen when the program is loaded. Neither contracts multiplications and additions, so
+// answers are the same bits.
+#pragma once
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(WARMFRONT_NO_TARGET_CLONES)
+#define WARMFRONT_TARGET_CLONES [[gnu::target_clones("avx2", "default")]]
+#else
+#define WARMFRONT_TARGET_CLONES
+#endif

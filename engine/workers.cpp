@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/workers.h"
+
+#include <tbb/task_arena.h>
+#include <tbb/task_scheduler_observer.h>
+
+#include <cfenv>
+#include <thread>
+
+namespace warmfront {
+namespace {
+
+// A linked library may have changed MXCSR (rounding, flush to zero) in any thread, so every thread that
+// enters the arena is put into the default environment, and gets its own back when it leaves.
+class DefaultFloatingPoint final : public tbb::task_scheduler_observer {
+ public:
+  explicit DefaultFloatingPoint(tbb::task_arena& arena) : tbb::task_scheduler_observer(arena) {
+    observe(true);
+  }
+  ~DefaultFloatingPoint() override { observe(false); }
+  void on_scheduler_entry(bool) override { std::fesetenv(FE_DFL_ENV); }
+};
+
+// The calling thread's environment for as long as it works in the arena.
+class CallerEnvironment {
+ public:
+  CallerEnvironment() {
+    std::fegetenv(&saved_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~CallerEnvironment() { std::fesetenv(&saved_); }
+  CallerEnvironment(const CallerEnvironment&) = delete;
+  CallerEnvironment& operator=(const CallerEnvironment&) = delete;
+
+ private:
+  std::fenv_t saved_{};
+};
+
+int thread_count(int asked) {
+  if (asked > 0) return asked;
+  const unsigned hardware = std::thread::hardware_concurrency();
+  return hardware == 0 ? 1 : static_cast<int>(hardware);
+}
+
+}  // namespace
+
+struct Workers::Impl {
+  explicit Impl(int threads) : arena(threads), environment(arena) {}
+  tbb::task_arena arena;
+  DefaultFloatingPoint environment;
+};
+
+Workers::Workers(int threads) : impl_(std::make_unique<Impl>(thread_count(threads))) {}
+Workers::~Workers() = default;
+
+int Workers::threads() const {
+  return impl_->arena.max_concurrency();
+}
+
+void Workers::run(const std::function<void()>& work) {
+  impl_->arena.execute([&work] {
+    const CallerEnvironment environment;
+    // Tasks of another collider in the same arena must not run inside a wait of this one: it may hold
+    // thread-local state.
+    tbb::this_task_arena::isolate([&work] { work(); });
+  });
+}
+
+}  // namespace warmfront
