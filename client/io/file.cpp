@@ -48,10 +48,16 @@ void OutputFile::write(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) error_ = errno ? errno : EIO;
 }
 
+Status OutputFile::flush() {
+  errno = 0;
+  if (file_ && std::fflush(file_.get()) != 0 && error_ == 0) error_ = errno ? errno : EIO;
+  if (error_ != 0) return file_error(path_, "cannot write", error_);
+  return {};
+}
+
 Status OutputFile::close() {
   if (file_) {
-    errno = 0;
-    if (std::fflush(file_.get()) != 0 && error_ == 0) error_ = errno ? errno : EIO;
+    (void)flush();  // its error is kept
     errno = 0;
     if (std::fclose(file_.release()) != 0 && error_ == 0) error_ = errno ? errno : EIO;
   }

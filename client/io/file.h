@@ -23,6 +23,9 @@ class OutputFile {
 
   void write(std::string_view bytes);
 
+  /// Hands what was written to the system; the first error since create().
+  Status flush();
+
   /// Flushes and closes; the first error since create(), with the path and the system's reason.
   Status close();
 

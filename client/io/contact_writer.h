@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contacts to a file, frame by frame as they are found. A writer is used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "client/io/contact_record.h"
+#include "engine/collider.h"
+#include "engine/result.h"
+
+namespace warmfront::client {
+
+class ContactWriter {
+ public:
+  virtual ~ContactWriter() = default;
+
+  /// Writes a step's contacts. `frame` is the index of the step's end frame; `start` and `end` are the
+  /// positions between which the contacts were found. A full disk may show here or in close().
+  virtual Status write(std::uint64_t frame, const Positions& start, const Positions& end,
+                       std::span<const ContactRecord> contacts) = 0;
+
+  /// Flushes and closes; fails when anything written did not reach the file.
+  virtual Status close() = 0;
+};
+
+/// "vf" and "ee".
+std::string_view short_name(ContactKind kind);
+/// "hit", "possible", "overlap_at_start", "budget".
+std::string_view to_string(ContactStatus status);
+
+/// Appends `value` with 17 significant digits, which read back as the same double.
+void append_round_trip(std::string& out, double value);
+
+/// Whether the name ends in .csv, .jsonl or .vtp.
+bool is_contact_file_name(std::string_view path);
+
+/// A writer by the extension of `path`:
+/// - .csv: `frame,type,v0,v1,v2,v3,toi`, a line a contact;
+/// - .jsonl: `{"frame":1,"type":"vf","v0":0,"v1":1,"v2":2,"v3":3,"toi":0.5,"status":"hit"}`, a line a
+/// contact;
+/// - .vtp: NAME_000001.vtp, ... one VTK PolyData file a frame, and NAME.pvd, which lists them: each contact
+/// is a point at
+///   the mean of its four vertices at the time of impact, with arrays toi, kind, status and frame.
+Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path);
+
+/// The three, each for its own extension.
+Result<std::unique_ptr<ContactWriter>> open_csv_contact_writer(const std::string& path);
+Result<std::unique_ptr<ContactWriter>> open_jsonl_contact_writer(const std::string& path);
+Result<std::unique_ptr<ContactWriter>> open_vtp_contact_writer(const std::string& path);
+
+}  // namespace warmfront::client

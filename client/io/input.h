@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a command steps through: a scene and its frames, wherever they come from. One thread at a time each.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "client/io/mesh.h"
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront::client {
+
+class Input {
+ public:
+  virtual ~Input() = default;
+
+  /// For people: a path or "builtin:...".
+  const std::string& name() const { return name_; }
+  /// Faces, vertex count, and the bodies where the source tells them.
+  const SceneDescription& scene() const { return scene_; }
+  /// At least two.
+  std::uint32_t frame_count() const { return frame_count_; }
+
+  /// Reads frame `index` in [0, frame_count) into `positions`, (n, 3), in the source's precision. Any order
+  /// is allowed; ascending is fast. Fails when the source cannot be read or does not fit the scene; the
+  /// message says where.
+  virtual Status read_frame(std::uint32_t index, PositionBuffer& positions) = 0;
+
+ protected:
+  Input(std::string name, SceneDescription scene, std::uint32_t frame_count)
+      : name_(std::move(name)), scene_(std::move(scene)), frame_count_(frame_count) {}
+
+ private:
+  std::string name_;
+  SceneDescription scene_;
+  std::uint32_t frame_count_;
+};
+
+/// Whether the arguments make an input as far as their form tells, without a look at any file; else what to
+/// give. They are
+/// - one folder with mesh.ply and frames.pc2 (and info.json, for the bodies), or with t0.ply, t1.ply, ...;
+/// - two or more mesh files (.ply, .obj, .stl) of one topology, which are successive frames;
+/// - one `builtin:NAME`, with `?key=value&...` (client/scenes/catalog.h).
+Status check_input_arguments(std::span<const std::string> arguments);
+
+/// Opens what check_input_arguments() describes. Fails when something is missing, malformed, or does not fit
+/// together.
+Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments);
+
+/// Opens one folder, and two or more mesh files.
+Result<std::unique_ptr<Input>> open_folder_input(const std::string& folder);
+Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths);
+
+}  // namespace warmfront::client

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inputs from files: see input.h. Frames are read when they are asked for, so that long sequences need little
+// memory.
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "client/io/file.h"
+#include "client/io/info_json.h"
+#include "client/io/input.h"
+#include "client/io/mesh_file.h"
+#include "client/io/pc2.h"
+
+namespace warmfront::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+SceneDescription describe(Mesh& mesh) {
+  SceneDescription scene;
+  scene.vertex_count = static_cast<std::uint32_t>(vertex_count(mesh.positions));
+  scene.faces = std::move(mesh.faces);
+  return scene;
+}
+
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+/// A mesh and its point cache.
+class CacheInput final : public Input {
+ public:
+  CacheInput(std::string name, SceneDescription scene, Pc2Reader cache)
+      : Input(std::move(name), std::move(scene), cache.header().sample_count), cache_(std::move(cache)) {}
+
+  Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
+    if (positions.index() != 0) positions.emplace<0>();
+    return cache_.read(index, std::get<0>(positions));
+  }
+
+ private:
+  Pc2Reader cache_;
+};
+
+/// The first thing in which a frame's mesh is not the scene's.
+std::optional<std::string> difference(const SceneDescription& scene, const Mesh& mesh) {
+  const std::size_t vertices = vertex_count(mesh.positions);
+  if (vertices != scene.vertex_count)
+    return std::to_string(vertices) + " vertices, not " + std::to_string(scene.vertex_count);
+  if (mesh.faces.size() != scene.faces.size())
+    return std::to_string(mesh.faces.size()) + " triangles, not " + std::to_string(scene.faces.size());
+  const auto text = [](const std::array<std::int32_t, 3>& f) {
+    return "(" + std::to_string(f[0]) + ", " + std::to_string(f[1]) + ", " + std::to_string(f[2]) + ")";
+  };
+  for (std::size_t i = 0; i < mesh.faces.size(); ++i)
+    if (mesh.faces[i] != scene.faces[i])
+      return "triangle " + std::to_string(i) + " is " + text(mesh.faces[i]) + ", not " + text(scene.faces[i]);
+  return std::nullopt;
+}
+
+/// A mesh file a frame.
+class MeshFilesInput final : public Input {
+ public:
+  MeshFilesInput(std::string name, SceneDescription scene, std::vector<std::string> paths,
+                 PositionBuffer first)
+      : Input(std::move(name), std::move(scene), static_cast<std::uint32_t>(paths.size())),
+        paths_(std::move(paths)),
+        first_(std::move(first)) {}
+
+  Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
+    if (index >= frame_count()) return invalid_argument(name() + ": no frame " + std::to_string(index));
+    if (index == 0) {
+      positions = first_;
+      return {};
+    }
+    Result<Mesh> mesh = read_mesh(paths_[index]);
+    if (!mesh) return mesh.error();
+    if (const auto what = difference(scene(), mesh.value()))
+      return invalid_argument(paths_[index] + ": another topology than " + paths_[0] + ": " + *what);
+    positions = std::move(mesh.value().positions);
+    return {};
+  }
+
+ private:
+  std::vector<std::string> paths_;
+  PositionBuffer first_;
+};
+
+Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
+  const std::string mesh_path = (folder / "mesh.ply").string();
+  const std::string cache_path = (folder / "frames.pc2").string();
+  Result<Mesh> mesh = read_mesh(mesh_path);
+  if (!mesh) return mesh.error();
+  Result<Pc2Reader> cache = Pc2Reader::open(cache_path);
+  if (!cache) return cache.error();
+  SceneDescription scene = describe(mesh.value());
+  const Pc2Header& header = cache.value().header();
+  if (header.point_count != scene.vertex_count)
+    return invalid_argument(cache_path + ": " + std::to_string(header.point_count) + " points, but " +
+                            mesh_path + " has " + std::to_string(scene.vertex_count) + " vertices");
+  if (header.sample_count < 2)
+    return invalid_argument(cache_path + ": " + std::to_string(header.sample_count) +
+                            " frames; a step needs two");
+  if (const fs::path info_path = folder / "info.json"; is_there(info_path)) {
+    const Result<std::string> bytes = read_file(info_path.string());
+    if (!bytes) return bytes.error();
+    Result<SceneInfo> info = parse_info_json(bytes.value(), info_path.string());
+    if (!info) return info.error();
+    scene.bodies = std::move(info.value().bodies);
+  }
+  return std::unique_ptr<Input>(
+      std::make_unique<CacheInput>(folder.string(), std::move(scene), std::move(cache).value()));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Input>> open_folder_input(const std::string& name) {
+  const fs::path folder(name);
+  std::error_code ignored;
+  if (!is_there(folder)) return invalid_argument(name + ": no such file or folder");
+  if (!fs::is_directory(folder, ignored))
+    return invalid_argument(name + ": neither a folder nor a mesh file (.ply, .obj, .stl) by its name");
+  if (is_there(folder / "mesh.ply")) return open_cache_input(folder);
+  std::vector<std::string> paths;
+  for (;;) {
+    const fs::path path = folder / ("t" + std::to_string(paths.size()) + ".ply");
+    if (!is_there(path)) break;
+    paths.push_back(path.string());
+  }
+  if (paths.size() < 2)
+    return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply and t1.ply");
+  return open_mesh_files_input(paths);
+}
+
+Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths) {
+  if (paths.size() < 2) return invalid_argument("a step needs two mesh files or more");
+  Result<Mesh> first = read_mesh(paths[0]);
+  if (!first) return first.error();
+  SceneDescription scene = describe(first.value());
+  return std::unique_ptr<Input>(std::make_unique<MeshFilesInput>(
+      paths[0], std::move(scene), std::vector<std::string>(paths.begin(), paths.end()),
+      std::move(first.value().positions)));
+}
+
+}  // namespace warmfront::client

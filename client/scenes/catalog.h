@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built-in scenes by name: look-alikes of the five benchmarks of Tang, Manocha and Tong 2009, from a
+// small model of ours, so that a demo or test needs no file. They are not the paper's data: never compare
+// their times with its own. Functions are thread-safe; an Animation is used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront::client::scenes {
+
+class Model;
+
+inline constexpr std::string_view kBuiltinPrefix = "builtin:";
+inline constexpr std::uint32_t kLeastTriangles = 1'000, kMostTriangles = 1'000'000;
+inline constexpr std::uint32_t kLeastFrames = 2, kMostFrames = 10'000;
+
+struct CatalogEntry {
+  std::string_view name;
+  std::string_view description;
+  std::uint32_t triangles;  ///< by default
+  std::uint32_t frames;     ///< by default
+  std::unique_ptr<Model> (*make)(std::uint32_t triangles);
+};
+std::span<const CatalogEntry> catalog();
+
+/// Which scene, how large, how long.
+struct SceneSpec {
+  const CatalogEntry* entry = nullptr;
+  std::uint32_t triangles = 0;  ///< about: a model rounds to whole grids
+  std::uint32_t frames = 0;
+};
+
+/// Reads `[builtin:]NAME[?triangles=N&frames=N]`. Fails with a message that lists what exists.
+Result<SceneSpec> parse_scene_spec(std::string_view text);
+
+/// Sets a parameter ("triangles" or "frames") from text; fails, naming the range, when it does not fit.
+Status set_parameter(SceneSpec& spec, std::string_view key, std::string_view value);
+
+/// A scene frame by frame, with the same bits every time: float32, as it would be in a file.
+class Animation {
+ public:
+  explicit Animation(const SceneSpec& spec);
+  ~Animation();
+
+  const SceneDescription& scene() const;
+
+  /// (n, 3) positions of frame `index`, valid until the next call. Going on is one step of the model; going
+  /// back starts it again.
+  const std::vector<float>& frame(std::uint32_t index);
+
+ private:
+  SceneSpec spec_;
+  std::unique_ptr<Model> model_;
+  std::uint32_t current_ = 0;
+  std::vector<float> positions_;
+};
+std::unique_ptr<Animation> make_animation(const SceneSpec& spec);
+
+}  // namespace warmfront::client::scenes

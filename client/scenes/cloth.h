@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// A small position-based cloth (Mueller et al. 2007; small steps: Macklin et al. 2019), after a fixed order
+// of operations. It need not be right, only plausible and the same everywhere. Used by one thread at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "client/scenes/math.h"
+
+namespace warmfront::client::scenes {
+
+/// A round obstacle: a sphere when a == b, else a capsule. It moves rigidly: `velocity` at `a`, and a spin.
+struct Obstacle {
+  Vec3 a, b;
+  double radius = 0;
+  Vec3 velocity;
+  Vec3 spin;  ///< radians a second about an axis through `a`
+};
+
+class Cloth {
+ public:
+  /// The particles are `positions`; the cells of each grid added below index them.
+  explicit Cloth(std::span<const Vec3> positions);
+
+  /// Links the (rows + 1) x columns grid (or columns + 1, when they do not wrap) of particles from `first` on
+  /// at their present distances: along the cells, across them, and over every other one against bending.
+  void link_grid(std::uint32_t first, int rows, int columns, bool wrap_columns);
+
+  /// Particle `p` goes where move_pinned() says.
+  void pin(std::uint32_t p);
+  void move_pinned(std::uint32_t p, Vec3 to) { positions_[p] = to; }
+
+  /// Before a frame's substeps: finds which particles may meet (cells of `thickness`).
+  void find_neighbours(double thickness);
+
+  /// One substep of `seconds` under gravity, above the floor z = 0, outside the obstacles, layers kept apart.
+  void substep(double seconds, std::span<const Obstacle> obstacles);
+
+  std::span<const Vec3> positions() const { return positions_; }
+
+ private:
+  struct Link {
+    std::uint32_t p, q;
+    double length;
+    double stiffness;  ///< share of the error removed at each visit
+  };
+
+  void link(std::uint32_t p, std::uint32_t q, double stiffness);
+  void satisfy_links();
+  void separate_layers();
+  void leave_obstacles(double seconds, std::span<const Obstacle> obstacles);
+
+  std::vector<Vec3> rest_;
+  std::vector<Vec3> positions_;
+  std::vector<Vec3> previous_;
+  std::vector<Vec3> velocities_;
+  std::vector<double> mobility_;  ///< inverse mass: 1, or 0 when pinned
+  std::vector<Link> links_;
+  double thickness_ = 0;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_;
+};
+
+}  // namespace warmfront::client::scenes
