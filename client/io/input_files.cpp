@@ -51,7 +51,9 @@ std::optional<std::string> difference(const SceneDescription& scene, const Mesh&
   if (mesh.faces.size() != scene.faces.size())
     return std::to_string(mesh.faces.size()) + " triangles, not " + std::to_string(scene.faces.size());
   const auto text = [](const std::array<std::int32_t, 3>& f) {
-    return "(" + std::to_string(f[0]) + ", " + std::to_string(f[1]) + ", " + std::to_string(f[2]) + ")";
+    std::string corners;
+    for (const std::int32_t v : f) corners.append(corners.empty() ? "(" : ", ").append(std::to_string(v));
+    return corners.append(")");
   };
   for (std::size_t i = 0; i < mesh.faces.size(); ++i)
     if (mesh.faces[i] != scene.faces[i])

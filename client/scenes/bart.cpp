@@ -99,7 +99,7 @@ class Bart final : public Model {
   }
 
   void place_arm(std::size_t& body) {
-    Vec3 joint{1.2, -1.2, 0.8};
+    Vec3 joint{0.2, -1.2, 1.75};
     double angle = 0;
     for (int link = 0; link < kLinks; ++link) {
       angle += (0.5 + 0.4 * link) * wave(0.35, 0.1 * link);
