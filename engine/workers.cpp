@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/workers.h"
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_scheduler_observer.h>
 
 #include <cfenv>
+#include <optional>
 #include <thread>
 
 namespace warmfront {
@@ -45,7 +47,13 @@ int thread_count(int asked) {
 }  // namespace
 
 struct Workers::Impl {
-  explicit Impl(int threads) : arena(threads), environment(arena) {}
+  explicit Impl(int threads) : arena(threads), environment(arena) {
+    // oneTBB starts no more threads than the machine has cores unless told to; the least of what it was told counts.
+    if (static_cast<unsigned>(threads) > std::thread::hardware_concurrency()) {
+      more_than_cores.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    }
+  }
+  std::optional<tbb::global_control> more_than_cores;
   tbb::task_arena arena;
   DefaultFloatingPoint environment;
 };

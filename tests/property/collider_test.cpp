@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole pipeline against brute force, over random scenes: what the hierarchy, the front, ownership, orphans and cones
+// let through must be exactly what testing every pair finds.
+#include "engine/collider.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/support/brute_force.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using testing::random_motion;
+using testing::random_scene;
+
+std::shared_ptr<Workers> workers() {
+  static const auto shared = std::make_shared<Workers>(2);
+  return shared;
+}
+
+// At RapidCheck's nominal size throughout: small sizes would draw the same few seeds again and again.
+std::mt19937_64 draw_random() {
+  return std::mt19937_64(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
+}
+
+ColliderOptions draw_options() {
+  ColliderOptions options;
+  options.front = *rc::gen::element(FrontMode::kNone, FrontMode::kPaper, FrontMode::kWarm);
+  options.bounds = *rc::gen::element(BoundsKind::kAabb, BoundsKind::kKDop18);
+  options.leaf_size = *rc::gen::element(1U, 2U, 4U, 8U);
+  options.min_separation = *rc::gen::element(0.0, 0.0, 0.0, 0.01, 0.3);
+  options.rebuild_every_steps = *rc::gen::element(0U, 2U);
+  options.normal_cones = false;
+  return options;
+}
+
+Collider make(const testing::RandomScene& start, const ColliderOptions& options) {
+  auto collider = Collider::create(start.scene, std::span<const double>(start.positions), options, workers());
+  RC_ASSERT(collider.ok());
+  return std::move(collider).value();
+}
+
+// 1,200 scenes of four steps each.
+RC_GTEST_PROP(Collider, EqualsBruteForce, ()) {
+  std::mt19937_64 random = draw_random();
+  for (int repetition = 0; repetition < 12; ++repetition) {
+    testing::RandomScene state = random_scene(random);
+    const ColliderOptions options = draw_options();
+    Collider collider = make(state, options);
+    const CertifiedOptions certified{.tolerance = options.tolerance, .min_separation = options.min_separation};
+    for (int step = 0; step < 4; ++step) {
+      const auto next = random_motion(random, *state.scene, state.positions);
+      const auto expected = testing::brute_force(*state.scene, state.positions, next, certified);
+      const auto result = collider.step(std::span<const double>(next));
+      RC_ASSERT(result.ok());
+      RC_ASSERT(std::ranges::equal(result.value().contacts, expected));
+      state.positions = next;
+    }
+  }
+}
+
+RC_GTEST_PROP(Collider, WarmEqualsCold, ()) {
+  std::mt19937_64 random = draw_random();
+  testing::RandomScene state = random_scene(random);
+  const ColliderOptions options = draw_options();
+  Collider warm = make(state, options);
+  for (int step = 0; step < 6; ++step) {
+    Collider cold = make(state, options);
+    const auto next = random_motion(random, *state.scene, state.positions);
+    const auto from_warm = warm.step(std::span<const double>(next));
+    const auto from_cold = cold.step(std::span<const double>(next));
+    RC_ASSERT(from_warm.ok() && from_cold.ok());
+    RC_ASSERT(std::ranges::equal(from_warm.value().contacts, from_cold.value().contacts));
+    state.positions = next;
+  }
+}
+
+// What cones leave out is free of contact: nothing that is proved may be missing.
+RC_GTEST_PROP(Collider, NormalConesLoseNoContact, ()) {
+  std::mt19937_64 random = draw_random();
+  testing::RandomScene state = random_scene(random);
+  ColliderOptions options = draw_options();
+  options.min_separation = 0;
+  Collider without = make(state, options);
+  options.normal_cones = true;
+  Collider with = make(state, options);
+  for (int step = 0; step < 4; ++step) {
+    const auto next = random_motion(random, *state.scene, state.positions);
+    const auto all = without.step(std::span<const double>(next));
+    const auto culled = with.step(std::span<const double>(next));
+    RC_ASSERT(all.ok() && culled.ok());
+    std::vector<Contact> proved;
+    std::ranges::copy_if(all.value().contacts, std::back_inserter(proved),
+                         [](const Contact& c) { return c.status == ContactStatus::kHit; });
+    const auto ids = [](const Contact& x, const Contact& y) {
+      return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
+    };
+    RC_ASSERT(std::ranges::includes(culled.value().contacts, proved, ids));
+    RC_ASSERT(std::ranges::includes(all.value().contacts, culled.value().contacts, ids));
+    state.positions = next;
+  }
+}
+
+RC_GTEST_PROP(Collider, EarliestAndCountAgreeWithAll, ()) {
+  std::mt19937_64 random = draw_random();
+  testing::RandomScene state = random_scene(random);
+  ColliderOptions options = draw_options();
+  Collider all = make(state, options);
+  options.report = Report::kEarliest;
+  Collider earliest = make(state, options);
+  options.report = Report::kCount;
+  Collider count = make(state, options);
+  for (int step = 0; step < 3; ++step) {
+    state.positions = random_motion(random, *state.scene, state.positions);
+    const std::span<const double> next(state.positions);
+    const auto full = all.step(next);
+    const auto first = earliest.step(next);
+    const auto counted = count.step(next);
+    RC_ASSERT(full.ok() && first.ok() && counted.ok());
+    RC_ASSERT(counted.value().vf == full.value().vf);
+    RC_ASSERT(counted.value().ee == full.value().ee);
+    RC_ASSERT(counted.value().possible == full.value().possible);
+    RC_ASSERT(counted.value().contacts.empty());
+    RC_ASSERT(counted.value().earliest_toi == full.value().earliest_toi);
+    RC_ASSERT(first.value().earliest_toi == full.value().earliest_toi);
+    std::vector<Contact> ties;
+    std::ranges::copy_if(full.value().contacts, std::back_inserter(ties),
+                         [&](const Contact& c) { return c.toi == full.value().earliest_toi; });
+    RC_ASSERT(std::ranges::equal(first.value().contacts, ties));
+  }
+}
+
+}  // namespace
+}  // namespace warmfront

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The oracle for everything between the scene and the elementary test: every valid feature pair, tested one by one.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/contact.h"
+#include "engine/elementary/certified.h"
+#include "engine/motion/motion.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront::testing {
+
+/// Calls `visit(kind, a, b)` for every pair (v, f) with v not in f and every pair of edges a < b that share no vertex.
+template <class Visit>
+void for_all_feature_pairs(const Scene& scene, Visit&& visit) {
+  for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
+    for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+      const Face& face = scene.faces()[f];
+      if (face[0] != v && face[1] != v && face[2] != v) visit(ContactKind::kVertexFace, v, f);
+    }
+  }
+  for (std::uint32_t a = 0; a < scene.edge_count(); ++a) {
+    for (std::uint32_t b = a + 1; b < scene.edge_count(); ++b) {
+      const Edge& x = scene.edges()[a];
+      const Edge& y = scene.edges()[b];
+      if (x[0] != y[0] && x[0] != y[1] && x[1] != y[0] && x[1] != y[1]) visit(ContactKind::kEdgeEdge, a, b);
+    }
+  }
+}
+
+inline FeatureVertices features_of(const Scene& scene, std::span<const VertexMotion> vertices, ContactKind kind,
+                                   std::uint32_t a, std::uint32_t b) {
+  FeatureVertices features{kind, {}};
+  const auto ids = scene.vertices_of({kind, ContactStatus::kHit, a, b, 0});
+  for (int k = 0; k < 4; ++k) features.vertex[k] = &vertices[ids[k]];
+  return features;
+}
+
+inline std::vector<VertexMotion> motion_between(std::span<const double> x0, std::span<const double> x1) {
+  std::vector<VertexMotion> vertices(x0.size() / 3);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    vertices[v].t0 = {x0[3 * v], x0[3 * v + 1], x0[3 * v + 2], 0};
+    vertices[v].t1 = {x1[3 * v], x1[3 * v + 1], x1[3 * v + 2], 0};
+  }
+  return vertices;
+}
+
+/// All contacts of the motion from x0 to x1, sorted as a Collider sorts them.
+inline std::vector<Contact> brute_force(const Scene& scene, std::span<const double> x0, std::span<const double> x1,
+                                        const CertifiedOptions& options) {
+  const std::vector<VertexMotion> vertices = motion_between(x0, x1);
+  std::vector<Contact> contacts;
+  for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const Verdict verdict = certified_test(features_of(scene, vertices, kind, a, b), options);
+    if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
+  });
+  return contacts;
+}
+
+}  // namespace warmfront::testing
