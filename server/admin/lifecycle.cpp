@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counting calls and draining them. Thread safety as stated in the header.
+#include "server/admin/lifecycle.h"
+
+#include <utility>
+
+namespace warmfront::server {
+
+Fault Lifecycle::draining_fault() {
+  return {ErrorCode::kUnavailable, Reason::kDraining,
+          "the daemon is draining and about to stop; try again, here or at another one"};
+}
+
+Lifecycle::Call::~Call() {
+  if (lifecycle_ == nullptr) return;
+  const std::lock_guard lock(lifecycle_->mutex_);
+  lifecycle_->calls_.erase(key_);
+  // Notified under the lock: the waiter may destroy the lifecycle as soon as it sees the last call gone.
+  lifecycle_->ended_.notify_all();
+}
+
+Outcome<Lifecycle::Call> Lifecycle::begin(std::weak_ptr<Drainable> stream) {
+  const std::lock_guard lock(mutex_);
+  if (draining_) return draining_fault();
+  const std::uint64_t key = next_key_++;
+  calls_.emplace(key, std::move(stream));
+  return Call(*this, key);
+}
+
+bool Lifecycle::draining() const {
+  const std::lock_guard lock(mutex_);
+  return draining_;
+}
+
+std::vector<std::shared_ptr<Drainable>> Lifecycle::streams() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<Drainable>> streams;
+  for (const auto& [key, call] : calls_)
+    if (std::shared_ptr<Drainable> stream = call.lock()) streams.push_back(std::move(stream));
+  return streams;
+}
+
+void Lifecycle::begin_drain(std::chrono::system_clock::time_point deadline) {
+  {
+    const std::lock_guard lock(mutex_);
+    draining_ = true;
+  }
+  for (const std::shared_ptr<Drainable>& stream : streams()) stream->notify_draining(deadline);
+}
+
+void Lifecycle::end_streams() {
+  for (const std::shared_ptr<Drainable>& stream : streams()) stream->end(draining_fault());
+}
+
+std::size_t Lifecycle::wait_until_idle(std::chrono::steady_clock::time_point deadline) {
+  std::unique_lock lock(mutex_);
+  ended_.wait_until(lock, deadline, [this] { return calls_.empty(); });
+  return calls_.size();
+}
+
+}  // namespace warmfront::server

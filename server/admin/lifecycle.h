@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// From serving to stopped: which calls are in flight, and how they are brought to an end. Thread-safe.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "server/session/fault.h"
+
+namespace warmfront::server {
+
+/// A stream that can be told to end. Thread-safe.
+class Drainable {
+ public:
+  virtual ~Drainable() = default;
+  /// Tells the client that the daemon is about to stop, `deadline` at the latest.
+  virtual void notify_draining(std::chrono::system_clock::time_point deadline) = 0;
+  /// Takes no more frames; ends once those in hand are delivered.
+  virtual void end(const Fault& fault) = 0;
+};
+
+class Lifecycle {
+ public:
+  /// Counts a call as in flight for as long as it lives. Movable; outlived by the lifecycle.
+  class Call {
+   public:
+    Call(Lifecycle& lifecycle, std::uint64_t key) : lifecycle_(&lifecycle), key_(key) {}
+    Call(Call&& other) noexcept : lifecycle_(std::exchange(other.lifecycle_, nullptr)), key_(other.key_) {}
+    Call& operator=(Call&&) = delete;
+    ~Call();
+
+   private:
+    Lifecycle* lifecycle_;
+    std::uint64_t key_;
+  };
+
+  /// UNAVAILABLE while draining. `stream` is null for calls that end by themselves.
+  Outcome<Call> begin(std::weak_ptr<Drainable> stream = {});
+
+  bool draining() const;
+
+  /// Refuses new calls from now on and notifies the streams. They go on taking the frames that are under way.
+  void begin_drain(std::chrono::system_clock::time_point deadline);
+  /// Ends the streams, each after the frames it has in hand.
+  void end_streams();
+  /// Waits until no call is in flight, `deadline` at the latest; how many are left.
+  std::size_t wait_until_idle(std::chrono::steady_clock::time_point deadline);
+
+  static Fault draining_fault();
+
+ private:
+  std::vector<std::shared_ptr<Drainable>> streams();
+
+  // Protected by mutex_. Null weak pointers: calls that are no streams.
+  mutable std::mutex mutex_;
+  std::condition_variable ended_;
+  bool draining_ = false;
+  std::uint64_t next_key_ = 0;
+  std::map<std::uint64_t, std::weak_ptr<Drainable>> calls_;
+};
+
+}  // namespace warmfront::server

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of listening addresses. Thread-safe.
+#include "server/admin/listen.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstring>
+
+namespace warmfront::server {
+namespace {
+
+constexpr std::string_view kUnix = "unix:";
+
+/// The host of HOST:PORT or [HOST]:PORT; empty when the text has another shape.
+std::string host_of(const std::string& address) {
+  const std::size_t colon = address.rfind(':');
+  if (colon == std::string::npos || colon == 0) return {};
+  int port = -1;
+  const char* last = address.data() + address.size();
+  const auto [end, error] = std::from_chars(address.data() + colon + 1, last, port);
+  if (error != std::errc() || end != last || port < 0 || port > 65535) return {};
+  std::string host = address.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') return host.substr(1, host.size() - 2);
+  return host.find(':') == std::string::npos ? host : std::string{};
+}
+
+/// 127.x.y.z and nothing else: a name such as 127.example.org may point anywhere.
+bool is_loopback_ipv4(const std::string& host) {
+  return host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string::npos;
+}
+
+bool someone_listens(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (socket < 0) return false;
+  const bool connected = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  ::close(socket);
+  return connected;
+}
+
+}  // namespace
+
+bool is_local(const std::string& address) {
+  if (address.starts_with(kUnix)) return true;
+  const std::string host = host_of(address);
+  return host == "localhost" || host == "::1" || is_loopback_ipv4(host);
+}
+
+Status check_listen_address(const std::string& address, bool insecure) {
+  if (address.starts_with(kUnix)) {
+    const std::string path = address.substr(kUnix.size());
+    if (path.empty() || path.size() >= sizeof(sockaddr_un::sun_path))
+      return invalid_argument("listen " + address + ": a path of 1 to " +
+                              std::to_string(sizeof(sockaddr_un::sun_path) - 1) + " bytes is expected");
+    if (someone_listens(path))
+      return Error{ErrorCode::kFailedPrecondition,
+                   "listen " + address + ": another process listens there; stop it first"};
+    return {};
+  }
+  if (host_of(address).empty())
+    return invalid_argument(
+        "listen " + address +
+        ": HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [0, 65535]");
+  if (!is_local(address) && !insecure)
+    return Error{ErrorCode::kFailedPrecondition,
+                 "listen " + address +
+                     ": others can reach this address and nothing is encrypted or authenticated; "
+                     "listen on 127.0.0.1 or unix:PATH behind a proxy, or state --insecure"};
+  return {};
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// The layers of configuration, one over the other. Thread-safe.
+#include "server/config.h"
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include "server/settings.h"
+#include "server/version.h"
+
+namespace warmfront::server {
+namespace {
+
+constexpr int kExitUsage = 3;
+
+struct Layer {
+  Origin origin;
+  std::map<std::string, std::vector<std::string>> values;  ///< by setting name
+  std::function<std::string(const std::string&)> where;    ///< how a setting is called in this layer
+};
+
+std::string variable_of(const std::string& name) {
+  std::string variable = "WARMFRONT_" + name;
+  for (char& c : variable)
+    c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return variable;
+}
+
+std::vector<std::string> split_list(const std::string& text) {
+  std::vector<std::string> items;
+  std::istringstream in(text);
+  for (std::string item; std::getline(in, item, ',');)
+    if (!item.empty()) items.push_back(item);
+  return items;
+}
+
+const Setting* find_setting(const std::string& name) {
+  for (const Setting& setting : settings())
+    if (setting.name == name) return &setting;
+  return nullptr;
+}
+
+Layer environment_layer(const Environment& environment) {
+  Layer layer{Origin::kEnvironment, {}, variable_of};
+  for (const Setting& setting : settings()) {
+    const char* value = environment(variable_of(setting.name).c_str());
+    if (value == nullptr) continue;
+    layer.values[setting.name] =
+        setting.kind == Setting::Kind::kList ? split_list(value) : std::vector<std::string>{value};
+  }
+  return layer;
+}
+
+Result<Layer> file_layer(const std::string& path) {
+  Layer layer{Origin::kFile, {}, [path](const std::string& name) { return path + ": " + name; }};
+  std::ifstream file(path);
+  if (!file) return invalid_argument("--config " + path + ": the file cannot be read");
+  try {
+    for (const CLI::ConfigItem& item : CLI::ConfigTOML().from_config(file)) {
+      if (find_setting(item.fullname()) == nullptr)
+        return invalid_argument(path + ": " + item.fullname() + " is no setting; --print-config lists them");
+      layer.values[item.name] = item.inputs;
+    }
+  } catch (const CLI::Error& error) {
+    return invalid_argument(path + ": " + error.what());
+  }
+  return layer;
+}
+
+Status apply(const Layer& layer, ResolvedConfig& resolved) {
+  std::size_t row = 0;
+  for (const Setting& setting : settings()) {
+    Origin& origin = resolved.origins[row++];
+    const auto found = layer.values.find(setting.name);
+    if (found == layer.values.end()) continue;
+    const std::vector<std::string>& values = found->second;
+    if (values.empty() || (setting.kind != Setting::Kind::kList && values.size() != 1))
+      return invalid_argument(layer.where(setting.name) + ": one value is expected");
+    if (const Status set = setting.set(resolved.config, values); !set)
+      return invalid_argument(layer.where(setting.name) + ": " + set.error().message);
+    origin = layer.origin;
+  }
+  return {};
+}
+
+const char* name_of(Origin origin) {
+  switch (origin) {
+    case Origin::kDefault:
+      return "default";
+    case Origin::kFile:
+      return "file";
+    case Origin::kEnvironment:
+      return "environment";
+    case Origin::kFlag:
+      return "flag";
+  }
+  return "";
+}
+
+Status apply_layers(const Layer& flags, const Environment& environment, const std::string& path,
+                    ResolvedConfig& resolved) {
+  if (!path.empty()) {
+    const Result<Layer> file = file_layer(path);
+    if (!file) return file.error();
+    if (const Status applied = apply(file.value(), resolved); !applied) return applied;
+  }
+  if (const Status applied = apply(environment_layer(environment), resolved); !applied) return applied;
+  return apply(flags, resolved);
+}
+
+}  // namespace
+
+std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* argv,
+                                                 const Environment& environment, std::ostream& out,
+                                                 std::ostream& err) {
+  CLI::App app(
+      "The Warmfront daemon: keeps collision sessions warm and answers their frames over gRPC.\n"
+      "Every setting is a flag, a variable (WARMFRONT_ and upper case, e.g. WARMFRONT_MAX_SESSIONS) and a "
+      "key of the\n"
+      "TOML file; flags come first, then variables, then the file.",
+      "warmfrontd");
+  app.set_version_flag("--version", std::string("warmfrontd ") + kVersion);
+  ResolvedConfig resolved;
+  std::string path;
+  app.add_option("--config", path, "TOML file of settings (WARMFRONT_CONFIG)")->type_name("FILE");
+  app.add_flag("--print-config", resolved.print_only,
+               "Print the configuration and where each value came from, and exit");
+
+  std::map<std::string, std::vector<std::string>> flags;
+  for (const Setting& setting : settings()) {
+    const std::string flag = std::string("--") + setting.name;
+    std::string help = setting.help;
+    if (setting.kind == Setting::Kind::kSwitch) {
+      app.add_flag_callback(
+          flag, [&flags, &setting] { flags[setting.name] = {"true"}; }, help);
+      continue;
+    }
+    std::vector<std::string> defaults = setting.get(Config{});
+    help += " [" + defaults.front() + "]";
+    app.add_option_function<std::vector<std::string>>(
+           flag, [&flags, &setting](const std::vector<std::string>& values) { flags[setting.name] = values; },
+           help)
+        ->allow_extra_args(false)
+        ->type_name("VALUE");
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, out, err) == 0 ? 0 : kExitUsage;
+  }
+
+  if (const char* value = environment("WARMFRONT_CONFIG"); path.empty() && value != nullptr) path = value;
+  resolved.origins.assign(settings().size(), Origin::kDefault);
+  const Layer flag_layer{Origin::kFlag, std::move(flags),
+                         [](const std::string& name) { return "--" + name; }};
+  if (const Status applied = apply_layers(flag_layer, environment, path, resolved); !applied) {
+    err << "warmfrontd: " << applied.error().message << "\n";
+    return kExitUsage;
+  }
+  return resolved;
+}
+
+std::string print_config(const ResolvedConfig& resolved) {
+  std::string text;
+  std::size_t row = 0;
+  for (const Setting& setting : settings()) {
+    text.append("# ")
+        .append(setting.help)
+        .append(" (from: ")
+        .append(name_of(resolved.origins[row++]))
+        .append(")\n");
+    text.append(setting.name).append(" = ");
+    const std::vector<std::string> values = setting.get(resolved.config);
+    if (setting.kind == Setting::Kind::kList) {
+      text.append("[");
+      for (std::size_t i = 0; i < values.size(); ++i)
+        text.append(i == 0 ? "\"" : ", \"").append(values[i]).append("\"");
+      text.append("]\n");
+    } else if (setting.kind == Setting::Kind::kSwitch) {
+      text.append(values.front()).append("\n");
+    } else {
+      text.append("\"").append(values.front()).append("\"\n");
+    }
+  }
+  return text;
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// How warmfrontd is told what to do: flags, then environment (WARMFRONT_*), then a TOML file, then defaults.
+// Plain values; the functions are thread-safe.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/result.h"
+#include "server/log.h"
+#include "server/session/limits.h"
+
+namespace warmfront::server {
+
+struct Config {
+  std::vector<std::string> listen{"127.0.0.1:50051"};
+  bool insecure = false;    ///< listen beyond this machine without encryption
+  bool reflection = false;  ///< serve grpc.reflection, so that generic tools can call the daemon
+  int threads = 0;          ///< that steps run on; 0: as many as the machine has
+  LogLevel log_level = LogLevel::kInfo;
+  LogFormat log_format = LogFormat::kText;
+  Limits limits;
+  std::size_t transport_memory_bytes = std::size_t{1} << 30;  ///< gRPC's ResourceQuota: messages in transit
+  std::uint32_t max_streams = 128;                            ///< calls at once on a connection
+  std::uint32_t max_metadata_bytes = 16 << 10;                ///< headers of a call
+  std::chrono::milliseconds drain_timeout = std::chrono::seconds(30);
+};
+
+/// Where a setting's value came from.
+enum class Origin : std::uint8_t { kDefault, kFile, kEnvironment, kFlag };
+
+struct ResolvedConfig {
+  Config config;
+  std::vector<Origin> origins;  ///< of the settings, in the order of the table
+  bool print_only = false;      ///< --print-config
+};
+
+/// Looks a variable up; nullptr when it is not set.
+using Environment = std::function<const char*(const char* name)>;
+
+/// The configuration, or the exit code of a process that is done: 0 after --help or --version, 3 for a
+/// mistake. Help goes to `out`, mistakes to `err`; they name the flag, variable or file and key.
+std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* argv,
+                                                 const Environment& environment, std::ostream& out,
+                                                 std::ostream& err);
+
+/// TOML that --config reads again, each setting with a comment that says where its value came from.
+std::string print_config(const ResolvedConfig& resolved);
+
+}  // namespace warmfront::server

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Building, serving, draining. Thread safety as stated in the header.
+#include "server/daemon.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/impl/codegen/service_type.h>
+#include <grpcpp/resource_quota.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "server/admin/listen.h"
+#include "server/session/expiry.h"
+#include "server/transport/context.h"
+#include "server/transport/service.h"
+
+namespace warmfront::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// How long streams go on taking frames after the notice: a few round trips, for what is under way already.
+constexpr milliseconds kNotice{300};
+/// How long calls of other services (health watches, reflection) get to end by themselves.
+constexpr milliseconds kOthers{200};
+
+void set_arguments(grpc::ServerBuilder& builder, const Config& config) {
+  const int message_bytes = static_cast<int>(config.limits.max_message_bytes);
+  builder.SetMaxReceiveMessageSize(message_bytes);
+  // An answer chunk holds at most answer_chunk_bytes of contacts, or one row, and a summary.
+  builder.SetMaxSendMessageSize(
+      static_cast<int>(std::max(config.limits.max_message_bytes, config.limits.answer_chunk_bytes + 4096)));
+  // The message limit alone does not bound memory: a message is buffered whole before it is refused.
+  builder.SetResourceQuota(grpc::ResourceQuota("warmfrontd").Resize(config.transport_memory_bytes));
+  // The quota does not see what a compressed message becomes.
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  // Two daemons would otherwise share a port in silence.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(config.max_streams));
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(config.max_metadata_bytes));
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  // Clients that vanish are found within a minute and a half; clients may ping every ten seconds.
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 30'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+}
+
+/// These plugins are switches of the whole process in gRPC: once on, every server built later has them.
+void enable_plugins(bool reflection) {
+  static std::mutex mutex;
+  static bool reflecting = false;
+  const std::lock_guard lock(mutex);
+  grpc::EnableDefaultHealthCheckService(true);
+  if (reflection && !std::exchange(reflecting, true))
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+}
+
+std::string with_port(const std::string& address, int port) {
+  return address.starts_with("unix:") ? address
+                                      : address.substr(0, address.rfind(':') + 1) + std::to_string(port);
+}
+
+}  // namespace
+
+struct Daemon::Impl {
+  Impl(const Config& config, Log& log)
+      : drain_timeout(config.drain_timeout), context(config.limits, config.threads, log) {}
+
+  // Constant after start().
+  const milliseconds drain_timeout;
+  std::vector<std::string> addresses;
+
+  // Thread-safe. In this order: the server uses the service, which uses the context.
+  Context context;
+  std::unique_ptr<Expiry> expiry;
+  std::unique_ptr<grpc::Service> service;
+  std::unique_ptr<grpc::Server> server;
+};
+
+Daemon::Daemon(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
+  if (config.listen.empty()) return invalid_argument("listen: at least one address is expected");
+  for (const std::string& address : config.listen)
+    if (const Status checked = check_listen_address(address, config.insecure); !checked)
+      return checked.error();
+
+  enable_plugins(config.reflection);
+  auto impl = std::make_unique<Impl>(config, log);
+  impl->service = make_collision_service(impl->context);
+  grpc::ServerBuilder builder;
+  set_arguments(builder, config);
+  std::vector<int> ports(config.listen.size(), 0);
+  for (std::size_t i = 0; i < ports.size(); ++i)
+    builder.AddListeningPort(config.listen[i], grpc::InsecureServerCredentials(), &ports[i]);
+  builder.RegisterService(impl->service.get());
+  impl->server = builder.BuildAndStart();
+  if (!impl->server) {
+    // gRPC does not say why; the first port that it did not get is the reason.
+    const auto failed = static_cast<std::size_t>(std::find(ports.begin(), ports.end(), 0) - ports.begin());
+    return Error{ErrorCode::kUnavailable,
+                 "listen " + config.listen[std::min(failed, ports.size() - 1)] +
+                     ": the address cannot be bound; is it in use, or may this user not?"};
+  }
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    impl->addresses.push_back(with_port(config.listen[i], ports[i]));
+    log.write(LogLevel::kInfo, "listening", {{"address", impl->addresses.back()}, {"encrypted", false}});
+    if (!is_local(config.listen[i]))
+      log.write(LogLevel::kWarning, "insecure",
+                {{"address", impl->addresses.back()},
+                 {"reason", "others can reach this address and nothing is encrypted or authenticated"}});
+  }
+  impl->expiry = std::make_unique<Expiry>(
+      impl->context.store, config.limits.idle_timeout, [&log](const Session& session) {
+        log.write(LogLevel::kInfo, "session_closed", {{"session", session.id().text()}, {"reason", "idle"}});
+      });
+  impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
+  return std::unique_ptr<Daemon>(new Daemon(std::move(impl)));
+}
+
+Daemon::~Daemon() {
+  // Cancels what is in flight; the reactors end themselves when they hear of it.
+  impl_->server->Shutdown(std::chrono::system_clock::now());
+}
+
+const std::vector<std::string>& Daemon::addresses() const {
+  return impl_->addresses;
+}
+
+bool Daemon::drain() {
+  const auto start = std::chrono::steady_clock::now();
+  Context& context = impl_->context;
+  context.log.write(LogLevel::kInfo, "draining",
+                    {{"sessions", std::uint64_t{context.store.size()}},
+                     {"timeout_ms", std::int64_t{impl_->drain_timeout.count()}}});
+  impl_->server->GetHealthCheckService()->SetServingStatus(false);
+  context.lifecycle.begin_drain(std::chrono::system_clock::now() + impl_->drain_timeout);
+  context.lifecycle.wait_until_idle(start + std::min(kNotice, impl_->drain_timeout));
+  context.lifecycle.end_streams();
+  const std::size_t left = context.lifecycle.wait_until_idle(start + impl_->drain_timeout);
+  impl_->server->Shutdown(std::chrono::system_clock::now() + kOthers);
+  const auto took = std::chrono::steady_clock::now() - start;
+  context.log.write(left == 0 ? LogLevel::kInfo : LogLevel::kError, "drained",
+                    {{"calls_cut_off", std::uint64_t{left}},
+                     {"took_ms", std::int64_t{std::chrono::duration_cast<milliseconds>(took).count()}}});
+  return left == 0;
+}
+
+}  // namespace warmfront::server

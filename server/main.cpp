@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// warmfrontd: reads its configuration, serves, and drains on SIGTERM or SIGINT. Exit codes: 0 drained, 2
+// failed (it could not listen, or frames in hand were cut off by the drain timeout), 3 usage.
+#include <signal.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <iostream>
+#include <thread>
+#include <variant>
+
+#include "server/config.h"
+#include "server/daemon.h"
+#include "server/log.h"
+#include "server/version.h"
+
+namespace {
+
+constexpr int kExitFailed = 2;
+
+/// Ends the process when draining cannot: a second signal, or a step that outlasts the drain timeout.
+void force_exit_later(const sigset_t& signals, std::chrono::milliseconds timeout) {
+  std::thread([signals, timeout] {
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(timeout);
+    const timespec wait{seconds.count(),
+                        static_cast<long>(std::chrono::nanoseconds(timeout - seconds).count())};
+    sigtimedwait(&signals, nullptr, &wait);
+    std::_Exit(kExitFailed);
+  }).detach();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace warmfront::server;
+  const auto resolved = resolve_config(
+      argc, argv, [](const char* name) { return std::getenv(name); }, std::cout, std::cerr);
+  if (const int* exit_code = std::get_if<int>(&resolved)) return *exit_code;
+  const auto& [config, origins, print_only] = std::get<ResolvedConfig>(resolved);
+  if (print_only) {
+    std::cout << print_config(std::get<ResolvedConfig>(resolved));
+    return 0;
+  }
+
+  // Blocked before any thread starts, so that all inherit it and only the waits below receive them.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  Log log(config.log_level, config.log_format);
+  log.write(LogLevel::kInfo, "starting", {{"version", kVersion}, {"threads", std::int64_t{config.threads}}});
+  auto daemon = Daemon::start(config, log);
+  if (!daemon) {
+    log.write(LogLevel::kError, "failed", {{"reason", daemon.error().message}});
+    return kExitFailed;
+  }
+  int signal = 0;
+  sigwait(&signals, &signal);
+  // A little more than the drain's own limit, which cuts off calls; this is for a step that cannot be cut
+  // off.
+  force_exit_later(signals, config.drain_timeout + std::chrono::seconds(1));
+  const bool delivered = daemon.value()->drain();
+  daemon.value().reset();
+  log.write(LogLevel::kInfo, "stopped");
+  return delivered ? 0 : kExitFailed;
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the engine's rows to columns. Thread-safe.
+#include "server/session/answer.h"
+
+namespace warmfront::server {
+
+Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result) {
+  Answer answer;
+  answer.frame = frame;
+  answer.vf = result.vf;
+  answer.ee = result.ee;
+  answer.possible = result.possible;
+  answer.earliest_toi = result.earliest_toi;
+  answer.statistics = result.statistics;
+  const std::size_t rows = result.contacts.size();
+  answer.kind.reserve(rows);
+  answer.status.reserve(rows);
+  answer.vertices.reserve(rows);
+  answer.toi.reserve(rows);
+  for (const Contact& contact : result.contacts) {
+    answer.kind.push_back(static_cast<std::uint8_t>(contact.kind));
+    answer.status.push_back(static_cast<std::uint8_t>(contact.status));
+    answer.vertices.push_back(scene.vertices_of(contact));
+    answer.toi.push_back(contact.toi);
+  }
+  return answer;
+}
+
+}  // namespace warmfront::server

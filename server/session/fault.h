@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Why a request to the daemon failed: the engine's Error with what a client program needs to act on it. Plain
+// values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "engine/result.h"
+
+namespace warmfront::server {
+
+/// For programs; mirrors ErrorReason on the wire.
+enum class Reason : std::uint8_t {
+  kInvalidInput,
+  kSessionNotFound,
+  kSessionExists,
+  kSessionAttached,
+  kFrameOutOfOrder,
+  kFrameChanged,
+  kProtocol,
+  kLimit,
+  kDraining,
+  kEngine,
+};
+
+struct Fault {
+  ErrorCode code;
+  Reason reason;
+  std::string message;  ///< what, where (field, index), what to do
+  std::optional<std::uint64_t> expected_frame = std::nullopt;
+
+  /// The session is gone, and with it every stream on it.
+  bool session_lost() const { return reason == Reason::kSessionNotFound || reason == Reason::kEngine; }
+};
+
+/// The engine's error as a fault; `where` is put before its message, e.g. "frame 7: ".
+inline Fault fault_from(const Error& error, const std::string& where = {}) {
+  const Reason reason = error.code == ErrorCode::kResourceExhausted ? Reason::kLimit
+                        : error.code == ErrorCode::kInternal        ? Reason::kEngine
+                                                                    : Reason::kInvalidInput;
+  return {error.code, reason, where + error.message};
+}
+
+/// A T or a Fault.
+template <class T>
+class [[nodiscard]] Outcome {
+ public:
+  Outcome(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT: implicit by design
+  Outcome(Fault fault) : state_(std::in_place_index<1>, std::move(fault)) {}  // NOLINT: implicit by design
+
+  bool ok() const { return state_.index() == 0; }
+  explicit operator bool() const { return ok(); }
+  T& value() & { return std::get<0>(state_); }
+  const T& value() const& { return std::get<0>(state_); }
+  T&& value() && { return std::get<0>(std::move(state_)); }
+  const Fault& fault() const { return std::get<1>(state_); }
+
+ private:
+  std::variant<T, Fault> state_;
+};
+
+}  // namespace warmfront::server

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session's queue: its jobs run one at a time, in order, on the runner's threads. Thread-safe.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+
+#include "server/session/runner.h"
+
+namespace warmfront::server {
+
+/// After each job the mailbox goes to the back of the runner's queue, so that a busy session does not starve
+/// others.
+class Mailbox : public std::enable_shared_from_this<Mailbox> {
+ public:
+  using Job = std::function<void()>;
+
+  /// Holds at most `capacity` jobs that have not begun. `runner` outlives the mailbox.
+  Mailbox(Runner& runner, std::size_t capacity) : runner_(runner), capacity_(capacity) {}
+
+  /// False, and nothing is queued, when the mailbox is full.
+  [[nodiscard]] bool post(Job job);
+  /// The same, but never refused: for jobs that something else bounds.
+  void post_always(Job job);
+
+ private:
+  void push(Job job, std::unique_lock<std::mutex>& lock);
+  void run_one();
+
+  // Constant after construction.
+  Runner& runner_;
+  const std::size_t capacity_;
+
+  // Protected by mutex_.
+  std::mutex mutex_;
+  std::deque<Job> jobs_;
+  bool scheduled_ = false;
+};
+
+}  // namespace warmfront::server

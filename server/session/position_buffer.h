@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Positions as they arrive: bytes in any number of pieces, put together in the session's number format.
+// Used by one thread at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "engine/collider.h"
+#include "engine/result.h"
+
+namespace warmfront::server {
+
+enum class Dtype : std::uint8_t { kFloat32, kFloat64 };
+
+inline std::size_t size_of(Dtype dtype) {
+  return dtype == Dtype::kFloat32 ? 4 : 8;
+}
+
+/// Row-major (n, 3), little-endian.
+class PositionBuffer {
+ public:
+  PositionBuffer(Dtype dtype, std::uint32_t vertex_count);
+
+  /// Appends the next bytes; a piece may end within a number. INVALID_ARGUMENT beyond 3 n sizeof(dtype)
+  /// bytes: nothing is appended then or later. Memory grows with what arrives, never with what was announced.
+  Status append(std::string_view bytes);
+  /// INVALID_ARGUMENT unless all bytes are there, and no more than these were offered.
+  Status complete() const;
+
+  /// The positions, once complete; valid while the buffer is.
+  Positions view() const;
+  /// Bit for bit the same as `current`, (n, 3)? The buffer is complete.
+  bool same_as(std::span<const double> current) const;
+
+ private:
+  std::string shape() const;
+
+  std::size_t expected_;
+  std::size_t received_ = 0;
+  std::optional<Error> overflow_;
+  std::variant<std::vector<float>, std::vector<double>> values_;
+};
+
+}  // namespace warmfront::server

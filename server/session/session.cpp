@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stepping a session by its frame rule. Thread safety as stated in the header.
+#include "server/session/session.h"
+
+#include <exception>
+#include <new>
+#include <utility>
+
+namespace warmfront::server {
+namespace {
+
+Fault out_of_memory(const std::string& what) {
+  return {ErrorCode::kResourceExhausted, Reason::kEngine,
+          what +
+              ": the daemon ran out of memory; the session is dropped, use a smaller scene or lower "
+              "max_front_bytes"};
+}
+
+std::string name_of(std::uint64_t frame) {
+  return "frame " + std::to_string(frame);
+}
+
+}  // namespace
+
+Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const PositionBuffer& positions,
+                                                  std::shared_ptr<Workers> workers, Runner& runner,
+                                                  std::size_t mailbox_capacity, Lost lost) {
+  try {
+    Result<Scene> scene = Scene::create(std::move(spec.scene));
+    if (!scene) return fault_from(scene.error());
+    auto shared = std::make_shared<const Scene>(std::move(scene).value());
+    Result<Collider> collider = Collider::create(shared, positions.view(), spec.options, std::move(workers));
+    if (!collider) return fault_from(collider.error());
+    return std::shared_ptr<Session>(new Session(std::move(spec), std::move(shared),
+                                                std::move(collider).value(), runner, mailbox_capacity,
+                                                std::move(lost)));
+  } catch (const std::bad_alloc&) {
+    return out_of_memory("creating the session");
+  } catch (const std::exception& error) {
+    return Fault{ErrorCode::kInternal, Reason::kEngine, std::string("creating the session: ") + error.what()};
+  }
+}
+
+Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Runner& runner,
+                 std::size_t mailbox_capacity, Lost lost)
+    : id_(std::move(spec.id)),
+      dtype_(spec.dtype),
+      scene_(std::move(scene)),
+      options_(collider.options()),
+      created_(std::chrono::system_clock::now()),
+      lost_(std::move(lost)),
+      mailbox_(std::make_shared<Mailbox>(runner, mailbox_capacity)),
+      collider_(std::move(collider)),
+      frames_(spec.first_frame),
+      last_request_(std::chrono::steady_clock::now()) {
+  snapshot_.last_frame = frames_.last();
+  snapshot_.memory_bytes = collider_.memory_bytes();
+}
+
+SessionSnapshot Session::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  SessionSnapshot snapshot = snapshot_;
+  snapshot.attached = attachment_.has_value();
+  snapshot.created = created_;
+  snapshot.idle =
+      std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - last_request_);
+  return snapshot;
+}
+
+std::optional<Fault> Session::closed() const {
+  const std::lock_guard lock(mutex_);
+  return closed_;
+}
+
+void Session::step(std::uint64_t frame, PositionBuffer positions, Admission admission, StepDone done) {
+  {
+    const std::lock_guard lock(mutex_);
+    last_request_ = std::chrono::steady_clock::now();
+  }
+  // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
+  // taken.
+  auto input = std::make_shared<PositionBuffer>(std::move(positions));
+  auto reply = std::make_shared<StepDone>(std::move(done));
+  Mailbox::Job job = [self = shared_from_this(), frame, input = std::move(input), reply] {
+    (*reply)(self->compute_guarded(frame, *input));
+  };
+  if (admission == Admission::kAlways) {
+    mailbox_->post_always(std::move(job));
+  } else if (!mailbox_->post(std::move(job))) {
+    (*reply)(Fault{ErrorCode::kResourceExhausted, Reason::kLimit,
+                   name_of(frame) + ": too many frames of this session wait; send it again after an answer"});
+  }
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(std::uint64_t frame,
+                                                                const PositionBuffer& positions) {
+  Outcome<std::shared_ptr<const Answer>> outcome = [&]() -> Outcome<std::shared_ptr<const Answer>> {
+    if (std::optional<Fault> fault = closed()) return *std::move(fault);
+    try {
+      return compute(frame, positions);
+    } catch (const std::bad_alloc&) {
+      return out_of_memory(name_of(frame));
+    } catch (const std::exception& error) {
+      return Fault{ErrorCode::kInternal, Reason::kEngine,
+                   name_of(frame) + ": the engine failed: " + error.what()};
+    }
+  }();
+  if (!outcome && outcome.fault().reason == Reason::kEngine) {
+    close({ErrorCode::kNotFound, Reason::kSessionNotFound,
+           "session " + id_.text() + " was dropped after a failure of the engine; create it again"});
+    lost_(*this, outcome.fault());
+    return outcome;
+  }
+  const std::lock_guard lock(mutex_);
+  snapshot_.last_frame = frames_.last();
+  snapshot_.steps = frames_.steps();
+  snapshot_.memory_bytes = collider_.memory_bytes() + (last_answer_ ? last_answer_->memory_bytes() : 0);
+  last_request_ = std::chrono::steady_clock::now();
+  return outcome;
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::compute(std::uint64_t frame,
+                                                        const PositionBuffer& positions) {
+  if (Status complete = positions.complete(); !complete)
+    return fault_from(complete.error(), name_of(frame) + ": ");
+  switch (frames_.classify(frame)) {
+    case FrameSequence::Verdict::kOutOfOrder:
+      return Fault{
+          ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
+          name_of(frame) + " is out of order: frame " + std::to_string(frames_.expected()) + " is expected",
+          frames_.expected()};
+    case FrameSequence::Verdict::kRepeat:
+      if (!positions.same_as(collider_.positions()))
+        return Fault{ErrorCode::kAborted, Reason::kFrameChanged,
+                     name_of(frame) +
+                         " was already answered for other positions; number frames upwards, frame " +
+                         std::to_string(frames_.expected()) + " is next",
+                     frames_.expected()};
+      return last_answer_;
+    case FrameSequence::Verdict::kNext:
+      break;
+  }
+  Result<StepResult> result = collider_.step(positions.view());
+  if (!result) return fault_from(result.error(), name_of(frame) + ": ");
+  last_answer_ = std::make_shared<const Answer>(make_answer(frame, *scene_, result.value()));
+  frames_.advance();
+  return last_answer_;
+}
+
+Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachDone done) {
+  Evict evicted;
+  Attachment attachment{};
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return *closed_;
+    if (attachment_ && !takeover)
+      return Fault{
+          ErrorCode::kAborted, Reason::kSessionAttached,
+          "session " + id_.text() + " is held by another stream; detach that one, or attach with takeover"};
+    evicted = std::exchange(evict_, std::move(evict));
+    attachment = Attachment{++attachments_};
+    attachment_ = attachment;
+    last_request_ = std::chrono::steady_clock::now();
+  }
+  if (evicted)
+    evicted({ErrorCode::kAborted, Reason::kSessionAttached,
+             "session " + id_.text() + " was taken over by another stream"});
+  mailbox_->post_always([self = shared_from_this(), done = std::move(done)] {
+    if (std::optional<Fault> fault = self->closed()) return done(*std::move(fault));
+    done(self->frames_.expected());
+  });
+  return attachment;
+}
+
+void Session::detach(Attachment attachment) {
+  Evict evict;  // destroyed outside the lock: it may hold the stream
+  const std::lock_guard lock(mutex_);
+  if (attachment_ != attachment) return;
+  attachment_.reset();
+  evict.swap(evict_);
+  last_request_ = std::chrono::steady_clock::now();
+}
+
+void Session::close(Fault fault) {
+  Evict evict;
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return;
+    closed_ = fault;
+    evict.swap(evict_);
+  }
+  if (evict) evict(fault);
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session: a collider kept warm, its frame rule, its last answer, and the stream that holds it.
+// Thread-safe.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "engine/collider.h"
+#include "server/session/answer.h"
+#include "server/session/fault.h"
+#include "server/session/frame_sequence.h"
+#include "server/session/id.h"
+#include "server/session/mailbox.h"
+#include "server/session/position_buffer.h"
+
+namespace warmfront::server {
+
+/// What a client says of a session.
+struct SessionSpec {
+  SessionId id;
+  SceneDescription scene;
+  ColliderOptions options;
+  Dtype dtype = Dtype::kFloat64;
+  std::uint64_t first_frame = 0;
+};
+
+/// A session as it stands; see SessionInfo on the wire.
+struct SessionSnapshot {
+  std::uint64_t last_frame = 0;
+  std::uint64_t steps = 0;
+  std::size_t memory_bytes = 0;
+  bool attached = false;
+  std::chrono::system_clock::time_point created;
+  std::chrono::milliseconds idle{0};
+};
+
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  using StepDone = std::function<void(Outcome<std::shared_ptr<const Answer>>)>;
+  using AttachDone = std::function<void(Outcome<std::uint64_t>)>;
+  /// Told once, on a runner's thread, when the engine failed and the session must be forgotten.
+  using Lost = std::function<void(Session&, const Fault&)>;
+  enum class Attachment : std::uint64_t {};
+  /// Tells a stream to end with this fault, after the frames that it has in flight.
+  using Evict = std::function<void(const Fault&)>;
+
+  /// Builds the hierarchy: slow, so call it on the runner. `mailbox_capacity` frames may wait. Fails as
+  /// Scene::create() and Collider::create() do; RESOURCE_EXHAUSTED when memory runs out. `runner` outlives
+  /// the session.
+  static Outcome<std::shared_ptr<Session>> create(SessionSpec spec, const PositionBuffer& positions,
+                                                  std::shared_ptr<Workers> workers, Runner& runner,
+                                                  std::size_t mailbox_capacity, Lost lost);
+
+  const SessionId& id() const { return id_; }
+  Dtype dtype() const { return dtype_; }
+  const Scene& scene() const { return *scene_; }
+  const ColliderOptions& options() const { return options_; }
+  SessionSnapshot snapshot() const;
+
+  /// Whether a frame may be refused because too many wait.
+  enum class Admission {
+    kBounded,  ///< at most the mailbox's capacity may wait
+    kAlways,   ///< for callers that bound their frames themselves
+  };
+
+  /// Steps to `frame` by the rule of step.proto; INVALID_ARGUMENT for positions that are not complete. `done`
+  /// is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for a frame
+  /// that is refused.
+  void step(std::uint64_t frame, PositionBuffer positions, Admission admission, StepDone done);
+
+  /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
+  /// evicted then. `done` gets the frame expected next, on a runner's thread, once all earlier frames are
+  /// done.
+  Outcome<Attachment> attach(bool takeover, Evict evict, AttachDone done);
+  /// Does nothing when the attachment was taken over.
+  void detach(Attachment attachment);
+
+  /// Ends the session: frames that wait get `fault`, the one being computed is still answered, the stream is
+  /// evicted. Only the first call counts.
+  void close(Fault fault);
+
+ private:
+  Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Runner& runner,
+          std::size_t mailbox_capacity, Lost lost);
+
+  Outcome<std::shared_ptr<const Answer>> compute(std::uint64_t frame, const PositionBuffer& positions);
+  Outcome<std::shared_ptr<const Answer>> compute_guarded(std::uint64_t frame,
+                                                         const PositionBuffer& positions);
+  std::optional<Fault> closed() const;
+
+  // Constant after construction.
+  const SessionId id_;
+  const Dtype dtype_;
+  const std::shared_ptr<const Scene> scene_;
+  const ColliderOptions options_;
+  const std::chrono::system_clock::time_point created_;
+  const Lost lost_;
+  const std::shared_ptr<Mailbox> mailbox_;
+
+  // Used by jobs of the mailbox only, which run one at a time.
+  Collider collider_;
+  FrameSequence frames_;
+  std::shared_ptr<const Answer> last_answer_;
+
+  // Protected by mutex_.
+  mutable std::mutex mutex_;
+  SessionSnapshot snapshot_;
+  std::chrono::steady_clock::time_point last_request_;
+  std::optional<Fault> closed_;
+  std::uint64_t attachments_ = 0;
+  std::optional<Attachment> attachment_;
+  Evict evict_;
+};
+
+}  // namespace warmfront::server

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// A map under a lock. Thread safety as stated in the header.
+#include "server/session/store.h"
+
+#include <utility>
+
+namespace warmfront::server {
+
+Fault Store::not_found(const SessionId& id) {
+  return {ErrorCode::kNotFound, Reason::kSessionNotFound,
+          "session " + id.text() +
+              " is not here: it expired, was deleted or lived in another daemon; create it again"};
+}
+
+Store::Reservation::~Reservation() {
+  if (store_ == nullptr) return;
+  const std::lock_guard lock(store_->mutex_);
+  store_->sessions_.erase(id_);
+}
+
+void Store::Reservation::fill(std::shared_ptr<Session> session) {
+  Store* store = std::exchange(store_, nullptr);
+  const std::lock_guard lock(store->mutex_);
+  store->sessions_[id_] = std::move(session);
+}
+
+Outcome<Store::Reservation> Store::reserve(const SessionId& id) {
+  const std::lock_guard lock(mutex_);
+  if (sessions_.contains(id))
+    return Fault{ErrorCode::kAlreadyExists, Reason::kSessionExists,
+                 "session " + id.text() + " exists already; attach to it, delete it or choose another id"};
+  if (sessions_.size() >= max_sessions_)
+    return Fault{ErrorCode::kResourceExhausted, Reason::kLimit,
+                 "the daemon holds its limit of " + std::to_string(max_sessions_) +
+                     " sessions; close one, or raise --max-sessions"};
+  sessions_.emplace(id, nullptr);
+  return Reservation(*this, id);
+}
+
+Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(id);
+  if (found == sessions_.end() || !found->second) return not_found(id);
+  return found->second;
+}
+
+std::vector<std::shared_ptr<Session>> Store::list() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<Session>> sessions;
+  for (const auto& [id, session] : sessions_)
+    if (session) sessions.push_back(session);
+  return sessions;
+}
+
+std::shared_ptr<Session> Store::remove(const SessionId& id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(id);
+  if (found == sessions_.end() || !found->second) return nullptr;
+  std::shared_ptr<Session> session = std::move(found->second);
+  sessions_.erase(found);
+  return session;
+}
+
+void Store::forget(const Session& session) {
+  std::shared_ptr<Session> doomed;  // released outside the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(session.id());
+  if (found == sessions_.end() || found->second.get() != &session) return;
+  doomed = std::move(found->second);
+  sessions_.erase(found);
+}
+
+std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::milliseconds timeout) {
+  std::vector<std::shared_ptr<Session>> idle;
+  const std::lock_guard lock(mutex_);
+  for (auto it = sessions_.begin(); it != sessions_.end();) {
+    const bool stays = [&] {
+      if (!it->second) return true;
+      const SessionSnapshot snapshot = it->second->snapshot();
+      return snapshot.attached || snapshot.idle < timeout;
+    }();
+    if (stays) {
+      ++it;
+      continue;
+    }
+    idle.push_back(std::move(it->second));
+    it = sessions_.erase(it);
+  }
+  return idle;
+}
+
+std::size_t Store::size() const {
+  const std::lock_guard lock(mutex_);
+  return sessions_.size();
+}
+
+}  // namespace warmfront::server

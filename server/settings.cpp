@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings' table. Constant.
+#include "server/settings.h"
+
+#include <array>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "server/units.h"
+
+namespace warmfront::server {
+namespace {
+
+using Values = std::vector<std::string>;
+using Kind = Setting::Kind;
+
+constexpr std::array<std::pair<std::string_view, LogLevel>, 5> kLevels{{{"debug", LogLevel::kDebug},
+                                                                        {"info", LogLevel::kInfo},
+                                                                        {"warning", LogLevel::kWarning},
+                                                                        {"error", LogLevel::kError},
+                                                                        {"off", LogLevel::kOff}}};
+constexpr std::array<std::pair<std::string_view, LogFormat>, 2> kFormats{
+    {{"text", LogFormat::kText}, {"json", LogFormat::kJson}}};
+
+template <class T, std::size_t N>
+Status set_named(T& target, const std::array<std::pair<std::string_view, T>, N>& names,
+                 const std::string& text) {
+  std::string expected;
+  for (const auto& [name, value] : names) {
+    if (name == text) {
+      target = value;
+      return {};
+    }
+    expected.append(expected.empty() ? "" : ", ").append(name);
+  }
+  return invalid_argument("\"" + text + "\": one of " + expected + " is expected");
+}
+
+template <class T, std::size_t N>
+Values get_named(T value, const std::array<std::pair<std::string_view, T>, N>& names) {
+  for (const auto& [name, candidate] : names)
+    if (candidate == value) return {std::string(name)};
+  return {};
+}
+
+Status set_switch(bool& target, const std::string& text) {
+  if (text != "true" && text != "false")
+    return invalid_argument("\"" + text + "\": true or false is expected");
+  target = text == "true";
+  return {};
+}
+
+Values get_switch(bool value) {
+  return {value ? "true" : "false"};
+}
+
+template <class T>
+Status set_integer(T& target, const std::string& text, std::uint64_t least,
+                   std::uint64_t most = std::numeric_limits<std::int32_t>::max()) {
+  const Result<std::uint64_t> value = parse_integer(text, least, most);
+  if (!value) return value.error();
+  target = static_cast<T>(value.value());
+  return {};
+}
+
+Status set_bytes(std::size_t& target, const std::string& text, std::uint64_t least) {
+  const Result<std::uint64_t> value = parse_bytes(text, least);
+  if (!value) return value.error();
+  target = value.value();
+  return {};
+}
+
+Status set_duration(std::chrono::milliseconds& target, const std::string& text) {
+  const Result<std::chrono::milliseconds> value = parse_duration(text);
+  if (!value) return value.error();
+  target = value.value();
+  return {};
+}
+
+constexpr std::uint64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
+
+const Setting kSettings[] = {
+    {"listen", Kind::kList, "Address to listen on, HOST:PORT or unix:PATH; may be repeated",
+     [](Config& c, const Values& v) -> Status {
+       c.listen = v;
+       return {};
+     },
+     [](const Config& c) { return c.listen; }},
+    {"insecure", Kind::kSwitch, "Allow addresses beyond this machine although nothing is encrypted",
+     [](Config& c, const Values& v) { return set_switch(c.insecure, v.back()); },
+     [](const Config& c) { return get_switch(c.insecure); }},
+    {"reflection", Kind::kSwitch, "Serve gRPC reflection, so that generic tools can call the daemon",
+     [](Config& c, const Values& v) { return set_switch(c.reflection, v.back()); },
+     [](const Config& c) { return get_switch(c.reflection); }},
+    {"threads", Kind::kValue, "Threads that steps run on; 0: as many as the machine has",
+     [](Config& c, const Values& v) { return set_integer(c.threads, v.back(), 0, 1024); },
+     [](const Config& c) { return Values{std::to_string(c.threads)}; }},
+    {"log-level", Kind::kValue, "debug, info, warning, error or off",
+     [](Config& c, const Values& v) { return set_named(c.log_level, kLevels, v.back()); },
+     [](const Config& c) { return get_named(c.log_level, kLevels); }},
+    {"log-format", Kind::kValue, "text or json, one event a line on standard error",
+     [](Config& c, const Values& v) { return set_named(c.log_format, kFormats, v.back()); },
+     [](const Config& c) { return get_named(c.log_format, kFormats); }},
+    {"max-sessions", Kind::kValue, "Sessions open at once",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_sessions, v.back(), 1); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_sessions)}; }},
+    {"max-vertices", Kind::kValue, "Vertices in a session",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_vertices, v.back(), 1, kMost32); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_vertices)}; }},
+    {"max-triangles", Kind::kValue, "Triangles in a session",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_triangles, v.back(), 1, kMost32); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_triangles)}; }},
+    {"max-contacts", Kind::kValue, "Contacts in an answer; a step with more fails",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_contacts, v.back(), 1, kMost32); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_contacts)}; }},
+    {"max-front-bytes", Kind::kValue, "Memory of a session's front; above it steps traverse from the root",
+     [](Config& c, const Values& v) { return set_bytes(c.limits.max_front_bytes, v.back(), 1); },
+     [](const Config& c) { return Values{format_bytes(c.limits.max_front_bytes)}; }},
+    {"window", Kind::kValue, "Frames of a stream that may be unanswered; more are left unread",
+     [](Config& c, const Values& v) { return set_integer(c.limits.window, v.back(), 1, 64); },
+     [](const Config& c) { return Values{std::to_string(c.limits.window)}; }},
+    {"answer-chunk-bytes", Kind::kValue, "Contact bytes in one message of a streamed answer",
+     [](Config& c, const Values& v) { return set_bytes(c.limits.answer_chunk_bytes, v.back(), 64); },
+     [](const Config& c) { return Values{format_bytes(c.limits.answer_chunk_bytes)}; }},
+    {"max-message-bytes", Kind::kValue,
+     "Size of one message; larger uploads, frames and answers come in parts",
+     [](Config& c, const Values& v) -> Status {
+       const Status set = set_bytes(c.limits.max_message_bytes, v.back(), 64 << 10);
+       if (set && c.limits.max_message_bytes > std::size_t{1} << 30)
+         return invalid_argument("\"" + v.back() + "\": at most 1GiB is expected");
+       return set;
+     },
+     [](const Config& c) { return Values{format_bytes(c.limits.max_message_bytes)}; }},
+    {"idle-timeout", Kind::kValue, "Time after which a session without a stream or a request is closed",
+     [](Config& c, const Values& v) { return set_duration(c.limits.idle_timeout, v.back()); },
+     [](const Config& c) { return Values{format_duration(c.limits.idle_timeout)}; }},
+    {"transport-memory", Kind::kValue, "Memory for messages in transit, over all connections",
+     [](Config& c, const Values& v) { return set_bytes(c.transport_memory_bytes, v.back(), 1 << 20); },
+     [](const Config& c) { return Values{format_bytes(c.transport_memory_bytes)}; }},
+    {"max-streams", Kind::kValue, "Calls at once on one connection",
+     [](Config& c, const Values& v) { return set_integer(c.max_streams, v.back(), 1); },
+     [](const Config& c) { return Values{std::to_string(c.max_streams)}; }},
+    {"max-metadata-bytes", Kind::kValue, "Headers of a call, in bytes",
+     [](Config& c, const Values& v) { return set_integer(c.max_metadata_bytes, v.back(), 1024, 1 << 20); },
+     [](const Config& c) { return Values{std::to_string(c.max_metadata_bytes)}; }},
+    {"drain-timeout", Kind::kValue, "Time that frames in hand get after SIGTERM or SIGINT",
+     [](Config& c, const Values& v) { return set_duration(c.drain_timeout, v.back()); },
+     [](const Config& c) { return Values{format_duration(c.drain_timeout)}; }},
+};
+
+}  // namespace
+
+std::span<const Setting> settings() {
+  return kSettings;
+}
+
+}  // namespace warmfront::server

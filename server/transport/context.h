@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all calls of a daemon share. Each part is thread-safe; the context itself is constant after
+// construction.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "engine/workers.h"
+#include "server/admin/lifecycle.h"
+#include "server/log.h"
+#include "server/session/limits.h"
+#include "server/session/runner.h"
+#include "server/session/store.h"
+
+namespace warmfront::server {
+
+struct Context {
+  Context(const Limits& limits_in, int threads, Log& log_in)
+      : limits(limits_in),
+        log(log_in),
+        workers(std::make_shared<Workers>(threads)),
+        store(limits.max_sessions),
+        // Two at least, so that a long step does not hold up the building of a session.
+        runner(std::max(2, workers->threads())) {}
+
+  const Limits limits;
+  Log& log;
+  const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
+  const std::shared_ptr<Workers> workers;
+  Lifecycle lifecycle;
+  Store store;
+  Runner runner;  // last: its threads use all of the above until it has joined them
+};
+
+}  // namespace warmfront::server

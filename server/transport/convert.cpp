@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+// Messages to values and back. Thread-safe.
+#include "server/transport/convert.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace warmfront::server {
+namespace {
+
+Fault bad_enum(const std::string& field, int value) {
+  return {ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+          field + ": value " + std::to_string(value) +
+              " is unknown to this daemon; see its enum in warmfront.v1"};
+}
+
+Fault too_large(const std::string& field, std::uint64_t value, std::uint64_t limit, const std::string& flag) {
+  return {ErrorCode::kResourceExhausted, Reason::kLimit,
+          field + ": " + std::to_string(value) + " is above the daemon's limit of " + std::to_string(limit) +
+              "; split the scene, or raise " + flag};
+}
+
+v1::FrontState to_proto(FrontState state) {
+  switch (state) {
+    case FrontState::kNone:
+      return v1::FRONT_STATE_NONE;
+    case FrontState::kBuilt:
+      return v1::FRONT_STATE_BUILT;
+    case FrontState::kUpdated:
+      return v1::FRONT_STATE_UPDATED;
+    case FrontState::kRebuilt:
+      return v1::FRONT_STATE_REBUILT;
+    case FrontState::kCapped:
+      return v1::FRONT_STATE_CAPPED;
+  }
+  return v1::FRONT_STATE_UNSPECIFIED;
+}
+
+v1::StepStatistics to_proto(const StepStatistics& statistics) {
+  v1::StepStatistics message;
+  v1::StageTimes& ms = *message.mutable_ms();
+  ms.set_total(statistics.ms.total);
+  ms.set_refit(statistics.ms.refit);
+  ms.set_front(statistics.ms.front);
+  ms.set_elementary(statistics.ms.elementary);
+  ms.set_adjacent(statistics.ms.adjacent);
+  v1::StepCounts& counts = *message.mutable_counts();
+  counts.set_bv_tests(statistics.counts.bv_tests);
+  counts.set_front_pairs(statistics.counts.front_pairs);
+  counts.set_front_bytes(statistics.counts.front_bytes);
+  counts.set_front_sprouted(statistics.counts.front_sprouted);
+  counts.set_front_pruned(statistics.counts.front_pruned);
+  counts.set_triangle_pairs(statistics.counts.triangle_pairs);
+  counts.set_adjacent_pairs(statistics.counts.adjacent_pairs);
+  counts.set_cone_culled_pairs(statistics.counts.cone_culled_pairs);
+  counts.set_cone_patches(statistics.counts.cone_patches);
+  counts.set_elementary_tests(statistics.counts.elementary_tests);
+  counts.set_orphan_tests(statistics.counts.orphan_tests);
+  counts.set_bounds_passed(statistics.counts.bounds_passed);
+  counts.set_coplanarity_passed(statistics.counts.coplanarity_passed);
+  counts.set_exact_tests(statistics.counts.exact_tests);
+  message.set_front_state(to_proto(statistics.front_state));
+  return message;
+}
+
+Outcome<Body> body_from(const v1::Body& message, int index) {
+  Body body{message.name(), message.first_vertex(), message.vertex_count(), BodyKind::kDeformable};
+  switch (message.kind()) {
+    case v1::BODY_KIND_UNSPECIFIED:
+    case v1::BODY_KIND_DEFORMABLE:
+      break;
+    case v1::BODY_KIND_RIGID:
+      body.kind = BodyKind::kRigid;
+      break;
+    case v1::BODY_KIND_STATIC:
+      body.kind = BodyKind::kStatic;
+      break;
+    default:
+      return bad_enum("bodies[" + std::to_string(index) + "].kind", message.kind());
+  }
+  return body;
+}
+
+template <class T>
+void set_bytes(std::string& bytes, const std::vector<T>& column, std::size_t first, std::size_t count) {
+  bytes.assign(reinterpret_cast<const char*>(column.data() + first), count * sizeof(T));
+}
+
+}  // namespace
+
+Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const Limits& limits) {
+  ColliderOptions options;
+  switch (message.tier()) {
+    case v1::TIER_UNSPECIFIED:
+      break;
+    case v1::TIER_FAST:
+      options.tier = Tier::kFast;
+      break;
+    case v1::TIER_CERTIFIED:
+      options.tier = Tier::kCertified;
+      break;
+    case v1::TIER_EXACT:
+      options.tier = Tier::kExact;
+      break;
+    default:
+      return bad_enum("options.tier", message.tier());
+  }
+  switch (message.report()) {
+    case v1::REPORT_UNSPECIFIED:
+      break;
+    case v1::REPORT_ALL:
+      options.report = Report::kAll;
+      break;
+    case v1::REPORT_EARLIEST:
+      options.report = Report::kEarliest;
+      break;
+    case v1::REPORT_COUNT:
+      options.report = Report::kCount;
+      break;
+    default:
+      return bad_enum("options.report", message.report());
+  }
+  switch (message.front()) {
+    case v1::FRONT_MODE_UNSPECIFIED:
+      break;
+    case v1::FRONT_MODE_NONE:
+      options.front = FrontMode::kNone;
+      break;
+    case v1::FRONT_MODE_PAPER:
+      options.front = FrontMode::kPaper;
+      break;
+    case v1::FRONT_MODE_WARM:
+      options.front = FrontMode::kWarm;
+      break;
+    default:
+      return bad_enum("options.front", message.front());
+  }
+  switch (message.bounds()) {
+    case v1::BOUNDS_KIND_UNSPECIFIED:
+      break;
+    case v1::BOUNDS_KIND_AABB:
+      options.bounds = BoundsKind::kAabb;
+      break;
+    case v1::BOUNDS_KIND_KDOP18:
+      options.bounds = BoundsKind::kKDop18;
+      break;
+    default:
+      return bad_enum("options.bounds", message.bounds());
+  }
+  if (message.has_tolerance()) options.tolerance = message.tolerance();
+  if (message.has_min_separation()) options.min_separation = message.min_separation();
+  if (message.has_normal_cones()) options.normal_cones = message.normal_cones();
+  if (message.has_leaf_size()) options.leaf_size = message.leaf_size();
+  if (message.has_rebuild_after_stalled_steps())
+    options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
+  if (message.has_rebuild_every_steps()) options.rebuild_every_steps = message.rebuild_every_steps();
+  if (message.has_max_front_bytes()) options.max_front_bytes = message.max_front_bytes();
+  if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
+  options.max_front_bytes = std::min(options.max_front_bytes, limits.max_front_bytes);
+  options.max_contacts = std::min(options.max_contacts, limits.max_contacts);
+  if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
+  return options;
+}
+
+v1::ColliderOptions to_proto(const ColliderOptions& options) {
+  v1::ColliderOptions message;
+  switch (options.tier) {
+    case Tier::kFast:
+      message.set_tier(v1::TIER_FAST);
+      break;
+    case Tier::kCertified:
+      message.set_tier(v1::TIER_CERTIFIED);
+      break;
+    case Tier::kExact:
+      message.set_tier(v1::TIER_EXACT);
+      break;
+  }
+  switch (options.report) {
+    case Report::kAll:
+      message.set_report(v1::REPORT_ALL);
+      break;
+    case Report::kEarliest:
+      message.set_report(v1::REPORT_EARLIEST);
+      break;
+    case Report::kCount:
+      message.set_report(v1::REPORT_COUNT);
+      break;
+  }
+  switch (options.front) {
+    case FrontMode::kNone:
+      message.set_front(v1::FRONT_MODE_NONE);
+      break;
+    case FrontMode::kPaper:
+      message.set_front(v1::FRONT_MODE_PAPER);
+      break;
+    case FrontMode::kWarm:
+      message.set_front(v1::FRONT_MODE_WARM);
+      break;
+  }
+  switch (options.bounds) {
+    case BoundsKind::kAabb:
+      message.set_bounds(v1::BOUNDS_KIND_AABB);
+      break;
+    case BoundsKind::kKDop18:
+      message.set_bounds(v1::BOUNDS_KIND_KDOP18);
+      break;
+  }
+  message.set_tolerance(options.tolerance);
+  message.set_min_separation(options.min_separation);
+  message.set_normal_cones(options.normal_cones);
+  message.set_leaf_size(options.leaf_size);
+  message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
+  message.set_rebuild_every_steps(options.rebuild_every_steps);
+  message.set_max_front_bytes(options.max_front_bytes);
+  message.set_max_contacts(options.max_contacts);
+  return message;
+}
+
+Outcome<Dtype> dtype_from(v1::Dtype dtype) {
+  switch (dtype) {
+    case v1::DTYPE_FLOAT32:
+      return Dtype::kFloat32;
+    case v1::DTYPE_FLOAT64:
+      return Dtype::kFloat64;
+    case v1::DTYPE_UNSPECIFIED:
+      return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                   "dtype: it must be stated, float32 or float64"};
+    default:
+      return bad_enum("dtype", dtype);
+  }
+}
+
+Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits) {
+  Outcome<SessionId> id = SessionId::parse(header.session_id());
+  if (!id) return id.fault();
+  Outcome<Dtype> dtype = dtype_from(header.dtype());
+  if (!dtype) return dtype.fault();
+  Outcome<ColliderOptions> options = options_from(header.options(), limits);
+  if (!options) return options.fault();
+  if (header.vertex_count() > limits.max_vertices)
+    return too_large("vertex_count", header.vertex_count(), limits.max_vertices, "--max-vertices");
+  if (header.face_count() > limits.max_triangles)
+    return too_large("face_count", header.face_count(), limits.max_triangles, "--max-triangles");
+  if (header.first_frame() >> 63 != 0)
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                 "first_frame: " + std::to_string(header.first_frame()) + " is not below 2^63"};
+
+  SessionSpec spec{std::move(id).value(), {}, options.value(), dtype.value(), header.first_frame()};
+  spec.scene.vertex_count = header.vertex_count();
+  spec.scene.bodies.reserve(static_cast<std::size_t>(header.bodies_size()));
+  for (int i = 0; i < header.bodies_size(); ++i) {
+    Outcome<Body> body = body_from(header.bodies(i), i);
+    if (!body) return body.fault();
+    spec.scene.bodies.push_back(std::move(body).value());
+  }
+  return spec;
+}
+
+v1::SessionInfo to_proto(const Session& session) {
+  const SessionSnapshot snapshot = session.snapshot();
+  using std::chrono::duration_cast;
+  using std::chrono::milliseconds;
+  v1::SessionInfo info;
+  info.set_session_id(session.id().text());
+  info.set_vertex_count(session.scene().vertex_count());
+  info.set_face_count(session.scene().face_count());
+  info.set_edge_count(session.scene().edge_count());
+  info.set_body_count(session.scene().body_count());
+  info.set_dtype(session.dtype() == Dtype::kFloat32 ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
+  *info.mutable_options() = to_proto(session.options());
+  info.set_last_frame(snapshot.last_frame);
+  info.set_steps(snapshot.steps);
+  info.set_memory_bytes(snapshot.memory_bytes);
+  info.set_attached(snapshot.attached);
+  info.set_created_unix_ms(duration_cast<milliseconds>(snapshot.created.time_since_epoch()).count());
+  info.set_idle_ms(static_cast<std::uint64_t>(snapshot.idle.count()));
+  return info;
+}
+
+v1::Limits to_proto(const Limits& limits) {
+  v1::Limits message;
+  message.set_window(limits.window);
+  message.set_max_message_bytes(limits.max_message_bytes);
+  message.set_answer_chunk_bytes(limits.answer_chunk_bytes);
+  message.set_max_sessions(limits.max_sessions);
+  message.set_max_vertices(limits.max_vertices);
+  message.set_max_triangles(limits.max_triangles);
+  message.set_max_contacts(limits.max_contacts);
+  return message;
+}
+
+v1::StepSummary summary_of(const Answer& answer) {
+  v1::StepSummary summary;
+  summary.set_vf(answer.vf);
+  summary.set_ee(answer.ee);
+  summary.set_possible(answer.possible);
+  if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
+  summary.set_rows(answer.rows());
+  *summary.mutable_statistics() = to_proto(answer.statistics);
+  return summary;
+}
+
+void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1::ContactColumns& columns) {
+  set_bytes(*columns.mutable_kind(), answer.kind, first, count);
+  set_bytes(*columns.mutable_status(), answer.status, first, count);
+  set_bytes(*columns.mutable_v(), answer.vertices, first, count);
+  set_bytes(*columns.mutable_toi(), answer.toi, first, count);
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The wire's messages as the engine's values and back. Thread-safe.
+#pragma once
+
+#include <cstddef>
+
+#include "server/session/answer.h"
+#include "server/session/limits.h"
+#include "server/session/session.h"
+#include "warmfront/v1/session.pb.h"
+#include "warmfront/v1/step.pb.h"
+
+namespace warmfront::server {
+
+/// INVALID_ARGUMENT for a value that this build does not know; what is left out gets its default. Capacities
+/// are lowered to the daemon's limits. Ranges are checked here too, so that a bad value is refused before a
+/// mesh is uploaded.
+Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const Limits& limits);
+/// Every field set.
+v1::ColliderOptions to_proto(const ColliderOptions& options);
+
+/// INVALID_ARGUMENT for DTYPE_UNSPECIFIED and for values unknown.
+Outcome<Dtype> dtype_from(v1::Dtype dtype);
+
+/// The spec with no faces yet. INVALID_ARGUMENT for a bad field, RESOURCE_EXHAUSTED for a scene beyond the
+/// limits.
+Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits);
+
+v1::SessionInfo to_proto(const Session& session);
+v1::Limits to_proto(const Limits& limits);
+v1::StepSummary summary_of(const Answer& answer);
+
+/// Rows [first, first + count) of the answer.
+void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1::ContactColumns& columns);
+
+}  // namespace warmfront::server

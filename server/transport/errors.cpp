@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Faults to statuses. Thread-safe.
+#include "server/transport/errors.h"
+
+namespace warmfront::server {
+namespace {
+
+v1::ErrorReason to_proto(Reason reason) {
+  switch (reason) {
+    case Reason::kInvalidInput:
+      return v1::ERROR_REASON_INVALID_INPUT;
+    case Reason::kSessionNotFound:
+      return v1::ERROR_REASON_SESSION_NOT_FOUND;
+    case Reason::kSessionExists:
+      return v1::ERROR_REASON_SESSION_EXISTS;
+    case Reason::kSessionAttached:
+      return v1::ERROR_REASON_SESSION_ATTACHED;
+    case Reason::kFrameOutOfOrder:
+      return v1::ERROR_REASON_FRAME_OUT_OF_ORDER;
+    case Reason::kFrameChanged:
+      return v1::ERROR_REASON_FRAME_CHANGED;
+    case Reason::kProtocol:
+      return v1::ERROR_REASON_PROTOCOL;
+    case Reason::kLimit:
+      return v1::ERROR_REASON_LIMIT;
+    case Reason::kDraining:
+      return v1::ERROR_REASON_DRAINING;
+    case Reason::kEngine:
+      return v1::ERROR_REASON_ENGINE;
+  }
+  return v1::ERROR_REASON_UNSPECIFIED;
+}
+
+}  // namespace
+
+grpc::StatusCode to_grpc_code(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kInvalidArgument:
+      return grpc::StatusCode::INVALID_ARGUMENT;
+    case ErrorCode::kFailedPrecondition:
+      return grpc::StatusCode::FAILED_PRECONDITION;
+    case ErrorCode::kResourceExhausted:
+      return grpc::StatusCode::RESOURCE_EXHAUSTED;
+    case ErrorCode::kUnimplemented:
+      return grpc::StatusCode::UNIMPLEMENTED;
+    case ErrorCode::kCancelled:
+      return grpc::StatusCode::CANCELLED;
+    case ErrorCode::kInternal:
+      return grpc::StatusCode::INTERNAL;
+    case ErrorCode::kNotFound:
+      return grpc::StatusCode::NOT_FOUND;
+    case ErrorCode::kAlreadyExists:
+      return grpc::StatusCode::ALREADY_EXISTS;
+    case ErrorCode::kAborted:
+      return grpc::StatusCode::ABORTED;
+    case ErrorCode::kDeadlineExceeded:
+      return grpc::StatusCode::DEADLINE_EXCEEDED;
+    case ErrorCode::kUnavailable:
+      return grpc::StatusCode::UNAVAILABLE;
+  }
+  return grpc::StatusCode::UNKNOWN;
+}
+
+v1::Status to_proto(const Fault& fault) {
+  v1::ErrorDetail detail;
+  detail.set_reason(to_proto(fault.reason));
+  if (fault.expected_frame) detail.set_expected_frame(*fault.expected_frame);
+  v1::Status status;
+  status.set_code(to_grpc_code(fault.code));
+  status.set_message(fault.message);
+  status.add_details()->PackFrom(detail);
+  return status;
+}
+
+grpc::Status to_grpc(const Fault& fault) {
+  return {to_grpc_code(fault.code), fault.message, to_proto(fault).SerializeAsString()};
+}
+
+}  // namespace warmfront::server
