@@ -126,7 +126,7 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name) {
   if (is_there(folder / "mesh.ply")) return open_cache_input(folder);
   std::vector<std::string> paths;
   for (;;) {
-    const fs::path path = folder / ("t" + std::to_string(paths.size()) + ".ply");
+    const fs::path path = folder / std::string("t").append(std::to_string(paths.size())).append(".ply");
     if (!is_there(path)) break;
     paths.push_back(path.string());
   }

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verb `detect`: see detect.h.
+#include "client/cli/detect.h"
+
+#include <CLI/CLI.hpp>
+#include <cinttypes>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/frame_steps.h"
+#include "client/cli/progress.h"
+#include "client/cli/remote_stepper.h"
+#include "client/cli/report_json.h"
+#include "client/cli/stepper.h"
+#include "client/io/contact_writer.h"
+#include "client/io/input.h"
+#include "engine/contact_hash.h"
+
+namespace warmfront::client {
+namespace {
+
+/// The arguments as given.
+struct Arguments {
+  std::vector<std::string> inputs;
+  std::string server;
+  std::string tier{to_string(ColliderOptions{}.tier)};
+  std::string report{to_string(ColliderOptions{}.report)};
+  std::string front{to_string(ColliderOptions{}.front)};
+  std::string bounds{to_string(ColliderOptions{}.bounds)};
+  std::string normal_cones = ColliderOptions{}.normal_cones ? "on" : "off";
+  ColliderOptions options;
+  int threads = 0;
+  std::uint32_t substeps = 1;
+  std::string frames;
+  std::string contacts_file;
+  std::string json_file;
+};
+
+/// Turns the names into options; the first that is wrong is an error.
+Status read_names(Arguments& arguments) {
+  const auto take = [](auto parsed, auto& field) -> Status {
+    if (!parsed) return parsed.error();
+    field = parsed.value();
+    return {};
+  };
+  ColliderOptions& options = arguments.options;
+  options.normal_cones = arguments.normal_cones == "on";
+  if (Status s = take(parse_tier(arguments.tier), options.tier); !s) return s;
+  if (Status s = take(parse_report(arguments.report), options.report); !s) return s;
+  if (Status s = take(parse_front_mode(arguments.front), options.front); !s) return s;
+  if (Status s = take(parse_bounds_kind(arguments.bounds), options.bounds); !s) return s;
+  return validate(options);
+}
+
+/// What can be seen to be wrong without opening anything.
+Status check_usage(Arguments& arguments) {
+  if (Status status = check_input_arguments(arguments.inputs); !status) return status;
+  if (Status status = read_names(arguments); !status) return status;
+  if (arguments.contacts_file.empty()) return {};
+  if (!is_contact_file_name(arguments.contacts_file))
+    return invalid_argument("--contacts " + arguments.contacts_file +
+                            ": the name must end in .csv, .jsonl or .vtp");
+  if (arguments.options.report == Report::kCount)
+    return invalid_argument("--contacts needs --report all or earliest: count gives no list");
+  return {};
+}
+
+void print_header() {
+  std::printf("%8s %9s %9s %9s %12s %10s %9s %9s %9s %9s %11s %s\n", "frame", "vf", "ee", "possible",
+              "earliest toi", "total ms", "refit", "front", "elem.", "adjacent", "tri. pairs", "front");
+}
+
+void print_row(const FrameReport& frame) {
+  char toi[32] = "-";
+  if (frame.earliest_toi) std::snprintf(toi, sizeof toi, "%.9f", *frame.earliest_toi);
+  const StageTimes& ms = frame.statistics.ms;
+  const std::string state(to_string(frame.statistics.front_state));
+  std::printf("%8" PRIu64 " %9" PRIu64 " %9" PRIu64 " %9" PRIu64
+              " %12s %10.3f %9.3f %9.3f %9.3f %9.3f %11" PRIu64 " %s\n",
+              frame.frame, frame.vf, frame.ee, frame.possible, toi, ms.total, ms.refit, ms.front,
+              ms.elementary, ms.adjacent, frame.statistics.counts.triangle_pairs, state.c_str());
+  std::fflush(stdout);
+}
+
+void print_summary(const DetectReport& report) {
+  std::uint64_t vf = 0, ee = 0, possible = 0;
+  double ms = 0;
+  for (const FrameReport& frame : report.frames) {
+    vf += frame.vf;
+    ee += frame.ee;
+    possible += frame.possible;
+    ms += frame.statistics.ms.total;
+  }
+  std::printf("%zu steps of %" PRIu64 " triangles, %" PRIu64 " vertices: %" PRIu64 " contacts (%" PRIu64
+              " vf, %" PRIu64 " ee; %" PRIu64 " possible), %.3f ms a step on %d thread%s\n",
+              report.frames.size(), report.triangles, report.vertices, vf + ee, vf, ee, possible,
+              ms / static_cast<double>(report.frames.size()), report.threads, report.threads == 1 ? "" : "s");
+  if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
+}
+
+/// Steps through everything; fills in the report.
+Status step_through(const Arguments& arguments, FrameSteps& steps, Stepper& stepper, ContactWriter* writer,
+                    DetectReport& report) {
+  const bool with_contacts = arguments.options.report != Report::kCount;
+  const bool table = arguments.json_file.empty();
+  ContactHash hash;
+  Progress progress("step", steps.step_count());
+  if (table) print_header();
+  for (std::uint64_t step = 1; step <= steps.step_count(); ++step) {
+    if (Status status = steps.next(); !status) return status;
+    Result<StepAnswer> result = stepper.step(steps.end());
+    if (!result) {
+      Error error = result.error();
+      error.message = "step to frame " + std::to_string(steps.number()) + ": " + error.message;
+      return error;
+    }
+    const StepAnswer& answer = result.value();
+    if (with_contacts) {
+      hash.begin_step(answer.contacts.size());
+      for (const ContactRecord& c : answer.contacts) hash.add(c.kind, c.status, c.vertices, c.toi);
+    }
+    if (writer) {
+      if (Status status = writer->write(steps.number(), steps.start(), steps.end(), answer.contacts); !status)
+        return status;
+    }
+    report.frames.push_back(
+        {steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi, answer.statistics});
+    if (table) {
+      progress.clear();
+      print_row(report.frames.back());
+    }
+    progress.update(step);
+  }
+  if (with_contacts) report.contacts_hash = hash.hex();
+  return {};
+}
+
+int detect(Arguments arguments) {
+  if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
+  Result<std::unique_ptr<Input>> opened = open_input(arguments.inputs);
+  if (!opened) return failure(opened.error().message);
+  Input& input = *opened.value();
+
+  FrameRange range{0, input.frame_count() - 1};
+  if (!arguments.frames.empty()) {
+    const Result<FrameRange> parsed = parse_frame_range(arguments.frames, input.frame_count());
+    if (!parsed) return usage_error(parsed.error().message);
+    range = parsed.value();
+  }
+  Result<FrameSteps> steps = FrameSteps::open(input, range, arguments.substeps);
+  if (!steps) return failure(steps.error().message);
+
+  const Positions first = steps.value().end();
+  Result<std::unique_ptr<Stepper>> stepper =
+      arguments.server.empty()
+          ? make_local_stepper(input.scene(), first, arguments.options, arguments.threads)
+          : make_remote_stepper(arguments.server, input.scene(), first, arguments.options);
+  if (!stepper) return failure(stepper.error().message);
+
+  std::unique_ptr<ContactWriter> writer;
+  if (!arguments.contacts_file.empty()) {
+    Result<std::unique_ptr<ContactWriter>> created = open_contact_writer(arguments.contacts_file);
+    if (!created) return failure(created.error().message);
+    writer = std::move(created).value();
+  }
+
+  DetectReport report;
+  report.vertices = input.scene().vertex_count;
+  report.triangles = input.scene().faces.size();
+  report.options = arguments.options;
+  report.threads = stepper.value()->threads();
+  const Status stepped = step_through(arguments, steps.value(), *stepper.value(), writer.get(), report);
+  if (!stepped) return failure(stepped.error().message);
+  if (writer) {
+    if (Status status = writer->close(); !status) return failure(status.error().message);
+  }
+  if (!arguments.json_file.empty()) {
+    if (Status status = write_text(arguments.json_file, format_json(report)); !status)
+      return failure(status.error().message);
+  }
+  if (arguments.json_file != "-") print_summary(report);
+  return finish_output();
+}
+
+}  // namespace
+
+Verb add_detect(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  app.add_option("INPUT", a.inputs,
+                 "A folder with mesh.ply and frames.pc2 (and info.json), or with t0.ply, t1.ply, ...; or two "
+                 "or more mesh "
+                 "files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] (see "
+                 "'scene --list')")
+      ->required();
+  app.add_option("--server", a.server,
+                 "Step on the daemon at this address (HOST:PORT or unix:PATH), not in this process");
+  app.add_option("--tier", a.tier, "How an elementary test decides")
+      ->check(CLI::IsMember({"fast", "certified", "exact"}))
+      ->capture_default_str();
+  app.add_option(
+         "--tolerance", a.options.tolerance,
+         "Certified tier: what comes this close, relative to the query's size, may be reported; in (0, 1]")
+      ->capture_default_str();
+  app.add_option("--min-separation", a.options.min_separation,
+                 "Report what comes within this distance, in the scene's unit")
+      ->capture_default_str();
+  app.add_option("--report", a.report, "All contacts, those at the earliest time only, or how many")
+      ->check(CLI::IsMember({"all", "earliest", "count"}))
+      ->capture_default_str();
+  app.add_option("--front", a.front, "What is kept of the traversal between steps; the contacts are the same")
+      ->check(CLI::IsMember({"none", "paper", "warm"}))
+      ->capture_default_str();
+  app.add_option("--bounds", a.bounds, "Bounding volumes; the contacts are the same")
+      ->check(CLI::IsMember({"aabb", "kdop18"}))
+      ->capture_default_str();
+  app.add_option("--threads", a.threads, "Threads in this process; 0 for all that the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--substeps", a.substeps,
+                 "Split each step in so many, linearly; 'frame' then counts substeps")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
+      ->type_name("FIRST:LAST");
+  app.add_option("--contacts", a.contacts_file,
+                 "Write the contacts: .csv, .jsonl, or .vtp (a file a frame, and a .pvd that lists them)")
+      ->type_name("FILE");
+  app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, with nothing else there")
+      ->type_name("FILE");
+  app.add_option("--leaf-size", a.options.leaf_size, "Most triangles a leaf of the hierarchy holds")
+      ->check(CLI::IsMember({1, 2, 4, 8}))
+      ->capture_default_str();
+  app.add_option("--normal-cones", a.normal_cones, "Cull flat patches by normal cone and contour test")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  return [arguments] { return detect(*arguments); };
+}
+
+}  // namespace warmfront::client

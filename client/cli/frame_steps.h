@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps of an input: a range of frames, each step split in equal parts if asked. One thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "client/io/input.h"
+#include "engine/result.h"
+
+namespace warmfront::client {
+
+/// Frames first, first + 1, ..., last.
+struct FrameRange {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+};
+
+/// Reads "FIRST:LAST", in which either may be left out; both are indices of frames, and first < last <
+/// frame_count.
+Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_count);
+
+class FrameSteps {
+ public:
+  /// Reads the first frame. `substeps` >= 1.
+  static Result<FrameSteps> open(Input& input, FrameRange range, std::uint32_t substeps);
+
+  std::uint64_t step_count() const { return std::uint64_t{range_.last - range_.first} * substeps_; }
+
+  /// Where the current step starts (before the first next(): frame `first`) and ends.
+  Positions start() const { return view(start_); }
+  Positions end() const { return view(end_); }
+  /// The current step's number: the index of its end frame; with substeps, counted in substeps from frame 0.
+  std::uint64_t number() const { return std::uint64_t{range_.first} * substeps_ + done_; }
+
+  /// Goes on to the next step; of them there are step_count(). Between frames positions are interpolated
+  /// linearly in double precision, so that the K-th of K substeps ends in the frame's own positions.
+  Status next();
+
+ private:
+  FrameSteps(Input& input, FrameRange range, std::uint32_t substeps)
+      : input_(&input), range_(range), substeps_(substeps) {}
+
+  Input* input_;
+  FrameRange range_;
+  std::uint32_t substeps_;
+  std::uint64_t done_ = 0;
+  PositionBuffer from_frame_, to_frame_;  ///< the frames on both sides, when there are substeps
+  PositionBuffer start_, end_;
+};
+
+}  // namespace warmfront::client

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// `warmfront VERB`: the command line. Runs on one thread.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/detect.h"
+#include "client/cli/exit_codes.h"
+#include "client/cli/scene.h"
+
+namespace {
+
+using warmfront::client::Verb;
+
+/// The innermost verb that was named, for "see ... --help".
+std::string help_command(const CLI::App& app) {
+  std::string command = "warmfront";
+  for (const CLI::App* verb : app.get_subcommands()) command += " " + verb->get_name();
+  return command + " --help";
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Continuous collision detection between the frames of moving triangle meshes.", "warmfront");
+  app.set_version_flag("--version", "warmfront " WARMFRONT_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "Exit codes: 0 ok, 1 the answer is \"no\", 2 failed, 3 usage.\n'warmfront VERB --help' tells a verb's "
+      "options.");
+  std::vector<std::pair<CLI::App*, Verb>> verbs;
+  const auto add = [&](const char* name, const char* description, Verb (*setup)(CLI::App&)) {
+    CLI::App* verb = app.add_subcommand(name, description);
+    verbs.emplace_back(verb, setup(*verb));
+  };
+  add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
+  add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help and --version
+      app.exit(error);
+      return warmfront::client::finish_output();
+    }
+    return warmfront::client::usage_error(std::string(error.what()) + "; see '" + help_command(app) + "'");
+  }
+  for (const auto& [verb, work] : verbs)
+    if (verb->parsed()) return work();
+  return warmfront::client::kExitUsage;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return warmfront::client::failure("out of memory");
+  } catch (const std::exception& error) {
+    return warmfront::client::failure(error.what());
+  }
+}

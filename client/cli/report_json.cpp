@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The JSON report: see report_json.h.
+#include "client/cli/report_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json format_frame(const FrameReport& frame) {
+  const StageTimes& ms = frame.statistics.ms;
+  const StepCounts& counts = frame.statistics.counts;
+  return {{"frame", frame.frame},
+          {"vf", frame.vf},
+          {"ee", frame.ee},
+          {"possible", frame.possible},
+          {"earliest_toi", frame.earliest_toi ? Json(*frame.earliest_toi) : Json(nullptr)},
+          {"ms",
+           {{"total", ms.total},
+            {"refit", ms.refit},
+            {"front", ms.front},
+            {"elementary", ms.elementary},
+            {"adjacent", ms.adjacent}}},
+          {"counts",
+           {{"bv_tests", counts.bv_tests},
+            {"front_pairs", counts.front_pairs},
+            {"front_bytes", counts.front_bytes},
+            {"triangle_pairs", counts.triangle_pairs},
+            {"elementary_tests", counts.elementary_tests},
+            {"exact_tests", counts.exact_tests},
+            {"front_sprouted", counts.front_sprouted},
+            {"front_pruned", counts.front_pruned},
+            {"adjacent_pairs", counts.adjacent_pairs},
+            {"cone_culled_pairs", counts.cone_culled_pairs},
+            {"cone_patches", counts.cone_patches},
+            {"orphan_tests", counts.orphan_tests},
+            {"bounds_passed", counts.bounds_passed},
+            {"coplanarity_passed", counts.coplanarity_passed}}},
+          {"front_state", to_string(frame.statistics.front_state)}};
+}
+
+}  // namespace
+
+std::string format_json(const DetectReport& report) {
+  Json frames = Json::array();
+  for (const FrameReport& frame : report.frames) frames.push_back(format_frame(frame));
+  const Json root{{"vertices", report.vertices},
+                  {"triangles", report.triangles},
+                  {"tier", to_string(report.options.tier)},
+                  {"tolerance", report.options.tolerance},
+                  {"threads", report.threads},
+                  {"front", to_string(report.options.front)},
+                  {"bounds", to_string(report.options.bounds)},
+                  {"contacts_hash", report.contacts_hash},
+                  {"frames", std::move(frames)}};
+  return root.dump(1) + "\n";
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `detect --json` writes. Other tools read it: fields are added, never renamed. Plain values and pure
+// functions.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/options.h"
+#include "engine/statistics.h"
+
+namespace warmfront::client {
+
+/// A step, by the index of its end frame.
+struct FrameReport {
+  std::uint64_t frame = 0;
+  std::uint64_t vf = 0;
+  std::uint64_t ee = 0;
+  std::uint64_t possible = 0;
+  std::optional<double> earliest_toi;
+  StepStatistics statistics;
+};
+
+struct DetectReport {
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  ColliderOptions options;
+  int threads = 0;
+  /// ContactHash over all steps, in hexadecimal; empty when no contacts were asked for (`--report count`).
+  std::string contacts_hash;
+  std::vector<FrameReport> frames;
+};
+
+/// The report as a JSON object, with a line end at the end.
+std::string format_json(const DetectReport& report);
+
+}  // namespace warmfront::client

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verb `scene`: see scene.h.
+#include "client/cli/scene.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/progress.h"
+#include "client/io/file.h"
+#include "client/io/info_json.h"
+#include "client/io/mesh.h"
+#include "client/io/pc2.h"
+#include "client/io/ply.h"
+#include "client/scenes/catalog.h"
+
+namespace warmfront::client {
+namespace {
+
+struct Arguments {
+  std::string name;
+  std::string folder;
+  std::string triangles;
+  std::string frames;
+  std::string json_file;
+  bool list = false;
+};
+
+int list_scenes() {
+  for (const scenes::CatalogEntry& entry : scenes::catalog())
+    std::printf("%-12s %7u triangles %4u frames  %s\n", std::string(entry.name).c_str(), entry.triangles,
+                entry.frames, std::string(entry.description).c_str());
+  std::printf(
+      "Parameters: triangles=%u..%u (about), frames=%u..%u, as in "
+      "builtin:cloth-ball?triangles=10000&frames=30\n",
+      scenes::kLeastTriangles, scenes::kMostTriangles, scenes::kLeastFrames, scenes::kMostFrames);
+  return finish_output();
+}
+
+SceneInfo describe(const scenes::SceneSpec& spec, const SceneDescription& scene) {
+  SceneInfo info;
+  info.name = spec.entry->name;
+  info.triangles = scene.faces.size();
+  info.vertices = scene.vertex_count;
+  info.frames = spec.frames;
+  info.bodies = scene.bodies;
+  info.generator = "warmfront scene; " + std::string(spec.entry->description);
+  return info;
+}
+
+/// Writes mesh.ply, frames.pc2 and info.json into the folder.
+Status write_scene(const scenes::SceneSpec& spec, scenes::Animation& animation, const SceneInfo& info,
+                   const std::filesystem::path& folder) {
+  const Mesh mesh{animation.frame(0), animation.scene().faces};
+  if (Status s = write_file((folder / "mesh.ply").string(), format_ply(mesh, info.name + " frame 0")); !s)
+    return s;
+  Pc2Header header;
+  header.point_count = animation.scene().vertex_count;
+  header.sample_count = spec.frames;
+  Result<Pc2Writer> cache = Pc2Writer::create((folder / "frames.pc2").string(), header);
+  if (!cache) return cache.error();
+  Progress progress("frame", spec.frames);
+  for (std::uint32_t frame = 0; frame < spec.frames; ++frame) {
+    cache.value().append(animation.frame(frame));
+    progress.update(frame + 1);
+  }
+  if (Status status = cache.value().close(); !status) return status;
+  return write_file((folder / "info.json").string(), format_info_json(info));
+}
+
+int scene(const Arguments& arguments) {
+  if (arguments.list) return list_scenes();
+  if (arguments.name.empty())
+    return usage_error("scene: a NAME is needed; 'warmfront scene --list' lists them");
+  Result<scenes::SceneSpec> parsed = scenes::parse_scene_spec(arguments.name);
+  if (!parsed) return usage_error(parsed.error().message);
+  scenes::SceneSpec& spec = parsed.value();
+  for (const auto& [key, value] :
+       {std::pair("triangles", arguments.triangles), std::pair("frames", arguments.frames)})
+    if (!value.empty())
+      if (const Status status = scenes::set_parameter(spec, key, value); !status)
+        return usage_error(status.error().message);
+  if (arguments.folder.empty()) return usage_error("scene: --out DIR is needed");
+
+  std::error_code code;
+  std::filesystem::create_directories(arguments.folder, code);
+  if (code) return failure(arguments.folder + ": cannot make the folder: " + code.message());
+  const std::unique_ptr<scenes::Animation> animation = scenes::make_animation(spec);
+  const SceneInfo info = describe(spec, animation->scene());
+  if (const Status status = write_scene(spec, *animation, info, arguments.folder); !status)
+    return failure(status.error().message);
+  if (!arguments.json_file.empty()) {
+    if (const Status status = write_text(arguments.json_file, format_info_json(info)); !status)
+      return failure(status.error().message);
+  }
+  if (arguments.json_file != "-")
+    std::printf("%s: %llu triangles, %llu vertices, %zu bodies, %u frames\n", arguments.folder.c_str(),
+                static_cast<unsigned long long>(info.triangles),
+                static_cast<unsigned long long>(info.vertices), info.bodies.size(), spec.frames);
+  return finish_output();
+}
+
+}  // namespace
+
+Verb add_scene(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  app.add_option("NAME", a.name, "A built-in scene (see --list)");
+  app.add_option("--out", a.folder,
+                 "Folder for mesh.ply, frames.pc2 and info.json; made when it is not there")
+      ->type_name("DIR");
+  app.add_option("--triangles", a.triangles, "About so many triangles")->type_name("N");
+  app.add_option("--frames", a.frames, "So many frames")->type_name("N");
+  app.add_option("--json", a.json_file,
+                 "Write what info.json says here too; - for stdout, with nothing else there")
+      ->type_name("FILE");
+  app.add_flag("--list", a.list, "List the built-in scenes and their parameters");
+  return [arguments] { return scene(*arguments); };
+}
+
+}  // namespace warmfront::client
