@@ -140,7 +140,11 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, Stepper& step
 }
 
 int detect(Arguments arguments) {
-  if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
+  if (Status status = check_usage(arguments); !status) {
+    // A tier that exists, but not in this build, is no misuse.
+    const bool missing = status.error().code == ErrorCode::kUnimplemented;
+    return missing ? failure(status.error().message) : usage_error(status.error().message);
+  }
   Result<std::unique_ptr<Input>> opened = open_input(arguments.inputs);
   if (!opened) return failure(opened.error().message);
   Input& input = *opened.value();

@@ -17,6 +17,7 @@ constexpr double kBallRadius = 0.12;
 constexpr double kRing = 0.30;
 constexpr double kTube = 0.07;
 constexpr double kLinkLength = 0.55;
+constexpr double kJoint = 0.06;  // from a link's end to its joint, so that links may bend
 
 /// Cells a side of boxes and balls, and round the tube and the ring of a torus.
 struct Size {
@@ -34,9 +35,9 @@ Shapes make_shapes(Size size) {
   const int n = size.cells;
   shapes.add_box(n, {0, 0, -0.05}, {2.5, 2.5, 0.05});
   shapes.end_body("floor", BodyKind::kStatic);
-  shapes.add_box(n, {-0.06, 1.5, 0.75}, {0.05, 0.05, 0.75});
+  shapes.add_box(n, {-0.06, 1.5, 0.76}, {0.05, 0.05, 0.75});
   shapes.end_body("post_left", BodyKind::kStatic);
-  shapes.add_box(n, {1.06, 1.5, 0.75}, {0.05, 0.05, 0.75});
+  shapes.add_box(n, {1.06, 1.5, 0.76}, {0.05, 0.05, 0.75});
   shapes.end_body("post_right", BodyKind::kStatic);
   shapes.add_box(n, {0.5, 0, 0.7}, {0.49, 0.02, 0.65});  // hinged at the origin
   shapes.end_body("door", BodyKind::kRigid);
@@ -44,13 +45,13 @@ Shapes make_shapes(Size size) {
   for (int blade = 0; blade < 4; ++blade) {
     const auto [s, c] = sin_cos(blade * kPi / 2);
     shapes.add_cube(n, [&](Vec3 p) {
-      const double out = 0.4 + 0.3 * p.x;
+      const double out = 0.43 + 0.3 * p.x;
       return Vec3{out * c - 0.08 * p.y * s, out * s + 0.08 * p.y * c, 0.01 * p.z + 0.03 * p.y};
     });
   }
   shapes.end_body("fan", BodyKind::kRigid);
   for (int link = 0; link < kLinks; ++link) {
-    shapes.add_box(n, {kLinkLength / 2, 0, 0}, {kLinkLength / 2, 0.05, 0.05});
+    shapes.add_box(n, {kLinkLength / 2, 0, 0}, {kLinkLength / 2 - kJoint, 0.05, 0.05});
     shapes.end_body("link_" + std::to_string(link), BodyKind::kRigid);
   }
   for (int ball = 0; ball < kBalls; ++ball) {
@@ -91,9 +92,9 @@ class Bart final : public Model {
     for (int ball = 0; ball < kBalls; ++ball) place_ball(body++, ball);
     for (int pair = 0; pair < kTori / 2; ++pair) {
       // Two rings through each other, at right angles; one turns and shakes, so that they knock.
-      const Vec3 center{-1.5 + pair, 0.3, 0.75};
+      const Vec3 center{-1.9 + 1.2 * pair, 0.37, 0.75};
       place(body++, turned({0, 0, 1}, 0.8 * time_ + pair, center));
-      const Vec3 shaken = center + Vec3{kRing + 0.2 * wave(0.9, 0.1 * pair), 0.03 * wave(1.3, 0), 0};
+      const Vec3 shaken = center + Vec3{kRing + 0.17 * wave(0.9, 0.1 * pair), 0.03 * wave(1.3, 0), 0};
       place(body++, turned({1, 0, 0}, kPi / 2 + 0.3 * wave(0.7, 0.25 * pair), shaken));
     }
   }
@@ -115,7 +116,7 @@ class Bart final : public Model {
     const double phase = time_ / period + 0.13 * ball;
     const double u = phase - std::floor(phase);
     const double height = kBallRadius - 0.004 + 4 * (0.3 + 0.1 * ball) * u * (1 - u);
-    const Vec3 center{-0.2 + 0.35 * ball, 1.1 + 0.3 * wave(0.25, 0.2 * ball), height};
+    const Vec3 center{-0.2 + 0.35 * ball, -0.6 + 0.2 * wave(0.25, 0.2 * ball), height};
     place(body, turned({1, 0, 0}, (2 + 0.5 * ball) * time_, center));
   }
 
