@@ -15,5 +15,7 @@ function(warmfront_target name)
                                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wno-psabi
+                                         # GCC 12 warns of std::string's own operator+ (GCC bug 105651).
+                                         $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
                                          $<$<BOOL:${WARMFRONT_WERROR}>:-Werror>)
 endfunction()
