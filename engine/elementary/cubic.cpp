@@ -66,20 +66,24 @@ std::array<double, 4> Cubic::on(const Window& window) const {
 bool Cubic::clip(Window& window) const {
   const std::array<double, 4> k = on(window);
   const double widening = certain() + slack;
-  // The hull of the points (i, k[i] +- widening) meets zero between the least and the greatest crossing of a
-  // segment from a point not below zero to a point not above it.
+  // The hull of the points (i, k[i] +- widening) meets zero at points whose own band holds zero, and between
+  // the crossings of segments from a point not below zero to one not above: the lower points among themselves
+  // and the upper ones among themselves give the extremes, as a crossing moves away from the positive end
+  // when either end is raised.
   double first = 4;
   double last = -1;
+  const auto reach = [&](double crossing) {
+    first = std::min(first, crossing);
+    last = std::max(last, crossing);
+  };
   for (int i = 0; i < 4; ++i) {
-    const double above = k[i] + widening;
-    if (!(above >= 0)) continue;
+    if (k[i] - widening <= 0 && k[i] + widening >= 0) reach(i);
     for (int j = 0; j < 4; ++j) {
-      const double below = k[j] - widening;
-      if (!(below <= 0)) continue;
-      const double fall = above - below;
-      const double crossing = i == j || !(fall > 0) ? i : i + (j - i) * (above / fall);
-      first = std::min(first, crossing);
-      last = std::max(last, crossing);
+      for (const double shift : {-widening, widening}) {
+        const double above = k[i] + shift;
+        const double below = k[j] + shift;
+        if (above >= 0 && below < 0) reach(i + (j - i) * (above / (above - below)));
+      }
     }
   }
   if (last < first) return false;

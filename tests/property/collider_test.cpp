@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole pipeline against brute force, over random scenes: what the hierarchy, the front, ownership, orphans and cones
-// let through must be exactly what testing every pair finds.
+// The whole pipeline against brute force, over random scenes: what the hierarchy, the front, ownership,
+// orphans and cones let through must be exactly what testing every pair finds.
 #include "engine/collider.h"
 
 #include <gmock/gmock.h>
@@ -50,7 +50,8 @@ RC_GTEST_PROP(Collider, EqualsBruteForce, ()) {
     testing::RandomScene state = random_scene(random);
     const ColliderOptions options = draw_options();
     Collider collider = make(state, options);
-    const CertifiedOptions certified{.tolerance = options.tolerance, .min_separation = options.min_separation};
+    const CertifiedOptions certified{.tolerance = options.tolerance,
+                                     .min_separation = options.min_separation};
     for (int step = 0; step < 4; ++step) {
       const auto next = random_motion(random, *state.scene, state.positions);
       const auto expected = testing::brute_force(*state.scene, state.positions, next, certified);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The oracle for everything between the scene and the elementary test: every valid feature pair, tested one by one.
+// The oracle for everything between the scene and the elementary test: every valid feature pair, tested one
+// by one.
 #pragma once
 
 #include <span>
@@ -12,7 +13,8 @@
 
 namespace warmfront::testing {
 
-/// Calls `visit(kind, a, b)` for every pair (v, f) with v not in f and every pair of edges a < b that share no vertex.
+/// Calls `visit(kind, a, b)` for every pair (v, f) with v not in f and every pair of edges a < b that share
+/// no vertex.
 template <class Visit>
 void for_all_feature_pairs(const Scene& scene, Visit&& visit) {
   for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
@@ -30,8 +32,8 @@ void for_all_feature_pairs(const Scene& scene, Visit&& visit) {
   }
 }
 
-inline FeatureVertices features_of(const Scene& scene, std::span<const VertexMotion> vertices, ContactKind kind,
-                                   std::uint32_t a, std::uint32_t b) {
+inline FeatureVertices features_of(const Scene& scene, std::span<const VertexMotion> vertices,
+                                   ContactKind kind, std::uint32_t a, std::uint32_t b) {
   FeatureVertices features{kind, {}};
   const auto ids = scene.vertices_of({kind, ContactStatus::kHit, a, b, 0});
   for (int k = 0; k < 4; ++k) features.vertex[k] = &vertices[ids[k]];
@@ -48,8 +50,8 @@ inline std::vector<VertexMotion> motion_between(std::span<const double> x0, std:
 }
 
 /// All contacts of the motion from x0 to x1, sorted as a Collider sorts them.
-inline std::vector<Contact> brute_force(const Scene& scene, std::span<const double> x0, std::span<const double> x1,
-                                        const CertifiedOptions& options) {
+inline std::vector<Contact> brute_force(const Scene& scene, std::span<const double> x0,
+                                        std::span<const double> x1, const CertifiedOptions& options) {
   const std::vector<VertexMotion> vertices = motion_between(x0, x1);
   std::vector<Contact> contacts;
   for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {

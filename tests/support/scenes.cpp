@@ -11,7 +11,9 @@ double uniform(std::mt19937_64& random, double lo, double hi) {
   return lo + (hi - lo) * (static_cast<double>(random() >> 11) * 0x1p-53);
 }
 
-int below(std::mt19937_64& random, int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); }
+int below(std::mt19937_64& random, int n) {
+  return static_cast<int>(random() % static_cast<std::uint64_t>(n));
+}
 
 }  // namespace
 
@@ -24,7 +26,9 @@ std::shared_ptr<const Scene> make_scene(std::uint32_t vertex_count, Faces faces)
   return std::make_shared<const Scene>(std::move(scene).value());
 }
 
-Faces tetrahedron() { return {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}; }
+Faces tetrahedron() {
+  return {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+}
 
 Faces octahedron() {
   return {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
@@ -56,8 +60,12 @@ RandomScene random_scene(std::mt19937_64& random) {
   for (int i = 0; i < parts; ++i) {
     const double size = uniform(random, 0.2, 1.2);
     switch (below(random, 4)) {
-      case 0: add(tetrahedron(), 4, size); break;
-      case 1: add(octahedron(), 6, size); break;
+      case 0:
+        add(tetrahedron(), 4, size);
+        break;
+      case 1:
+        add(octahedron(), 6, size);
+        break;
       case 2: {
         const int n = 1 + below(random, 3);
         const int first = vertex_count();
@@ -70,7 +78,9 @@ RandomScene random_scene(std::mt19937_64& random) {
         }
         break;
       }
-      default: add({{0, 1, 2}}, 3, size); break;
+      default:
+        add({{0, 1, 2}}, 3, size);
+        break;
     }
   }
   // Oddities, over the vertices that are there: fins, bow-ties, chords, duplicates, flips.
@@ -95,7 +105,8 @@ RandomScene random_scene(std::mt19937_64& random) {
   return {make_scene(static_cast<std::uint32_t>(vertex_count()), faces), positions};
 }
 
-std::vector<double> random_motion(std::mt19937_64& random, const Scene& scene, const std::vector<double>& positions) {
+std::vector<double> random_motion(std::mt19937_64& random, const Scene& scene,
+                                  const std::vector<double>& positions) {
   std::vector<double> moved = positions;
   const double step = below(random, 5) == 0 ? 2.0 : uniform(random, 0.0, 0.3);
   std::vector<std::array<double, 3>> drift(scene.body_count());

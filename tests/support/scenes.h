@@ -16,20 +16,22 @@ using Faces = std::vector<std::array<std::int32_t, 3>>;
 
 std::shared_ptr<const Scene> make_scene(std::uint32_t vertex_count, Faces faces);
 
-Faces tetrahedron();   ///< 4 vertices
-Faces octahedron();    ///< 6 vertices
+Faces tetrahedron();  ///< 4 vertices
+Faces octahedron();   ///< 6 vertices
 /// n x n quads, each two triangles; vertex (i, j) is i * (n + 1) + j.
 Faces grid(int n);
 
-/// A mesh with, by chance: sheets with boundaries, closed bodies, fins (non-manifold edges), bow-ties, duplicate and
-/// flipped faces, isolated vertices and unconnected triangles.
+/// A mesh with, by chance: sheets with boundaries, closed bodies, fins (non-manifold edges), bow-ties,
+/// duplicate and flipped faces, isolated vertices and unconnected triangles.
 struct RandomScene {
   std::shared_ptr<const Scene> scene;
   std::vector<double> positions;
 };
 RandomScene random_scene(std::mt19937_64& random);
 
-/// The next frame: each vertex moves by up to `step`, some bodies stay, and now and then everything flies across.
-std::vector<double> random_motion(std::mt19937_64& random, const Scene& scene, const std::vector<double>& positions);
+/// The next frame: each vertex moves by up to `step`, some bodies stay, and now and then everything flies
+/// across.
+std::vector<double> random_motion(std::mt19937_64& random, const Scene& scene,
+                                  const std::vector<double>& positions);
 
 }  // namespace warmfront::testing

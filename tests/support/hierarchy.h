@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scene, motion and hierarchy put together for tests that look between the pipeline's stages.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/bounds/swept.h"
+#include "engine/bvh/bvh.h"
+#include "engine/front/leaf_pairs.h"
+
+namespace warmfront::testing {
+
+/// A sink that counts.
+class CountingSinks final : public LeafPairSinks, public LeafPairSink {
+ public:
+  LeafPairSink& local() override { return *this; }
+  void leaf_pair(NodeId, NodeId) override { ++count; }
+  std::atomic<std::uint64_t> count{0};
+};
+
+template <class Bounds>
+class Hierarchy {
+ public:
+  Hierarchy(std::shared_ptr<const Scene> scene, std::span<const double> positions, std::uint32_t leaf_size)
+      : scene_(std::move(scene)), motion_(positions), bounds_(scene_->vertex_count()) {
+    const auto primitives =
+        static_cast<std::uint32_t>(scene_->face_count() + scene_->isolated_vertices().size());
+    bvh.shape = TreeShape(primitives, leaf_size);
+    bvh.order = build_order(*scene_, motion_, bvh.shape);
+    bvh.nodes.resize(primitives == 0 ? 0 : bvh.shape.node_count());
+    bvh.primitives.resize(primitives);
+    refresh();
+  }
+
+  void step(std::span<const double> positions) {
+    motion_.advance(positions);
+    refresh();
+  }
+
+  std::span<const KDop18> vertex_bounds() const { return bounds_; }
+
+  Bvh<Bounds> bvh;
+
+ private:
+  void refresh() {
+    for (std::size_t v = 0; v < bounds_.size(); ++v) {
+      bounds_[v] = swept_vertex(motion_.vertices()[v], motion_.frame(), 0);
+    }
+    refit(*scene_, bounds_, bvh);
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  Motion motion_;
+  std::vector<KDop18> bounds_;
+};
+
+}  // namespace warmfront::testing

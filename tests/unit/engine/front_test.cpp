@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/front/front.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/front/descend.h"
+#include "engine/workers.h"
+#include "tests/support/hierarchy.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+constexpr std::size_t kNoCap = std::size_t{1} << 40;
+
+// Every pair that traversal from the root can reach, with the path it came by.
+void reach(const TreeShape& shape, const NodePair& pair, int depth, int& visited) {
+  ++visited;
+  if (shape.is_leaf(pair.a) || depth == 0) return;
+  bool first = true;
+  for_children(pair, [&](const NodePair& child) {
+    EXPECT_LE(child.a, child.b);
+    EXPECT_EQ(parent(child), pair) << child.a << " " << child.b;
+    EXPECT_EQ(is_first_child(child), first) << child.a << " " << child.b;
+    first = false;
+    reach(shape, child, depth - 1, visited);
+  });
+}
+
+TEST(NodePair, ParentUndoesOpening) {
+  int visited = 0;
+  reach(TreeShape(64, 1), {0, 0}, 100, visited);
+  EXPECT_GT(visited, 64 * 63 / 2);
+}
+
+TEST(TreeShape, LeavesPartitionThePrimitives) {
+  for (const std::uint32_t primitives : {1U, 2U, 3U, 7U, 8U, 9U, 100U, 92230U}) {
+    for (const std::uint32_t leaf_size : {1U, 2U, 4U, 8U}) {
+      const TreeShape shape(primitives, leaf_size);
+      std::uint32_t next = 0;
+      for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+        ASSERT_EQ(shape.begin_of_leaf(leaf), next);
+        next = shape.begin_of_leaf(leaf + 1);
+        if (leaf_size > 1) {
+          ASSERT_GT(next, shape.begin_of_leaf(leaf)) << "empty leaf";
+        }
+        ASSERT_LE(next - shape.begin_of_leaf(leaf), leaf_size);
+      }
+      ASSERT_EQ(next, primitives);
+    }
+  }
+}
+
+template <class Bounds>
+class FrontOf : public ::testing::Test {};
+using BothBounds = ::testing::Types<Aabb, KDop18>;
+TYPED_TEST_SUITE(FrontOf, BothBounds);
+
+// The strongest test there is: a front updated over any history is the one built from scratch.
+TYPED_TEST(FrontOf, UpdateEqualsBuild) {
+  Workers workers(2);
+  std::uint64_t sprouted = 0;
+  std::uint64_t pruned = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    std::mt19937_64 random(seed);
+    // Several random scenes side by side make a hierarchy with something in it.
+    auto [scene, positions] = testing::random_scene(random);
+    if (seed % 3 == 0) {
+      scene = testing::make_scene(21 * 21, testing::grid(20));
+      positions.assign(3 * 21 * 21, 0);
+      for (int i = 0; i < 21 * 21; ++i) {
+        positions[3 * i] = i / 21;
+        positions[3 * i + 1] = i % 21;
+      }
+    }
+    testing::Hierarchy<TypeParam> hierarchy(scene, positions, 1U << (seed % 4));
+    Front<TypeParam> warm;
+    testing::CountingSinks sinks;
+    workers.run([&] { warm.build(hierarchy.bvh, sinks, true, kNoCap); });
+    for (int step = 0; step < 8; ++step) {
+      positions = testing::random_motion(random, *scene, positions);
+      hierarchy.step(positions);
+      Front<TypeParam> cold;
+      workers.run([&] {
+        sinks.count = 0;
+        warm.update(hierarchy.bvh, sinks, true, kNoCap);
+        const std::uint64_t from_warm = sinks.count.exchange(0);
+        cold.build(hierarchy.bvh, sinks, true, kNoCap);
+        EXPECT_EQ(from_warm, sinks.count.load());
+      });
+      ASSERT_TRUE(std::ranges::equal(warm.pairs(), cold.pairs())) << "seed " << seed << " step " << step;
+      sprouted += warm.counts().sprouted;
+      pruned += warm.counts().pruned;
+    }
+  }
+  EXPECT_GT(sprouted, 100U);
+  EXPECT_GT(pruned, 100U);
+}
+
+// Sprouting alone keeps a valid front: the same leaf pairs come out, from a longer list.
+TYPED_TEST(FrontOf, SproutOnlyFindsTheSameLeafPairs) {
+  Workers workers(1);
+  std::mt19937_64 random(5);
+  auto [scene, positions] = testing::random_scene(random);
+  testing::Hierarchy<TypeParam> hierarchy(scene, positions, 1);
+  Front<TypeParam> front;
+  testing::CountingSinks sinks;
+  workers.run([&] {
+    front.build(hierarchy.bvh, sinks, true, kNoCap);
+    for (int step = 0; step < 10; ++step) {
+      const std::size_t before = front.pairs().size();
+      positions = testing::random_motion(random, *scene, positions);
+      hierarchy.step(positions);
+      sinks.count = 0;
+      front.update(hierarchy.bvh, sinks, false, kNoCap);
+      EXPECT_GE(front.pairs().size(), before);
+      const std::uint64_t from_front = sinks.count.exchange(0);
+      Front<TypeParam> none;
+      none.build(hierarchy.bvh, sinks, false, kNoCap);
+      EXPECT_TRUE(none.empty());
+      EXPECT_EQ(from_front, sinks.count.load());
+    }
+  });
+}
+
+TYPED_TEST(FrontOf, AboveTheCapItIsDroppedButLeafPairsAreNot) {
+  Workers workers(2);
+  const auto scene = testing::make_scene(41 * 41, testing::grid(40));
+  std::vector<double> positions(3 * 41 * 41);
+  for (int i = 0; i < 41 * 41; ++i) positions[3 * i] = i % 41;  // all on one line: everything is near
+  testing::Hierarchy<TypeParam> hierarchy(scene, positions, 2);
+  testing::CountingSinks sinks;
+  workers.run([&] {
+    Front<TypeParam> whole;
+    whole.build(hierarchy.bvh, sinks, true, kNoCap);
+    const std::uint64_t all = sinks.count.exchange(0);
+    Front<TypeParam> capped;
+    capped.build(hierarchy.bvh, sinks, true, 16 * whole.pairs().size() - 16);
+    EXPECT_TRUE(capped.overflowed());
+    EXPECT_TRUE(capped.empty());
+    EXPECT_EQ(sinks.count.exchange(0), all);
+    capped.build(hierarchy.bvh, sinks, true, 16 * whole.pairs().size());
+    EXPECT_FALSE(capped.overflowed());
+    EXPECT_EQ(capped.pairs().size(), whole.pairs().size());
+  });
+}
+
+}  // namespace
+}  // namespace warmfront

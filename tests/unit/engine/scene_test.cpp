@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/scene/scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "engine/scene/adjacency.h"
+#include "engine/scene/orphans.h"
+#include "engine/scene/ownership.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string error_of(SceneDescription description) {
+  const auto scene = Scene::create(std::move(description));
+  return scene.ok() ? "" : scene.error().message;
+}
+
+TEST(Scene, NamesTheFirstBadIndex) {
+  EXPECT_THAT(error_of({.vertex_count = 3, .faces = {{0, 1, 2}, {0, 1, 3}}, .bodies = {}}),
+              HasSubstr("faces[1][2]: vertex index 3 is not in [0, 3)"));
+  EXPECT_THAT(error_of({.vertex_count = 3, .faces = {{0, -1, 2}}, .bodies = {}}),
+              HasSubstr("faces[0][1]: vertex index -1"));
+  EXPECT_THAT(error_of({.vertex_count = 3, .faces = {{0, 1, 2}, {2, 1, 2}}, .bodies = {}}),
+              HasSubstr("faces[1]: vertex index 2 is repeated"));
+}
+
+TEST(Scene, ChecksBodies) {
+  const auto with = [](std::vector<Body> bodies) {
+    return error_of({.vertex_count = 6, .faces = {{0, 1, 2}, {3, 4, 5}}, .bodies = std::move(bodies)});
+  };
+  EXPECT_EQ(with({{"a", 0, 3, {}}, {"b", 3, 3, {}}}), "");
+  EXPECT_THAT(with({{"a", 0, 3, {}}, {"b", 4, 2, {}}}),
+              HasSubstr("bodies[1].first_vertex: is 4 where 3 is expected"));
+  EXPECT_THAT(with({{"a", 0, 3, {}}, {"b", 2, 4, {}}}), HasSubstr("overlap"));
+  EXPECT_THAT(with({{"a", 0, 3, {}}}), HasSubstr("cover 3 of 6"));
+  EXPECT_THAT(with({{"a", 0, 7, {}}}), HasSubstr("ends at vertex 7 of 6"));
+  EXPECT_THAT(with({{"a", 0, 0, {}}}), HasSubstr("bodies[0].vertex_count"));
+}
+
+TEST(Scene, FindsEdgesAndIncidence) {
+  // Two triangles on edge (1, 2), a third on it too (non-manifold), and an isolated vertex.
+  const auto scene = testing::make_scene(6, {{0, 1, 2}, {2, 1, 3}, {1, 2, 4}});
+  EXPECT_THAT(scene->edges(), ElementsAre(Edge{0, 1}, Edge{0, 2}, Edge{1, 2}, Edge{1, 3}, Edge{1, 4},
+                                          Edge{2, 3}, Edge{2, 4}));
+  EXPECT_THAT(scene->edge_faces()[2], ElementsAre(0, 1, 2));
+  EXPECT_THAT(scene->vertex_faces()[3], ElementsAre(1));
+  EXPECT_THAT(scene->isolated_vertices(), ElementsAre(5));
+  EXPECT_EQ(scene->body_count(), 2U);
+  EXPECT_THAT(scene->body_of_vertex(), ElementsAre(0, 0, 0, 0, 0, 1));
+  EXPECT_EQ(scene->vertices_of({ContactKind::kVertexFace, ContactStatus::kHit, 3, 0, 0}),
+            (std::array<std::uint32_t, 4>{3, 0, 1, 2}));
+  EXPECT_EQ(scene->vertices_of({ContactKind::kEdgeEdge, ContactStatus::kHit, 0, 5, 0}),
+            (std::array<std::uint32_t, 4>{0, 1, 2, 3}));
+}
+
+TEST(Scene, AnEmptySceneIsLegal) {
+  const auto scene = testing::make_scene(0, {});
+  EXPECT_EQ(scene->body_count(), 0U);
+}
+
+std::size_t valid_pairs(const Scene& scene) {
+  std::size_t count = 0;
+  testing::for_all_feature_pairs(scene, [&](auto, auto, auto) { ++count; });
+  return count;
+}
+
+// The counts that reference/algorithms 2.3 gives.
+TEST(Orphans, KnownCounts) {
+  const auto count = [](std::uint32_t vertices, const testing::Faces& faces) {
+    const auto scene = testing::make_scene(vertices, faces);
+    const Orphans orphans = enumerate_orphans(*scene);
+    return std::pair(orphans.vertex_face.size() + orphans.edge_edge.size(), valid_pairs(*scene));
+  };
+  EXPECT_EQ(count(4, testing::tetrahedron()), std::pair(std::size_t{7}, std::size_t{7}));
+  EXPECT_EQ(count(6, testing::octahedron()), std::pair(std::size_t{0}, std::size_t{54}));
+  EXPECT_EQ(count(16, testing::grid(3)), std::pair(std::size_t{64}, std::size_t{646}));
+  EXPECT_EQ(count(49, testing::grid(6)), std::pair(std::size_t{124}, std::size_t{9949}));
+}
+
+using Cover = std::map<std::tuple<ContactKind, std::uint32_t, std::uint32_t>, int>;
+
+// How often each feature pair is tested by owners, orphan sets and isolated vertices together.
+Cover covered(const Scene& scene) {
+  Cover cover;
+  const Ownership ownership(scene);
+  const auto add = [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    if (kind == ContactKind::kEdgeEdge && b < a) std::swap(a, b);
+    ++cover[{kind, a, b}];
+  };
+  for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+    for (std::uint32_t g = f + 1; g < scene.face_count(); ++g) {
+      if (adjacent(scene.faces()[f], scene.faces()[g])) continue;
+      const std::uint32_t owned = ownership.owned(f, g);
+      for (int i = 0; i < 3; ++i) {
+        if (owned >> i & 1U) add(ContactKind::kVertexFace, scene.faces()[f][i], g);
+        if (owned >> (3 + i) & 1U) add(ContactKind::kVertexFace, scene.faces()[g][i], f);
+        for (int j = 0; j < 3; ++j) {
+          if (owned >> (6 + 3 * i + j) & 1U)
+            add(ContactKind::kEdgeEdge, scene.face_edges()[f][i], scene.face_edges()[g][j]);
+        }
+      }
+    }
+    for (const std::uint32_t v : scene.isolated_vertices()) add(ContactKind::kVertexFace, v, f);
+  }
+  const Orphans orphans = enumerate_orphans(scene);
+  for (const auto& [v, f] : orphans.vertex_face) add(ContactKind::kVertexFace, v, f);
+  for (const auto& [a, b] : orphans.edge_edge) add(ContactKind::kEdgeEdge, a, b);
+  return cover;
+}
+
+Cover every_pair_once(const Scene& scene) {
+  Cover cover;
+  testing::for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    cover[{kind, a, b}] = 1;
+  });
+  return cover;
+}
+
+TEST(Ownership, CoversEveryPairExactlyOnce) {
+  EXPECT_EQ(covered(*testing::make_scene(49, testing::grid(6))),
+            every_pair_once(*testing::make_scene(49, testing::grid(6))));
+  // Far more vertices than the Bloom filters have bits.
+  const auto large = testing::make_scene(21 * 21, testing::grid(20));
+  EXPECT_EQ(covered(*large), every_pair_once(*large));
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto [scene, positions] = testing::random_scene(random);
+    ASSERT_EQ(covered(*scene), every_pair_once(*scene)) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace warmfront
