@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a daemon answers, as plain values: free to copy between threads.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/contact.h"
+#include "engine/options.h"
+#include "engine/statistics.h"
+
+namespace warmfront::client {
+
+/// Contacts as columns of equal length, in the engine's order.
+struct ContactTable {
+  std::vector<ContactKind> kind;
+  std::vector<ContactStatus> status;
+  /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
+  std::vector<std::array<std::uint32_t, 4>> vertices;
+  std::vector<double> toi;  ///< in [0, 1]
+
+  std::size_t size() const { return kind.size(); }
+  friend bool operator==(const ContactTable&, const ContactTable&) = default;
+};
+
+/// One frame's answer: the same bits as a collider in this process would give.
+struct Answer {
+  std::uint64_t frame = 0;
+  std::uint64_t vf = 0;                ///< vertex-face contacts
+  std::uint64_t ee = 0;                ///< edge-edge contacts
+  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded
+  std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
+  ContactTable contacts;               ///< empty for Report::kCount
+  StepStatistics statistics;
+};
+
+/// What a daemon allows.
+struct ServerLimits {
+  std::uint32_t window = 1;  ///< frames of a session that may be unanswered
+  std::uint64_t max_message_bytes = 0;
+  std::uint64_t answer_chunk_bytes = 0;
+  std::uint32_t max_sessions = 0;
+  std::uint64_t max_vertices = 0;   ///< in a session
+  std::uint64_t max_triangles = 0;  ///< in a session
+  std::uint64_t max_contacts = 0;   ///< in an answer
+};
+
+struct ServerInfo {
+  std::string version;
+  ServerLimits limits;
+  std::uint32_t threads = 0;
+  std::uint32_t sessions = 0;  ///< open now
+  bool draining = false;
+  std::chrono::milliseconds uptime{0};
+};
+
+/// A session as it stands in the daemon.
+struct SessionInfo {
+  std::string id;
+  std::uint32_t vertex_count = 0;
+  std::uint32_t face_count = 0;
+  std::uint32_t edge_count = 0;
+  std::uint32_t body_count = 0;
+  bool float32 = false;  ///< positions are float32, else float64
+  ColliderOptions options;
+  std::uint64_t last_frame = 0;
+  std::uint64_t steps = 0;         ///< since it was created there
+  std::uint64_t memory_bytes = 0;  ///< in the daemon
+  bool attached = false;           ///< a stream holds it
+  std::chrono::system_clock::time_point created;
+  std::chrono::milliseconds idle{0};
+};
+
+}  // namespace warmfront::client

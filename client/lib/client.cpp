@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The public face over Connection and Session::Impl. Thread safety as stated in the header.
+#include "client/lib/client.h"
+
+#include <array>
+#include <random>
+#include <utility>
+
+#include "client/lib/connection.h"
+#include "client/lib/session_impl.h"
+
+namespace warmfront::client {
+namespace {
+
+/// A random UUID (version 4).
+std::string random_uuid() {
+  std::random_device device;
+  std::uniform_int_distribution<int> digit(0, 15);
+  std::string uuid = "xxxxxxxx-xxxx-4xxx-yxxx-xxxxxxxxxxxx";
+  for (char& c : uuid) {
+    if (c != 'x' && c != 'y') continue;
+    const int value = c == 'x' ? digit(device) : 8 + digit(device) % 4;
+    c = "0123456789abcdef"[value];
+  }
+  return uuid;
+}
+
+}  // namespace
+
+struct Client::Impl {
+  Impl(const std::string& address, const ClientOptions& options)
+      : connection(std::make_shared<Connection>(address, options)) {}
+  const std::shared_ptr<Connection> connection;
+};
+
+Client::Client(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Client::~Client() = default;
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+
+Result<Client> Client::connect(const std::string& address, const ClientOptions& options) {
+  auto impl = std::make_shared<Impl>(address, options);
+  v1::GetServerInfoResponse response;
+  if (const auto error = impl->connection->server_info(response)) return error->error;
+  return Client(std::move(impl));
+}
+
+Result<Session> Client::create_session(SceneDescription scene, const Positions& positions,
+                                       const ColliderOptions& options, const SessionOptions& session) {
+  v1::SessionHeader header;
+  header.set_session_id(session.id.empty() ? random_uuid() : session.id);
+  header.set_vertex_count(scene.vertex_count);
+  header.set_face_count(static_cast<std::uint32_t>(scene.faces.size()));
+  header.set_first_frame(session.first_frame);
+  *header.mutable_options() = to_proto(options);
+  for (const Body& body : scene.bodies) *header.add_bodies() = to_proto(body);
+  std::string bytes = std::visit(
+      [&](auto span) {
+        header.set_dtype(sizeof(span[0]) == 4 ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
+        return std::string(reinterpret_cast<const char*>(span.data()), span.size_bytes());
+      },
+      positions);
+  auto impl = std::make_unique<Session::Impl>(impl_->connection, std::move(header), std::move(scene),
+                                              std::move(bytes));
+  if (const Status opened = impl->open(); !opened) return opened.error();
+  return Session(std::move(impl));
+}
+
+Result<std::vector<SessionInfo>> Client::list_sessions() {
+  v1::ListSessionsResponse response;
+  if (const auto error = impl_->connection->list(response)) return error->error;
+  std::vector<SessionInfo> sessions;
+  for (const v1::SessionInfo& session : response.sessions()) sessions.push_back(session_info_from(session));
+  return sessions;
+}
+
+Result<SessionInfo> Client::get_session(const std::string& id) {
+  v1::GetSessionResponse response;
+  if (const auto error = impl_->connection->get(id, response)) return error->error;
+  return session_info_from(response.session());
+}
+
+Status Client::delete_session(const std::string& id) {
+  if (const auto error = impl_->connection->remove(id)) return error->error;
+  return {};
+}
+
+Result<ServerInfo> Client::server_info() {
+  v1::GetServerInfoResponse response;
+  if (const auto error = impl_->connection->server_info(response)) return error->error;
+  return server_info_from(response);
+}
+
+Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+const std::string& Session::id() const {
+  return impl_->id();
+}
+std::uint32_t Session::window() const {
+  return impl_->window();
+}
+std::uint64_t Session::resumes() const {
+  return impl_->resumes();
+}
+
+Result<Answer> Session::step(const Positions& positions) {
+  if (!impl_->idle())
+    return Error{ErrorCode::kFailedPrecondition,
+                 "frames are unanswered; take their answers before a single step"};
+  const Result<std::uint64_t> frame = impl_->submit(positions);
+  if (!frame) return frame.error();
+  return impl_->next_answer();
+}
+
+Result<std::uint64_t> Session::submit(const Positions& positions) {
+  return impl_->submit(positions);
+}
+Result<Answer> Session::next_answer() {
+  return impl_->next_answer();
+}
+Status Session::close() {
+  return impl_->close();
+}
+
+}  // namespace warmfront::client

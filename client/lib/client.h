@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The client of a Warmfront daemon: sessions that are stepped frame by frame and survive the daemon.
+// A Client is thread-safe. A Session is used by one thread at a time; different sessions are independent.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/lib/answer.h"
+#include "engine/collider.h"
+#include "engine/options.h"
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront::client {
+
+/// How long to wait for what. All times are positive.
+struct ClientOptions {
+  std::chrono::milliseconds call_timeout = std::chrono::seconds(10);   ///< connecting, and small calls
+  std::chrono::milliseconds create_timeout = std::chrono::minutes(5);  ///< uploading and building a scene
+  std::chrono::milliseconds answer_timeout =
+      std::chrono::minutes(5);  ///< one frame; then the session is resumed
+  std::chrono::milliseconds resume_timeout =
+      std::chrono::minutes(1);  ///< finding a daemon again after losing it
+  /// Resumes in a row without an answer in between, after which a session gives up: a frame that brings every
+  /// daemon down must not be sent forever.
+  int max_resumes_without_answer = 5;
+};
+
+struct SessionOptions {
+  /// A UUID; a random one when empty.
+  std::string id;
+  /// The number of the positions that the session is created with; the first step is the next.
+  std::uint64_t first_frame = 0;
+};
+
+/// A session of a daemon. It keeps the scene, the positions last answered and the frames unanswered, so that
+/// it can be created again: when the daemon dies, restarts, drains or forgets it, the session goes on there
+/// or at whatever daemon the address leads to by then, with exactly one answer to each frame, in order and of
+/// the same bits. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further call
+/// gives that error.
+class Session {
+ public:
+  ~Session();  ///< close(), its error ignored
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+
+  const std::string& id() const;
+  /// Frames that may be unanswered at once.
+  std::uint32_t window() const;
+  /// How often the session was resumed.
+  std::uint64_t resumes() const;
+
+  /// Submits a frame and takes its answer. kFailedPrecondition while earlier answers were not taken.
+  Result<Answer> step(const Positions& positions);
+
+  /// Sends the next frame and returns its number. The positions are of the kind (float or double) and number
+  /// that the session was created with, else kInvalidArgument. kFailedPrecondition when `window` frames are
+  /// unanswered, or when a frame failed and answers to frames after it were not taken yet.
+  Result<std::uint64_t> submit(const Positions& positions);
+
+  /// Waits for the answer to the oldest unanswered frame. An error in the frame itself (kInvalidArgument,
+  /// kResourceExhausted) does not count as a step: frames sent after it fail with kFailedPrecondition, and
+  /// once all are taken the next submit() has the failed frame's number. kFailedPrecondition when no frame is
+  /// unanswered.
+  Result<Answer> next_answer();
+
+  /// Deletes the session in the daemon; unanswered frames are given up. Further calls fail.
+  Status close();
+
+ private:
+  friend class Client;
+  struct Impl;
+  explicit Session(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+class Client {
+ public:
+  /// Connects to `HOST:PORT` or `unix:PATH`. kUnavailable when no daemon answers within the call timeout.
+  static Result<Client> connect(const std::string& address, const ClientOptions& options = {});
+  ~Client();
+  Client(Client&&) noexcept;
+  Client& operator=(Client&&) noexcept;
+
+  /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions travel and
+  /// stay as float32. Fails as Scene::create() and Collider::create() do, with kAlreadyExists for an id that
+  /// is taken and kResourceExhausted beyond the daemon's limits.
+  Result<Session> create_session(SceneDescription scene, const Positions& positions,
+                                 const ColliderOptions& options = {}, const SessionOptions& session = {});
+
+  Result<std::vector<SessionInfo>> list_sessions();
+  /// kNotFound for an unknown session.
+  Result<SessionInfo> get_session(const std::string& id);
+  Status delete_session(const std::string& id);
+  Result<ServerInfo> server_info();
+
+ private:
+  struct Impl;
+  explicit Client(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace warmfront::client

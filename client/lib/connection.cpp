@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// The unary calls, and the upload. Thread safety as stated in the header.
+#include "client/lib/connection.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace warmfront::client {
+namespace {
+
+/// Well below any daemon's message limit, whose least value is 64 KiB, for a first upload; its answer states
+/// the limit.
+constexpr std::size_t kUploadChunk = 60 << 10;
+
+grpc::ChannelArguments channel_arguments() {
+  grpc::ChannelArguments arguments;
+  // Answers come in chunks of the daemon's choosing.
+  arguments.SetMaxReceiveMessageSize(-1);
+  // A connection of its own for each client: one connection is bound to one core or so.
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
+  // A daemon that vanishes without a word is found within a minute; daemons allow a ping every ten seconds.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  // The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return arguments;
+}
+
+void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeout) {
+  context.set_deadline(std::chrono::system_clock::now() + timeout);
+}
+
+}  // namespace
+
+Connection::Connection(const std::string& address, const ClientOptions& options)
+    : address_(address),
+      options_(options),
+      stub_(v1::CollisionService::NewStub(
+          grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), channel_arguments()))) {}
+
+std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& response) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  context.set_wait_for_ready(true);
+  const grpc::Status status = stub_->GetServerInfo(&context, {}, &response);
+  if (status.ok()) return std::nullopt;
+  RemoteError remote = remote_error_from(status);
+  if (remote.error.code == ErrorCode::kDeadlineExceeded) remote.error.code = ErrorCode::kUnavailable;
+  remote.error.message =
+      address_ + ": no Warmfront daemon answers (" + remote.error.message + "); is it running there?";
+  return remote;
+}
+
+std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
+                                              std::string_view positions) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.create_timeout);
+  context.set_wait_for_ready(true);
+  context.AddMetadata("warmfront-session", header.session_id());
+  v1::CreateSessionResponse response;
+  const std::unique_ptr<grpc::ClientWriter<v1::CreateSessionRequest>> upload =
+      stub_->CreateSession(&context, &response);
+
+  v1::CreateSessionRequest request;
+  *request.mutable_header() = header;
+  // When a write fails, the status says why.
+  bool writing = upload->Write(request);
+  const std::string_view faces(reinterpret_cast<const char*>(scene.faces.data()),
+                               scene.faces.size() * sizeof(scene.faces[0]));
+  for (std::size_t at = 0; writing && at < faces.size(); at += kUploadChunk) {
+    request.set_faces(std::string(faces.substr(at, kUploadChunk)));
+    writing = upload->Write(request);
+  }
+  for (std::size_t at = 0; writing && at < positions.size(); at += kUploadChunk) {
+    request.set_positions(std::string(positions.substr(at, kUploadChunk)));
+    writing = upload->Write(request);
+  }
+  upload->WritesDone();
+  const grpc::Status status = upload->Finish();
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  const grpc::Status status = stub_->ListSessions(&context, {}, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSessionResponse& response) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  context.AddMetadata("warmfront-session", id);
+  v1::GetSessionRequest request;
+  request.set_session_id(id);
+  const grpc::Status status = stub_->GetSession(&context, request, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::remove(const std::string& id) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  context.AddMetadata("warmfront-session", id);
+  v1::DeleteSessionRequest request;
+  request.set_session_id(id);
+  v1::DeleteSessionResponse response;
+  const grpc::Status status = stub_->DeleteSession(&context, request, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A channel to a daemon and its small calls. Thread-safe.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/lib/client.h"
+#include "client/lib/wire.h"
+#include "warmfront/v1/collision_service.grpc.pb.h"
+
+namespace warmfront::client {
+
+class Connection {
+ public:
+  Connection(const std::string& address, const ClientOptions& options);
+
+  const ClientOptions& options() const { return options_; }
+  v1::CollisionService::Stub& stub() { return *stub_; }
+
+  /// Both wait for a daemon that is not there yet, up to their timeout.
+  std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response);
+  /// Uploads the scene. `positions` are the bytes as in step.proto.
+  std::optional<RemoteError> create(const v1::SessionHeader& header, const SceneDescription& scene,
+                                    std::string_view positions);
+
+  std::optional<RemoteError> list(v1::ListSessionsResponse& response);
+  std::optional<RemoteError> get(const std::string& id, v1::GetSessionResponse& response);
+  std::optional<RemoteError> remove(const std::string& id);
+
+ private:
+  // Constant after construction.
+  const std::string address_;
+  const ClientOptions options_;
+  std::unique_ptr<v1::CollisionService::Stub> stub_;
+};
+
+}  // namespace warmfront::client

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// One StreamSteps call as blocking reads and writes, each with a time limit. Used by one thread at a time.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "warmfront/v1/collision_service.grpc.pb.h"
+
+namespace warmfront::client {
+
+class StepStream {
+ public:
+  using Deadline = std::chrono::system_clock::time_point;
+  enum class Event {
+    kDone,
+    kEnded,    ///< the call is over: see finish()
+    kTimeout,  ///< the stream is of no use any more
+  };
+
+  /// Begins the call; `stub` outlives the stream.
+  StepStream(v1::CollisionService::Stub& stub, const std::string& session_id);
+  /// Cancels what is left of the call.
+  ~StepStream();
+  StepStream(const StepStream&) = delete;
+  StepStream& operator=(const StepStream&) = delete;
+
+  /// Waits until the call has begun.
+  Event start(Deadline deadline);
+  Event write(const v1::StreamStepsRequest& request, Deadline deadline);
+  Event read(v1::StreamStepsResponse& response, Deadline deadline);
+  /// After kEnded: how the call ended. UNAVAILABLE when even that is not known in time.
+  grpc::Status finish(Deadline deadline);
+
+ private:
+  enum Operation : std::size_t { kStart, kRead, kWrite, kFinish, kCount };
+  enum class State { kNone, kFailed, kSucceeded };
+
+  void* tag(Operation operation) { return &completed_[operation]; }
+  Event await(Operation operation, Deadline deadline);
+
+  grpc::ClientContext context_;
+  grpc::CompletionQueue queue_;
+  std::unique_ptr<grpc::ClientAsyncReaderWriter<v1::StreamStepsRequest, v1::StreamStepsResponse>> call_;
+  std::array<State, kCount> completed_{};  // written by completions, by address
+  // Referred to by operations: they must outlive the queue's drain.
+  v1::StreamStepsResponse incoming_;
+  grpc::Status status_;
+};
+
+}  // namespace warmfront::client

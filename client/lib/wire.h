@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The wire's messages as the client library's values and back. Thread-safe.
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <string>
+
+#include "client/lib/answer.h"
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+#include "warmfront/v1/session.pb.h"
+#include "warmfront/v1/step.pb.h"
+
+namespace warmfront::client {
+
+v1::ColliderOptions to_proto(const ColliderOptions& options);
+v1::Body to_proto(const Body& body);
+
+ServerInfo server_info_from(const v1::GetServerInfoResponse& message);
+SessionInfo session_info_from(const v1::SessionInfo& message);
+
+/// Appends the rows. kInternal when the columns' lengths do not fit together, or a value is none of its enum.
+Status append_columns(const v1::ContactColumns& message, ContactTable& contacts);
+/// Everything but the contacts. kInternal when the summary's row count is not that of `answer.contacts`.
+Status finish_answer(const v1::StepAnswer& message, Answer& answer);
+
+/// Why a call or a frame failed.
+struct RemoteError {
+  Error error;
+  /// UNSPECIFIED when it is gRPC's own: the daemon was not reached, or died.
+  v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
+
+  /// Whether creating the session again, or trying again, may help.
+  bool lost_session_or_daemon() const;
+};
+RemoteError remote_error_from(const grpc::Status& status);
+RemoteError remote_error_from(const v1::Status& status);
+
+}  // namespace warmfront::client
