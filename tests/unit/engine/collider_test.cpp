@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/collider.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cfenv>
+#include <limits>
+
+#include "engine/contact_hash.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::shared_ptr<Workers> workers() {
+  static const auto shared = std::make_shared<Workers>(2);
+  return shared;
+}
+
+// Two triangles, one above the other.
+struct Two {
+  std::shared_ptr<const Scene> scene = testing::make_scene(6, {{0, 1, 2}, {3, 4, 5}});
+  std::vector<double> apart{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.2, 0.2, 1, 1.2, 0.2, 1, 0.2, 1.2, 1};
+  std::vector<double> through{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.2, 0.2, -1, 1.2, 0.2, -1, 0.2, 1.2, -1};
+
+  Collider collider(const ColliderOptions& options = {}) const {
+    return std::move(Collider::create(scene, std::span<const double>(apart), options, workers())).value();
+  }
+};
+
+TEST(Collider, FindsTheContactsOfTwoTriangles) {
+  const Two two;
+  Collider collider = two.collider();
+  const auto result = collider.step(std::span<const double>(two.through));
+  ASSERT_TRUE(result.ok());
+  // Vertex 3 through face 0; edges (1,2) of the lower with (3,4) and (3,5) of the upper.
+  EXPECT_EQ(result.value().vf, 1U);
+  EXPECT_EQ(result.value().ee, 2U);
+  EXPECT_NEAR(*result.value().earliest_toi, 0.5, 1e-6);
+  ASSERT_EQ(result.value().contacts.size(), 3U);
+  EXPECT_EQ(two.scene->vertices_of(result.value().contacts[0]), (std::array<std::uint32_t, 4>{3, 0, 1, 2}));
+  EXPECT_EQ(two.scene->vertices_of(result.value().contacts[1]), (std::array<std::uint32_t, 4>{1, 2, 3, 4}));
+  EXPECT_EQ(two.scene->vertices_of(result.value().contacts[2]), (std::array<std::uint32_t, 4>{1, 2, 3, 5}));
+}
+
+TEST(Collider, FloatAndDoublePositionsAgree) {
+  Two two;
+  const auto rounded = [](std::vector<double>& x) {
+    std::vector<float> narrow(x.begin(), x.end());
+    x.assign(narrow.begin(), narrow.end());
+    return narrow;
+  };
+  const auto apart = rounded(two.apart);
+  const auto through = rounded(two.through);
+  Collider from_double = two.collider();
+  Collider from_float =
+      std::move(Collider::create(two.scene, std::span<const float>(apart), {}, workers())).value();
+  const auto a = from_double.step(std::span<const double>(two.through));
+  const auto b = from_float.step(std::span<const float>(through));
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts));
+}
+
+TEST(Collider, BadPositionsAreNamedAndLeaveItAsItWas) {
+  const Two two;
+  Collider collider = two.collider();
+  auto bad = two.through;
+  bad[3 * 4 + 1] = std::numeric_limits<double>::quiet_NaN();
+  auto result = collider.step(std::span<const double>(bad));
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(result.error().message, HasSubstr("positions[4].y: is not a number"));
+  bad[3 * 4 + 1] = -std::numeric_limits<double>::infinity();
+  EXPECT_THAT(collider.step(std::span<const double>(bad)).error().message,
+              HasSubstr("positions[4].y: is infinite"));
+  bad.pop_back();
+  EXPECT_THAT(collider.step(std::span<const double>(bad)).error().message,
+              HasSubstr("17 values where 18 are expected"));
+  EXPECT_TRUE(std::ranges::equal(collider.positions(), two.apart));
+  EXPECT_EQ(collider.step(std::span<const double>(two.through)).value().contacts.size(), 3U);
+  EXPECT_TRUE(std::ranges::equal(collider.positions(), two.through));
+}
+
+TEST(Collider, BadOptionsAreNamed) {
+  const Two two;
+  const auto error = [&](ColliderOptions options) {
+    const auto made = Collider::create(two.scene, std::span<const double>(two.apart), options, workers());
+    return made.ok() ? "" : made.error().message;
+  };
+  EXPECT_EQ(error({}), "");
+  EXPECT_THAT(error({.tolerance = 0}), HasSubstr("tolerance"));
+  EXPECT_THAT(error({.tolerance = std::numeric_limits<double>::quiet_NaN()}), HasSubstr("tolerance"));
+  EXPECT_THAT(error({.min_separation = -1}), HasSubstr("min_separation"));
+  EXPECT_THAT(error({.leaf_size = 3}), HasSubstr("leaf_size: 3"));
+}
+
+TEST(Collider, TooManyContactsIsAnErrorThatCanBeRecoveredFrom) {
+  const Two two;
+  Collider limited = two.collider({.max_contacts = 2});
+  const auto refused = limited.step(std::span<const double>(two.through));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+  EXPECT_THAT(refused.error().message, HasSubstr("more than 2 contacts"));
+  EXPECT_TRUE(std::ranges::equal(limited.positions(), two.apart));
+  // The refused step did not happen: the next one starts where it started.
+  auto halfway = two.apart;
+  for (int v = 3; v < 6; ++v) halfway[3 * v + 2] = 0.25;
+  EXPECT_TRUE(limited.step(std::span<const double>(halfway)).value().contacts.empty());
+  EXPECT_TRUE(limited.step(std::span<const double>(two.apart)).value().contacts.empty());
+}
+
+TEST(Collider, EmptyAndPointScenes) {
+  const auto empty = testing::make_scene(0, {});
+  auto nothing = Collider::create(empty, std::span<const double>(), {}, workers());
+  ASSERT_TRUE(nothing.ok());
+  EXPECT_TRUE(nothing.value().step(std::span<const double>()).value().contacts.empty());
+  // An isolated vertex falls through a triangle.
+  const auto scene = testing::make_scene(4, {{0, 1, 2}});
+  const std::vector<double> above{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, 1};
+  const std::vector<double> below{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, -1};
+  for (const auto bounds : {BoundsKind::kAabb, BoundsKind::kKDop18}) {
+    auto points = Collider::create(scene, std::span<const double>(above), {.bounds = bounds}, workers());
+    const auto result = points.value().step(std::span<const double>(below));
+    EXPECT_EQ(result.value().vf, 1U);
+    EXPECT_EQ(result.value().statistics.counts.triangle_pairs, 0U);
+  }
+}
+
+TEST(Collider, FrontStates) {
+  const Two two;
+  const auto states = [&](ColliderOptions options) {
+    Collider collider = two.collider(options);
+    std::vector<FrontState> seen;
+    for (int i = 0; i < 5; ++i) {
+      seen.push_back(collider.step(std::span<const double>(i % 2 == 0 ? two.through : two.apart))
+                         .value()
+                         .statistics.front_state);
+    }
+    return seen;
+  };
+  using enum FrontState;
+  EXPECT_THAT(states({.front = FrontMode::kNone}), ::testing::Each(kNone));
+  EXPECT_THAT(states({.front = FrontMode::kWarm}),
+              ::testing::ElementsAre(kBuilt, kUpdated, kUpdated, kUpdated, kUpdated));
+  EXPECT_THAT(states({.front = FrontMode::kPaper, .rebuild_after_stalled_steps = 2}),
+              ::testing::ElementsAre(kBuilt, kUpdated, kUpdated, kRebuilt, kUpdated));
+  EXPECT_THAT(
+      states({.front = FrontMode::kPaper, .rebuild_after_stalled_steps = 0, .rebuild_every_steps = 2}),
+      ::testing::ElementsAre(kBuilt, kUpdated, kRebuilt, kUpdated, kRebuilt));
+  EXPECT_THAT(states({.front = FrontMode::kWarm, .max_front_bytes = 8}), ::testing::Each(kCapped));
+}
+
+TEST(Workers, GiveEveryThreadTheDefaultEnvironmentAndTheCallerItsOwnBack) {
+  ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
+  int inside = -1;
+  workers()->run([&] { inside = std::fegetround(); });
+  EXPECT_EQ(inside, FE_TONEAREST);
+  EXPECT_EQ(std::fegetround(), FE_UPWARD);
+  std::fesetround(FE_TONEAREST);
+}
+
+TEST(ContactHash, TellsOrderAndBitsApart) {
+  const auto hash = [](std::initializer_list<double> tois) {
+    ContactHash h;
+    h.begin_step(tois.size());
+    for (const double toi : tois) h.add(ContactKind::kEdgeEdge, ContactStatus::kHit, {1, 2, 3, 4}, toi);
+    return h.hex();
+  };
+  EXPECT_EQ(hash({0.1, 0.2}), hash({0.1, 0.2}));
+  EXPECT_NE(hash({0.1, 0.2}), hash({0.2, 0.1}));
+  EXPECT_NE(hash({0.0}), hash({-0.0}));
+  EXPECT_EQ(hash({}).size(), 16U);
+}
+
+}  // namespace
+}  // namespace warmfront
