@@ -10,6 +10,7 @@
 #include "client/cli/detect.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/scene.h"
+#include "client/cli/sessions.h"
 
 namespace {
 
@@ -36,6 +37,7 @@ int run(int argc, char** argv) {
   };
   add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
+  add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 
   try {
     app.parse(argc, argv);

@@ -126,6 +126,12 @@ std::string entry_name(const PlyElement& element, std::uint64_t index) {
   return element.name + " " + std::to_string(index);
 }
 
+/// A number of the file for a message: whole numbers without decimals.
+std::string spelled(double value) {
+  const bool whole = std::abs(value) < 1e15 && value == std::floor(value);
+  return whole ? std::to_string(static_cast<std::int64_t>(value)) : std::to_string(value);
+}
+
 /// What is wrong with an entry, where its source has nothing to complain of.
 using Problem = std::optional<std::string>;
 
@@ -135,7 +141,7 @@ std::optional<std::uint64_t> read_length(Source& source, PlyType type, Problem& 
   double value = 0;
   if (!source.read(type, value)) return std::nullopt;
   if (!(value >= 0) || value > std::numeric_limits<std::uint32_t>::max() || value != std::floor(value)) {
-    problem = "a list cannot have " + std::to_string(value) + " entries";
+    problem = "a list cannot have " + spelled(value) + " entries";
     return std::nullopt;
   }
   return static_cast<std::uint64_t>(value);
@@ -234,7 +240,7 @@ Status read_faces(Source& source, const PlyHeader& header, const PlyElement& ele
       double value = 0;
       if (!source.read(property.type, value)) return false;
       if (!(value >= 0 && value < static_cast<double>(vertex_count)) || value != std::floor(value)) {
-        problem = "vertex index " + std::to_string(value) + " is not a whole number in [0, " +
+        problem = "vertex index " + spelled(value) + " is not a whole number in [0, " +
                   std::to_string(vertex_count) + ")";
         return false;
       }

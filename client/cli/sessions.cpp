@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verb `sessions`: see sessions.h.
+#include "client/cli/sessions.h"
+
+#include <CLI/CLI.hpp>
+#include <cinttypes>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "client/lib/client.h"
+#include "engine/options.h"
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::string server;
+  std::string action = "list";
+  std::string id;
+  std::string json_file;
+};
+
+/// 2026-01-31T12:00:00Z
+std::string format_time(std::chrono::system_clock::time_point time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+Json to_json(const SessionInfo& info) {
+  return {{"id", info.id},
+          {"vertices", info.vertex_count},
+          {"triangles", info.face_count},
+          {"edges", info.edge_count},
+          {"bodies", info.body_count},
+          {"precision", info.float32 ? "float32" : "float64"},
+          {"tier", to_string(info.options.tier)},
+          {"tolerance", info.options.tolerance},
+          {"min_separation", info.options.min_separation},
+          {"report", to_string(info.options.report)},
+          {"front", to_string(info.options.front)},
+          {"bounds", to_string(info.options.bounds)},
+          {"last_frame", info.last_frame},
+          {"steps", info.steps},
+          {"memory_bytes", info.memory_bytes},
+          {"attached", info.attached},
+          {"created", format_time(info.created)},
+          {"idle_ms", info.idle.count()}};
+}
+
+void print_row(const SessionInfo& info) {
+  std::printf("%-36s %10" PRIu32 " %10" PRIu32 " %10" PRIu64 " %9.1f %9.1f %s\n", info.id.c_str(),
+              info.face_count, info.vertex_count, info.last_frame,
+              static_cast<double>(info.memory_bytes) / (1 << 20),
+              static_cast<double>(info.idle.count()) / 1000, info.attached ? "attached" : "-");
+}
+
+void print_all(const SessionInfo& info) {
+  const Json json = to_json(info);  // outlives the loop, which only refers to it
+  for (const auto& [key, value] : json.items())
+    std::printf("%-16s %s\n", key.c_str(),
+                value.is_string() ? value.get<std::string>().c_str() : value.dump().c_str());
+}
+
+/// Prints for people, unless JSON goes to stdout.
+int show(const Arguments& arguments, const std::vector<SessionInfo>& sessions) {
+  const bool one = arguments.action == "show";
+  if (!arguments.json_file.empty()) {
+    Json json;
+    if (one) {
+      json = to_json(sessions.front());
+    } else {
+      json["sessions"] = Json::array();
+      for (const SessionInfo& info : sessions) json["sessions"].push_back(to_json(info));
+    }
+    if (const Status written = write_text(arguments.json_file, json.dump(1) + "\n"); !written)
+      return failure(written.error().message);
+  }
+  if (arguments.json_file == "-") return finish_output();
+  if (one) {
+    print_all(sessions.front());
+    return finish_output();
+  }
+  std::printf("%-36s %10s %10s %10s %9s %9s %s\n", "session", "triangles", "vertices", "frame", "MiB",
+              "idle s", "stream");
+  for (const SessionInfo& info : sessions) print_row(info);
+  return finish_output();
+}
+
+int close_session(const Arguments& arguments, Client& client) {
+  if (const Status closed = client.delete_session(arguments.id); !closed)
+    return failure(closed.error().message);
+  if (!arguments.json_file.empty()) {
+    const Json json{{"closed", arguments.id}};
+    if (const Status written = write_text(arguments.json_file, json.dump(1) + "\n"); !written)
+      return failure(written.error().message);
+  }
+  if (arguments.json_file != "-") std::printf("closed %s\n", arguments.id.c_str());
+  return finish_output();
+}
+
+int sessions(const Arguments& arguments) {
+  if (arguments.action != "list" && arguments.id.empty())
+    return usage_error("sessions " + arguments.action + ": an ID is needed; 'sessions list' shows them");
+  if (arguments.action == "list" && !arguments.id.empty())
+    return usage_error("sessions list takes no ID; 'sessions show ID' shows one");
+  Result<Client> client = Client::connect(arguments.server);
+  if (!client) return failure(client.error().message);
+  if (arguments.action == "close") return close_session(arguments, client.value());
+  if (arguments.action == "show") {
+    Result<SessionInfo> info = client.value().get_session(arguments.id);
+    if (!info) return failure(info.error().message);
+    return show(arguments, {std::move(info).value()});
+  }
+  Result<std::vector<SessionInfo>> list = client.value().list_sessions();
+  if (!list) return failure(list.error().message);
+  return show(arguments, list.value());
+}
+
+}  // namespace
+
+Verb add_sessions(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  app.add_option("ACTION", a.action, "What to do with them")
+      ->check(CLI::IsMember({"list", "show", "close"}))
+      ->capture_default_str();
+  app.add_option("ID", a.id, "The session to show or close");
+  app.add_option("--server", a.server, "The daemon's address (HOST:PORT or unix:PATH)")->required();
+  app.add_option("--json", a.json_file, "Write as JSON; - for stdout, with nothing else there")
+      ->type_name("FILE");
+  return [arguments] { return sessions(*arguments); };
+}
+
+}  // namespace warmfront::client

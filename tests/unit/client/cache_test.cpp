@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// PC2 and info.json: round trips, truncation, hostile headers.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "client/io/endian.h"
+#include "client/io/info_json.h"
+#include "client/io/pc2.h"
+#include "tests/unit/client/temporary_folder.h"
+
+namespace warmfront::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string header_bytes(std::int32_t version, std::int32_t points, std::int32_t samples) {
+  std::string bytes("POINTCACHE2\0", 12);
+  append_little(bytes, version);
+  append_little(bytes, points);
+  append_little(bytes, 0.0f);
+  append_little(bytes, 1.0f);
+  append_little(bytes, samples);
+  return bytes;
+}
+
+std::string open_error(const TemporaryFolder& folder, std::string_view bytes) {
+  const Result<Pc2Reader> reader = Pc2Reader::open(folder.write("c.pc2", bytes));
+  return reader ? "" : reader.error().message;
+}
+
+TEST(Pc2, FramesComeBackInAnyOrder) {
+  const TemporaryFolder folder;
+  const std::vector<std::vector<float>> frames{
+      {0, 1, 2, 3, 4, 5}, {6, 7, 8, 9, 10, 11}, {-1, -2, -3, -4, -5, -6}};
+  Result<Pc2Writer> writer = Pc2Writer::create(folder.file("c.pc2"), {2, 7, 0.5f, 3});
+  ASSERT_TRUE(writer.ok());
+  for (const auto& frame : frames) writer.value().append(frame);
+  ASSERT_TRUE(writer.value().close().ok());
+  EXPECT_EQ(folder.read("c.pc2").size(), 32U + 3 * 2 * 12);
+
+  Result<Pc2Reader> reader = Pc2Reader::open(folder.file("c.pc2"));
+  ASSERT_TRUE(reader.ok()) << reader.error().message;
+  EXPECT_EQ(reader.value().header().start_frame, 7);
+  EXPECT_EQ(reader.value().header().sample_rate, 0.5f);
+  std::vector<float> positions;
+  for (const std::uint32_t i : {2U, 0U, 1U, 1U}) {
+    ASSERT_TRUE(reader.value().read(i, positions).ok());
+    EXPECT_EQ(positions, frames[i]);
+  }
+  EXPECT_FALSE(reader.value().read(3, positions).ok());
+}
+
+TEST(Pc2, TheWriterHoldsTheHeaderToItsWord) {
+  const TemporaryFolder folder;
+  Result<Pc2Writer> writer = Pc2Writer::create(folder.file("c.pc2"), {1, 0, 1, 2});
+  ASSERT_TRUE(writer.ok());
+  writer.value().append(std::vector<float>{1, 2, 3});
+  EXPECT_FALSE(writer.value().close().ok());
+}
+
+TEST(Pc2, EveryTruncationIsRefused) {
+  const TemporaryFolder folder;
+  const std::string whole = header_bytes(1, 2, 2) + std::string(48, 'x');
+  for (std::size_t size = 0; size < whole.size(); ++size)
+    EXPECT_NE(open_error(folder, std::string_view(whole).substr(0, size)), "") << "cut at " << size;
+  EXPECT_EQ(open_error(folder, whole), "");
+}
+
+TEST(Pc2, HostileHeadersAreRefused) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(open_error(folder, header_bytes(1, 2147483647, 2147483647)), HasSubstr("byte 32"));
+  EXPECT_THAT(open_error(folder, header_bytes(1, -1, 1)), HasSubstr("byte 16"));
+  EXPECT_THAT(open_error(folder, header_bytes(1, 1, -5)), HasSubstr("byte 28"));
+  EXPECT_THAT(open_error(folder, header_bytes(2, 1, 0)), HasSubstr("version 2"));
+  EXPECT_THAT(open_error(folder, "POINTCACHE3" + std::string(40, '\0')), HasSubstr("not a PC2 file"));
+}
+
+constexpr std::string_view kInfo =
+    R"({"name": "n", "triangles": 2, "vertices": 7, "frames": 3, "fps": 24, "generator": "g", "other": [1],
+    "bodies": [{"name": "a", "first_vertex": 0, "vertex_count": 4, "kind": "rigid"},
+               {"name": "b", "first_vertex": 4, "vertex_count": 3, "kind": "static"}]})";
+
+TEST(InfoJson, RoundTrips) {
+  const Result<SceneInfo> info = parse_info_json(kInfo, "info.json");
+  ASSERT_TRUE(info.ok()) << info.error().message;
+  const Result<SceneInfo> back = parse_info_json(format_info_json(info.value()), "info.json");
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  for (const SceneInfo& i : {info.value(), back.value()}) {
+    EXPECT_EQ(i.name, "n");
+    EXPECT_EQ(i.vertices, 7U);
+    EXPECT_EQ(i.frames, 3U);
+    EXPECT_EQ(i.fps, 24);
+    EXPECT_EQ(i.generator, "g");
+    ASSERT_EQ(i.bodies.size(), 2U);
+    EXPECT_EQ(i.bodies[1].name, "b");
+    EXPECT_EQ(i.bodies[1].first_vertex, 4U);
+    EXPECT_EQ(i.bodies[1].kind, BodyKind::kStatic);
+  }
+}
+
+TEST(InfoJson, EveryTruncationIsRefused) {
+  for (std::size_t size = 0; size < kInfo.size(); ++size)
+    EXPECT_FALSE(parse_info_json(kInfo.substr(0, size), "info.json").ok()) << "cut at " << size;
+}
+
+TEST(InfoJson, ErrorsNameTheField) {
+  const auto error = [](std::string text) { return parse_info_json(text, "i").error().message; };
+  EXPECT_THAT(error("[]"), HasSubstr("i: must be an object"));
+  EXPECT_THAT(error(R"({"frames": -1})"), HasSubstr("'frames' must be a whole number"));
+  EXPECT_THAT(error(R"({"bodies": {}})"), HasSubstr("'bodies' must be a list"));
+  EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0}]})"), HasSubstr("body 0: 'vertex_count' is missing"));
+  EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 4294967296}]})"),
+              HasSubstr("'vertex_count'"));
+  EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 1, "kind": "soft"}]})"),
+              HasSubstr("'soft'"));
+  EXPECT_THAT(error(std::string(100'000, '[')), HasSubstr("too deeply"));
+}
+
+}  // namespace
+}  // namespace warmfront::client

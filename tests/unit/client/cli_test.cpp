@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line as others use it: the real binary, its exit codes, its JSON and CSV to the letter.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "client/io/ply.h"
+#include "tests/unit/client/temporary_folder.h"
+
+namespace warmfront::client {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+using Json = nlohmann::ordered_json;
+
+struct Outcome {
+  int code = -1;
+  std::string out;
+};
+
+/// Runs `warmfront ARGUMENTS` in a shell; `streams` says what happens to stdout and stderr.
+Outcome run(const std::string& arguments, const std::string& streams = "2>&1") {
+  const std::string command = std::string(WARMFRONT_BINARY) + " " + arguments + " " + streams;
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), [](FILE*) { return 0; });
+  Outcome outcome;
+  std::array<char, 4096> block;
+  while (const std::size_t got = fread(block.data(), 1, block.size(), pipe.get()))
+    outcome.out.append(block.data(), got);
+  const int status = pclose(pipe.get());
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+std::vector<std::string> keys(const Json& object) {
+  std::vector<std::string> names;
+  for (const auto& item : object.items()) names.push_back(item.key());
+  return names;
+}
+
+constexpr const char* kScene = "'builtin:bart?triangles=1000'";
+
+TEST(Cli, UsageErrorsExitWith3AndOneLine) {
+  const TemporaryFolder folder;
+  for (const std::string& arguments :
+       std::vector<std::string>{"",
+                                "frobnicate",
+                                "detect",
+                                "detect one.ply",
+                                "detect one.ply folder",
+                                "detect builtin:nothing",
+                                "detect 'builtin:bart?triangles=1'",
+                                "detect builtin:bart --bogus",
+                                "detect builtin:bart --tier sharp",
+                                "detect builtin:bart --front hot",
+                                "detect builtin:bart --bounds ball",
+                                "detect builtin:bart --report some",
+                                "detect builtin:bart --tolerance 0",
+                                "detect builtin:bart --tolerance nan",
+                                "detect builtin:bart --tolerance x",
+                                "detect builtin:bart --min-separation -1",
+                                "detect builtin:bart --leaf-size 3",
+                                "detect builtin:bart --normal-cones maybe",
+                                "detect builtin:bart --threads -1",
+                                "detect builtin:bart --substeps 0",
+                                "detect builtin:bart --frames 3",
+                                "detect builtin:bart --frames 4:2",
+                                "detect builtin:bart --frames 0:999",
+                                "detect builtin:bart --contacts c.txt",
+                                "detect builtin:bart --contacts c.csv --report count",
+                                "scene",
+                                "scene nothing --out x",
+                                "scene bart",
+                                "scene bart --out x --frames 1"}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, kExitUsage) << arguments << ": " << outcome.out;
+    EXPECT_THAT(outcome.out, StartsWith("warmfront: ")) << arguments;
+    EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1)
+        << arguments << ": " << outcome.out;
+  }
+}
+
+TEST(Cli, FailuresExitWith2AndOneLine) {
+  const TemporaryFolder folder;
+  const std::string broken = folder.write("broken.ply", "ply\nformat ascii 1.0\nelement");
+  const std::string nan = folder.write(
+      "nan.ply", format_ply({std::vector<double>{0, 0, 0, 1, 0, 0, 0, std::nan(""), 0}, {{0, 1, 2}}}, ""));
+  const std::string good =
+      folder.write("good.ply", format_ply({std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}}}, ""));
+  for (const std::string& arguments : std::vector<std::string>{
+           "detect " + folder.file("missing"), "detect " + folder.path(), "detect " + broken + " " + broken,
+           "detect " + good + " " + nan, "detect " + good + " " + folder.file("missing.obj"),
+           std::string("detect ") + kScene + " --frames 0:1 --contacts " + folder.file("no/c.csv"),
+           std::string("detect ") + kScene + " --frames 0:1 --json " + folder.file("no/r.json"),
+           "scene bart --frames 2 --out " + good + "/sub"}) {
+    const Outcome outcome = run(arguments, "2>&1 >/dev/null");
+    EXPECT_EQ(outcome.code, kExitFailed) << arguments << ": " << outcome.out;
+    EXPECT_THAT(outcome.out, StartsWith("warmfront: ")) << arguments;
+    EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1)
+        << arguments << ": " << outcome.out;
+  }
+  EXPECT_THAT(run("detect " + broken + " " + broken).out, HasSubstr("broken.ply: line 3"));
+  EXPECT_THAT(run("detect " + good + " " + nan).out, HasSubstr("step to frame 1: "));
+}
+
+TEST(Cli, AFullDiskOnStdoutFails) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  EXPECT_EQ(run(std::string("detect ") + kScene + " --frames 0:1", ">/dev/full 2>&1").code, kExitFailed);
+  EXPECT_EQ(run(std::string("detect ") + kScene + " --frames 0:1 --json -", ">/dev/full 2>&1").code,
+            kExitFailed);
+}
+
+TEST(Cli, HelpAndVersion) {
+  for (const char* arguments : {"--help", "detect --help", "scene --help"}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, kExitOk);
+    EXPECT_THAT(outcome.out, HasSubstr("Usage: warmfront"));
+    EXPECT_THAT(outcome.out, HasSubstr("Exit codes"));
+  }
+  EXPECT_THAT(run("--version").out, StartsWith("warmfront "));
+  EXPECT_EQ(run("--version").code, kExitOk);
+}
+
+TEST(Cli, DetectJsonHasTheFieldsThatToolsRead) {
+  const Outcome outcome =
+      run(std::string("detect ") + kScene + " --frames 0:3 --json - --threads 2", "2>/dev/null");
+  ASSERT_EQ(outcome.code, kExitOk);
+  const Json report = Json::parse(outcome.out);
+  EXPECT_THAT(keys(report), ElementsAre("vertices", "triangles", "tier", "tolerance", "threads", "front",
+                                        "bounds", "contacts_hash", "frames"));
+  EXPECT_EQ(report["tier"], "certified");
+  EXPECT_EQ(report["tolerance"], 1e-6);
+  EXPECT_EQ(report["threads"], 2);
+  EXPECT_EQ(report["front"], "warm");
+  EXPECT_EQ(report["bounds"], "kdop18");
+  EXPECT_EQ(report["contacts_hash"].get<std::string>().size(), 16U);
+  ASSERT_EQ(report["frames"].size(), 3U);
+  std::uint64_t number = 0;
+  for (const Json& frame : report["frames"]) {
+    EXPECT_EQ(frame["frame"], ++number);
+    EXPECT_THAT(keys(frame),
+                ElementsAre("frame", "vf", "ee", "possible", "earliest_toi", "ms", "counts", "front_state"));
+    EXPECT_THAT(keys(frame["ms"]), ElementsAre("total", "refit", "front", "elementary", "adjacent"));
+    std::vector<std::string> counts = keys(frame["counts"]);
+    ASSERT_GE(counts.size(), 6U);
+    counts.resize(6);
+    EXPECT_THAT(counts, ElementsAre("bv_tests", "front_pairs", "front_bytes", "triangle_pairs",
+                                    "elementary_tests", "exact_tests"));
+    const bool contacts = frame["vf"].get<int>() + frame["ee"].get<int>() > 0;
+    EXPECT_EQ(frame["earliest_toi"].is_number(), contacts);
+    EXPECT_EQ(frame["earliest_toi"].is_null(), !contacts);
+    EXPECT_THAT(frame["front_state"].get<std::string>(), AnyOf("built", "updated", "rebuilt"));
+  }
+}
+
+TEST(Cli, TheHashIsTheSameForFrontsBoundsAndThreads) {
+  std::vector<std::string> hashes;
+  for (const char* flags : {"", "--front none", "--front paper --threads 1", "--bounds aabb", "--leaf-size 1",
+                            "--normal-cones off --threads 2"}) {
+    const Outcome outcome =
+        run(std::string("detect ") + kScene + " --frames 0:8 --json - " + flags, "2>/dev/null");
+    ASSERT_EQ(outcome.code, kExitOk) << flags;
+    hashes.push_back(Json::parse(outcome.out)["contacts_hash"]);
+    EXPECT_EQ(hashes.back(), hashes.front()) << flags;
+  }
+  const Outcome count =
+      run(std::string("detect ") + kScene + " --frames 0:8 --report count --json -", "2>/dev/null");
+  EXPECT_EQ(Json::parse(count.out)["contacts_hash"], "") << "no list, no hash";
+}
+
+TEST(Cli, ContactsFileAgreesWithTheReport) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run(std::string("detect ") + kScene + " --frames 2:9 --json - --contacts " + folder.file("c.csv"),
+          "2>/dev/null");
+  ASSERT_EQ(outcome.code, kExitOk);
+  std::istringstream csv(folder.read("c.csv"));
+  std::string line;
+  ASSERT_TRUE(std::getline(csv, line));
+  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi");
+  std::map<std::string, int> rows;
+  while (std::getline(csv, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 6);
+    ++rows[line.substr(0, line.find(',') + 3)];
+  }
+  int total = 0;
+  for (const Json& frame : Json::parse(outcome.out)["frames"]) {
+    const std::string number = std::to_string(frame["frame"].get<int>());
+    EXPECT_EQ(rows[number + ",vf"], frame["vf"]);
+    EXPECT_EQ(rows[number + ",ee"], frame["ee"]);
+    total += frame["vf"].get<int>() + frame["ee"].get<int>();
+  }
+  EXPECT_GT(total, 0) << "a scene without contacts shows nothing";
+}
+
+TEST(Cli, SubstepsCountAndEndInTheFrames) {
+  const std::string detect = std::string("detect ") + kScene + " --json - ";
+  const Json split = Json::parse(run(detect + "--frames 1:3 --substeps 4", "2>/dev/null").out);
+  ASSERT_EQ(split["frames"].size(), 8U);
+  EXPECT_EQ(split["frames"][0]["frame"], 5);
+  EXPECT_EQ(split["frames"][7]["frame"], 12);
+  const Json once = Json::parse(run(detect + "--frames 1:3 --substeps 1", "2>/dev/null").out);
+  EXPECT_EQ(once["frames"][0]["frame"], 2);
+  EXPECT_EQ(once["contacts_hash"],
+            Json::parse(run(detect + "--frames 1:3", "2>/dev/null").out)["contacts_hash"]);
+}
+
+TEST(Cli, PipesGetPlainLines) {
+  const Outcome outcome = run(std::string("detect ") + kScene + " --frames 0:5", "2>&1");
+  EXPECT_EQ(outcome.code, kExitOk);
+  for (const char c : outcome.out) ASSERT_TRUE(c == '\n' || (c >= ' ' && c <= '~')) << static_cast<int>(c);
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1 + 5 + 2) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("contacts hash "));
+  EXPECT_THAT(run(std::string("detect ") + kScene + " --frames 0:2 --json -").out,
+              Not(HasSubstr("steps of")));
+}
+
+TEST(Cli, AWrittenSceneIsTheBuiltinOne) {
+  const TemporaryFolder folder;
+  const Outcome written = run("scene flamenco --triangles 1500 --frames 12 --out " + folder.file("a/b"));
+  ASSERT_EQ(written.code, kExitOk) << written.out;
+  for (const char* name : {"a/b/mesh.ply", "a/b/frames.pc2", "a/b/info.json"})
+    EXPECT_FALSE(folder.read(name).empty());
+  const Json info = Json::parse(folder.read("a/b/info.json"));
+  EXPECT_EQ(info["frames"], 12);
+  EXPECT_EQ(info["bodies"].size(), 6U);
+  const Outcome from_file = run("detect " + folder.file("a/b") + " --json -", "2>/dev/null");
+  const Outcome built_in = run("detect 'builtin:flamenco?triangles=1500&frames=12' --json -", "2>/dev/null");
+  ASSERT_EQ(from_file.code, kExitOk);
+  EXPECT_EQ(Json::parse(from_file.out)["contacts_hash"], Json::parse(built_in.out)["contacts_hash"]);
+  EXPECT_EQ(Json::parse(from_file.out)["vertices"], info["vertices"]);
+}
+
+TEST(Cli, ScenesAreListed) {
+  const Outcome outcome = run("scene --list");
+  EXPECT_EQ(outcome.code, kExitOk);
+  for (const char* name : {"cloth-ball", "flamenco", "n-body", "princess", "bart"})
+    EXPECT_THAT(outcome.out, HasSubstr(name));
+}
+
+}  // namespace
+}  // namespace warmfront::client

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contact files: columns and fields to the letter, values that come back as the same bits, disk errors that
+// show.
+#include "client/io/contact_writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+#include "client/io/endian.h"
+#include "client/io/file.h"
+#include "tests/unit/client/temporary_folder.h"
+
+namespace warmfront::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::vector<ContactRecord> kContacts{
+    {ContactKind::kVertexFace, ContactStatus::kHit, {5, 1, 2, 3}, 0.1},
+    {ContactKind::kEdgeEdge, ContactStatus::kPossible, {0, 4, 1, 2}, 0},
+};
+const std::vector<double> kStart(18, 0.0);
+const std::vector<double> kEnd(18, 1.0);
+
+void write_two_frames(const std::string& path) {
+  Result<std::unique_ptr<ContactWriter>> writer = open_contact_writer(path);
+  ASSERT_TRUE(writer.ok()) << writer.error().message;
+  ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts).ok());
+  ASSERT_TRUE(writer.value()->write(12, std::span(kStart), std::span(kEnd), {}).ok());
+  ASSERT_TRUE(
+      writer.value()->write(13, std::span(kStart), std::span(kEnd), std::span(kContacts).first(1)).ok());
+  ASSERT_TRUE(writer.value()->close().ok());
+}
+
+TEST(ContactWriter, CsvHasTheColumnsThatToolsRead) {
+  const TemporaryFolder folder;
+  write_two_frames(folder.file("c.csv"));
+  EXPECT_EQ(folder.read("c.csv"),
+            "frame,type,v0,v1,v2,v3,toi\n"
+            "1,vf,5,1,2,3,0.10000000000000001\n"
+            "1,ee,0,4,1,2,0\n"
+            "13,vf,5,1,2,3,0.10000000000000001\n");
+}
+
+TEST(ContactWriter, JsonLinesAreObjectsOfTheSameFieldsAndTheStatus) {
+  const TemporaryFolder folder;
+  write_two_frames(folder.file("c.jsonl"));
+  std::istringstream lines(folder.read("c.jsonl"));
+  std::string line;
+  std::vector<nlohmann::json> objects;
+  while (std::getline(lines, line)) objects.push_back(nlohmann::json::parse(line));
+  ASSERT_EQ(objects.size(), 3U);
+  EXPECT_EQ(objects[0],
+            nlohmann::json::parse(
+                R"({"frame":1,"type":"vf","v0":5,"v1":1,"v2":2,"v3":3,"toi":0.1,"status":"hit"})"));
+  EXPECT_EQ(objects[1]["status"], "possible");
+  EXPECT_EQ(objects[2]["frame"], 13);
+}
+
+TEST(ContactWriter, VtpPointsLieWhereTheContactsAre) {
+  const TemporaryFolder folder;
+  write_two_frames(folder.file("c.vtp"));
+  const std::string index = folder.read("c.pvd");
+  for (const char* name : {"c_000001.vtp", "c_000012.vtp", "c_000013.vtp"}) {
+    EXPECT_THAT(index, HasSubstr("file=\"" + std::string(name) + "\""));
+    EXPECT_FALSE(folder.read(name).empty());
+  }
+  const std::string vtp = folder.read("c_000001.vtp");
+  EXPECT_THAT(vtp, HasSubstr("NumberOfPoints=\"2\" NumberOfVerts=\"2\""));
+  // The arrays in their order: toi (2 doubles) comes first, with its size before it.
+  ASSERT_THAT(vtp, HasSubstr("\n_"));
+  const std::size_t data = vtp.find("\n_") + 2;
+  EXPECT_EQ(load_scalar<std::uint64_t>(&vtp[data], std::endian::little), 16U);
+  EXPECT_EQ(load_scalar<double>(&vtp[data + 8], std::endian::little), 0.1);
+  const std::size_t at = vtp.find("Name=\"Points\"");
+  const std::size_t offset = std::strtoul(&vtp[vtp.find("offset=\"", at) + 8], nullptr, 10);
+  EXPECT_EQ(load_scalar<std::uint64_t>(&vtp[data + offset], std::endian::little), 48U);
+  // From 0 to 1 along each axis, at toi 0.1.
+  EXPECT_DOUBLE_EQ(load_scalar<double>(&vtp[data + offset + 8], std::endian::little), 0.1);
+  EXPECT_DOUBLE_EQ(load_scalar<double>(&vtp[data + offset + 8 + 24], std::endian::little), 0.0);
+}
+
+TEST(ContactWriter, UnknownExtensionsAndUnwritableFilesFail) {
+  const TemporaryFolder folder;
+  EXPECT_FALSE(is_contact_file_name("c.txt"));
+  EXPECT_THAT(open_contact_writer("c.txt").error().message, HasSubstr(".csv, .jsonl or .vtp"));
+  for (const char* name : {"missing/c.csv", "missing/c.jsonl", "missing/c.vtp"})
+    EXPECT_THAT(open_contact_writer(folder.file(name)).error().message, HasSubstr("No such file")) << name;
+}
+
+TEST(ContactWriter, AFullDiskShows) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("/dev/full", folder.file("c.csv"));
+  Result<std::unique_ptr<ContactWriter>> writer = open_contact_writer(folder.file("c.csv"));
+  ASSERT_TRUE(writer.ok());
+  EXPECT_FALSE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts).ok());
+  EXPECT_THAT(writer.value()->close().error().message, HasSubstr("No space left"));
+}
+
+RC_GTEST_PROP(ContactWriter, TimesComeBackAsTheSameBits, (double toi)) {
+  std::string text;
+  append_round_trip(text, toi);
+  RC_ASSERT(std::strtod(text.c_str(), nullptr) == toi);
+}
+
+}  // namespace
+}  // namespace warmfront::client

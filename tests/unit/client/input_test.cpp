@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Inputs: what the arguments may be, and what each kind gives.
+#include "client/io/input.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "client/io/file.h"
+#include "client/io/pc2.h"
+#include "client/io/ply.h"
+#include "tests/unit/client/temporary_folder.h"
+
+namespace warmfront::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+using Arguments = std::vector<std::string>;
+
+std::string usage_error_of(const Arguments& arguments) {
+  const Status status = check_input_arguments(arguments);
+  return status ? "" : status.error().message;
+}
+
+std::string open_error(const Arguments& arguments) {
+  const Result<std::unique_ptr<Input>> input = open_input(arguments);
+  return input ? "" : input.error().message;
+}
+
+std::string triangle(float z) {
+  return format_ply({std::vector<float>{0, 0, z, 1, 0, z, 0, 1, z}, {{0, 1, 2}}}, "");
+}
+
+/// A folder with a triangle that moves up, three frames.
+void write_cache(const TemporaryFolder& folder) {
+  folder.write("mesh.ply", triangle(0));
+  Result<Pc2Writer> cache = Pc2Writer::create(folder.file("frames.pc2"), {3, 0, 1, 3});
+  ASSERT_TRUE(cache.ok());
+  for (const float z : {0.f, 1.f, 2.f}) cache.value().append(std::vector<float>{0, 0, z, 1, 0, z, 0, 1, z});
+  ASSERT_TRUE(cache.value().close().ok());
+}
+
+TEST(Input, ArgumentsAreCheckedByTheirForm) {
+  EXPECT_EQ(usage_error_of({"folder"}), "");
+  EXPECT_EQ(usage_error_of({"a.ply", "b.OBJ", "c.stl"}), "");
+  EXPECT_EQ(usage_error_of({"builtin:bart?frames=3"}), "");
+  EXPECT_NE(usage_error_of({}), "");
+  EXPECT_THAT(usage_error_of({"a.ply"}), HasSubstr("two or more"));
+  EXPECT_THAT(usage_error_of({"a.ply", "folder"}), HasSubstr("folder"));
+  EXPECT_THAT(usage_error_of({"a.ply", "builtin:bart"}), HasSubstr("stands alone"));
+  EXPECT_THAT(usage_error_of({"builtin:barth"}), HasSubstr("cloth-ball, flamenco, n-body, princess, bart"));
+}
+
+TEST(Input, ACacheFolderGivesFramesAndBodies) {
+  const TemporaryFolder folder;
+  write_cache(folder);
+  folder.write("info.json", R"({"bodies":[{"name":"t","first_vertex":0,"vertex_count":3,"kind":"rigid"}]})");
+  const Arguments arguments{folder.path()};
+  Result<std::unique_ptr<Input>> input = open_input(arguments);
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  EXPECT_EQ(input.value()->frame_count(), 3U);
+  EXPECT_EQ(input.value()->scene().vertex_count, 3U);
+  EXPECT_EQ(input.value()->scene().faces.size(), 1U);
+  ASSERT_EQ(input.value()->scene().bodies.size(), 1U);
+  EXPECT_EQ(input.value()->scene().bodies[0].kind, BodyKind::kRigid);
+  PositionBuffer positions = std::vector<double>{};
+  ASSERT_TRUE(input.value()->read_frame(2, positions).ok());
+  EXPECT_THAT(std::get<0>(positions), ElementsAre(0, 0, 2, 1, 0, 2, 0, 1, 2));
+  EXPECT_FALSE(input.value()->read_frame(3, positions).ok());
+}
+
+TEST(Input, AFolderMustHoldWhatItNeeds) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(open_error({folder.file("missing")}), HasSubstr("no such file or folder"));
+  EXPECT_THAT(open_error({folder.path()}), HasSubstr("holds neither"));
+  folder.write("mesh.ply", triangle(0));
+  EXPECT_THAT(open_error({folder.path()}), HasSubstr("frames.pc2"));
+  write_cache(folder);
+  EXPECT_EQ(open_error({folder.path()}), "");
+  folder.write("mesh.ply", format_ply({std::vector<float>(12, 0.f), {{0, 1, 2}}}, ""));
+  EXPECT_THAT(open_error({folder.path()}), HasSubstr("3 points, but"));
+  write_cache(folder);
+  folder.write("info.json", "{");
+  EXPECT_THAT(open_error({folder.path()}), HasSubstr("info.json"));
+}
+
+TEST(Input, AFolderOfNumberedMeshesIsASequence) {
+  const TemporaryFolder folder;
+  folder.write("t0.ply", triangle(0));
+  folder.write("t1.ply", triangle(5));
+  const Arguments arguments{folder.path()};
+  Result<std::unique_ptr<Input>> input = open_input(arguments);
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  EXPECT_EQ(input.value()->frame_count(), 2U);
+  PositionBuffer positions;
+  ASSERT_TRUE(input.value()->read_frame(1, positions).ok());
+  EXPECT_EQ(std::get<0>(positions)[2], 5);
+  ASSERT_TRUE(input.value()->read_frame(0, positions).ok());
+  EXPECT_EQ(std::get<0>(positions)[2], 0);
+}
+
+TEST(Input, MeshFilesMustShareTheirTopology) {
+  const TemporaryFolder folder;
+  const std::string a = folder.write("a.ply", triangle(0));
+  const std::string same = folder.write("b.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n");
+  const std::string turned = folder.write("c.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 3 2\n");
+  const std::string larger = folder.write("d.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\nv 9 9 9\nf 1 2 3\n");
+  const std::string fuller = folder.write("e.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\nf 1 2 3\n");
+  const auto second_frame = [&](const std::string& path) -> std::string {
+    const Arguments arguments{a, path};
+    Result<std::unique_ptr<Input>> input = open_input(arguments);
+    if (!input) return input.error().message;
+    PositionBuffer positions;
+    const Status status = input.value()->read_frame(1, positions);
+    return status ? "" : status.error().message;
+  };
+  EXPECT_EQ(second_frame(same), "");
+  EXPECT_THAT(second_frame(turned), HasSubstr("triangle 0 is (0, 2, 1), not (0, 1, 2)"));
+  EXPECT_THAT(second_frame(larger), HasSubstr("4 vertices, not 3"));
+  EXPECT_THAT(second_frame(fuller), HasSubstr("2 triangles, not 1"));
+  EXPECT_THAT(second_frame(folder.file("missing.stl")), HasSubstr("missing.stl: cannot open"));
+}
+
+TEST(Input, BuiltinsGiveTheSameBitsInAnyOrder) {
+  const Arguments arguments{"builtin:cloth-ball?triangles=1000&frames=6"};
+  Result<std::unique_ptr<Input>> a = open_input(arguments);
+  Result<std::unique_ptr<Input>> b = open_input(arguments);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a.value()->frame_count(), 6U);
+  PositionBuffer forward, back;
+  std::vector<PositionBuffer> frames;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    ASSERT_TRUE(a.value()->read_frame(i, forward).ok());
+    frames.push_back(forward);
+  }
+  for (std::uint32_t i = 6; i-- > 0;) {
+    ASSERT_TRUE(b.value()->read_frame(i, back).ok());
+    EXPECT_EQ(back, frames[i]) << i;
+  }
+  EXPECT_FALSE(a.value()->read_frame(6, forward).ok());
+}
+
+/// The real data, where it is.
+std::string data_folder(const char* name) {
+  const char* given = std::getenv("WARMFRONT_DATA");
+  return (std::filesystem::path(given ? given : WARMFRONT_DEFAULT_DATA) / name).string();
+}
+
+TEST(Input, ReadsTheRealSequencesAndFrames) {
+  struct Expected {
+    const char* folder;
+    std::uint32_t vertices;
+    std::size_t triangles;
+    std::uint32_t frames;
+    std::size_t bodies;
+  };
+  const std::vector<Expected> all{{"frames/cloth-ball", 46'598, 92'230, 2, 0},
+                                  {"sequences/cloth-ball-10k", 5'127, 9'976, 76, 2},
+                                  {"sequences/flamenco", 24'881, 49'000, 58, 6},
+                                  {"sequences/bart-like", 2'228, 4'344, 70, 28}};
+  for (const Expected& e : all) {
+    const Arguments arguments{data_folder(e.folder)};
+    if (!std::filesystem::exists(arguments[0]))
+      GTEST_SKIP() << arguments[0] << " is absent; set WARMFRONT_DATA";
+    Result<std::unique_ptr<Input>> input = open_input(arguments);
+    ASSERT_TRUE(input.ok()) << input.error().message;
+    EXPECT_EQ(input.value()->scene().vertex_count, e.vertices);
+    EXPECT_EQ(input.value()->scene().faces.size(), e.triangles);
+    EXPECT_EQ(input.value()->frame_count(), e.frames);
+    EXPECT_EQ(input.value()->scene().bodies.size(), e.bodies) << e.folder;
+    PositionBuffer positions;
+    ASSERT_TRUE(input.value()->read_frame(e.frames - 1, positions).ok());
+    EXPECT_EQ(vertex_count(positions), e.vertices);
+  }
+}
+
+}  // namespace
+}  // namespace warmfront::client

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built-in scenes: the same bits twice, sound topology, the size asked for, and contacts to detect.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "client/scenes/catalog.h"
+#include "client/scenes/math.h"
+#include "engine/collider.h"
+
+namespace warmfront::client::scenes {
+namespace {
+
+using ::testing::HasSubstr;
+
+class EveryScene : public ::testing::TestWithParam<std::string> {
+ protected:
+  static SceneSpec spec(const std::string& parameters) {
+    const Result<SceneSpec> parsed = parse_scene_spec(GetParam() + "?" + parameters);
+    EXPECT_TRUE(parsed.ok());
+    return parsed.value();
+  }
+};
+
+TEST_P(EveryScene, IsTheSameTwice) {
+  const auto a = make_animation(spec("triangles=2000"));
+  const auto b = make_animation(spec("triangles=2000"));
+  EXPECT_EQ(a->scene().faces, b->scene().faces);
+  for (const std::uint32_t frame : {0U, 1U, 12U}) EXPECT_EQ(a->frame(frame), b->frame(frame));
+  const std::vector<float> late = a->frame(12);
+  EXPECT_NE(a->frame(0), late) << "it moves";
+  EXPECT_EQ(a->frame(12), late) << "going back starts again";
+}
+
+TEST_P(EveryScene, IsASoundSceneOfAboutTheSizeAskedFor) {
+  for (const std::uint32_t triangles : {1'000U, 5'000U, 30'000U}) {
+    const auto animation = make_animation(spec("triangles=" + std::to_string(triangles)));
+    const SceneDescription& scene = animation->scene();
+    EXPECT_NEAR(static_cast<double>(scene.faces.size()), triangles, 0.1 * triangles);
+    const Result<Scene> built = Scene::create(scene);
+    ASSERT_TRUE(built.ok()) << built.error().message;
+    EXPECT_TRUE(built.value().isolated_vertices().empty());
+    for (std::size_t e = 0; e < built.value().edge_count(); ++e)
+      ASSERT_LE(built.value().edge_faces()[e].size(), 2U) << "edge " << e << " is not manifold";
+    EXPECT_GE(scene.bodies.size(), 2U);
+    EXPECT_EQ(animation->frame(0).size(), 3 * std::size_t{scene.vertex_count});
+  }
+}
+
+TEST_P(EveryScene, StaysFiniteAndHasContacts) {
+  const auto animation = make_animation(spec("triangles=2000"));
+  Result<Scene> scene = Scene::create(animation->scene());
+  ASSERT_TRUE(scene.ok());
+  const Positions first = std::span(animation->frame(0));
+  Result<Collider> collider = Collider::create(std::make_shared<const Scene>(std::move(scene).value()), first,
+                                               {}, std::make_shared<Workers>(2));
+  ASSERT_TRUE(collider.ok()) << collider.error().message;
+  std::uint64_t contacts = 0;
+  std::uint64_t frames_with = 0;
+  for (std::uint32_t frame = 1; frame < 40; ++frame) {
+    const std::vector<float>& positions = animation->frame(frame);
+    for (const float x : positions) ASSERT_TRUE(std::isfinite(x) && std::abs(x) < 10) << "frame " << frame;
+    const Result<StepResult> step = collider.value().step(std::span(positions));
+    ASSERT_TRUE(step.ok()) << step.error().message;
+    contacts += step.value().vf + step.value().ee;
+    frames_with += step.value().vf + step.value().ee > 0;
+  }
+  EXPECT_GE(contacts, 20U);
+  EXPECT_GE(frames_with, 5U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Builtin, EveryScene,
+                         ::testing::Values("cloth-ball", "flamenco", "n-body", "princess", "bart"),
+                         [](const auto& param) {
+                           std::string name = param.param;
+                           for (char& c : name)
+                             if (c == '-') c = '_';
+                           return name;
+                         });
+
+TEST(Catalog, NamesAndParametersAreChecked) {
+  const auto error = [](std::string_view text) {
+    const Result<SceneSpec> spec = parse_scene_spec(text);
+    return spec ? std::string() : spec.error().message;
+  };
+  EXPECT_EQ(error("builtin:n-body?frames=2&triangles=1000"), "");
+  EXPECT_EQ(error("n-body"), "");
+  EXPECT_THAT(error("builtin:"), HasSubstr("there are: cloth-ball"));
+  EXPECT_THAT(error("bart?size=3"), HasSubstr("no scene parameter 'size'; there are: triangles, frames"));
+  EXPECT_THAT(error("bart?triangles=999"), HasSubstr("[1000, 1000000]"));
+  EXPECT_THAT(error("bart?frames=1"), HasSubstr("[2, 10000]"));
+  for (const char* bad :
+       {"bart?frames", "bart?frames=", "bart?frames=-3", "bart?frames=3x", "bart?frames=99999999999"})
+    EXPECT_NE(error(bad), "") << bad;
+  EXPECT_EQ(catalog().size(), 5U);
+  for (const CatalogEntry& entry : catalog())
+    EXPECT_THAT(std::string(entry.description), HasSubstr("look-alike"));
+}
+
+TEST(Math, OurSineIsTheSine) {
+  for (double angle = -20; angle < 20; angle += 0.0137) {
+    EXPECT_NEAR(sin_cos(angle).sin, std::sin(angle), 1e-14);
+    EXPECT_NEAR(sin_cos(angle).cos, std::cos(angle), 1e-14);
+  }
+}
+
+}  // namespace
+}  // namespace warmfront::client::scenes
