@@ -143,6 +143,7 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
     app.add_option_function<std::vector<std::string>>(
            flag, [&flags, &setting](const std::vector<std::string>& values) { flags[setting.name] = values; },
            help)
+        ->expected(setting.kind == Setting::Kind::kList ? -1 : 1)
         ->allow_extra_args(false)
         ->type_name("VALUE");
   }
