@@ -199,7 +199,8 @@ TEST(Cli, ContactsFileAgreesWithTheReport) {
     ++rows[line.substr(0, line.find(',') + 3)];
   }
   int total = 0;
-  for (const Json& frame : Json::parse(outcome.out)["frames"]) {
+  const Json report = Json::parse(outcome.out);
+  for (const Json& frame : report["frames"]) {
     const std::string number = std::to_string(frame["frame"].get<int>());
     EXPECT_EQ(rows[number + ",vf"], frame["vf"]);
     EXPECT_EQ(rows[number + ",ee"], frame["ee"]);
