@@ -4,6 +4,9 @@
 // answers are the same bits.
 #pragma once
 
+/// For helpers of a dispatched function: what is not inlined into it is compiled for the baseline only.
+#define WARMFRONT_INLINE [[gnu::always_inline]] inline
+
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(WARMFRONT_NO_TARGET_CLONES)
 #define WARMFRONT_TARGET_CLONES [[gnu::target_clones("avx2", "default")]]
 #else

@@ -27,16 +27,6 @@ struct Slabs {
     for (int k = 0; k < 2 * Axes; ++k) lane[k] = lane[k] < other.lane[k] ? lane[k] : other.lane[k];
   }
 
-  /// Closed slabs: touching counts. The sign of a float sum is that of the exact sum, so no rounding enters.
-  bool overlaps(const Slabs& other) const {
-    int apart = 0;
-    for (int k = 0; k < Axes; ++k) {
-      apart |= lane[k] + other.lane[k + Axes] > 0.0F;
-      apart |= lane[k + Axes] + other.lane[k] > 0.0F;
-    }
-    return apart == 0;
-  }
-
   float lower(int axis) const { return lane[axis]; }
   float upper(int axis) const { return -lane[axis + Axes]; }
 };

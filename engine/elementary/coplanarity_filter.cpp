@@ -18,8 +18,8 @@ struct Differences {
   alignas(64) Lanes at[2][3][3];  // [time][vertex - 1][axis]
 };
 
-inline void gather(const FeaturePair& pair, std::span<const VertexMotion> vertices, Differences& to,
-                   int lane) {
+WARMFRONT_INLINE void gather(const FeaturePair& pair, std::span<const VertexMotion> vertices, Differences& to,
+                             int lane) {
   const VertexMotion& base = vertices[pair.vertices[0]];
   for (int k = 0; k < 3; ++k) {
     const VertexMotion& other = vertices[pair.vertices[k + 1]];
@@ -32,7 +32,8 @@ inline void gather(const FeaturePair& pair, std::span<const VertexMotion> vertic
 
 // Bit i is set where pair i's cubic has coefficients certainly of one sign.
 template <bool kSeparated>
-inline unsigned certainly_apart(const Differences& d, std::span<const FeaturePair> pairs, double separation) {
+WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const FeaturePair> pairs,
+                                          double separation) {
   alignas(64) std::array<double, kLanes> apart;
   alignas(64) std::array<double, kLanes> edge_edge{};
   if constexpr (kSeparated) {
@@ -83,8 +84,9 @@ inline unsigned certainly_apart(const Differences& d, std::span<const FeaturePai
 }
 
 template <bool kSeparated>
-inline std::size_t filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices,
-                          double separation, std::uint16_t* survivors) {
+WARMFRONT_INLINE std::size_t filter(std::span<const FeaturePair> pairs,
+                                    std::span<const VertexMotion> vertices, double separation,
+                                    std::uint16_t* survivors) {
   std::size_t count = 0;
   Differences differences{};
   for (std::size_t first = 0; first < pairs.size(); first += kLanes) {

@@ -6,8 +6,10 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <bit>
 #include <tuple>
 
+#include "engine/bounds/overlap.h"
 #include "engine/elementary/pair_tester.h"
 
 namespace warmfront {
@@ -42,11 +44,13 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
  private:
   void against(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
-    const Bounds& bounds = bvh_->primitives[i];
-    if (!single_) tester.output().counts.primitive_tests += end - begin;
-    for (std::uint32_t j = begin; j < end; ++j) {
-      if (single_ || bounds.overlaps(bvh_->primitives[j]))
-        tester.primitive_pair(bvh_->order[i], bvh_->order[j]);
+    std::uint32_t bits = (1U << (end - begin)) - 1;
+    if (!single_) {
+      tester.output().counts.primitive_tests += end - begin;
+      bits = overlaps(bvh_->primitives[i], {bvh_->primitives.data() + begin, end - begin});
+    }
+    for (; bits != 0; bits &= bits - 1) {
+      tester.primitive_pair(bvh_->order[i], bvh_->order[begin + std::countr_zero(bits)]);
     }
   }
 

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 
+#include "engine/bounds/overlap.h"
 #include "engine/elementary/certified.h"
 #include "engine/scene/adjacency.h"
 
@@ -66,38 +68,22 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
   ++output_.counts.triangle_pairs;
 
   const std::uint32_t owned = input_->ownership.owned(f, g);
-  const auto bounds = [this](std::uint32_t v) -> const KDop18& { return input_->vertex_bounds[v]; };
-  // A vertex of one side against the other side's face.
-  const auto test_vertices = [&](std::uint32_t bits, const Face& vertices, std::uint32_t face_id,
-                                 const Face& face) {
-    if (bits == 0) return;
-    KDop18 face_bounds = merged(bounds(face[0]), bounds(face[1]));
-    face_bounds.merge(bounds(face[2]));
-    for (int i = 0; i < 3; ++i) {
-      if (((bits >> i) & 1U) == 0) continue;
-      ++output_.counts.elementary_tests;
-      if (!bounds(vertices[i]).overlaps(face_bounds)) continue;
-      push(vertex_face(scene, {vertices[i], face_id}));
-    }
+  if (owned == 0) return;
+  output_.counts.elementary_tests += static_cast<std::uint64_t>(std::popcount(owned));
+  const auto bounds = [this](const Face& face) {
+    const auto& of = input_->vertex_bounds;
+    return TriangleBounds{{&of[face[0]], &of[face[1]], &of[face[2]]}};
   };
-  test_vertices(owned & 7U, face_f, g, face_g);
-  test_vertices((owned >> 3) & 7U, face_g, f, face_f);
-
-  const std::uint32_t edge_bits = owned >> 6;
-  if (edge_bits == 0) return;
-  std::array<KDop18, 3> bounds_g;
-  for (int j = 0; j < 3; ++j) {
-    if ((edge_bits >> j) & 0b001001001U) bounds_g[j] = merged(bounds(face_g[j]), bounds(face_g[(j + 1) % 3]));
-  }
-  for (int i = 0; i < 3; ++i) {
-    const std::uint32_t row = (edge_bits >> (3 * i)) & 7U;
-    if (row == 0) continue;
-    const KDop18 bounds_f = merged(bounds(face_f[i]), bounds(face_f[(i + 1) % 3]));
-    for (int j = 0; j < 3; ++j) {
-      if (((row >> j) & 1U) == 0) continue;
-      ++output_.counts.elementary_tests;
-      if (!bounds_f.overlaps(bounds_g[j])) continue;
-      const auto [a, b] = std::minmax(scene.face_edges()[f][i], scene.face_edges()[g][j]);
+  for (std::uint32_t bits = overlapping_features(bounds(face_f), bounds(face_g), owned); bits != 0;
+       bits &= bits - 1) {
+    const int feature = std::countr_zero(bits);
+    if (feature < 3) {
+      push(vertex_face(scene, {face_f[feature], g}));
+    } else if (feature < 6) {
+      push(vertex_face(scene, {face_g[feature - 3], f}));
+    } else {
+      const auto [a, b] =
+          std::minmax(scene.face_edges()[f][(feature - 6) / 3], scene.face_edges()[g][(feature - 6) % 3]);
       push(edge_edge(scene, {a, b}));
     }
   }
@@ -108,7 +94,7 @@ void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
   const Face& face = input_->scene.faces()[f];
   KDop18 face_bounds = merged(input_->vertex_bounds[face[0]], input_->vertex_bounds[face[1]]);
   face_bounds.merge(input_->vertex_bounds[face[2]]);
-  if (input_->vertex_bounds[v].overlaps(face_bounds)) push(vertex_face(input_->scene, {v, f}));
+  if (overlap(input_->vertex_bounds[v], face_bounds)) push(vertex_face(input_->scene, {v, f}));
 }
 
 void PairTester::orphan_vf(const FeatureIds& ids) {
@@ -122,7 +108,7 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
   const Edge& a = input_->scene.edges()[ids.a];
   const Edge& b = input_->scene.edges()[ids.b];
   const auto& bounds = input_->vertex_bounds;
-  if (merged(bounds[a[0]], bounds[a[1]]).overlaps(merged(bounds[b[0]], bounds[b[1]]))) {
+  if (overlap(merged(bounds[a[0]], bounds[a[1]]), merged(bounds[b[0]], bounds[b[1]]))) {
     push(edge_edge(input_->scene, ids));
   }
 }

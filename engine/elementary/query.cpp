@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/elementary/query.h"
 
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+
 #include "engine/elementary/closest.h"
+#include "engine/target_clones.h"
 
 namespace warmfront {
 namespace {
@@ -38,15 +45,51 @@ Query differences(const FeatureVertices& features, double prescale) {
   return query;
 }
 
-// A power of two as two factors, each within double's range.
+// 2^exponent as two factors, each within double's range. std::ldexp is a call; for a normal power the bits
+// will do.
 struct PowerOfTwo {
   double a;
   double b;
-  explicit PowerOfTwo(int exponent)
-      : a(std::ldexp(1.0, exponent / 2)), b(std::ldexp(1.0, exponent - exponent / 2)) {}
+  explicit PowerOfTwo(int exponent) {
+    const int half = std::abs(exponent) < 1000 ? 0 : exponent / 2;
+    a = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent - half) << 52);
+    b = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + half) << 52);
+  }
   double operator()(double x) const { return x * a * b; }
   Vec3 operator()(const Vec3& v) const { return {(*this)(v.x), (*this)(v.y), (*this)(v.z)}; }
 };
+
+// The e for which x = m 2^e with m in [0.5, 1); x is positive.
+int exponent_of(double x) {
+  const auto biased = static_cast<int>(std::bit_cast<std::uint64_t>(x) >> 52);
+  if (biased != 0) return biased - 1022;
+  int exponent = 0;
+  std::frexp(x, &exponent);  // denormal
+  return exponent;
+}
+
+// The times at which all gaps, linear between p0 and p1, are above the threshold.
+SeparatedTimes times_above(std::span<const double> p0, std::span<const double> p1, double threshold) {
+  SeparatedTimes separated{true, {0, 1}};
+  for (std::size_t k = 0; k < p0.size(); ++k) {
+    const double q0 = p0[k] - threshold;
+    const double q1 = p1[k] - threshold;
+    if (q0 > 0) {
+      if (!(q1 > 0)) separated.times.end = std::min(separated.times.end, q0 / (q0 - q1) - 0x1p-50);
+    } else if (q1 > 0) {
+      separated.times.begin = std::max(separated.times.begin, -q0 / (q1 - q0) + 0x1p-50);
+    } else {
+      return {};
+    }
+  }
+  separated.any = separated.times.begin <= separated.times.end;
+  return separated;
+}
+
+double threshold_for(const Query& query, double direction_max, double direction_norm) {
+  const double slack = 48 * kUnit * direction_max + 0x1p-1000;
+  return query.separation > 0 ? slack + query.separation * direction_norm * (1 + 0x1p-45) : slack;
+}
 
 }  // namespace
 
@@ -58,9 +101,7 @@ Query Query::prepare(const FeatureVertices& features, double min_separation) {
     query = differences(features, prescale);
   }
   if (query.size == 0) return query;
-  int exponent = 0;
-  std::frexp(query.size, &exponent);
-  const PowerOfTwo scale(-exponent);
+  const PowerOfTwo scale(-exponent_of(query.size));
   for (MovingVec3& v : query.from0) v = {scale(v.t0), scale(v.t1)};
   query.relative_motion = 0;
   for (int k = 0; k < query.gap_count; ++k) {
@@ -78,22 +119,15 @@ Query Query::prepare(const FeatureVertices& features, double min_separation) {
 }
 
 SeparatedTimes separated_times(const Query& query, const Vec3& direction) {
-  const double threshold = 48 * kUnit * max_abs(direction) + 0x1p-1000 +
-                           (query.separation > 0 ? query.separation * norm(direction) * (1 + 0x1p-45) : 0.0);
-  SeparatedTimes separated{true, {0, 1}};
+  std::array<double, 4> p0;
+  std::array<double, 4> p1;
   for (int k = 0; k < query.gap_count; ++k) {
-    const double p0 = dot(direction, query.gaps[k].t0) - threshold;
-    const double p1 = dot(direction, query.gaps[k].t1) - threshold;
-    if (p0 > 0) {
-      if (!(p1 > 0)) separated.times.end = std::min(separated.times.end, p0 / (p0 - p1) - 0x1p-50);
-    } else if (p1 > 0) {
-      separated.times.begin = std::max(separated.times.begin, -p0 / (p1 - p0) + 0x1p-50);
-    } else {
-      return {};
-    }
+    p0[k] = dot(direction, query.gaps[k].t0);
+    p1[k] = dot(direction, query.gaps[k].t1);
   }
-  separated.any = separated.times.begin <= separated.times.end;
-  return separated;
+  const auto count = static_cast<std::size_t>(query.gap_count);
+  return times_above({p0.data(), count}, {p1.data(), count},
+                     threshold_for(query, max_abs(direction), query.separation > 0 ? norm(direction) : 0));
 }
 
 bool trim(Window& window, const SeparatedTimes& separated) {
@@ -106,26 +140,79 @@ bool trim(Window& window, const SeparatedTimes& separated) {
   return window.begin <= window.end;
 }
 
-bool trim_by_kdop(const Query& query, Window& window) {
-  static constexpr Vec3 kAxes[9] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 0}, {1, -1, 0},
-                                    {0, 1, 1}, {0, 1, -1}, {1, 0, 1}, {-1, 0, 1}};
-  for (const Vec3& axis : kAxes) {
-    // One sense at most can separate at t = 0 and one at t = 1: ask only those.
-    double lo = std::numeric_limits<double>::infinity();
-    double hi = -lo;
-    double lo1 = lo;
-    double hi1 = hi;
-    for (int k = 0; k < query.gap_count; ++k) {
-      const double p0 = dot(axis, query.gaps[k].t0);
-      const double p1 = dot(axis, query.gaps[k].t1);
-      lo = std::min(lo, p0);
-      hi = std::max(hi, p0);
-      lo1 = std::min(lo1, p1);
-      hi1 = std::max(hi1, p1);
+namespace {
+
+using Double4 = double __attribute__((vector_size(32)));
+using Long4 = long long __attribute__((vector_size(32)));
+
+// The gaps projected on the nine axes, three vectors of three and a lane of padding that never separates:
+// (x, y, z), (x+y, y+z, z+x), (x-y, y-z, z-x); and their extremes over the gaps.
+struct Projections {
+  Double4 gap[4][3];
+  Double4 lowest[3];
+  Double4 highest[3];
+
+  double at(int k, int axis) const { return gap[k][axis / 4][axis % 4]; }
+};
+
+WARMFRONT_INLINE void project(const Query& query, Vec3 MovingVec3::*end, Projections& to) {
+  for (int k = 0; k < query.gap_count; ++k) {
+    const auto& [x, y, z] = query.gaps[k].*end;
+    const Double4 straight{x, y, z, 0};
+    const Double4 rotated{y, z, x, 0};
+    to.gap[k][0] = straight;
+    to.gap[k][1] = straight + rotated;
+    to.gap[k][2] = straight - rotated;
+    for (int group = 0; group < 3; ++group) {
+      const Double4 p = to.gap[k][group];
+      to.lowest[group] = k == 0 ? p : (p < to.lowest[group] ? p : to.lowest[group]);
+      to.highest[group] = k == 0 ? p : (p > to.highest[group] ? p : to.highest[group]);
     }
-    if ((lo > 0 || lo1 > 0) && !trim(window, separated_times(query, axis))) return false;
-    if ((hi < 0 || hi1 < 0) && !trim(window, separated_times(query, {-axis.x, -axis.y, -axis.z})))
+  }
+}
+
+// Bit 4 g + i: lane i of group g has a positive sense that separates one end or the other; 16 bits up, a
+// negative sense.
+WARMFRONT_TARGET_CLONES
+std::uint32_t separating_senses(const Query& query, double straight, double diagonal, Projections& p0,
+                                Projections& p1) {
+  project(query, &MovingVec3::t0, p0);
+  project(query, &MovingVec3::t1, p1);
+  std::uint32_t bits = 0;
+  for (int group = 0; group < 3; ++group) {
+    const double threshold = group == 0 ? straight : diagonal;
+    const auto positive = (Long4)((p0.lowest[group] > threshold) | (p1.lowest[group] > threshold));
+    const auto negative = (Long4)((p0.highest[group] < -threshold) | (p1.highest[group] < -threshold));
+    for (int i = 0; i < 3; ++i) {
+      bits |= static_cast<std::uint32_t>(positive[i] & 1) << (4 * group + i);
+      bits |= static_cast<std::uint32_t>(negative[i] & 1) << (16 + 4 * group + i);
+    }
+  }
+  return bits;
+}
+
+}  // namespace
+
+bool trim_by_kdop(const Query& query, Window& window) {
+  const double straight = threshold_for(query, 1, 1);
+  const double diagonal = threshold_for(query, 1, 1.4142135623730952);  // sqrt(2), rounded up
+  Projections p0;
+  Projections p1;
+  for (std::uint32_t bits = separating_senses(query, straight, diagonal, p0, p1); bits != 0;
+       bits &= bits - 1) {
+    const int axis = std::countr_zero(bits) & 15;
+    const double sense = std::countr_zero(bits) < 16 ? 1 : -1;
+    std::array<double, 4> at0;
+    std::array<double, 4> at1;
+    for (int k = 0; k < query.gap_count; ++k) {
+      at0[k] = sense * p0.at(k, axis);
+      at1[k] = sense * p1.at(k, axis);
+    }
+    const auto count = static_cast<std::size_t>(query.gap_count);
+    if (!trim(window,
+              times_above({at0.data(), count}, {at1.data(), count}, axis < 4 ? straight : diagonal))) {
       return false;
+    }
   }
   return true;
 }

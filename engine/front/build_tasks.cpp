@@ -62,7 +62,7 @@ BuildTasks decompose(const Bvh<Bounds>& bvh) {
       for_children(task.pair, [&](const NodePair& child) {
         const bool self = child.a == child.b;
         if (!self) ++result.bv_tests;
-        next.push_back({child, self || bvh.nodes[child.a].overlaps(bvh.nodes[child.b])});
+        next.push_back({child, self || warmfront::overlap(bvh.nodes[child.a], bvh.nodes[child.b])});
       });
     }
     result.tasks = std::move(next);

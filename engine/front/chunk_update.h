@@ -34,7 +34,7 @@ class ChunkUpdate {
  private:
   bool overlap(const NodePair& pair) {
     ++chunk_.bv_tests();
-    return bvh_.nodes[pair.a].overlaps(bvh_.nodes[pair.b]);
+    return warmfront::overlap(bvh_.nodes[pair.a], bvh_.nodes[pair.b]);
   }
 
   // Keeps a disjoint pair unless its parent is disjoint too. Then all pairs below the highest disjoint

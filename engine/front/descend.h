@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/bounds/overlap.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/front/node_pair.h"
 
@@ -45,7 +46,7 @@ void descend(const Bvh<Bounds>& bvh, const NodePair& open, std::uint64_t& bv_tes
     const NodePair pair = stack[--top];
     const bool self = pair.a == pair.b;
     if (!self) ++bv_tests;
-    const bool overlap = self || bvh.nodes[pair.a].overlaps(bvh.nodes[pair.b]);
+    const bool overlap = self || warmfront::overlap(bvh.nodes[pair.a], bvh.nodes[pair.b]);
     if (bvh.shape.is_leaf(pair.a)) {  // then b is one too
       terminal(pair);
       if (overlap) sink.leaf_pair(pair.a, pair.b);

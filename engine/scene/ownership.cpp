@@ -22,16 +22,20 @@ bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
 
 }  // namespace
 
-Ownership::Ownership(const Scene& scene) : scene_(&scene), records_(scene.face_count()) {
+Ownership::Ownership(const Scene& scene)
+    : scene_(&scene), records_(scene.face_count()), signatures_(scene.face_count(), 0) {
   for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
     Record& record = records_[f];
     record.vertices = scene.faces()[f];
+    for (const std::uint32_t v : record.vertices) signatures_[f] |= std::uint64_t{1} << (v & 63U);
     record.first_bits = 0;
     record.vertex_ring = {};
     record.edge_ring = {};
     for (int i = 0; i < 3; ++i) {
       const auto vertex_faces = scene.vertex_faces()[record.vertices[i]];
       const auto edge_faces = scene.edge_faces()[scene.face_edges()[f][i]];
+      record.first_of_vertex[i] = vertex_faces.front();
+      record.first_of_edge[i] = edge_faces.front();
       if (vertex_faces.front() == f) record.first_bits |= 1U << i;
       if (edge_faces.front() == f) record.first_bits |= 8U << i;
       for (const std::uint32_t g : vertex_faces) insert(record.vertex_ring, scene.faces()[g]);
@@ -54,26 +58,39 @@ bool Ownership::perhaps_near(const Record& f, const Record& g) const {
   return common != 0;
 }
 
-std::uint32_t Ownership::owned(std::uint32_t f, std::uint32_t g) const {
-  const Record& rf = records_[f];
-  const Record& rg = records_[g];
-  if (perhaps_near(rf, rg)) return owned_when_near(f, g);
-  const std::uint32_t edges_g = rg.first_bits >> 3;
-  std::uint32_t mask = (rf.first_bits & 7U) | ((rg.first_bits & 7U) << 3);
+bool Ownership::are_adjacent(std::uint32_t f, std::uint32_t g) const {
+  return perhaps_adjacent(f, g) && adjacent(scene_->faces()[f], scene_->faces()[g]);
+}
+
+// What f and g own where no earlier face matters: each feature's first face does.
+std::uint32_t Ownership::owned_by_firsts(const Record& f, const Record& g) const {
+  const std::uint32_t edges_g = g.first_bits >> 3;
+  std::uint32_t mask = (f.first_bits & 7U) | ((g.first_bits & 7U) << 3);
   for (int i = 0; i < 3; ++i) {
-    if (rf.first_bits & (8U << i)) mask |= edges_g << (6 + 3 * i);
+    if (f.first_bits & (8U << i)) mask |= edges_g << (6 + 3 * i);
   }
   return mask;
 }
 
+std::uint32_t Ownership::owned(std::uint32_t f, std::uint32_t g) const {
+  const Record& rf = records_[f];
+  const Record& rg = records_[g];
+  return perhaps_near(rf, rg) ? owned_when_near(f, g) : owned_by_firsts(rf, rg);
+}
+
+// A pair that is not the first one of a feature can own it only if the first one is adjacent.
 std::uint32_t Ownership::owned_when_near(std::uint32_t f, std::uint32_t g) const {
-  const Scene& scene = *scene_;
-  std::uint32_t mask = 0;
+  const Record& rf = records_[f];
+  const Record& rg = records_[g];
+  std::uint32_t mask = owned_by_firsts(rf, rg);
   for (int i = 0; i < 3; ++i) {
-    if (owns_vf(f, scene.faces()[f][i], g)) mask |= 1U << i;
-    if (owns_vf(g, scene.faces()[g][i], f)) mask |= 8U << i;
+    if (perhaps_adjacent(rf.first_of_vertex[i], g) && owns_vf(f, rf.vertices[i], g)) mask |= 1U << i;
+    if (perhaps_adjacent(rg.first_of_vertex[i], f) && owns_vf(g, rg.vertices[i], f)) mask |= 8U << i;
     for (int j = 0; j < 3; ++j) {
-      if (owns_ee(f, scene.face_edges()[f][i], g, scene.face_edges()[g][j])) mask |= 1U << (6 + 3 * i + j);
+      if (perhaps_adjacent(rf.first_of_edge[i], rg.first_of_edge[j]) &&
+          owns_ee(f, scene_->face_edges()[f][i], g, scene_->face_edges()[g][j])) {
+        mask |= 1U << (6 + 3 * i + j);
+      }
     }
   }
   return mask;
@@ -82,7 +99,7 @@ std::uint32_t Ownership::owned_when_near(std::uint32_t f, std::uint32_t g) const
 bool Ownership::owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const {
   for (const std::uint32_t g : scene_->vertex_faces()[v]) {
     if (g == owner) return true;
-    if (!adjacent(scene_->faces()[g], scene_->faces()[face])) return false;
+    if (!are_adjacent(g, face)) return false;
   }
   return false;
 }
@@ -95,7 +112,7 @@ bool Ownership::owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std:
   for (const std::uint32_t first : scene_->edge_faces()[e1]) {
     for (const std::uint32_t second : scene_->edge_faces()[e2]) {
       if (first == f && second == g) return true;
-      if (!adjacent(scene_->faces()[first], scene_->faces()[second])) return false;
+      if (!are_adjacent(first, second)) return false;
     }
   }
   return false;

@@ -26,7 +26,7 @@ class Ownership {
   /// vertex i of g against f; bits 6 + 3 i + j: edge i of f against edge j of g.
   std::uint32_t owned(std::uint32_t f, std::uint32_t g) const;
 
-  std::size_t memory_bytes() const { return records_.size() * sizeof(Record); }
+  std::size_t memory_bytes() const { return records_.size() * (sizeof(Record) + sizeof(std::uint64_t)); }
 
  private:
   // A set of vertices as a 256-bit Bloom filter of one hash: it answers "certainly disjoint" or "perhaps
@@ -36,17 +36,25 @@ class Ownership {
   struct Record {
     Face vertices;
     std::uint32_t first_bits;  // bits 0-2: first face of vertex i; bits 3-5: first face of edge i
+    Face first_of_vertex;      // the first face around each vertex
+    Face first_of_edge;        // the first face along each edge
     Bloom vertex_ring;         // vertices of the faces around the three vertices
     Bloom edge_ring;           // vertices of the faces along the three edges
   };
 
   bool perhaps_near(const Record& f, const Record& g) const;
+  bool perhaps_adjacent(std::uint32_t f, std::uint32_t g) const {
+    return (signatures_[f] & signatures_[g]) != 0;
+  }
+  bool are_adjacent(std::uint32_t f, std::uint32_t g) const;
+  std::uint32_t owned_by_firsts(const Record& f, const Record& g) const;
   std::uint32_t owned_when_near(std::uint32_t f, std::uint32_t g) const;
   bool owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const;
   bool owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const;
 
   const Scene* scene_;
   std::vector<Record> records_;
+  std::vector<std::uint64_t> signatures_;  // a face's three vertices as a 64-bit Bloom filter
 };
 
 }  // namespace warmfront

@@ -6,6 +6,7 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bounds/normal_cone.h"
+#include "engine/bounds/overlap.h"
 #include "engine/bounds/swept.h"
 #include "engine/elementary/query.h"
 #include "engine/scene/patches.h"
@@ -53,8 +54,8 @@ TEST(SweptBounds, RejectNothingThatTheCascadeWouldNot) {
     other[0] += 3 * uniform();
     other[4] -= 20;
     const Motion motion(trial % 2 == 0 ? x0 : other);
-    if (sweep(vertices, {0, 1}, motion.frame(), separation)
-            .overlaps(sweep(vertices, {2, 3}, motion.frame(), separation))) {
+    if (overlap(sweep(vertices, {0, 1}, motion.frame(), separation),
+                sweep(vertices, {2, 3}, motion.frame(), separation))) {
       continue;
     }
     ++rejected;

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Overlap tests, compiled for the instruction sets at hand. Slabs are closed: touching counts. The sign of a
+// float sum is that of the exact sum, so no rounding enters. Pure functions.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "engine/bounds/kdop.h"
+
+namespace warmfront {
+
+bool overlap(const Aabb& a, const Aabb& b);
+bool overlap(const KDop18& a, const KDop18& b);
+
+/// Bit j is set where `one` overlaps many[j]; at most 32 of them.
+std::uint32_t overlaps(const Aabb& one, std::span<const Aabb> many);
+std::uint32_t overlaps(const KDop18& one, std::span<const KDop18> many);
+
+/// The swept bounds of a triangle's vertices.
+struct TriangleBounds {
+  const KDop18* vertex[3];
+};
+
+/// Of the feature pairs of two triangles in `wanted` (bits as Ownership::owned), those whose swept bounds
+/// overlap.
+std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted);
+
+}  // namespace warmfront
