@@ -24,6 +24,7 @@ constexpr std::size_t kMessageOverhead = 1024;
 Error Session::Impl::fail(Error error) {
   if (!failed_) failed_ = std::move(error);
   stream_.reset();
+  unanswered_.clear();
   return *failed_;
 }
 

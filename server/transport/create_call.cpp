@@ -29,12 +29,17 @@ CreateCall::CreateCall(Context& context, const grpc::CallbackServerContext& call
 
 void CreateCall::OnReadDone(bool ok) {
   if (ok) {
-    if (std::optional<Fault> fault = add()) return Finish(to_grpc(*fault));
+    if (std::optional<Fault> fault = add()) return fail(to_grpc(*fault));
     return StartRead(&incoming_);
   }
-  if (call_.IsCancelled()) return Finish(grpc::Status::CANCELLED);
-  if (std::optional<Fault> fault = upload_.complete()) return Finish(to_grpc(*fault));
+  if (call_.IsCancelled()) return fail(grpc::Status::CANCELLED);
+  if (std::optional<Fault> fault = upload_.complete()) return fail(to_grpc(*fault));
   context_.runner.post([this] { build(); });
+}
+
+void CreateCall::fail(const grpc::Status& status) {
+  reservation_.reset();
+  Finish(status);
 }
 
 std::optional<Fault> CreateCall::add() {
@@ -62,7 +67,7 @@ void CreateCall::build() {
   Outcome<std::shared_ptr<Session>> built =
       Session::create(upload_.take_spec(), upload_.take_positions(), context_.workers, context_.runner,
                       context_.limits.window, lost);
-  if (!built) return Finish(to_grpc(built.fault()));
+  if (!built) return fail(to_grpc(built.fault()));
   const std::shared_ptr<Session>& session = built.value();
   reservation_->fill(session);
   *response_.mutable_session() = to_proto(*session);

@@ -29,6 +29,9 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   CreateCall(Context& context, const grpc::CallbackServerContext& call, v1::CreateSessionResponse& response);
 
   std::optional<Fault> add();
+  /// Ends the call. The place in the store is given back first: the client may try again as soon as it hears
+  /// of it.
+  void fail(const grpc::Status& status);
   void build();
 
   // Constant after construction.

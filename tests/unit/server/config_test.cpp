@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Configuration: which layer wins, what is refused, and that what is printed can be read again. And
+// addresses, and the log.
+#include "server/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "server/admin/listen.h"
+#include "server/settings.h"
+#include "server/units.h"
+
+namespace warmfront::server {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+
+class ConfigTest : public ::testing::Test {
+ protected:
+  ~ConfigTest() override { std::filesystem::remove(file_); }
+
+  std::variant<ResolvedConfig, int> resolve(std::vector<const char*> arguments) {
+    arguments.insert(arguments.begin(), "warmfrontd");
+    return resolve_config(
+        static_cast<int>(arguments.size()), arguments.data(),
+        [this](const char* name) {
+          const auto found = environment_.find(name);
+          return found == environment_.end() ? nullptr : found->second.c_str();
+        },
+        out_, err_);
+  }
+  void write_file(const std::string& text) { std::ofstream(file_) << text; }
+
+  std::map<std::string, std::string> environment_;
+  const std::string file_ =
+      std::filesystem::temp_directory_path() / ("warmfront_config_" + std::to_string(getpid()));
+  std::ostringstream out_, err_;
+};
+
+TEST_F(ConfigTest, FlagsThenEnvironmentThenFileThenDefaults) {
+  write_file("max-sessions = 11\nwindow = 12\nthreads = 3\nlisten = [\"127.0.0.1:1\", \"unix:a\"]\n");
+  environment_ = {{"WARMFRONT_MAX_SESSIONS", "21"}, {"WARMFRONT_WINDOW", "22"}, {"WARMFRONT_CONFIG", file_}};
+  const auto resolved = resolve({"--max-sessions", "31"});
+  ASSERT_TRUE(std::holds_alternative<ResolvedConfig>(resolved)) << err_.str();
+  const auto& [config, origins, print_only] = std::get<ResolvedConfig>(resolved);
+  EXPECT_EQ(config.limits.max_sessions, 31u);
+  EXPECT_EQ(config.limits.window, 22u);
+  EXPECT_EQ(config.threads, 3);
+  EXPECT_EQ(config.listen, (std::vector<std::string>{"127.0.0.1:1", "unix:a"}));
+  EXPECT_EQ(config.drain_timeout, Config{}.drain_timeout);
+  const std::string text = print_config(std::get<ResolvedConfig>(resolved));
+  EXPECT_THAT(text, HasSubstr("(from: flag)\nmax-sessions = \"31\""));
+  EXPECT_THAT(text, HasSubstr("(from: environment)\nwindow = \"22\""));
+  EXPECT_THAT(text, HasSubstr("(from: file)\nthreads = \"3\""));
+  EXPECT_THAT(text, HasSubstr("(from: default)\ndrain-timeout = \"30s\""));
+}
+
+TEST_F(ConfigTest, WhatIsPrintedReadsBackTheSame) {
+  const auto first =
+      resolve({"--listen", "unix:x", "--listen", "127.0.0.1:5", "--insecure", "--max-message-bytes", "5MiB",
+               "--drain-timeout", "1500ms", "--log-format", "json"});
+  ASSERT_TRUE(std::holds_alternative<ResolvedConfig>(first)) << err_.str();
+  write_file(print_config(std::get<ResolvedConfig>(first)));
+  const auto second = resolve({"--config", file_.c_str()});
+  ASSERT_TRUE(std::holds_alternative<ResolvedConfig>(second)) << err_.str();
+  for (const Setting& setting : settings())
+    EXPECT_EQ(setting.get(std::get<ResolvedConfig>(second).config),
+              setting.get(std::get<ResolvedConfig>(first).config))
+        << setting.name;
+}
+
+TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
+  EXPECT_EQ(std::get<int>(resolve({"--window", "0"})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("--window: \"0\": an integer in [1, 64] is expected"));
+  EXPECT_EQ(std::get<int>(resolve({"--no-such-flag"})), 3);
+  environment_ = {{"WARMFRONT_LOG_LEVEL", "loud"}};
+  EXPECT_EQ(std::get<int>(resolve({})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("WARMFRONT_LOG_LEVEL: \"loud\""));
+  environment_.clear();
+  write_file("colour = \"red\"\n");
+  EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr(file_ + ": colour is no setting"));
+  EXPECT_EQ(std::get<int>(resolve({"--config", "/nonexistent/file"})), 3);
+  EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
+}
+
+TEST(UnitsTest, SizesAndTimes) {
+  EXPECT_EQ(parse_bytes("64KiB", 1).value(), 65536u);
+  EXPECT_EQ(parse_bytes("7", 1).value(), 7u);
+  EXPECT_EQ(parse_duration("90s").value(), std::chrono::milliseconds(90'000));
+  for (const char* bad : {"", "-1", "1 s", "1x", "99999999999999999999", "18446744073709551615GiB", "0"}) {
+    EXPECT_FALSE(parse_bytes(bad, 1).ok()) << bad;
+    EXPECT_FALSE(parse_duration(bad).ok()) << bad;
+  }
+  EXPECT_EQ(format_bytes(3 << 20), "3MiB");
+  EXPECT_EQ(format_duration(std::chrono::milliseconds(1500)), "1500ms");
+}
+
+TEST(ListenTest, OnlyLoopbackAndSocketsWithoutInsecure) {
+  for (const char* local :
+       {"127.0.0.1:0", "127.9.9.9:1", "[::1]:50051", "localhost:65535", "unix:/tmp/none.sock"}) {
+    EXPECT_TRUE(is_local(local)) << local;
+    EXPECT_TRUE(check_listen_address(local, false).ok()) << local;
+  }
+  for (const char* open : {"0.0.0.0:1", "[::]:1", "192.168.0.1:1", "example.org:1", "127.example.org:1"}) {
+    EXPECT_EQ(check_listen_address(open, false).error().code, ErrorCode::kFailedPrecondition) << open;
+    EXPECT_TRUE(check_listen_address(open, true).ok()) << open;
+  }
+  for (const char* bad : {"", "host", ":1", "host:", "host:65536", "host:1x", "a:b:1", "unix:"})
+    EXPECT_EQ(check_listen_address(bad, true).error().code, ErrorCode::kInvalidArgument) << bad;
+}
+
+TEST(LogTest, TextIsOneLineAnEvent) {
+  std::ostringstream out;
+  Log log(LogLevel::kInfo, LogFormat::kText, &out);
+  log.write(LogLevel::kDebug, "hidden");
+  log.write(LogLevel::kInfo, "session_created",
+            {{"session", "a-b"}, {"bytes", std::uint64_t{7}}, {"why", "two\nlines {}"}});
+  EXPECT_THAT(
+      out.str(),
+      MatchesRegex("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:]{8}\\.[0-9]{3}Z info session_created session=a-b "
+                   "bytes=7 why=\"two\\\\nlines \\{\\}\"\n"));
+}
+
+TEST(LogTest, JsonLinesParseWhateverTheValues) {
+  std::ostringstream out;
+  Log log(LogLevel::kInfo, LogFormat::kJson, &out);
+  log.write(LogLevel::kWarning, "odd",
+            {{"text", "quote \" newline \n %v {} \xff"}, {"yes", true}, {"number", -3.5}});
+  const std::string text = out.str();
+  const auto line = nlohmann::json::parse(text);
+  EXPECT_EQ(line["level"], "warning");
+  EXPECT_EQ(line["event"], "odd");
+  EXPECT_EQ(line["yes"], true);
+  EXPECT_EQ(line["number"], -3.5);
+  EXPECT_THAT(line["text"].get<std::string>(), HasSubstr("quote \" newline \n %v {}"));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
+}
+
+}  // namespace
+}  // namespace warmfront::server

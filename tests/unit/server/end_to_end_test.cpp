@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real warmfrontd as a process of its own: drained by SIGTERM and killed in the middle of streaming.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "client/lib/client.h"
+#include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/moving_grids.h"
+#include "warmfront/v1/collision_service.grpc.pb.h"
+
+extern char** environ;
+
+namespace warmfront::test {
+namespace {
+
+using namespace std::chrono_literals;
+using client::Answer;
+using client::Client;
+using client::Session;
+using ::testing::HasSubstr;
+using Doubles = std::span<const double>;
+
+/// A warmfrontd on a Unix socket; killed at the end if it still runs.
+class Process {
+ public:
+  explicit Process(const std::filesystem::path& folder) : folder_(folder) { start(); }
+  ~Process() {
+    if (pid_ > 0) kill_hard();
+  }
+
+  std::string address() const { return "unix:" + (folder_ / "d.sock").string(); }
+  std::string log() const {
+    std::stringstream text;
+    text << std::ifstream(folder_ / "log").rdbuf();
+    return text.str();
+  }
+
+  void start() {
+    const std::string listen = address();
+    const std::string log = folder_ / "log";
+    const char* arguments[] = {WARMFRONTD,  "--listen", listen.c_str(),    "--log-format", "json",
+                               "--threads", "2",        "--drain-timeout", "20s",          nullptr};
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+    ASSERT_EQ(posix_spawn(&pid_, WARMFRONTD, &actions, nullptr, const_cast<char**>(arguments), environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  void terminate() { kill(pid_, SIGTERM); }
+  void kill_hard() {
+    kill(pid_, SIGKILL);
+    wait();
+  }
+  /// The exit status as waitpid() gives it; -1 when the process does not end in time.
+  int wait() {
+    int status = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const pid_t ended = waitpid(pid_, &status, WNOHANG);
+      if (ended == pid_) {
+        pid_ = -1;
+        return status;
+      }
+      std::this_thread::sleep_for(10ms);
+    }
+    return -1;
+  }
+
+ private:
+  const std::filesystem::path folder_;
+  pid_t pid_ = -1;
+};
+
+class EndToEndTest : public ::testing::Test {
+ protected:
+  Session open(Client& client) {
+    const std::vector<double> start = grids_.positions(0);
+    auto session = client.create_session(grids_.scene(), Doubles(start));
+    EXPECT_TRUE(session.ok()) << session.error().message;
+    return std::move(session).value();
+  }
+  void submit(Session& session, std::uint64_t frame) {
+    const std::vector<double> positions = grids_.positions(frame);
+    const auto sent = session.submit(Doubles(positions));
+    ASSERT_TRUE(sent.ok()) << sent.error().message;
+    EXPECT_EQ(sent.value(), frame);
+  }
+  void expect_answer(Session& session, std::uint64_t frame) {
+    const Result<Answer> answer = session.next_answer();
+    ASSERT_TRUE(answer.ok()) << answer.error().message;
+    ASSERT_EQ(answer.value().frame, frame);
+    ContactHash hash;
+    const client::ContactTable& table = answer.value().contacts;
+    hash.begin_step(table.size());
+    for (std::size_t i = 0; i < table.size(); ++i)
+      hash.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
+    EXPECT_EQ(hash.value(), expected_[frame - 1]) << "frame " << frame;
+  }
+  /// Health of the service by grpc.health.v1, whose messages are simple enough to write here: field 1 of the
+  /// request is the name, field 1 of the answer the status. -1 when there is no answer.
+  static int health(const std::shared_ptr<grpc::Channel>& channel) {
+    const std::string name = "warmfront.v1.CollisionService";
+    const grpc::Slice slice(std::string("\x0a") + static_cast<char>(name.size()) + name);
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + 10s);
+    context.set_wait_for_ready(true);
+    grpc::CompletionQueue queue;
+    grpc::GenericStub stub(channel);
+    const auto call =
+        stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::ByteBuffer(&slice, 1), &queue);
+    grpc::ByteBuffer response;
+    grpc::Status status;
+    call->StartCall();
+    call->Finish(&response, &status, nullptr);
+    void* tag = nullptr;
+    bool ok = false;
+    queue.Next(&tag, &ok);
+    grpc::Slice answer;
+    if (!status.ok() || !response.DumpToSingleSlice(&answer).ok() || answer.size() != 2) return -1;
+    return answer.begin()[1];
+  }
+
+  static constexpr std::uint64_t kFrames = 40;
+  const TemporaryFolder folder_;
+  const MovingGrids grids_{12};
+  const std::vector<std::uint64_t> expected_ = local_hashes(grids_, 0, kFrames);
+  Process daemon_{folder_.path()};
+  Client client_ = Client::connect(daemon_.address(), {.call_timeout = 20s}).value();
+};
+
+TEST_F(EndToEndTest, HealthIsServedAndAnIdleDaemonStopsAtOnce) {
+  const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
+  EXPECT_EQ(health(channel), 1) << "SERVING";
+  daemon_.terminate();
+  EXPECT_EQ(daemon_.wait(), 0);
+  const std::string log = daemon_.log();
+  for (const char* event : {"starting", "listening", "draining", "drained", "stopped"})
+    EXPECT_THAT(log, HasSubstr("\"event\":\"" + std::string(event) + "\""));
+}
+
+TEST_F(EndToEndTest, SigtermInTheMiddleOfStreamingLosesNoAnswer) {
+  // A bare stream takes the session over, so that nothing is resent: what was sent must all come back.
+  Session session = open(client_);
+  const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
+  const auto stub = v1::CollisionService::NewStub(channel);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 60s);
+  const auto stream = stub->StreamSteps(&context);
+  v1::StreamStepsRequest request;
+  request.mutable_attach()->set_session_id(session.id());
+  request.mutable_attach()->set_takeover(true);
+  v1::StreamStepsResponse response;
+  ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
+  constexpr std::uint64_t kSent = 20;
+  for (std::uint64_t k = 1; k <= kSent; ++k) {
+    const std::vector<double> positions = grids_.positions(k);
+    request.mutable_step()->set_frame(k);
+    request.mutable_step()->set_positions(positions.data(), positions.size() * sizeof(double));
+    ASSERT_TRUE(stream->Write(request));
+    if (k == kSent / 2) daemon_.terminate();
+  }
+  std::uint64_t answered = 0;
+  bool noticed = false;
+  while (stream->Read(&response)) {
+    noticed = noticed || response.has_draining();
+    if (!response.has_answer()) continue;
+    EXPECT_EQ(response.answer().frame(), answered + 1);
+    if (response.answer().last()) ++answered;
+  }
+  EXPECT_TRUE(noticed);
+  EXPECT_EQ(answered, kSent);
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(daemon_.wait(), 0);
+  EXPECT_THAT(daemon_.log(), HasSubstr("\"calls_cut_off\":0"));
+}
+
+TEST_F(EndToEndTest, TheClientGoesOnOverDrainsAndKillsWithOneAnswerAFrame) {
+  Session session = open(client_);
+  std::uint64_t sent = 0;
+  for (std::uint64_t k = 1; k <= kFrames; ++k) {
+    while (sent < kFrames && sent < k - 1 + session.window()) submit(session, ++sent);
+    if (k % 10 == 3) {
+      daemon_.terminate();
+      EXPECT_EQ(daemon_.wait(), 0);
+      daemon_.start();
+    } else if (k % 10 == 8) {
+      daemon_.kill_hard();
+      daemon_.start();
+    }
+    expect_answer(session, k);
+  }
+  EXPECT_GE(session.resumes(), 6u);
+  EXPECT_EQ(session.next_answer().error().code, ErrorCode::kFailedPrecondition) << "no answer came twice";
+  EXPECT_TRUE(session.close().ok());
+}
+
+TEST_F(EndToEndTest, ASecondDaemonDoesNotTakeTheSocketAway) {
+  ASSERT_TRUE(client_.server_info().ok());
+  Process second(folder_.path());
+  const int status = second.wait();
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_THAT(daemon_.log(), HasSubstr("another process listens there"));
+  EXPECT_TRUE(client_.server_info().ok());
+}
+
+}  // namespace
+}  // namespace warmfront::test

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a session that need no network: ids, positions from bytes, frame numbers, the mailbox, the
+// store.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstring>
+#include <latch>
+
+#include "server/session/frame_sequence.h"
+#include "server/session/id.h"
+#include "server/session/mailbox.h"
+#include "server/session/position_buffer.h"
+#include "server/session/store.h"
+#include "tests/unit/server/moving_grids.h"
+
+namespace warmfront::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kId = "01234567-89ab-cdef-0123-456789abcdef";
+
+TEST(SessionIdTest, TakesUuidsOnlyAndLowersThem) {
+  EXPECT_EQ(SessionId::parse("01234567-89AB-cdef-0123-456789ABCDEF").value().text(), kId);
+  for (const char* bad : {"", "1", "01234567-89ab-cdef-0123-456789abcdeg",
+                          "0123456-789ab-cdef-0123-456789abcdef", "01234567-89ab-cdef-0123-456789abcdef0"})
+    EXPECT_EQ(SessionId::parse(bad).fault().code, ErrorCode::kInvalidArgument) << bad;
+}
+
+TEST(PositionBufferTest, PiecesMayEndAnywhere) {
+  const std::vector<float> values{1.5f, -2.0f, 3.25f, 0.0f, -0.0f, 1e30f};
+  const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  for (std::size_t piece = 1; piece <= bytes.size(); ++piece) {
+    PositionBuffer buffer(Dtype::kFloat32, 2);
+    for (std::size_t at = 0; at < bytes.size(); at += piece) {
+      EXPECT_FALSE(buffer.complete().ok());
+      ASSERT_TRUE(buffer.append(bytes.substr(at, piece)).ok());
+    }
+    ASSERT_TRUE(buffer.complete().ok());
+    const auto view = std::get<std::span<const float>>(buffer.view());
+    EXPECT_EQ(std::memcmp(view.data(), values.data(), bytes.size()), 0);
+  }
+}
+
+TEST(PositionBufferTest, AnOverflowIsRememberedAndNamesTheLengths) {
+  PositionBuffer buffer(Dtype::kFloat64, 1);
+  ASSERT_TRUE(buffer.append(std::string(24, '\0')).ok());
+  const Status over = buffer.append("x");
+  ASSERT_FALSE(over.ok());
+  EXPECT_THAT(over.error().message, HasSubstr("25 bytes"));
+  EXPECT_THAT(over.error().message, HasSubstr("24 bytes are expected (1 vertices x 3 x float64)"));
+  EXPECT_FALSE(buffer.complete().ok());
+}
+
+TEST(PositionBufferTest, SamenessIsOfBits) {
+  const std::vector<double> zeros{0.0, 0.0, 0.0};
+  PositionBuffer same(Dtype::kFloat32, 1), other(Dtype::kFloat32, 1);
+  const float plus[3] = {0, 0, 0}, minus[3] = {0, -0.0f, 0};
+  ASSERT_TRUE(same.append({reinterpret_cast<const char*>(plus), 12}).ok());
+  ASSERT_TRUE(other.append({reinterpret_cast<const char*>(minus), 12}).ok());
+  EXPECT_TRUE(same.same_as(zeros));
+  EXPECT_FALSE(other.same_as(zeros));
+}
+
+TEST(FrameSequenceTest, NextRepeatAndOutOfOrder) {
+  using Verdict = FrameSequence::Verdict;
+  FrameSequence frames(7);
+  EXPECT_EQ(frames.classify(7), Verdict::kOutOfOrder) << "the first frame has no answer to repeat";
+  EXPECT_EQ(frames.classify(8), Verdict::kNext);
+  EXPECT_EQ(frames.classify(9), Verdict::kOutOfOrder);
+  frames.advance();
+  EXPECT_EQ(frames.classify(8), Verdict::kRepeat);
+  EXPECT_EQ(frames.classify(7), Verdict::kOutOfOrder);
+  EXPECT_EQ(frames.expected(), 9u);
+  EXPECT_EQ(frames.steps(), 1u);
+}
+
+TEST(MailboxTest, JobsRunOneAtATimeInOrderAndAreBounded) {
+  std::vector<int> order;
+  std::atomic<int> running{0}, overlaps{0};
+  {
+    Runner runner(4);
+    auto mailbox = std::make_shared<Mailbox>(runner, 3);
+    std::latch begun(1), go(1);
+    mailbox->post_always([&] {
+      begun.count_down();
+      go.wait();
+    });
+    begun.wait();
+    for (int i = 0; i < 3; ++i)
+      ASSERT_TRUE(mailbox->post([&, i] {
+        if (running.fetch_add(1) != 0) ++overlaps;
+        order.push_back(i);
+        running.fetch_sub(1);
+      }));
+    EXPECT_FALSE(mailbox->post([&] { order.push_back(99); })) << "the fourth waiting job is refused";
+    go.count_down();
+  }  // the runner finishes what was posted
+  EXPECT_EQ(order, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(overlaps, 0);
+}
+
+class StoreTest : public ::testing::Test {
+ protected:
+  std::shared_ptr<Session> make(const SessionId& id) {
+    const test::MovingGrids grids(3);
+    PositionBuffer positions(Dtype::kFloat64, grids.vertex_count());
+    const std::vector<double> start = grids.positions(0);
+    EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(start.data()), start.size() * 8}).ok());
+    return Session::create({id, grids.scene(), {}, Dtype::kFloat64, 0}, positions, workers_, runner_, 4,
+                           [](Session&, const Fault&) {})
+        .value();
+  }
+  std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
+  Runner runner_{1};
+  const SessionId id_ = SessionId::parse(kId).value();
+};
+
+TEST_F(StoreTest, APlaceIsTakenGivenBackAndFilled) {
+  Store store(1);
+  {
+    const auto place = store.reserve(id_);
+    ASSERT_TRUE(place.ok());
+    EXPECT_EQ(store.reserve(id_).fault().code, ErrorCode::kAlreadyExists);
+    EXPECT_EQ(store.reserve(SessionId::parse("11234567-89ab-cdef-0123-456789abcdef").value()).fault().code,
+              ErrorCode::kResourceExhausted);
+    EXPECT_EQ(store.find(id_).fault().code, ErrorCode::kNotFound) << "still being built";
+  }
+  EXPECT_EQ(store.size(), 0u);
+  store.reserve(id_).value().fill(make(id_));
+  EXPECT_TRUE(store.find(id_).ok());
+  EXPECT_EQ(store.list().size(), 1u);
+}
+
+TEST_F(StoreTest, OnlyIdleSessionsWithoutAStreamExpire) {
+  Store store(1);
+  const std::shared_ptr<Session> session = make(id_);
+  store.reserve(id_).value().fill(session);
+  EXPECT_TRUE(store.remove_idle(std::chrono::hours(1)).empty());
+  const auto attachment = session->attach(
+      false, [](const Fault&) {}, [](const Outcome<std::uint64_t>&) {});
+  ASSERT_TRUE(attachment.ok());
+  EXPECT_TRUE(store.remove_idle(std::chrono::milliseconds(0)).empty());
+  session->detach(attachment.value());
+  EXPECT_EQ(store.remove_idle(std::chrono::milliseconds(0)).size(), 1u);
+  EXPECT_EQ(store.size(), 0u);
+}
+
+}  // namespace
+}  // namespace warmfront::server
