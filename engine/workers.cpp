@@ -47,12 +47,16 @@ int thread_count(int asked) {
 }  // namespace
 
 struct Workers::Impl {
-  explicit Impl(int threads) : arena(threads), environment(arena) {
-    // oneTBB starts no more threads than the machine has cores unless told to; the least of what it was told counts.
-    if (static_cast<unsigned>(threads) > std::thread::hardware_concurrency()) {
-      more_than_cores.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-    }
+  explicit Impl(int threads) : more_than_cores(allow(threads)), arena(threads), environment(arena) {}
+
+  // oneTBB starts no more threads than the machine has cores unless told to, before the arena starts; the least of what
+  // it was told counts.
+  static std::optional<tbb::global_control> allow(int threads) {
+    if (static_cast<unsigned>(threads) <= std::thread::hardware_concurrency()) return std::nullopt;
+    return std::optional<tbb::global_control>(std::in_place, tbb::global_control::max_allowed_parallelism,
+                                              static_cast<std::size_t>(threads));
   }
+
   std::optional<tbb::global_control> more_than_cores;
   tbb::task_arena arena;
   DefaultFloatingPoint environment;
