@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+# `cmake --install`: binaries, libraries, public headers, the wire contract, and a package config, so that
+# find_package(warmfront) gives warmfront::engine and, where the service is built, warmfront::client.
+include(CMakePackageConfigHelpers)
+
+if(PROJECT_IS_TOP_LEVEL)
+  set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/warmfront)
+  set(libraries warmfront_engine)
+  # Headers keep their paths from the root, so that #include "engine/collider.h" reads the same here and there.
+  install(DIRECTORY engine DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront FILES_MATCHING PATTERN "*.h")
+  if(WARMFRONT_SERVICE)
+    # A static library needs what it is made of at link time: the contract comes along, gRPC is found again.
+    list(APPEND libraries warmfront_proto warmfront_client)
+    install(TARGETS warmfrontd warmfront RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(FILES client/lib/answer.h client/lib/client.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/lib)
+    install(DIRECTORY proto/warmfront DESTINATION ${CMAKE_INSTALL_DATADIR}/warmfront/proto
+            FILES_MATCHING PATTERN "*.proto")
+  endif()
+  install(TARGETS ${libraries} EXPORT warmfrontTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(EXPORT warmfrontTargets NAMESPACE warmfront:: DESTINATION ${package_dir})
+
+  configure_package_config_file(cmake/warmfrontConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfig.cmake
+                                INSTALL_DESTINATION ${package_dir})
+  write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfigVersion.cmake
+                                   COMPATIBILITY SameMinorVersion)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfig.cmake
+                ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfigVersion.cmake
+          DESTINATION ${package_dir})
+endif()

@@ -12,7 +12,7 @@ endif()
 # warmfront_target(NAME): the language level, the warnings and the include root.
 function(warmfront_target name)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/warmfront>)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wno-psabi
                                          # GCC 12 warns of std::string's own operator+ (GCC bug 105651).
