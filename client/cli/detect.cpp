@@ -239,6 +239,12 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--leaf-size", a.options.leaf_size, "Most triangles a leaf of the hierarchy holds")
       ->check(CLI::IsMember({1, 2, 4, 8}))
       ->capture_default_str();
+  app.add_option("--rebuild-after", a.options.rebuild_after_stalled_steps,
+                 "Front 'paper': rebuild after so many steps in a row without growth; 0: never")
+      ->capture_default_str();
+  app.add_option("--rebuild-every", a.options.rebuild_every_steps,
+                 "Front 'paper': rebuild every so many steps; 0: never")
+      ->capture_default_str();
   app.add_option("--normal-cones", a.normal_cones, "Cull flat patches by normal cone and contour test")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();

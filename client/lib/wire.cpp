@@ -58,6 +58,7 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   to.bounds_passed = from.bounds_passed();
   to.coplanarity_passed = from.coplanarity_passed();
   to.exact_tests = from.exact_tests();
+  to.primitive_tests = from.primitive_tests();
   statistics.front_state = front_state_from(message.front_state());
   return statistics;
 }

@@ -60,6 +60,7 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
   counts.set_bounds_passed(statistics.counts.bounds_passed);
   counts.set_coplanarity_passed(statistics.counts.coplanarity_passed);
   counts.set_exact_tests(statistics.counts.exact_tests);
+  counts.set_primitive_tests(statistics.counts.primitive_tests);
   message.set_front_state(to_proto(statistics.front_state));
   return message;
 }
