@@ -24,8 +24,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// How long streams go on taking frames after the notice: a few round trips, for what is under way already.
-constexpr milliseconds kNotice{300};
+/// How long a stream must be quiet after the notice to be ended: many round trips, for what is under way
+/// already.
+constexpr milliseconds kQuiet{300};
+/// How often that is looked at.
+constexpr milliseconds kGlance{50};
 /// How long calls of other services (health watches, reflection) get to end by themselves.
 constexpr milliseconds kOthers{200};
 
@@ -142,7 +145,13 @@ bool Daemon::drain() {
                      {"timeout_ms", std::int64_t{impl_->drain_timeout.count()}}});
   impl_->server->GetHealthCheckService()->SetServingStatus(false);
   context.lifecycle.begin_drain(std::chrono::system_clock::now() + impl_->drain_timeout);
-  context.lifecycle.wait_until_idle(start + std::min(kNotice, impl_->drain_timeout));
+  // A client that has seen the notice stops sending and goes; one that has not is heard out while it sends,
+  // for half of the time at most, so that what it sent before it could know is answered.
+  const auto half = start + impl_->drain_timeout / 2;
+  for (auto now = start; now < half; now = std::chrono::steady_clock::now()) {
+    if (context.lifecycle.wait_until_idle(std::min(now + kGlance, half)) == 0) break;
+    context.lifecycle.end_quiet_streams(kQuiet);
+  }
   context.lifecycle.end_streams();
   const std::size_t left = context.lifecycle.wait_until_idle(start + impl_->drain_timeout);
   impl_->server->Shutdown(std::chrono::system_clock::now() + kOthers);

@@ -52,6 +52,10 @@ void Lifecycle::end_streams() {
   for (const std::shared_ptr<Drainable>& stream : streams()) stream->end(draining_fault());
 }
 
+void Lifecycle::end_quiet_streams(std::chrono::milliseconds quiet) {
+  for (const std::shared_ptr<Drainable>& stream : streams()) stream->end_if_quiet(draining_fault(), quiet);
+}
+
 std::size_t Lifecycle::wait_until_idle(std::chrono::steady_clock::time_point deadline) {
   std::unique_lock lock(mutex_);
   ended_.wait_until(lock, deadline, [this] { return calls_.empty(); });

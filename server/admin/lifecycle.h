@@ -22,6 +22,8 @@ class Drainable {
   virtual void notify_draining(std::chrono::system_clock::time_point deadline) = 0;
   /// Takes no more frames; ends once those in hand are delivered.
   virtual void end(const Fault& fault) = 0;
+  /// The same, if nothing has come or gone and nothing was in hand for `quiet`.
+  virtual void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) = 0;
 };
 
 class Lifecycle {
@@ -46,8 +48,10 @@ class Lifecycle {
 
   /// Refuses new calls from now on and notifies the streams. They go on taking the frames that are under way.
   void begin_drain(std::chrono::system_clock::time_point deadline);
-  /// Ends the streams, each after the frames it has in hand.
+  /// Ends the streams, each after the frames it has in hand; all of them, or those that were quiet for a
+  /// while.
   void end_streams();
+  void end_quiet_streams(std::chrono::milliseconds quiet);
   /// Waits until no call is in flight, `deadline` at the latest; how many are left.
   std::size_t wait_until_idle(std::chrono::steady_clock::time_point deadline);
 

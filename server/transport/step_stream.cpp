@@ -38,6 +38,7 @@ void StepStream::OnReadDone(bool ok) {
     const std::lock_guard lock(mutex_);
     reading_ = false;
     handling_ = true;
+    last_moved_ = std::chrono::steady_clock::now();
   }
   if (!ok) {
     half_closed();
@@ -187,6 +188,14 @@ void StepStream::end(const Fault& fault) {
   advance_locked();
 }
 
+void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
+  const std::lock_guard lock(mutex_);
+  // With frames in hand, more may wait unread behind them.
+  if (in_flight_ > 0 || attaching_ || std::chrono::steady_clock::now() - last_moved_ < quiet) return;
+  end_locked(to_grpc(fault));
+  advance_locked();
+}
+
 void StepStream::end_locked(grpc::Status status) {
   if (!end_) end_ = std::move(status);
 }
@@ -215,6 +224,7 @@ void StepStream::advance_locked() {
 void StepStream::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   writing_ = false;
+  last_moved_ = std::chrono::steady_clock::now();
   if (current_.ends_frame) --in_flight_;
   current_ = {};
   if (!ok) broken_ = true;

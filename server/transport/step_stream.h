@@ -6,6 +6,7 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -37,6 +38,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   void notify_draining(std::chrono::system_clock::time_point deadline) override;
   void end(const Fault& fault) override;
+  void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
 
  private:
   struct Assembly {
@@ -88,9 +90,11 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   Write current_{};  // must outlive its write
   std::deque<Write> writes_;
   std::uint32_t in_flight_ = 0;
-  bool broken_ = false;              // the client is gone: nothing can be delivered any more
-  bool finished_ = false;            // Finish() was called
-  std::optional<grpc::Status> end_;  // how to finish once all in flight is delivered
+  std::chrono::steady_clock::time_point last_moved_ =
+      std::chrono::steady_clock::now();  // a message, either way
+  bool broken_ = false;                  // the client is gone: nothing can be delivered any more
+  bool finished_ = false;                // Finish() was called
+  std::optional<grpc::Status> end_;      // how to finish once all in flight is delivered
 };
 
 }  // namespace warmfront::server
