@@ -17,9 +17,9 @@
 namespace warmfront {
 namespace {
 
-/// Faces in a patch whose self-collision the normal cone can rule out: small enough to be flat often, large
-/// enough that most near pairs lie in one patch.
-constexpr std::uint32_t kPatchFaces = 48;
+/// Rings of faces in a patch whose self-collision the normal cone can rule out: few enough to be flat often,
+/// enough that most near pairs of faces lie in one patch.
+constexpr int kPatchRings = 3;
 
 /// The hierarchy is rebuilt when its looseness has grown this much since its build.
 constexpr double kLoosenessLimit = 2.0;
@@ -61,7 +61,7 @@ struct Core {
         workers(std::move(the_workers)),
         ownership(*scene),
         orphans(enumerate_orphans(*scene)),
-        patches(use_cones() ? find_patches(*scene, kPatchFaces) : Patches{}),
+        patches(use_cones() ? find_patches(*scene, kPatchRings) : Patches{}),
         current(to_doubles(positions)),
         motion(current),
         vertex_bounds(scene->vertex_count()),

@@ -27,35 +27,69 @@ std::uint32_t across(const Scene& scene, std::uint32_t f, std::uint32_t e) {
 
 class Grower {
  public:
-  Grower(const Scene& scene, std::uint32_t max_faces) : scene_(scene), max_faces_(max_faces) {
+  explicit Grower(const Scene& scene) : scene_(scene), vertex_seen_(scene.vertex_count(), 0) {
     patches_.of_face.assign(scene.face_count(), Patches::kNone);
-    taken_.assign(scene.face_count(), false);
+    face_seen_.assign(scene.face_count(), 0);
     patches_.faces.begin = {0};
     patches_.contours.begin = {0};
   }
 
-  Patches run() {
-    for (std::uint32_t seed = 0; seed < scene_.face_count(); ++seed) {
-      if (taken_[seed]) continue;
-      grow(seed);
-      if (piece_.size() >= 4 && find_contour()) keep();
+  // Large rings first, then what fits between them.
+  Patches run(int rings) {
+    for (; rings >= 2; --rings) {
+      for (std::uint32_t v = 0; v < scene_.vertex_count(); ++v) {
+        if (gather(v, rings) && is_joined() && find_contour()) keep();
+      }
     }
     return std::move(patches_);
   }
 
  private:
-  void grow(std::uint32_t seed) {
-    piece_.assign(1, seed);
-    taken_[seed] = true;
-    for (std::size_t next = 0; next < piece_.size(); ++next) {
-      for (const std::uint32_t e : scene_.face_edges()[piece_[next]]) {
-        if (piece_.size() >= max_faces_) return;
-        const std::uint32_t g = across(scene_, piece_[next], e);
-        if (taken_[g]) continue;
-        taken_[g] = true;
-        piece_.push_back(g);
+  bool is_free(std::uint32_t face) const { return patches_.of_face[face] == Patches::kNone; }
+
+  // Puts the faces around all vertices within rings - 1 edges of `centre` into piece_; false when one is
+  // taken.
+  bool gather(std::uint32_t centre, int rings) {
+    piece_.clear();
+    vertices_.assign(1, centre);
+    ++stamp_;
+    vertex_seen_[centre] = stamp_;
+    std::size_t ring_begin = 0;
+    for (int ring = 0; ring < rings; ++ring) {
+      const std::size_t ring_end = vertices_.size();
+      for (; ring_begin < ring_end; ++ring_begin) {
+        for (const std::uint32_t f : scene_.vertex_faces()[vertices_[ring_begin]]) {
+          if (!is_free(f) || piece_.size() > kMostFaces) return false;
+          if (face_seen_[f] == stamp_) continue;
+          face_seen_[f] = stamp_;
+          piece_.push_back(f);
+          for (const std::uint32_t v : scene_.faces()[f]) {
+            if (vertex_seen_[v] == stamp_) continue;
+            vertex_seen_[v] = stamp_;
+            vertices_.push_back(v);
+          }
+        }
       }
     }
+    return piece_.size() >= 4;  // fewer have no non-adjacent pairs to speak of
+  }
+
+  // Are all faces of the piece connected through its manifold, consistently oriented edges?
+  bool is_joined() {
+    members_ = piece_;
+    std::sort(members_.begin(), members_.end());
+    queue_.assign(1, piece_[0]);
+    ++stamp_;
+    face_seen_[piece_[0]] = stamp_;
+    for (std::size_t next = 0; next < queue_.size(); ++next) {
+      for (const std::uint32_t e : scene_.face_edges()[queue_[next]]) {
+        const std::uint32_t g = across(scene_, queue_[next], e);
+        if (face_seen_[g] == stamp_ || !std::binary_search(members_.begin(), members_.end(), g)) continue;
+        face_seen_[g] = stamp_;
+        queue_.push_back(g);
+      }
+    }
+    return queue_.size() == piece_.size();
   }
 
   // Walks the piece's boundary. Two faces of the piece that share an edge are joined there only if across()
@@ -63,9 +97,6 @@ class Grower {
   // finds no single contour.
   bool find_contour() {
     std::unordered_map<std::uint32_t, std::uint32_t> next;
-    members_.clear();
-    members_.insert(members_.end(), piece_.begin(), piece_.end());
-    std::sort(members_.begin(), members_.end());
     for (const std::uint32_t f : piece_) {
       const Face& face = scene_.faces()[f];
       for (int side = 0; side < 3; ++side) {
@@ -100,19 +131,25 @@ class Grower {
     csr.begin.push_back(static_cast<std::uint32_t>(csr.items.size()));
   }
 
+  // A hub vertex would make a ring of any size.
+  static constexpr std::size_t kMostFaces = 256;
+
   const Scene& scene_;
-  const std::uint32_t max_faces_;
   Patches patches_;
-  std::vector<bool> taken_;
+  std::uint32_t stamp_ = 0;
+  std::vector<std::uint32_t> vertex_seen_;  // stamp of the last piece that met the vertex
+  std::vector<std::uint32_t> face_seen_;
   std::vector<std::uint32_t> piece_;
-  std::vector<std::uint32_t> members_;
+  std::vector<std::uint32_t> vertices_;
+  std::vector<std::uint32_t> members_;  // piece_, sorted
+  std::vector<std::uint32_t> queue_;
   std::vector<std::uint32_t> contour_;
 };
 
 }  // namespace
 
-Patches find_patches(const Scene& scene, std::uint32_t max_faces) {
-  return Grower(scene, max_faces).run();
+Patches find_patches(const Scene& scene, int rings) {
+  return Grower(scene).run(rings);
 }
 
 }  // namespace warmfront

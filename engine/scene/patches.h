@@ -25,9 +25,10 @@ struct Patches {
   }
 };
 
-/// Grows patches of up to `max_faces` faces breadth first from the lowest face not yet taken. Pieces that
-/// have no single contour, or fewer than 4 faces (they have no non-adjacent pairs to speak of), are in no
-/// patch. O(m).
-Patches find_patches(const Scene& scene, std::uint32_t max_faces);
+/// Takes the faces within `rings` rings around a vertex wherever none of them is taken, lowest vertex first,
+/// then with one ring less, down to two (one ring has no non-adjacent faces). Full rings have a round
+/// contour, which is what the contour test can prove; pieces that are not manifold, oriented and bounded by
+/// one contour are in no patch. O(m) for bounded degree.
+Patches find_patches(const Scene& scene, int rings);
 
 }  // namespace warmfront

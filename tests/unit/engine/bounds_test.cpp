@@ -147,7 +147,7 @@ struct WholePatch {
 
 WholePatch whole(const Strip& strip) {
   const auto scene = testing::make_scene(static_cast<std::uint32_t>(strip.positions.size() / 3), strip.faces);
-  return {scene, find_patches(*scene, 100000)};
+  return {scene, find_patches(*scene, 1000)};
 }
 
 bool cone_holds(const Strip& strip) {  // the normals alone, which is what a cone-only test would ask
@@ -168,7 +168,7 @@ bool embedded(const WholePatch& patch, const std::vector<double>& x0, const std:
 
 TEST(NormalCone, FlatPatchesAreCulled) {
   const auto scene = testing::make_scene(36, testing::grid(5));
-  const Patches patches = find_patches(*scene, 1000);
+  const Patches patches = find_patches(*scene, 10);
   ASSERT_EQ(patches.count(), 1U);
   EXPECT_EQ(patches.faces[0].size(), 50U);
   EXPECT_EQ(patches.contours[0].size(), 20U);
@@ -230,9 +230,10 @@ TEST(Patches, AreManifoldOrientedDisks) {
   const auto scene = testing::make_scene(25, faces);
   const Patches patches = find_patches(*scene, 1000);
   EXPECT_EQ(patches.of_face[7], Patches::kNone);
-  const Patches small = find_patches(*testing::make_scene(21 * 21, testing::grid(20)), 48);
+  const Patches small = find_patches(*testing::make_scene(21 * 21, testing::grid(20)), 3);
   EXPECT_GT(small.count(), 10U);
-  for (std::size_t p = 0; p < small.count(); ++p) EXPECT_LE(small.faces[p].size(), 48U);
+  for (std::size_t p = 0; p < small.count(); ++p) EXPECT_LE(small.faces[p].size(), 54U);
+  EXPECT_LT(std::ranges::count(small.of_face, Patches::kNone), 200) << "of 800 faces";
 }
 
 }  // namespace
