@@ -3,6 +3,8 @@
 // failed (it could not listen, or frames in hand were cut off by the drain timeout), 3 usage.
 #include <signal.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
@@ -20,12 +22,17 @@ constexpr int kExitFailed = 2;
 
 /// Ends the process when draining cannot: a second signal, or a step that outlasts the drain timeout.
 void force_exit_later(const sigset_t& signals, std::chrono::milliseconds timeout) {
-  std::thread([signals, timeout] {
-    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(timeout);
-    const timespec wait{seconds.count(),
-                        static_cast<long>(std::chrono::nanoseconds(timeout - seconds).count())};
-    sigtimedwait(&signals, nullptr, &wait);
-    std::_Exit(kExitFailed);
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  std::thread([signals, deadline] {
+    for (;;) {
+      const std::chrono::nanoseconds left = std::max(
+          std::chrono::nanoseconds(0), std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
+      const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(left);
+      const timespec wait{seconds.count(), static_cast<long>((left - seconds).count())};
+      // Being stopped and continued, by a debugger say, interrupts the wait and is no reason to exit.
+      if (sigtimedwait(&signals, nullptr, &wait) == -1 && errno == EINTR) continue;
+      std::_Exit(kExitFailed);
+    }
   }).detach();
 }
 
