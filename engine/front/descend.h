@@ -46,11 +46,11 @@ void descend(const Bvh<Bounds>& bvh, const NodePair& open, std::uint64_t& bv_tes
     const NodePair pair = stack[--top];
     const bool self = pair.a == pair.b;
     if (!self) ++bv_tests;
-    const bool overlap = self || warmfront::overlap(bvh.nodes[pair.a], bvh.nodes[pair.b]);
+    const bool overlapping = self || overlap(bvh.nodes[pair.a], bvh.nodes[pair.b]);
     if (bvh.shape.is_leaf(pair.a)) {  // then b is one too
       terminal(pair);
-      if (overlap) sink.leaf_pair(pair.a, pair.b);
-    } else if (overlap) {
+      if (overlapping) sink.leaf_pair(pair.a, pair.b);
+    } else if (overlapping) {
       push_children(pair);
     } else {
       terminal(pair);

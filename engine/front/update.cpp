@@ -11,15 +11,15 @@ namespace warmfront {
 
 template <class Bounds>
 void Front<Bounds>::update(const Bvh<Bounds>& bvh, LeafPairSinks& sinks, bool prune, std::size_t max_bytes) {
-  constexpr std::size_t kChunk = 512;
+  constexpr std::size_t kChunk = ChunkUpdate<Bounds>::kPairs;
   const std::size_t chunks = (pairs_.size() + kChunk - 1) / kChunk;
   outputs_.reset(chunks, max_pairs(max_bytes));
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks, 1), [&](const auto& range) {
     for (std::size_t c = range.begin(); c < range.end(); ++c) {
       ChunkOutputs::Chunk chunk(outputs_, c);
-      ChunkUpdate<Bounds> work(bvh, sinks.local(), chunk, prune);
-      const std::size_t end = std::min(pairs_.size(), (c + 1) * kChunk);
-      for (std::size_t i = c * kChunk; i < end; ++i) work.update(pairs_[i]);
+      const std::size_t begin = c * kChunk;
+      ChunkUpdate<Bounds>(bvh, sinks.local(), chunk)
+          .run(pairs().subspan(begin, std::min(kChunk, pairs_.size() - begin)), prune);
     }
   });
   const ThreadOutput totals = outputs_.totals();
