@@ -19,7 +19,7 @@ if(PROJECT_IS_TOP_LEVEL)
   install(TARGETS ${libraries} EXPORT warmfrontTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(EXPORT warmfrontTargets NAMESPACE warmfront:: DESTINATION ${package_dir})
 
-  configure_package_config_file(cmake/warmfrontConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfig.cmake
+  configure_package_config_file(deploy/cmake/warmfrontConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfig.cmake
                                 INSTALL_DESTINATION ${package_dir})
   write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfigVersion.cmake
                                    COMPATIBILITY SameMinorVersion)
