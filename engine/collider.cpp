@@ -243,6 +243,7 @@ Collider& Collider::operator=(Collider&&) noexcept = default;
 Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Positions& positions,
                                   const ColliderOptions& options, std::shared_ptr<Workers> workers) {
   if (Status status = validate(options); !status) return status.error();
+  if (Status status = check_hubs(*scene); !status) return status.error();
   if (Status status = check(positions, scene->vertex_count()); !status) return status.error();
   Core core(std::move(scene), positions, options, std::move(workers));
   return Collider(std::make_unique<Impl>(Impl{std::move(core), make_pipeline(options.bounds)}));

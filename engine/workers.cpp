@@ -49,8 +49,8 @@ int thread_count(int asked) {
 struct Workers::Impl {
   explicit Impl(int threads) : more_than_cores(allow(threads)), arena(threads), environment(arena) {}
 
-  // oneTBB starts no more threads than the machine has cores unless told to, before the arena starts; the least of what
-  // it was told counts.
+  // oneTBB starts no more threads than the machine has cores unless told to, before the arena starts; the
+  // least of what it was told counts.
   static std::optional<tbb::global_control> allow(int threads) {
     if (static_cast<unsigned>(threads) <= std::thread::hardware_concurrency()) return std::nullopt;
     return std::optional<tbb::global_control>(std::in_place, tbb::global_control::max_allowed_parallelism,

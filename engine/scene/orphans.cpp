@@ -2,6 +2,7 @@
 #include "engine/scene/orphans.h"
 
 #include <algorithm>
+#include <string>
 
 #include "engine/scene/adjacency.h"
 
@@ -21,6 +22,25 @@ bool is_orphan_ee(const Scene& scene, std::uint32_t e1, std::uint32_t e2) {
 }
 
 }  // namespace
+
+Status check_hubs(const Scene& scene) {
+  std::uint64_t adjacencies = 0;
+  std::uint64_t greatest = 0;
+  std::uint32_t hub = 0;
+  for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
+    const std::uint64_t degree = scene.vertex_faces()[v].size();
+    adjacencies += degree * degree;
+    if (degree > greatest) {
+      greatest = degree;
+      hub = v;
+    }
+  }
+  if (adjacencies < kMostAdjacencies) return {};
+  return Error{ErrorCode::kResourceExhausted,
+               "faces: " + std::to_string(adjacencies) + " pairs of faces share a vertex, more than " +
+                   std::to_string(kMostAdjacencies) + "; vertex " + std::to_string(hub) + " alone is in " +
+                   std::to_string(greatest) + " faces: split it"};
+}
 
 Orphans enumerate_orphans(const Scene& scene) {
   Orphans orphans;

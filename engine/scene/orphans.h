@@ -25,6 +25,12 @@ struct Orphans {
   std::vector<FeatureIds> edge_edge;
 };
 
+/// Fails with kResourceExhausted, naming the vertex of most faces, where the faces around hub vertices would
+/// make more than kMostAdjacencies pairs (one vertex of 10,000 faces does): every pair of faces around a
+/// vertex is adjacent, so the orphan sets grow with the square of its degree.
+Status check_hubs(const Scene& scene);
+inline constexpr std::uint64_t kMostAdjacencies = 100'000'000;
+
 /// O(sum over faces of (faces around its vertices)): quadratic in the degree of a hub vertex, as its orphans
 /// are.
 Orphans enumerate_orphans(const Scene& scene);

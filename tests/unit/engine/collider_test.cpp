@@ -129,6 +129,24 @@ TEST(Collider, EmptyAndPointScenes) {
   }
 }
 
+// All faces around a vertex are adjacent to each other: the orphan sets of a fan grow with its square.
+TEST(Collider, HubVerticesAreHandledOrRefusedByName) {
+  const auto fan = [](int blades) {
+    testing::Faces faces;
+    for (int i = 0; i < blades; ++i) faces.push_back({7, i < 7 ? i : i + 1, i + 1 < 7 ? i + 1 : i + 2});
+    return testing::make_scene(static_cast<std::uint32_t>(blades + 2), faces);
+  };
+  const auto make = [](const std::shared_ptr<const Scene>& scene) {
+    const std::vector<double> positions(3 * scene->vertex_count(), 0.0);
+    return Collider::create(scene, std::span<const double>(positions), {}, workers());
+  };
+  EXPECT_TRUE(make(fan(500)).ok());
+  const auto refused = make(fan(20000));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+  EXPECT_THAT(refused.error().message, HasSubstr("vertex 7 alone is in 20000 faces"));
+}
+
 TEST(Collider, FrontStates) {
   const Two two;
   const auto states = [&](ColliderOptions options) {
