@@ -5,6 +5,9 @@
 #include <cmath>
 #include <string>
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 namespace warmfront {
 namespace {
 
@@ -45,11 +48,13 @@ Motion::Motion(std::span<const double> positions)
 }
 
 void Motion::advance(std::span<const double> positions) {
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    const double* x = positions.data() + 3 * v;
-    if (!hold_) vertices_[v].t0 = vertices_[v].t1;
-    vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices_.size(), 8192), [&](const auto& range) {
+    for (std::size_t v = range.begin(); v < range.end(); ++v) {
+      const double* x = positions.data() + 3 * v;
+      if (!hold_) vertices_[v].t0 = vertices_[v].t1;
+      vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
+    }
+  });
   hold_ = false;
 }
 

@@ -35,7 +35,7 @@ class Motion {
   /// `positions` row-major (n, 3), finite: the positions at both times.
   explicit Motion(std::span<const double> positions);
 
-  /// The positions that were t = 1 become t = 0, and `positions` become t = 1.
+  /// The positions that were t = 1 become t = 0, and `positions` become t = 1. Parallel inside Workers::run().
   void advance(std::span<const double> positions);
   /// Takes the last advance() back as far as the next one can tell: what is t = 0 stays t = 0 then.
   void hold() { hold_ = true; }
