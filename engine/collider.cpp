@@ -101,9 +101,14 @@ class PipelineWith final : public Pipeline {
   Result<StepResult> step(Core& core) override {
     StepResult result;
     NarrowPhaseOutput output;
-    core.workers->run([&] { output = run(core, result.statistics); });
+    try {
+      core.workers->run([&] { output = run(core, result.statistics); });
+    } catch (...) {  // out of memory: what was half done is not built upon
+      bvh_ = {};
+      front_.clear();
+      throw;
+    }
     if (output.over_limit) {
-      core.motion.hold();
       return Error{ErrorCode::kResourceExhausted,
                    "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
                        " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
@@ -124,7 +129,7 @@ class PipelineWith final : public Pipeline {
   NarrowPhaseOutput run(Core& core, StepStatistics& statistics) {
     Stopwatch total;
     Stopwatch stage;
-    core.motion.advance(core.given);
+    core.motion.set(core.current, core.given);
     sweep_vertices(core);
     const bool rebuilt = refit_or_build(core);
     cull_patches(core, statistics.counts);
@@ -158,9 +163,11 @@ class PipelineWith final : public Pipeline {
 
   void sweep_vertices(Core& core) {
     const auto vertices = core.motion.vertices();
+    const double magnitude = sweep_magnitude(vertices, core.motion.frame(), core.options.min_separation);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
       for (std::size_t v = range.begin(); v < range.end(); ++v) {
-        core.vertex_bounds[v] = swept_vertex(vertices[v], core.motion.frame(), core.options.min_separation);
+        core.vertex_bounds[v] =
+            swept_vertex(vertices[v], core.motion.frame(), core.options.min_separation, magnitude);
       }
     });
   }

@@ -49,7 +49,7 @@ class Collider {
 
   /// Tests the motion from the current positions to `positions` and makes them current. On an error the
   /// collider is as it was before the call and may be stepped again: kInvalidArgument as in create(),
-  /// kResourceExhausted above max_contacts.
+  /// kResourceExhausted above max_contacts. The same holds for an exception (std::bad_alloc).
   Result<StepResult> step(const Positions& positions);
 
   const Scene& scene() const;

@@ -33,7 +33,8 @@ enum class Report : std::uint8_t {
 struct ColliderOptions {
   Tier tier = Tier::kCertified;
   /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the
-  /// largest coordinate extent of its four vertices over the step). In (0, 1].
+  /// largest coordinate difference between its two primitives at either end of the step). In (0, 1]; below
+  /// 2^-43 rounding takes over.
   double tolerance = 1e-6;
   /// A pair is in contact when it comes within this distance, in the scene's length unit. Finite, >= 0.
   double min_separation = 0.0;

@@ -13,7 +13,7 @@ namespace warmfront {
 namespace {
 
 // A linked library may have changed MXCSR (rounding, flush to zero) in any thread, so every thread that
-// enters the arena is put into the default environment, and gets its own back when it leaves.
+// enters the arena is put into the default environment.
 class DefaultFloatingPoint final : public tbb::task_scheduler_observer {
  public:
   explicit DefaultFloatingPoint(tbb::task_arena& arena) : tbb::task_scheduler_observer(arena) {
@@ -23,7 +23,7 @@ class DefaultFloatingPoint final : public tbb::task_scheduler_observer {
   void on_scheduler_entry(bool) override { std::fesetenv(FE_DFL_ENV); }
 };
 
-// The calling thread's environment for as long as it works in the arena.
+// The default environment, and the calling thread's own back at the end.
 class CallerEnvironment {
  public:
   CallerEnvironment() {
@@ -62,7 +62,11 @@ struct Workers::Impl {
   DefaultFloatingPoint environment;
 };
 
-Workers::Workers(int threads) : impl_(std::make_unique<Impl>(thread_count(threads))) {}
+// oneTBB hands the environment in which an arena was made to every task, so it is made in the default one.
+Workers::Workers(int threads) {
+  const CallerEnvironment environment;
+  impl_ = std::make_unique<Impl>(thread_count(threads));
+}
 Workers::~Workers() = default;
 
 int Workers::threads() const {

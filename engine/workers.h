@@ -8,8 +8,8 @@
 namespace warmfront {
 
 /// A oneTBB arena whose threads all run in the IEEE default environment (round to nearest, no flush to zero),
-/// which the elementary tests' error bounds take for granted; each thread's own environment is restored when
-/// it leaves.
+/// which the elementary tests' error bounds take for granted, whatever the environment of the threads that
+/// make and call it.
 class Workers {
  public:
   /// `threads` >= 1, or 0 for as many as the machine has.

@@ -36,7 +36,8 @@ Sides sides(const Face& face, std::span<const VertexMotion> vertices) {
   return {between(vertices[face[0]], vertices[face[1]]), between(vertices[face[0]], vertices[face[2]])};
 }
 
-// The sum of the normals at both ends of the step, scaled to a largest coordinate of 1. Any axis is valid.
+// The sum of the normals at both ends of the step, scaled to a largest coordinate of 1, or zero. Any axis is
+// valid.
 Vec3 choose_axis(const Scene& scene, std::span<const VertexMotion> vertices,
                  std::span<const std::uint32_t> patch) {
   Vec3 sum{0, 0, 0};
@@ -44,7 +45,8 @@ Vec3 choose_axis(const Scene& scene, std::span<const VertexMotion> vertices,
     const auto [e, g] = sides(scene.faces()[f], vertices);
     sum = sum + cross(e.t0, g.t0) + cross(e.t1, g.t1);
   }
-  return (1 / max_abs(sum)) * sum;
+  const double largest = max_abs(sum);
+  return largest > 0x1p-900 && largest < 0x1p900 ? (1 / largest) * sum : Vec3{0, 0, 0};
 }
 
 bool contour_is_simple(std::span<const VertexMotion> vertices, std::span<const std::uint32_t> contour,
@@ -85,6 +87,7 @@ bool contour_is_simple(std::span<const VertexMotion> vertices, std::span<const s
 bool provably_embedded(const Scene& scene, std::span<const VertexMotion> vertices,
                        std::span<const std::uint32_t> patch, std::span<const std::uint32_t> contour) {
   const Vec3 axis = choose_axis(scene, vertices, patch);
+  if (!(max_abs(axis) > 0.5)) return false;  // no normals to speak of
   const bool graph = std::ranges::all_of(patch, [&](std::uint32_t f) {
     const auto [e, g] = sides(scene.faces()[f], vertices);
     return turns_left(e, g, axis);

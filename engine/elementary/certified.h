@@ -11,7 +11,7 @@
 namespace warmfront {
 
 struct CertifiedOptions {
-  double tolerance = 1e-6;     ///< relative to the query's size
+  double tolerance = 1e-6;     ///< relative to the query's size; below 2^-43 rounding takes over
   double min_separation = 0;   ///< scene units
   std::uint32_t budget = 512;  ///< windows looked at before the answer is kBudget
   double latest = 1;           ///< contacts after this time are of no interest (Report::kEarliest)

@@ -10,6 +10,13 @@
 
 namespace warmfront {
 
+/// The point of the segment (a, b) closest to the origin.
+inline Vec3 closest_on_segment(const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double length = dot(ab, ab);
+  return length > 0 ? a + std::clamp(-dot(ab, a) / length, 0.0, 1.0) * ab : a;
+}
+
 /// The point of the triangle (a, b, c) closest to the origin.
 inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a;
@@ -34,11 +41,14 @@ inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
     return b + (toward_c / (toward_c + toward_b)) * (c - b);
   }
   const double sum = va + vb + vc;
-  if (!(sum > 0)) return a;
-  // The foot of the perpendicular. Along the normal it is exact where a + v ab + w ac would cancel.
   const Vec3 n = cross(ab, ac);
-  const double nn = dot(n, n);
-  return nn > 0 ? (dot(n, a) / nn) * n : a + (vb / sum) * ab + (vc / sum) * ac;
+  // A needle: the areas are rounding. Its edges are all there is to it.
+  if (!(sum > 0) || dot(n, n) <= 0x1p-40 * dot(ab, ab) * dot(ac, ac)) {
+    const Vec3 sides[3] = {closest_on_segment(a, b), closest_on_segment(b, c), closest_on_segment(c, a)};
+    return *std::min_element(sides, sides + 3,
+                             [](const Vec3& x, const Vec3& y) { return dot(x, x) < dot(y, y); });
+  }
+  return a + (vb / sum) * ab + (vc / sum) * ac;
 }
 
 /// From the closest point of the segment (0, e) to that of the segment (g, q).

@@ -64,7 +64,11 @@ WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const 
     // As in Cubic; one rounding more for the product with 1/3. Products that underflow err by less than
     // 2^-1074 times a coordinate each; products that overflow make the bound infinite or not a number, and
     // the pair survives.
-    double bound = 120 * kUnit * (e * g * q) + 0x1p-1000 * (1 + e);
+    // The product of two may underflow where that of all three does not: the greatest of the three orders is
+    // right.
+    const auto greater = [](double x, double y) { return x > y ? x : y; };
+    const double product = greater(greater((e * g) * q, (g * q) * e), (q * e) * g);
+    double bound = 120 * kUnit * product + 0x1p-1000 * (1 + e);
     if constexpr (kSeparated) {
       // |f| <= separation * |n| in contact; |n| <= |p| |r| <= 3 |p|inf |r|inf for the two vectors whose
       // product n is: vertex-face: differences of face vertices, at most e + g and e + q; edge-edge: e and q

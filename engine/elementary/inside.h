@@ -19,10 +19,10 @@ enum class Inside {
 /// strict, sufficient.
 ///
 /// Each is a quartic in t, the product of two quadratic Beziers. Error bound: with L the largest coordinate
-/// of the vectors at the window's ends (each within 4 u, scaled query of size 1; differences of two within 10
-/// u), the cross products are within 34 u L, the normal within 100 u L (vertex-face) or 42 u L (edge-edge),
-/// the dot products and their Bernstein combinations within 1400 u L^3; 2048 u L^3 is used. Requires no
-/// minimum separation.
+/// of the vectors at the window's ends (each within 4 u, scaled query of size 1; an edge, of size up to 2,
+/// within 8 u; differences of two within 10 u), the cross products are within 34 u L, the normal within 100 u
+/// L (vertex-face) or 44 u L (edge-edge), the dot products and their Bernstein combinations within 1400 u
+/// L^3; 2048 u L^3 is used. Requires no minimum separation.
 Inside inside(const Query& query, const Window& window);
 
 }  // namespace warmfront

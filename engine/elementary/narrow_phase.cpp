@@ -147,6 +147,7 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
     sum.vf =
         static_cast<std::uint64_t>(std::ranges::count(contacts, ContactKind::kVertexFace, &Contact::kind));
     sum.ee = contacts.size() - sum.vf;
+    sum.over_limit = contacts.size() > impl_->input->options.max_contacts;
     sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [](const Contact& c) {
       return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;
     }));

@@ -159,7 +159,9 @@ void PairTester::report(const FeaturePair& pair, ContactStatus status, double to
     // grows.
     if (toi > earliest) return;
     if (!contacts_.empty() && toi < contacts_.back().toi) contacts_.clear();
-    contacts_.push_back({pair.kind, status, pair.a, pair.b, toi});
+    // One more than allowed is enough to refuse the answer, if these ties turn out to be the earliest.
+    if (contacts_.size() <= input_->options.max_contacts)
+      contacts_.push_back({pair.kind, status, pair.a, pair.b, toi});
     return;
   }
   // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.

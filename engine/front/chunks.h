@@ -37,7 +37,8 @@ class ChunkOutputs {
     Chunk(const Chunk&) = delete;
     Chunk& operator=(const Chunk&) = delete;
     void push(const NodePair& pair) {
-      if (recording_) thread_.pairs.push_back(pair);
+      // A chunk that alone exceeds the limit stops there: what it has marks the whole as overflowed.
+      if (recording_ && thread_.pairs.size() - begin_ <= outputs_.max_pairs_) thread_.pairs.push_back(pair);
     }
     std::uint64_t& bv_tests() { return thread_.bv_tests; }
     std::uint64_t& sprouted() { return thread_.sprouted; }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/motion/motion.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 namespace warmfront {
 namespace {
@@ -47,15 +47,13 @@ Motion::Motion(std::span<const double> positions)
   }
 }
 
-void Motion::advance(std::span<const double> positions) {
+void Motion::set(std::span<const double> x0, std::span<const double> x1) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices_.size(), 8192), [&](const auto& range) {
     for (std::size_t v = range.begin(); v < range.end(); ++v) {
-      const double* x = positions.data() + 3 * v;
-      if (!hold_) vertices_[v].t0 = vertices_[v].t1;
-      vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
+      vertices_[v].t0 = {x0[3 * v], x0[3 * v + 1], x0[3 * v + 2], 0.0};
+      vertices_[v].t1 = {x1[3 * v], x1[3 * v + 1], x1[3 * v + 2], 0.0};
     }
   });
-  hold_ = false;
 }
 
 template <class Real>

@@ -35,10 +35,8 @@ class Motion {
   /// `positions` row-major (n, 3), finite: the positions at both times.
   explicit Motion(std::span<const double> positions);
 
-  /// The positions that were t = 1 become t = 0, and `positions` become t = 1. Parallel inside Workers::run().
-  void advance(std::span<const double> positions);
-  /// Takes the last advance() back as far as the next one can tell: what is t = 0 stays t = 0 then.
-  void hold() { hold_ = true; }
+  /// Positions at t = 0 and at t = 1, row-major (n, 3). Parallel inside Workers::run().
+  void set(std::span<const double> x0, std::span<const double> x1);
 
   std::span<const VertexMotion> vertices() const { return vertices_; }
   const LocalFrame& frame() const { return frame_; }
@@ -47,7 +45,6 @@ class Motion {
  private:
   std::vector<VertexMotion> vertices_;
   LocalFrame frame_;
-  bool hold_ = false;
 };
 
 /// kInvalidArgument unless there are 3 * vertex_count values, all finite; names the first vertex and axis

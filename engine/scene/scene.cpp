@@ -134,9 +134,11 @@ std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std
 Result<Scene> Scene::create(SceneDescription description) {
   if (Status status = check_faces(description); !status) return status.error();
   if (Status status = check_bodies(description); !status) return status.error();
-  // Primitive and side numbers are 32 bit.
-  if (description.faces.size() > 0x3fffffff) {
-    return invalid_argument("faces: " + std::to_string(description.faces.size()) + " are more than 2^30 - 1");
+  // Primitive, side and node numbers are 32 bit.
+  if (description.faces.size() + description.vertex_count > 0x3fffffff) {
+    return invalid_argument("faces: " + std::to_string(description.faces.size()) + " and " +
+                            std::to_string(description.vertex_count) +
+                            " vertices are together more than 2^30 - 1");
   }
 
   Scene scene;

@@ -25,7 +25,10 @@ template <class Bounds>
 class Hierarchy {
  public:
   Hierarchy(std::shared_ptr<const Scene> scene, std::span<const double> positions, std::uint32_t leaf_size)
-      : scene_(std::move(scene)), motion_(positions), bounds_(scene_->vertex_count()) {
+      : scene_(std::move(scene)),
+        last_(positions.begin(), positions.end()),
+        motion_(positions),
+        bounds_(scene_->vertex_count()) {
     const auto primitives =
         static_cast<std::uint32_t>(scene_->face_count() + scene_->isolated_vertices().size());
     bvh.shape = TreeShape(primitives, leaf_size);
@@ -36,7 +39,8 @@ class Hierarchy {
   }
 
   void step(std::span<const double> positions) {
-    motion_.advance(positions);
+    motion_.set(last_, positions);
+    last_.assign(positions.begin(), positions.end());
     refresh();
   }
 
@@ -46,13 +50,15 @@ class Hierarchy {
 
  private:
   void refresh() {
+    const double magnitude = sweep_magnitude(motion_.vertices(), motion_.frame(), 0);
     for (std::size_t v = 0; v < bounds_.size(); ++v) {
-      bounds_[v] = swept_vertex(motion_.vertices()[v], motion_.frame(), 0);
+      bounds_[v] = swept_vertex(motion_.vertices()[v], motion_.frame(), 0, magnitude);
     }
     refit(*scene_, bounds_, bvh);
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::vector<double> last_;
   Motion motion_;
   std::vector<KDop18> bounds_;
 };

@@ -22,7 +22,8 @@ using testing::motion_between;
 KDop18 sweep(std::span<const VertexMotion> vertices, std::initializer_list<int> which,
              const LocalFrame& frame, double separation) {
   KDop18 bounds = KDop18::empty();
-  for (const int v : which) bounds.merge(swept_vertex(vertices[v], frame, separation));
+  for (const int v : which)
+    bounds.merge(swept_vertex(vertices[v], frame, separation, sweep_magnitude(vertices, frame, separation)));
   return bounds;
 }
 
@@ -80,7 +81,8 @@ TEST(SweptBounds, HoldTheMotionAtAnyScaleAndOffset) {
       const Motion motion(x0);
       const auto vertices = motion_between(x0, x1);
       for (int v = 0; v < 3; ++v) {
-        const KDop18 bounds = swept_vertex(vertices[v], motion.frame(), 0);
+        const KDop18 bounds =
+            swept_vertex(vertices[v], motion.frame(), 0, sweep_magnitude(vertices, motion.frame(), 0));
         for (int axis = 0; axis < 3; ++axis) {
           for (const double x : {x0[3 * v + axis], x1[3 * v + axis]}) {
             const long double local = (static_cast<long double>(x) - motion.frame().origin[axis]) *

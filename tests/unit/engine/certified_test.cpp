@@ -168,6 +168,43 @@ TEST(Certified, ClippingKeepsARootNearTheWindowsEnd) {
   EXPECT_LE(verdict.toi, 0.5);
 }
 
+// Found in review: the filter's bound e g q underflowed in e g although q is large, and dropped true
+// contacts.
+TEST(CoplanarityFilter, KeepsContactsBetweenTinyAndHugeCoordinates) {
+  std::mt19937_64 random(1);
+  const auto bits = [&](int n) { return static_cast<double>(random() >> (64 - n)); };
+  for (const auto& [small, big] : {std::pair(-532, 170), std::pair(-563, 343), std::pair(-603, 443)}) {
+    for (int trial = 0; trial < 2000; ++trial) {
+      // All points lie exactly in the plane z = 3 x + 5 y, vertex 0 at the origin within the triangle.
+      const auto point = [](double x, double y, int e) {
+        return std::array{std::ldexp(x, e), std::ldexp(y, e), std::ldexp(3 * x + 5 * y, e)};
+      };
+      const double ax = bits(40), ay = bits(40), bx = -bits(40), by = bits(40), u = bits(5) + 1,
+                   w = bits(5) + 1;
+      const Points at{{{0, 0, 0},
+                       point(ax, ay, small),
+                       point(bx, by, small),
+                       point(-(u * ax + w * bx), -(u * ay + w * by), big)}};
+      ASSERT_TRUE(Case(ContactKind::kVertexFace, at, at).survives_filter()) << trial;
+    }
+  }
+}
+
+// Found in review: for needles the foot of the perpendicular was rounding noise, taken for a near point of
+// the face.
+TEST(Certified, NeedlesAreNotNearerThanTheyAre) {
+  const Points needle{
+      {{0, 0, 0},
+       {0x1.aa094c2a4a9bcp-7, -0x1.bf8fb6994be9cp-7, -0x1.d85a51ec7ce0ap-5},
+       {-0x1.b390db17fea59p-1, 0x1.8c49d07024994p-1, 0x1.d9c18be741c03p-2},
+       {-0x1.8a1ccdc43ffaep-4, 0x1.600717619dc54p-4, 0x1.0a94e7cb7eb72p-7}}};  // 0.045048 away
+  const Case still(ContactKind::kVertexFace, needle, needle);
+  for (const double share : {0.5, 0.8, 0.9, 0.95, 0.99}) {
+    EXPECT_FALSE(still.test({.tolerance = 1e-9, .min_separation = share * 0.045048}).contact) << share;
+  }
+  EXPECT_TRUE(still.test({.tolerance = 1e-9, .min_separation = 0.0451}).contact);
+}
+
 // Contacts made exact: at t = 1/2 the primitives meet at points with dyadic coordinates, whatever the
 // vertices do before and after. All arithmetic here is on integers below 2^53, so the contact is a fact, at
 // any scale and offset.

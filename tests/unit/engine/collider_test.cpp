@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
+#include <atomic>
 #include <cfenv>
 #include <limits>
 
@@ -171,13 +173,62 @@ TEST(Collider, FrontStates) {
   EXPECT_THAT(states({.front = FrontMode::kWarm, .max_front_bytes = 8}), ::testing::Each(kCapped));
 }
 
-TEST(Workers, GiveEveryThreadTheDefaultEnvironmentAndTheCallerItsOwnBack) {
-  ASSERT_EQ(std::fesetround(FE_UPWARD), 0);
-  int inside = -1;
-  workers()->run([&] { inside = std::fegetround(); });
-  EXPECT_EQ(inside, FE_TONEAREST);
-  EXPECT_EQ(std::fegetround(), FE_UPWARD);
-  std::fesetround(FE_TONEAREST);
+// oneTBB gives tasks the environment in which their arena was made: Workers made in a strange one must not
+// pass it on.
+TEST(Workers, RunTasksInTheDefaultEnvironmentAndGiveTheCallerItsOwnBack) {
+  for (const bool made_strange : {false, true}) {
+    if (made_strange) std::fesetround(FE_UPWARD);
+    Workers fresh(2);
+    std::fesetround(FE_UPWARD);
+    std::atomic<int> strange{0};
+    fresh.run([&] {
+      tbb::parallel_for(0, 1000, [&](int) { strange += std::fegetround() != FE_TONEAREST; });
+      strange += std::fegetround() != FE_TONEAREST;
+    });
+    EXPECT_EQ(strange.load(), 0);
+    EXPECT_EQ(std::fegetround(), FE_UPWARD);
+    std::fesetround(FE_TONEAREST);
+  }
+}
+
+// Found in review: bounds with a margin of each vertex's own let the frame of an older time decide.
+TEST(Collider, AnswersDoNotDependOnTheFrameOfCreation) {
+  const auto scene = testing::make_scene(5, {{0, 1, 2}});
+  const std::vector<double> before{2e-15, 0, 0, 1, 0.5, 0, 1, -0.5, 0, 0, 0, 0, -1, 0, 0};
+  std::vector<double> after = before;
+  after[12] = -3;
+  after[13] = 4;
+  after[14] = 5;
+  for (const auto bounds : {BoundsKind::kAabb, BoundsKind::kKDop18}) {
+    const ColliderOptions options{.bounds = bounds};
+    auto warm =
+        std::move(Collider::create(scene, std::span<const double>(before), options, workers())).value();
+    ASSERT_TRUE(warm.step(std::span<const double>(after)).ok());
+    auto cold =
+        std::move(Collider::create(scene, std::span<const double>(after), options, workers())).value();
+    const auto from_warm = warm.step(std::span<const double>(after));
+    const auto from_cold = cold.step(std::span<const double>(after));
+    EXPECT_TRUE(std::ranges::equal(from_warm.value().contacts, from_cold.value().contacts));
+  }
+}
+
+TEST(Collider, TooManyEarliestContactsAreRefusedToo) {
+  // Many triangles that all lie in one another from the start: every contact has toi 0.
+  testing::Faces faces;
+  std::vector<double> positions;
+  for (int i = 0; i < 10; ++i) {
+    faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    for (const double x : {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0}) positions.push_back(x);
+  }
+  const auto scene = testing::make_scene(30, faces);
+  for (const auto report : {Report::kAll, Report::kEarliest}) {
+    auto limited = std::move(Collider::create(scene, std::span<const double>(positions),
+                                              {.report = report, .max_contacts = 20}, workers()))
+                       .value();
+    const auto refused = limited.step(std::span<const double>(positions));
+    ASSERT_FALSE(refused.ok()) << to_string(report);
+    EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+  }
 }
 
 TEST(ContactHash, TellsOrderAndBitsApart) {

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory runs out in the middle of a step, at every allocation in turn: the collider is then as it was before
+// the call.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "engine/collider.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+// Counts down to the allocation that fails, in any thread; negative: none does.
+std::atomic<long> allocations_left{-1};
+
+void* allocate(std::size_t size) {
+  if (allocations_left.load() >= 0 && allocations_left.fetch_sub(1) == 0) throw std::bad_alloc();
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return allocate(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace warmfront {
+namespace {
+
+TEST(OutOfMemory, AStepThatFailsDidNotHappen) {
+  std::mt19937_64 random(2);
+  const auto scene = testing::make_scene(21 * 21, testing::grid(20));
+  std::vector<double> start(3 * 21 * 21);
+  for (int i = 0; i < 21 * 21; ++i) {
+    start[3 * i] = i / 21;
+    start[3 * i + 1] = i % 21;
+  }
+  std::vector<double> crumpled = start;
+  for (double& x : crumpled) x += 3 * (static_cast<double>(random() >> 11) * 0x1p-53);
+  const auto workers = std::make_shared<Workers>(1);
+  const auto make = [&] {
+    return std::move(Collider::create(scene, std::span<const double>(start), {}, workers)).value();
+  };
+  Collider reference = make();
+  const auto expected = reference.step(std::span<const double>(crumpled));
+  ASSERT_TRUE(expected.ok());
+  const std::vector<Contact> contacts(expected.value().contacts.begin(), expected.value().contacts.end());
+  ASSERT_GT(contacts.size(), 100U);
+
+  int failures = 0;
+  for (long nth = 0;; ++nth) {
+    Collider collider = make();
+    bool failed = false;
+    try {
+      allocations_left = nth;
+      const auto result = collider.step(std::span<const double>(crumpled));
+      allocations_left = -1;
+      ASSERT_TRUE(result.ok());
+    } catch (const std::bad_alloc&) {
+      allocations_left = -1;
+      failed = true;
+    }
+    if (!failed) break;
+    ++failures;
+    ASSERT_TRUE(std::ranges::equal(collider.positions(), start)) << nth;
+    const auto retried = collider.step(std::span<const double>(crumpled));
+    ASSERT_TRUE(retried.ok()) << nth;
+    ASSERT_TRUE(std::ranges::equal(retried.value().contacts, contacts))
+        << "after allocation " << nth << " failed";
+  }
+  EXPECT_GT(failures, 5);
+}
+
+}  // namespace
+}  // namespace warmfront
