@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "engine/elementary/feature_block.h"
-#include "engine/elementary/vec3.h"
 #include "engine/target_clones.h"
+#include "engine/vec3.h"
 
 namespace warmfront {
 namespace {

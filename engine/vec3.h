@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small vector algebra of the elementary tests, one IEEE rounding an operation and in a stated order,
+// The small vector algebra of bounds and elementary tests, one IEEE rounding an operation and in a stated order,
 // because the error bounds count them. (Eigen would be free to reassociate its reductions.) Pure functions.
 #pragma once
 
