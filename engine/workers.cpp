@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_scheduler_observer.h>
 
+#include <atomic>
 #include <cfenv>
 #include <optional>
 #include <thread>
@@ -74,12 +75,17 @@ int Workers::threads() const {
 }
 
 void Workers::run(const std::function<void()>& work) {
-  impl_->arena.execute([&work] {
+  // Another thread of the arena may do the work. oneTBB orders it before the return; the flag says so in code
+  // that the thread sanitizer can see.
+  std::atomic<bool> done{false};
+  impl_->arena.execute([&] {
     const CallerEnvironment environment;
     // Tasks of another collider in the same arena must not run inside a wait of this one: it may hold
     // thread-local state.
     tbb::this_task_arena::isolate([&work] { work(); });
+    done.store(true, std::memory_order_release);
   });
+  static_cast<void>(done.load(std::memory_order_acquire));
 }
 
 }  // namespace warmfront
