@@ -101,6 +101,7 @@ void StepStream::attach(const v1::Attach& request) {
   const std::lock_guard lock(mutex_);
   if (attachment) {
     attachment_ = attachment.value();
+    if (finished_) release_locked();  // the client left meanwhile
   } else {
     attaching_ = false;
     end_locked(to_grpc(attachment.fault()));
@@ -200,6 +201,10 @@ void StepStream::end_locked(grpc::Status status) {
   if (!end_) end_ = std::move(status);
 }
 
+void StepStream::release_locked() {
+  if (attachment_) session_->detach(*std::exchange(attachment_, std::nullopt));
+}
+
 void StepStream::advance_locked() {
   if (finished_) return;
   if (broken_) {
@@ -213,6 +218,8 @@ void StepStream::advance_locked() {
   const bool delivered = broken_ || (in_flight_ == 0 && !attaching_ && !handling_);
   if ((end_ || broken_) && !writing_ && delivered) {
     finished_ = true;
+    // First, so that a client that has seen its stream end finds the session free for the next one.
+    release_locked();
     Finish(end_.value_or(grpc::Status::CANCELLED));
   } else if (!end_ && !broken_ && !reading_ && !handling_ && !attaching_ &&
              in_flight_ < context_.limits.window) {
@@ -239,7 +246,6 @@ void StepStream::OnCancel() {
 
 void StepStream::OnDone() {
   std::shared_ptr<StepStream> self = std::move(self_);
-  if (session_ && attachment_) session_->detach(*attachment_);
   // The call counts as in flight until the stream is gone; the memory goes last.
   const std::optional<Lifecycle::Call> call = std::move(call_);
   self.reset();

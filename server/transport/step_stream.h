@@ -65,6 +65,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   // With the lock held.
   void end_locked(grpc::Status status);
+  void release_locked();
   void advance_locked();
 
   // Constant after construction.
