@@ -24,9 +24,16 @@ namespace {
 
 using Centroid = std::array<double, 3>;
 
+// Where each primitive stands: its own centroid, and that of the body it belongs to.
+struct Places {
+  std::vector<Centroid> own;
+  std::vector<Centroid> of_body;    // by body
+  std::vector<std::uint32_t> body;  // by primitive
+};
+
 struct Splitter {
   const TreeShape& shape;
-  std::span<const Centroid> centroids;
+  const Places& places;
   std::span<std::uint32_t> order;
 
   void split(int level, std::uint32_t index) const {
@@ -34,11 +41,18 @@ struct Splitter {
     const auto begin = order.begin() + shape.begin(level, index);
     const auto middle = order.begin() + shape.begin(level + 1, 2 * index + 1);
     const auto end = order.begin() + shape.begin(level, index + 1);
-    const int axis = widest_axis({begin, end});
-    // Ties are broken by the primitive's number, so that each half is one set, whoever computes it.
-    std::nth_element(begin, middle, end, [this, axis](std::uint32_t a, std::uint32_t b) {
-      return centroids[a][axis] != centroids[b][axis] ? centroids[a][axis] < centroids[b][axis] : a < b;
-    });
+    const std::span<const std::uint32_t> range{begin, end};
+    const bool one_body =
+        std::ranges::all_of(range, [&](std::uint32_t p) { return places.body[p] == places.body[range[0]]; });
+    if (one_body) {
+      const int axis = widest_axis(range, [this](std::uint32_t p) { return places.own[p]; });
+      std::nth_element(begin, middle, end,
+                       [&](std::uint32_t a, std::uint32_t b) { return before(a, b, axis); });
+    } else {
+      const int axis = widest_axis(range, [this](std::uint32_t p) { return places.of_body[places.body[p]]; });
+      std::nth_element(begin, middle, end,
+                       [&](std::uint32_t a, std::uint32_t b) { return body_before(a, b, axis); });
+    }
     const auto left = [&] { split(level + 1, 2 * index); };
     const auto right = [&] { split(level + 1, 2 * index + 1); };
     constexpr std::ptrdiff_t kSerialBelow = 2048;
@@ -50,13 +64,31 @@ struct Splitter {
     }
   }
 
-  int widest_axis(std::span<const std::uint32_t> primitives) const {
-    Centroid lo = centroids[primitives[0]];
+  // Ties are broken by numbers, so that each half is one set, whoever computes it.
+  bool before(std::uint32_t a, std::uint32_t b, int axis) const {
+    const double x = places.own[a][axis];
+    const double y = places.own[b][axis];
+    return x != y ? x < y : a < b;
+  }
+
+  bool body_before(std::uint32_t a, std::uint32_t b, int axis) const {
+    const std::uint32_t body_a = places.body[a];
+    const std::uint32_t body_b = places.body[b];
+    if (body_a == body_b) return before(a, b, axis);
+    const double x = places.of_body[body_a][axis];
+    const double y = places.of_body[body_b][axis];
+    return x != y ? x < y : body_a < body_b;
+  }
+
+  template <class PlaceOf>
+  static int widest_axis(std::span<const std::uint32_t> primitives, PlaceOf&& place_of) {
+    Centroid lo = place_of(primitives[0]);
     Centroid hi = lo;
     for (const std::uint32_t p : primitives) {
+      const Centroid place = place_of(p);
       for (int axis = 0; axis < 3; ++axis) {
-        lo[axis] = std::min(lo[axis], centroids[p][axis]);
-        hi[axis] = std::max(hi[axis], centroids[p][axis]);
+        lo[axis] = std::min(lo[axis], place[axis]);
+        hi[axis] = std::max(hi[axis], place[axis]);
       }
     }
     int widest = 0;
@@ -67,22 +99,41 @@ struct Splitter {
   }
 };
 
+Places find_places(const Scene& scene, const Motion& motion, std::uint32_t primitives) {
+  Places places{std::vector<Centroid>(primitives), std::vector<Centroid>(scene.body_count(), Centroid{}),
+                std::vector<std::uint32_t>(primitives)};
+  const LocalFrame& frame = motion.frame();
+  tbb::parallel_for(std::uint32_t{0}, primitives, [&](std::uint32_t p) {
+    const Face vertices = primitive_vertices(scene, p);
+    places.body[p] = scene.body_of_vertex()[vertices[0]];
+    for (int axis = 0; axis < 3; ++axis) {
+      double sum = 0;
+      for (const std::uint32_t v : vertices) {
+        // Far out of the frame's range all places are one; a sum that is not a number would have no order.
+        sum += std::clamp(frame.to_local(motion.vertices()[v].t1[axis]), -1e290, 1e290);
+      }
+      places.own[p][axis] = sum / 3;
+    }
+  });
+  std::vector<double> counts(scene.body_count(), 0);
+  for (std::uint32_t p = 0; p < primitives; ++p) {
+    Centroid& sum = places.of_body[places.body[p]];
+    for (int axis = 0; axis < 3; ++axis) sum[axis] += places.own[p][axis];
+    counts[places.body[p]] += 1;
+  }
+  for (std::uint32_t b = 0; b < scene.body_count(); ++b) {
+    for (double& x : places.of_body[b]) x /= std::max(1.0, counts[b]);
+  }
+  return places;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape) {
   std::vector<std::uint32_t> order(shape.primitive_count());
   std::iota(order.begin(), order.end(), 0U);
-  std::vector<Centroid> centroids(order.size());
-  const LocalFrame& frame = motion.frame();
-  tbb::parallel_for(std::size_t{0}, centroids.size(), [&](std::size_t p) {
-    const Face vertices = primitive_vertices(scene, static_cast<std::uint32_t>(p));
-    for (int axis = 0; axis < 3; ++axis) {
-      double sum = 0;
-      for (const std::uint32_t v : vertices) sum += frame.to_local(motion.vertices()[v].t1[axis]);
-      centroids[p][axis] = sum;
-    }
-  });
-  if (!order.empty()) Splitter{shape, centroids, order}.split(0, 0);
+  const Places places = find_places(scene, motion, shape.primitive_count());
+  if (!order.empty()) Splitter{shape, places, order}.split(0, 0);
   return order;
 }
 

@@ -64,8 +64,10 @@ struct Bvh {
 /// The vertices of a primitive; an isolated vertex stands three times.
 Face primitive_vertices(const Scene& scene, std::uint32_t primitive);
 
-/// Orders the primitives by object-median splits along the widest axis of their centroids at t = 1. Parallel
-/// inside Workers::run(); the result does not depend on the number of threads. O(P log P).
+/// Orders the primitives by object-median splits along the widest axis of their centroids at t = 1. While a
+/// node holds more than one body, whole bodies are sorted by their own centroids, so that few nodes mix
+/// bodies, which move apart. Parallel inside Workers::run(); the result does not depend on the number of
+/// threads. O(P log P).
 std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape);
 
 /// Recomputes all bounds from the vertices' swept bounds, bottom up, in parallel inside Workers::run(). O(P).
