@@ -27,8 +27,7 @@ class Search {
     std::uint32_t looked_at = 0;
     for (;;) {
       if (window.begin > options_.latest) return {};
-      if (++looked_at > options_.budget)
-        return {true, status_of(ContactStatus::kBudget, window.begin), window.begin};
+      if (++looked_at > options_.budget) return Verdict::at(window.begin, ContactStatus::kBudget);
       const Window before = window;
       const Step step = narrow(window);
       if (step == Step::kReport) return report(window);
@@ -86,12 +85,7 @@ class Search {
   }
 
   Verdict report(const Window& window) const {
-    const ContactStatus status = proved(window) ? ContactStatus::kHit : ContactStatus::kPossible;
-    return {true, status_of(status, window.begin), window.begin};
-  }
-
-  static ContactStatus status_of(ContactStatus status, double toi) {
-    return toi == 0 ? ContactStatus::kOverlapAtStart : status;
+    return Verdict::at(window.begin, proved(window) ? ContactStatus::kHit : ContactStatus::kPossible);
   }
 
   // Contact is proved by a certain sign change of the cubic while the inside tests certainly hold, over a

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
-#include "engine/contact.h"
 #include "engine/elementary/query.h"
+#include "engine/elementary/verdict.h"
 
 namespace warmfront {
 
@@ -15,12 +15,6 @@ struct CertifiedOptions {
   double min_separation = 0;   ///< scene units
   std::uint32_t budget = 512;  ///< windows looked at before the answer is kBudget
   double latest = 1;           ///< contacts after this time are of no interest (Report::kEarliest)
-};
-
-struct Verdict {
-  bool contact = false;
-  ContactStatus status = ContactStatus::kHit;  ///< meaningful only if contact
-  double toi = 0;                              ///< likewise
 };
 
 /// Do the primitives come within `min_separation` (0: touch) during the step? Stages T0-T3 of

@@ -10,42 +10,26 @@
 
 #include "engine/elementary/feature_block.h"
 #include "tests/support/data.h"
+#include "tests/support/feature_case.h"
 #include "tests/support/query_file.h"
 
 namespace warmfront {
 namespace {
 
-using Points = std::array<std::array<double, 3>, 4>;
+using testing::kTriangleBelow;
+using testing::moved;
+using testing::Points;
 
-struct Case {
-  ContactKind kind;
-  std::array<VertexMotion, 4> vertices;
+struct Case : testing::FeatureCase {
+  using FeatureCase::FeatureCase;
 
-  Case(ContactKind the_kind, const Points& t0, const Points& t1) : kind(the_kind), vertices{} {
-    for (int k = 0; k < 4; ++k) {
-      vertices[k].t0 = {t0[k][0], t0[k][1], t0[k][2], 0};
-      vertices[k].t1 = {t1[k][0], t1[k][1], t1[k][2], 0};
-    }
-  }
-
-  Verdict test(const CertifiedOptions& options = {}) const {
-    return certified_test({kind, {&vertices[0], &vertices[1], &vertices[2], &vertices[3]}}, options);
-  }
+  Verdict test(const CertifiedOptions& options = {}) const { return certified_test(features(), options); }
   bool survives_filter(double separation = 0) const {
     const FeaturePair pair{{0, 1, 2, 3}, 0, 0, kind};
     std::uint16_t survivor = 0;
     return coplanarity_filter({&pair, 1}, vertices, separation, &survivor) == 1;
   }
 };
-
-constexpr Points kTriangleBelow{{{0.25, 0.25, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
-
-Points moved(Points points, int vertex, double x, double y, double z) {
-  points[vertex][0] += x;
-  points[vertex][1] += y;
-  points[vertex][2] += z;
-  return points;
-}
 
 TEST(Certified, VertexThroughFace) {
   const Case hit(ContactKind::kVertexFace, kTriangleBelow, moved(kTriangleBelow, 0, 0, 0, -2));

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/elementary_test.h"
+
+#include "engine/elementary/certified.h"
+#include "engine/elementary/fast.h"
+
+namespace warmfront {
+
+Verdict elementary_test(const FeatureVertices& features, const ElementaryOptions& options,
+                        ElementaryCounts& /*counts*/) {
+  if (options.tier == Tier::kFast) return fast_test(features, options.latest);
+  return certified_test(features, {.tolerance = options.tolerance,
+                                   .min_separation = options.min_separation,
+                                   .budget = options.budget,
+                                   .latest = options.latest});
+}
+
+}  // namespace warmfront
