@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <utility>
 
 #include "engine/bounds/normal_cone.h"
@@ -13,13 +14,10 @@
 #include "engine/elementary/narrow_phase.h"
 #include "engine/front/front.h"
 #include "engine/motion/motion.h"
+#include "engine/topology.h"
 
 namespace warmfront {
 namespace {
-
-/// Rings of faces in a patch whose self-collision the normal cone can rule out: few enough to be flat often,
-/// enough that most near pairs of faces lie in one patch.
-constexpr int kPatchRings = 3;
 
 /// The hierarchy is rebuilt when its looseness has grown this much since its build.
 constexpr double kLoosenessLimit = 2.0;
@@ -59,28 +57,25 @@ struct Core {
       : scene(std::move(the_scene)),
         options(the_options),
         workers(std::move(the_workers)),
-        ownership(*scene),
-        orphans(enumerate_orphans(*scene)),
-        patches(use_cones() ? find_patches(*scene, kPatchRings) : Patches{}),
         current(to_doubles(positions)),
         motion(current),
-        vertex_bounds(scene->vertex_count()),
-        patch_culled(patches.count(), 0) {
-    patches.of_face.resize(scene->face_count(), Patches::kNone);
+        shape(scene->face_count() + static_cast<std::uint32_t>(scene->isolated_vertices().size()),
+              options.leaf_size) {
+    // The cone theorem rules out meeting, not nearness.
+    const bool cones = options.normal_cones && options.min_separation == 0;
+    workers->run([&] { topology = std::make_unique<Topology>(*scene, motion, shape, cones); });
+    vertex_bounds.resize(scene->vertex_count());
+    patch_culled.resize(topology->patches.count());
   }
 
-  // The theorem rules out meeting, not nearness.
-  bool use_cones() const { return options.normal_cones && options.min_separation == 0; }
-
-  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;
   std::shared_ptr<Workers> workers;
-  Ownership ownership;
-  Orphans orphans;
-  Patches patches;
-  std::vector<double> current;  // positions at t = 1 of the last step
-  std::vector<double> given;    // positions of the step in hand
+  std::vector<double> current;  // positions at t = 1 of the last step, in the numbers first given
+  std::vector<double> given;    // positions of the step in hand, likewise
   Motion motion;
+  TreeShape shape;
+  std::unique_ptr<const Topology> topology;
   std::vector<KDop18> vertex_bounds;
   std::vector<std::uint8_t> patch_culled;
   std::vector<Contact> contacts;
@@ -129,13 +124,13 @@ class PipelineWith final : public Pipeline {
   NarrowPhaseOutput run(Core& core, StepStatistics& statistics) {
     Stopwatch total;
     Stopwatch stage;
-    core.motion.set(core.current, core.given);
+    core.motion.set(core.current, core.given, core.topology->numbering.vertices());
     sweep_vertices(core);
     const bool rebuilt = refit_or_build(core);
     cull_patches(core, statistics.counts);
-    const NarrowPhaseInput input{*core.scene,       core.ownership,         core.patches,
-                                 core.patch_culled, core.motion.vertices(), core.vertex_bounds,
-                                 core.options};
+    const NarrowPhaseInput input{
+        core.topology->scene, core.topology->numbering, core.topology->ownership, core.topology->patches,
+        core.patch_culled,    core.motion.vertices(),   core.vertex_bounds,       core.options};
     statistics.ms.refit = stage.lap();
 
     narrow_.begin(bvh_, input);
@@ -145,7 +140,7 @@ class PipelineWith final : public Pipeline {
     const double elementary =
         std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
 
-    narrow_.test_orphans(core.orphans);
+    narrow_.test_orphans(core.topology->orphans);
     statistics.ms.adjacent = stage.lap();
 
     const NarrowPhaseOutput output = narrow_.finish(core.contacts);
@@ -174,24 +169,24 @@ class PipelineWith final : public Pipeline {
 
   // Returns true when the hierarchy is another one than in the last step.
   bool refit_or_build(const Core& core) {
-    if (!bvh_.order.empty()) {
-      refit(*core.scene, core.vertex_bounds, bvh_);
+    if (bvh_.order.empty()) {
+      bvh_.arrange(core.topology->scene, core.shape, core.topology->first_order);
+    } else {
+      refit(core.topology->scene, core.vertex_bounds, bvh_);
       if (!(looseness(bvh_) > kLoosenessLimit * bvh_.built_looseness)) return false;
+      bvh_.arrange(core.topology->scene, core.shape,
+                   build_order(core.topology->scene, core.motion, core.shape));
     }
-    const auto primitives = core.scene->face_count() + core.scene->isolated_vertices().size();
-    bvh_.shape = TreeShape(static_cast<std::uint32_t>(primitives), core.options.leaf_size);
-    bvh_.order = build_order(*core.scene, core.motion, bvh_.shape);
-    bvh_.nodes.resize(primitives == 0 ? 0 : bvh_.shape.node_count());
-    bvh_.primitives.resize(primitives);
-    refit(*core.scene, core.vertex_bounds, bvh_);
+    refit(core.topology->scene, core.vertex_bounds, bvh_);
     bvh_.built_looseness = looseness(bvh_);
     return true;
   }
 
   void cull_patches(Core& core, StepCounts& counts) {
-    tbb::parallel_for(std::size_t{0}, core.patches.count(), [&](std::size_t p) {
-      core.patch_culled[p] = provably_embedded(*core.scene, core.motion.vertices(), core.patches.faces[p],
-                                               core.patches.contours[p]);
+    const Patches& patches = core.topology->patches;
+    tbb::parallel_for(std::size_t{0}, patches.count(), [&](std::size_t p) {
+      core.patch_culled[p] = provably_embedded(core.topology->scene, core.motion.vertices(), patches.faces[p],
+                                               patches.contours[p]);
     });
     counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
   }
@@ -277,9 +272,8 @@ std::span<const double> Collider::positions() const {
 
 std::size_t Collider::memory_bytes() const {
   const Core& core = impl_->core;
-  return core.scene->memory_bytes() + core.ownership.memory_bytes() + core.patches.memory_bytes() +
-         core.motion.memory_bytes() + core.vertex_bounds.size() * sizeof(KDop18) +
-         (core.orphans.vertex_face.size() + core.orphans.edge_edge.size()) * sizeof(FeatureIds) +
+  return core.scene->memory_bytes() + core.topology->memory_bytes() + core.motion.memory_bytes() +
+         core.vertex_bounds.size() * sizeof(KDop18) +
          (core.current.capacity() + core.given.capacity()) * sizeof(double) +
          core.contacts.capacity() * sizeof(Contact) + impl_->pipeline->memory_bytes();
 }

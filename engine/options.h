@@ -45,7 +45,7 @@ struct ColliderOptions {
   /// holds.
   bool normal_cones = true;
   /// Most triangles a leaf of the hierarchy holds: 1, 2, 4 or 8.
-  std::uint32_t leaf_size = 4;
+  std::uint32_t leaf_size = 8;
   /// `paper` mode: rebuild the front after this many steps in a row in which it did not grow. 0: never.
   std::uint32_t rebuild_after_stalled_steps = 3;
   /// `paper` mode: rebuild the front every this many steps. 0: never.

@@ -10,7 +10,8 @@
 
 namespace warmfront {
 
-TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size) : primitives_(primitive_count) {
+TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
+    : primitives_(primitive_count), leaf_size_(leaf_size) {
   while ((std::uint64_t{leaf_size} << depth_) < primitive_count) ++depth_;
 }
 
@@ -136,5 +137,28 @@ std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion,
   if (!order.empty()) Splitter{shape, places, order}.split(0, 0);
   return order;
 }
+
+template <class Bounds>
+void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
+                          std::vector<std::uint32_t> new_order) {
+  shape = new_shape;
+  order = std::move(new_order);
+  nodes.resize(order.empty() ? 0 : shape.node_count());
+  leaves.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.leaf_count());
+  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t l) {
+    LeafBlock<Bounds>& leaf = leaves[l];
+    const NodeId node = shape.first_leaf() + static_cast<NodeId>(l);
+    const std::uint32_t begin = shape.begin_of_leaf(node);
+    leaf = {};
+    leaf.count = shape.begin_of_leaf(node + 1) - begin;
+    for (std::uint32_t i = 0; i < leaf.count; ++i) {
+      const Face vertices = primitive_vertices(scene, order[begin + i]);
+      for (int corner = 0; corner < 3; ++corner) leaf.vertex[corner][i] = vertices[corner];
+    }
+  });
+}
+
+template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>);
+template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>);
 
 }  // namespace warmfront

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bvh/leaf_block.h"
 #include "engine/motion/motion.h"
 #include "engine/scene/scene.h"
 
@@ -26,6 +27,7 @@ class TreeShape {
   TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size);
 
   std::uint32_t primitive_count() const { return primitives_; }
+  std::uint32_t leaf_size() const { return leaf_size_; }
   int levels() const { return depth_ + 1; }
   std::uint32_t node_count() const { return (2U << depth_) - 1; }
   std::uint32_t leaf_count() const { return 1U << depth_; }
@@ -44,6 +46,7 @@ class TreeShape {
 
  private:
   std::uint32_t primitives_ = 0;
+  std::uint32_t leaf_size_ = 1;
   int depth_ = 0;
 };
 
@@ -53,11 +56,16 @@ struct Bvh {
   TreeShape shape;
   std::vector<std::uint32_t> order;  ///< primitive at each position
   std::vector<Bounds> nodes;         ///< by NodeId
-  std::vector<Bounds> primitives;    ///< by position
-  double built_looseness = 0;        ///< looseness() right after the build
+  /// By leaf. Empty for leaves of one primitive, whose node says it all.
+  std::vector<LeafBlock<Bounds>> leaves;
+  double built_looseness = 0;  ///< looseness() right after the build
+
+  /// Takes a shape and an order of the scene's primitives; bounds are undefined until refit().
+  void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<std::uint32_t> new_order);
 
   std::size_t memory_bytes() const {
-    return order.size() * sizeof(std::uint32_t) + (nodes.size() + primitives.size()) * sizeof(Bounds);
+    return order.size() * sizeof(std::uint32_t) + nodes.size() * sizeof(Bounds) +
+           leaves.size() * sizeof(LeafBlock<Bounds>);
   }
 };
 

@@ -17,7 +17,8 @@ void refit_leaf(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<B
     Bounds primitive = narrow<Bounds>(vertex_bounds[vertices[0]]);
     primitive.merge(narrow<Bounds>(vertex_bounds[vertices[1]]));
     primitive.merge(narrow<Bounds>(vertex_bounds[vertices[2]]));
-    bvh.primitives[i] = primitive;
+    if (!bvh.leaves.empty())
+      bvh.leaves[leaf - bvh.shape.first_leaf()].set(i - bvh.shape.begin_of_leaf(leaf), primitive);
     node.merge(primitive);
   }
   bvh.nodes[leaf] = node;

@@ -23,40 +23,34 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     if (step_ == step) return;
     step_ = step;
     bvh_ = &bvh;
-    // A leaf of one primitive has that primitive's bounds, and its pair was just tested.
-    single_ = input.options.leaf_size == 1;
     tester.begin(input, shared);
   }
 
   void leaf_pair(NodeId a, NodeId b) override {
     const std::uint32_t begin_a = bvh_->shape.begin_of_leaf(a);
-    const std::uint32_t end_a = bvh_->shape.begin_of_leaf(a + 1);
-    if (a == b) {
-      for (std::uint32_t i = begin_a; i < end_a; ++i) against(i, i + 1, end_a);
-    } else {
-      const std::uint32_t begin_b = bvh_->shape.begin_of_leaf(b);
-      const std::uint32_t end_b = bvh_->shape.begin_of_leaf(b + 1);
-      for (std::uint32_t i = begin_a; i < end_a; ++i) against(i, begin_b, end_b);
+    const std::uint32_t begin_b = bvh_->shape.begin_of_leaf(b);
+    if (bvh_->leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
+      if (a != b) tester.primitive_pair(bvh_->order[begin_a], bvh_->order[begin_b]);
+      return;
+    }
+    const NodeId first_leaf = bvh_->shape.first_leaf();
+    const LeafBlock<Bounds>& leaf_a = bvh_->leaves[a - first_leaf];
+    const LeafBlock<Bounds>& leaf_b = bvh_->leaves[b - first_leaf];
+    const LeafOverlaps overlaps = leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b);
+    StepCounts& counts = tester.output().counts;
+    counts.primitive_tests += a == b ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
+    counts.adjacent_pairs += static_cast<std::uint64_t>(std::popcount(overlaps.adjacent));
+    for (std::uint64_t bits = overlaps.overlapping & ~overlaps.adjacent; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      tester.primitive_pair(bvh_->order[begin_a + bit % 8], bvh_->order[begin_b + bit / 8]);
     }
   }
 
   PairTester tester;
 
  private:
-  void against(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
-    std::uint32_t bits = (1U << (end - begin)) - 1;
-    if (!single_) {
-      tester.output().counts.primitive_tests += end - begin;
-      bits = overlaps(bvh_->primitives[i], {bvh_->primitives.data() + begin, end - begin});
-    }
-    for (; bits != 0; bits &= bits - 1) {
-      tester.primitive_pair(bvh_->order[i], bvh_->order[begin + std::countr_zero(bits)]);
-    }
-  }
-
   const Bvh<Bounds>* bvh_ = nullptr;
   std::uint64_t step_ = 0;
-  bool single_ = false;
 };
 
 template <class Bounds>

@@ -15,6 +15,7 @@
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
 #include "engine/scene/patches.h"
+#include "engine/scene/renumbering.h"
 #include "engine/statistics.h"
 
 namespace warmfront {
@@ -22,6 +23,7 @@ namespace warmfront {
 /// What a step's narrow phase reads. Constant while the step runs.
 struct NarrowPhaseInput {
   const Scene& scene;
+  const Renumbering& numbering;  ///< contacts are reported in original numbers
   const Ownership& ownership;
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step

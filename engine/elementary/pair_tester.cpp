@@ -161,7 +161,7 @@ void PairTester::report(const FeaturePair& pair, ContactStatus status, double to
     if (!contacts_.empty() && toi < contacts_.back().toi) contacts_.clear();
     // One more than allowed is enough to refuse the answer, if these ties turn out to be the earliest.
     if (contacts_.size() <= input_->options.max_contacts)
-      contacts_.push_back({pair.kind, status, pair.a, pair.b, toi});
+      contacts_.push_back(input_->numbering.original({pair.kind, status, pair.a, pair.b, toi}));
     return;
   }
   // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.
@@ -169,7 +169,7 @@ void PairTester::report(const FeaturePair& pair, ContactStatus status, double to
     output_.over_limit = true;
     return;
   }
-  contacts_.push_back({pair.kind, status, pair.a, pair.b, toi});
+  contacts_.push_back(input_->numbering.original({pair.kind, status, pair.a, pair.b, toi}));
 }
 
 }  // namespace warmfront

@@ -47,11 +47,14 @@ Motion::Motion(std::span<const double> positions)
   }
 }
 
-void Motion::set(std::span<const double> x0, std::span<const double> x1) {
+void Motion::set(std::span<const double> x0, std::span<const double> x1,
+                 std::span<const std::uint32_t> order) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices_.size(), 8192), [&](const auto& range) {
     for (std::size_t v = range.begin(); v < range.end(); ++v) {
-      vertices_[v].t0 = {x0[3 * v], x0[3 * v + 1], x0[3 * v + 2], 0.0};
-      vertices_[v].t1 = {x1[3 * v], x1[3 * v + 1], x1[3 * v + 2], 0.0};
+      const double* a = x0.data() + 3 * (order.empty() ? v : order[v]);
+      const double* b = x1.data() + 3 * (order.empty() ? v : order[v]);
+      vertices_[v].t0 = {a[0], a[1], a[2], 0.0};
+      vertices_[v].t1 = {b[0], b[1], b[2], 0.0};
     }
   });
 }

@@ -35,8 +35,9 @@ class Motion {
   /// `positions` row-major (n, 3), finite: the positions at both times.
   explicit Motion(std::span<const double> positions);
 
-  /// Positions at t = 0 and at t = 1, row-major (n, 3). Parallel inside Workers::run().
-  void set(std::span<const double> x0, std::span<const double> x1);
+  /// Positions at t = 0 and at t = 1, row-major (n, 3). With an `order`, vertex i is row order[i] of them.
+  /// Parallel inside Workers::run().
+  void set(std::span<const double> x0, std::span<const double> x1, std::span<const std::uint32_t> order = {});
 
   std::span<const VertexMotion> vertices() const { return vertices_; }
   const LocalFrame& frame() const { return frame_; }

@@ -37,7 +37,7 @@ struct SceneDescription {
 };
 
 using Face = std::array<std::uint32_t, 3>;
-using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first
+using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in the numbers first given
 
 /// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated
 /// vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
@@ -55,7 +55,7 @@ class Scene {
   std::span<const Edge> edges() const { return edges_; }
   /// The edges (v0 v1), (v1 v2), (v2 v0) of each face.
   std::span<const std::array<std::uint32_t, 3>> face_edges() const { return face_edges_; }
-  /// Faces around a vertex and along an edge, ascending.
+  /// Faces around a vertex and along an edge, ascending in the numbers first given.
   const Csr& vertex_faces() const { return vertex_faces_; }
   const Csr& edge_faces() const { return edge_faces_; }
   /// Vertices of no face, ascending: they are tested as points.
@@ -74,6 +74,7 @@ class Scene {
   std::size_t memory_bytes() const;
 
  private:
+  friend class Renumbering;  // makes another Scene of this one
   Scene() = default;
 
   std::uint32_t vertex_count_ = 0;

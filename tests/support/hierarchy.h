@@ -31,10 +31,8 @@ class Hierarchy {
         bounds_(scene_->vertex_count()) {
     const auto primitives =
         static_cast<std::uint32_t>(scene_->face_count() + scene_->isolated_vertices().size());
-    bvh.shape = TreeShape(primitives, leaf_size);
-    bvh.order = build_order(*scene_, motion_, bvh.shape);
-    bvh.nodes.resize(primitives == 0 ? 0 : bvh.shape.node_count());
-    bvh.primitives.resize(primitives);
+    const TreeShape shape(primitives, leaf_size);
+    bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape));
     refresh();
   }
 

@@ -62,7 +62,7 @@ TEST(OptionsTest, DefaultsAreTheEnginesAndAllSurviveTheRoundTrip) {
   options.front = FrontMode::kPaper;
   options.bounds = BoundsKind::kAabb;
   options.normal_cones = false;
-  options.leaf_size = 8;
+  options.leaf_size = 2;
   options.rebuild_after_stalled_steps = 0;
   options.rebuild_every_steps = 9;
   options.max_front_bytes = 1000;

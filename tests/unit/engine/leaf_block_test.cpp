@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaf blocks against the same tests one pair at a time.
+#include "engine/bvh/leaf_block.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+#include "engine/bounds/overlap.h"
+
+namespace warmfront {
+namespace {
+
+template <class Bounds>
+struct Leaf {
+  std::vector<Bounds> bounds;
+  Bounds node = Bounds::empty();
+  LeafBlock<Bounds> block{};
+};
+
+// Small boxes on a small grid, so that many touch; few vertices, so that many are shared.
+template <class Bounds>
+Leaf<Bounds> random_leaf(std::mt19937& random) {
+  Leaf<Bounds> leaf;
+  leaf.block.count = 1 + random() % 8;
+  for (std::uint32_t i = 0; i < leaf.block.count; ++i) {
+    Bounds bounds;
+    for (int axis = 0; axis < Bounds::kAxes; ++axis) {
+      const auto lower = static_cast<float>(random() % 12);
+      bounds.lane[axis] = lower;
+      bounds.lane[axis + Bounds::kAxes] = -(lower + static_cast<float>(random() % 8));
+    }
+    if (random() % 16 == 0) bounds.lane.fill(-std::numeric_limits<float>::infinity());  // holds everything
+    leaf.bounds.push_back(bounds);
+    leaf.node.merge(bounds);
+    leaf.block.set(i, bounds);
+    for (auto& corner : leaf.block.vertex) corner[i] = random() % 24;
+  }
+  return leaf;
+}
+
+template <class Bounds>
+bool share_vertex(const Leaf<Bounds>& a, std::uint32_t i, const Leaf<Bounds>& b, std::uint32_t j) {
+  for (const auto& p : a.block.vertex)
+    for (const auto& q : b.block.vertex)
+      if (p[i] == q[j]) return true;
+  return false;
+}
+
+template <class Bounds>
+class LeafBlockTest : public ::testing::Test {};
+using Kinds = ::testing::Types<Aabb, KDop18>;
+TYPED_TEST_SUITE(LeafBlockTest, Kinds);
+
+TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
+  std::mt19937 random(7);
+  std::uint64_t met = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto a = random_leaf<TypeParam>(random);
+    const bool same = trial % 4 == 0;
+    const auto b = same ? a : random_leaf<TypeParam>(random);
+    const LeafOverlaps overlaps = leaf_overlaps(a.block, b.block, b.node, same);
+    for (std::uint32_t i = 0; i < 8; ++i) {
+      for (std::uint32_t j = 0; j < 8; ++j) {
+        const bool pair = i < a.block.count && j < b.block.count && (!same || i < j);
+        const bool overlapping = pair && overlap(a.bounds[i], b.bounds[j]);
+        met += overlapping;
+        ASSERT_EQ((overlaps.overlapping >> (8 * j + i)) & 1U, overlapping) << trial << ": " << i << ", " << j;
+        ASSERT_EQ((overlaps.adjacent >> (8 * j + i)) & 1U, overlapping && share_vertex(a, i, b, j))
+            << trial << ": " << i << ", " << j;
+      }
+    }
+  }
+  EXPECT_GT(met, 1000U);
+}
+
+}  // namespace
+}  // namespace warmfront
