@@ -32,7 +32,6 @@ void add(StepCounts& sum, const StepCounts& more) {
   sum.cone_patches += more.cone_patches;
   sum.elementary_tests += more.elementary_tests;
   sum.orphan_tests += more.orphan_tests;
-  sum.bounds_passed += more.bounds_passed;
   sum.coplanarity_passed += more.coplanarity_passed;
   sum.exact_tests += more.exact_tests;
 }

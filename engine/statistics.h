@@ -33,17 +33,17 @@ struct StepCounts {
   std::uint64_t bv_tests = 0;  ///< overlap tests between hierarchy nodes
   std::uint64_t primitive_tests =
       0;  ///< overlap tests between primitives within leaf pairs (none for leaf_size 1)
-  std::uint64_t front_pairs = 0;         ///< length of the front after the step
-  std::uint64_t front_bytes = 0;         ///< memory the front holds
-  std::uint64_t front_sprouted = 0;      ///< front pairs that were opened
-  std::uint64_t front_pruned = 0;        ///< front pairs that were folded into an ancestor
-  std::uint64_t triangle_pairs = 0;      ///< non-adjacent triangle pairs whose swept bounds overlap
-  std::uint64_t adjacent_pairs = 0;      ///< adjacent triangle pairs met and left to the orphan sets
-  std::uint64_t cone_culled_pairs = 0;   ///< triangle pairs left out by normal cone and contour
-  std::uint64_t cone_patches = 0;        ///< patches whose self-collision was culled in this step
-  std::uint64_t elementary_tests = 0;    ///< feature pairs given to the elementary cascade, orphans included
-  std::uint64_t orphan_tests = 0;        ///< of these, from the orphan sets
-  std::uint64_t bounds_passed = 0;       ///< left after the swept 18-DOPs of the features
+  std::uint64_t front_pairs = 0;        ///< length of the front after the step
+  std::uint64_t front_bytes = 0;        ///< memory the front holds
+  std::uint64_t front_sprouted = 0;     ///< front pairs that were opened
+  std::uint64_t front_pruned = 0;       ///< front pairs that were folded into an ancestor
+  std::uint64_t triangle_pairs = 0;     ///< non-adjacent triangle pairs whose swept bounds overlap
+  std::uint64_t adjacent_pairs = 0;     ///< adjacent triangle pairs met and left to the orphan sets
+  std::uint64_t cone_culled_pairs = 0;  ///< triangle pairs left out by normal cone and contour
+  std::uint64_t cone_patches = 0;       ///< patches whose self-collision was culled in this step
+  /// Feature pairs whose swept bounds overlap, each given to the elementary cascade once, orphans included.
+  std::uint64_t elementary_tests = 0;
+  std::uint64_t orphan_tests = 0;        ///< pairs of the orphan sets whose swept bounds were tested
   std::uint64_t coplanarity_passed = 0;  ///< left after the coplanarity filter
   std::uint64_t exact_tests = 0;         ///< decided by exact arithmetic
 };

@@ -37,7 +37,6 @@ Json format_frame(const FrameReport& frame) {
             {"cone_patches", counts.cone_patches},
             {"orphan_tests", counts.orphan_tests},
             {"primitive_tests", counts.primitive_tests},
-            {"bounds_passed", counts.bounds_passed},
             {"coplanarity_passed", counts.coplanarity_passed}}},
           {"front_state", to_string(frame.statistics.front_state)}};
 }

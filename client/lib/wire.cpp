@@ -55,7 +55,6 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   to.cone_patches = from.cone_patches();
   to.elementary_tests = from.elementary_tests();
   to.orphan_tests = from.orphan_tests();
-  to.bounds_passed = from.bounds_passed();
   to.coplanarity_passed = from.coplanarity_passed();
   to.exact_tests = from.exact_tests();
   to.primitive_tests = from.primitive_tests();

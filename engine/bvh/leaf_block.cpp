@@ -76,7 +76,8 @@ WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBl
   }
   const std::uint64_t used = b.count == 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << (8 * b.count)) - 1;
   const std::uint64_t met = bytes_of(overlapping) & used & (same ? kUpperTriangle : ~std::uint64_t{0});
-  return {met, met & bytes_of(adjacent)};
+  const std::uint64_t shared = met & bytes_of(adjacent);
+  return {met & ~shared, static_cast<std::uint32_t>(std::popcount(shared))};
 }
 
 }  // namespace

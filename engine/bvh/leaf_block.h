@@ -28,8 +28,8 @@ struct LeafBlock {
 
 /// Bit 8 j + i stands for primitive i of leaf a and primitive j of leaf b.
 struct LeafOverlaps {
-  std::uint64_t overlapping;  ///< their swept bounds overlap
-  std::uint64_t adjacent;     ///< of these, those that share a vertex
+  std::uint64_t to_test;   ///< their swept bounds overlap and they share no vertex
+  std::uint32_t adjacent;  ///< how many overlap and share one
 };
 
 /// All primitives of leaf `a` against all of leaf `b`, whose bounds as a whole are `node_b`. With

@@ -11,6 +11,7 @@
 
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/pair_tester.h"
+#include "engine/scene/adjacency.h"
 
 namespace warmfront {
 
@@ -23,24 +24,32 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     if (step_ == step) return;
     step_ = step;
     bvh_ = &bvh;
+    scene_ = &input.scene;
     tester.begin(input, shared);
   }
 
   void leaf_pair(NodeId a, NodeId b) override {
     const std::uint32_t begin_a = bvh_->shape.begin_of_leaf(a);
     const std::uint32_t begin_b = bvh_->shape.begin_of_leaf(b);
+    StepCounts& counts = tester.output().counts;
     if (bvh_->leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
-      if (a != b) tester.primitive_pair(bvh_->order[begin_a], bvh_->order[begin_b]);
+      if (a == b) return;
+      const std::uint32_t p = bvh_->order[begin_a];
+      const std::uint32_t q = bvh_->order[begin_b];
+      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) {
+        ++counts.adjacent_pairs;
+      } else {
+        tester.primitive_pair(p, q);
+      }
       return;
     }
     const NodeId first_leaf = bvh_->shape.first_leaf();
     const LeafBlock<Bounds>& leaf_a = bvh_->leaves[a - first_leaf];
     const LeafBlock<Bounds>& leaf_b = bvh_->leaves[b - first_leaf];
     const LeafOverlaps overlaps = leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b);
-    StepCounts& counts = tester.output().counts;
     counts.primitive_tests += a == b ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
-    counts.adjacent_pairs += static_cast<std::uint64_t>(std::popcount(overlaps.adjacent));
-    for (std::uint64_t bits = overlaps.overlapping & ~overlaps.adjacent; bits != 0; bits &= bits - 1) {
+    counts.adjacent_pairs += overlaps.adjacent;
+    for (std::uint64_t bits = overlaps.to_test; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       tester.primitive_pair(bvh_->order[begin_a + bit % 8], bvh_->order[begin_b + bit / 8]);
     }
@@ -50,6 +59,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
  private:
   const Bvh<Bounds>* bvh_ = nullptr;
+  const Scene* scene_ = nullptr;
   std::uint64_t step_ = 0;
 };
 

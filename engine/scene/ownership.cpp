@@ -72,28 +72,24 @@ std::uint32_t Ownership::owned_by_firsts(const Record& f, const Record& g) const
   return mask;
 }
 
-std::uint32_t Ownership::owned(std::uint32_t f, std::uint32_t g) const {
+Ownership::Candidates Ownership::candidates(std::uint32_t f, std::uint32_t g) const {
+  constexpr std::uint32_t kAll = (1U << 15) - 1;
   const Record& rf = records_[f];
   const Record& rg = records_[g];
-  return perhaps_near(rf, rg) ? owned_when_near(f, g) : owned_by_firsts(rf, rg);
+  const std::uint32_t owned = owned_by_firsts(rf, rg);
+  return {owned, perhaps_near(rf, rg) ? kAll & ~owned : 0};
 }
 
 // A pair that is not the first one of a feature can own it only if the first one is adjacent.
-std::uint32_t Ownership::owned_when_near(std::uint32_t f, std::uint32_t g) const {
+bool Ownership::owns(std::uint32_t f, std::uint32_t g, int bit) const {
+  if (bit >= 3 && bit < 6) return owns(g, f, bit - 3);
   const Record& rf = records_[f];
   const Record& rg = records_[g];
-  std::uint32_t mask = owned_by_firsts(rf, rg);
-  for (int i = 0; i < 3; ++i) {
-    if (perhaps_adjacent(rf.first_of_vertex[i], g) && owns_vf(f, rf.vertices[i], g)) mask |= 1U << i;
-    if (perhaps_adjacent(rg.first_of_vertex[i], f) && owns_vf(g, rg.vertices[i], f)) mask |= 8U << i;
-    for (int j = 0; j < 3; ++j) {
-      if (perhaps_adjacent(rf.first_of_edge[i], rg.first_of_edge[j]) &&
-          owns_ee(f, scene_->face_edges()[f][i], g, scene_->face_edges()[g][j])) {
-        mask |= 1U << (6 + 3 * i + j);
-      }
-    }
-  }
-  return mask;
+  if (bit < 3) return perhaps_adjacent(rf.first_of_vertex[bit], g) && owns_vf(f, rf.vertices[bit], g);
+  const int i = (bit - 6) / 3;
+  const int j = (bit - 6) % 3;
+  return perhaps_adjacent(rf.first_of_edge[i], rg.first_of_edge[j]) &&
+         owns_ee(f, scene_->face_edges()[f][i], g, scene_->face_edges()[g][j]);
 }
 
 bool Ownership::owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const {

@@ -22,9 +22,16 @@ class Ownership {
  public:
   explicit Ownership(const Scene& scene);
 
-  /// Feature pairs that the non-adjacent faces (f, g) own. Bits 0-2: vertex i of f against g; bits 3-5:
-  /// vertex i of g against f; bits 6 + 3 i + j: edge i of f against edge j of g.
-  std::uint32_t owned(std::uint32_t f, std::uint32_t g) const;
+  /// Sets of feature pairs of two faces (f, g). Bits 0-2: vertex i of f against g; bits 3-5: vertex i of g
+  /// against f; bits 6 + 3 i + j: edge i of f against edge j of g.
+  struct Candidates {
+    std::uint32_t owned;    ///< certainly owned
+    std::uint32_t perhaps;  ///< owned if owns() says so; the others are not
+  };
+  /// What the non-adjacent faces (f, g) own. Cheap, where owns() walks through the faces around.
+  Candidates candidates(std::uint32_t f, std::uint32_t g) const;
+  /// Is the feature pair of this bit, one of candidates(f, g).perhaps, owned by (f, g)?
+  bool owns(std::uint32_t f, std::uint32_t g, int bit) const;
 
   std::size_t memory_bytes() const { return records_.size() * (sizeof(Record) + sizeof(std::uint64_t)); }
 
@@ -48,7 +55,6 @@ class Ownership {
   }
   bool are_adjacent(std::uint32_t f, std::uint32_t g) const;
   std::uint32_t owned_by_firsts(const Record& f, const Record& g) const;
-  std::uint32_t owned_when_near(std::uint32_t f, std::uint32_t g) const;
   bool owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const;
   bool owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const;
 

@@ -57,7 +57,6 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
   counts.set_cone_patches(statistics.counts.cone_patches);
   counts.set_elementary_tests(statistics.counts.elementary_tests);
   counts.set_orphan_tests(statistics.counts.orphan_tests);
-  counts.set_bounds_passed(statistics.counts.bounds_passed);
   counts.set_coplanarity_passed(statistics.counts.coplanarity_passed);
   counts.set_exact_tests(statistics.counts.exact_tests);
   counts.set_primitive_tests(statistics.counts.primitive_tests);

@@ -98,7 +98,10 @@ Cover covered(const Scene& scene) {
   for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
     for (std::uint32_t g = f + 1; g < scene.face_count(); ++g) {
       if (adjacent(scene.faces()[f], scene.faces()[g])) continue;
-      const std::uint32_t owned = ownership.owned(f, g);
+      auto [owned, perhaps] = ownership.candidates(f, g);
+      for (int bit = 0; bit < 15; ++bit) {
+        if ((perhaps >> bit & 1U) != 0 && ownership.owns(f, g, bit)) owned |= 1U << bit;
+      }
       for (int i = 0; i < 3; ++i) {
         if (owned >> i & 1U) add(ContactKind::kVertexFace, scene.faces()[f][i], g);
         if (owned >> (3 + i) & 1U) add(ContactKind::kVertexFace, scene.faces()[g][i], f);
