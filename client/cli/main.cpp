@@ -9,6 +9,7 @@
 
 #include "client/cli/detect.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/queries.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
 
@@ -36,6 +37,8 @@ int run(int argc, char** argv) {
     verbs.emplace_back(verb, setup(*verb));
   };
   add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
+  add("queries", "Run elementary queries with known answers through one tier",
+      warmfront::client::add_queries);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 

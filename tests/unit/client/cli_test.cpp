@@ -2,7 +2,6 @@
 // The command line as others use it: the real binary, its exit codes, its JSON and CSV to the letter.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +16,7 @@
 
 #include "client/cli/exit_codes.h"
 #include "client/io/ply.h"
+#include "tests/unit/client/command.h"
 #include "tests/unit/client/temporary_folder.h"
 
 namespace warmfront::client {
@@ -28,30 +28,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
 using Json = nlohmann::ordered_json;
-
-struct Outcome {
-  int code = -1;
-  std::string out;
-};
-
-/// Runs `warmfront ARGUMENTS` in a shell; `streams` says what happens to stdout and stderr.
-Outcome run(const std::string& arguments, const std::string& streams = "2>&1") {
-  const std::string command = std::string(WARMFRONT_BINARY) + " " + arguments + " " + streams;
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), [](FILE*) { return 0; });
-  Outcome outcome;
-  std::array<char, 4096> block;
-  while (const std::size_t got = fread(block.data(), 1, block.size(), pipe.get()))
-    outcome.out.append(block.data(), got);
-  const int status = pclose(pipe.get());
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return outcome;
-}
-
-std::vector<std::string> keys(const Json& object) {
-  std::vector<std::string> names;
-  for (const auto& item : object.items()) names.push_back(item.key());
-  return names;
-}
 
 constexpr const char* kScene = "'builtin:bart?triangles=1000'";
 
@@ -126,7 +102,7 @@ TEST(Cli, AFullDiskOnStdoutFails) {
 }
 
 TEST(Cli, HelpAndVersion) {
-  for (const char* arguments : {"--help", "detect --help", "scene --help"}) {
+  for (const char* arguments : {"--help", "detect --help", "scene --help", "queries --help"}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, kExitOk);
     EXPECT_THAT(outcome.out, HasSubstr("Usage: warmfront"));
