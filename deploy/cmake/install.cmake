@@ -25,5 +25,6 @@ if(PROJECT_IS_TOP_LEVEL)
                                    COMPATIBILITY SameMinorVersion)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfig.cmake
                 ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfigVersion.cmake
+                deploy/cmake/FindGMP.cmake
           DESTINATION ${package_dir})
 endif()

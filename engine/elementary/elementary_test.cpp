@@ -2,13 +2,15 @@
 #include "engine/elementary/elementary_test.h"
 
 #include "engine/elementary/certified.h"
+#include "engine/elementary/exact.h"
 #include "engine/elementary/fast.h"
 
 namespace warmfront {
 
 Verdict elementary_test(const FeatureVertices& features, const ElementaryOptions& options,
-                        ElementaryCounts& /*counts*/) {
+                        ElementaryCounts& counts) {
   if (options.tier == Tier::kFast) return fast_test(features, options.latest);
+  if (options.tier == Tier::kExact) return exact_test(features, options.latest, counts.exact_tests);
   return certified_test(features, {.tolerance = options.tolerance,
                                    .min_separation = options.min_separation,
                                    .budget = options.budget,
