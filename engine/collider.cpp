@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/bounds/normal_cone.h"
-#include "engine/bounds/swept.h"
+#include "engine/bounds/moving.h"
 #include "engine/bvh/bvh.h"
 #include "engine/elementary/narrow_phase.h"
 #include "engine/front/front.h"
@@ -125,7 +125,7 @@ class PipelineWith final : public Pipeline {
     Stopwatch total;
     Stopwatch stage;
     core.motion.set(core.current, core.given, core.topology->numbering.vertices());
-    sweep_vertices(core);
+    bound_vertices(core);
     const bool rebuilt = refit_or_build(core);
     cull_patches(core, statistics.counts);
     const NarrowPhaseInput input{
@@ -156,13 +156,13 @@ class PipelineWith final : public Pipeline {
     return output;
   }
 
-  void sweep_vertices(Core& core) {
+  void bound_vertices(Core& core) {
     const auto vertices = core.motion.vertices();
-    const double magnitude = sweep_magnitude(vertices, core.motion.frame(), core.options.min_separation);
+    const double magnitude = motion_magnitude(vertices, core.motion.frame(), core.options.min_separation);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
       for (std::size_t v = range.begin(); v < range.end(); ++v) {
         core.vertex_bounds[v] =
-            swept_vertex(vertices[v], core.motion.frame(), core.options.min_separation, magnitude);
+            moving_bounds(vertices[v], core.motion.frame(), core.options.min_separation, magnitude);
       }
     });
   }

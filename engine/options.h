@@ -20,7 +20,7 @@ enum class FrontMode : std::uint8_t {
   kWarm,   ///< sprout and prune: the updated front equals the one built from scratch
 };
 
-/// Which swept bounding volume the hierarchy uses.
+/// Which moving bounding volume the hierarchy uses.
 enum class BoundsKind : std::uint8_t { kAabb, kKDop18 };
 
 /// What a step answers with.

@@ -22,7 +22,7 @@ std::string_view to_string(FrontState state);
 /// is the rest.
 struct StageTimes {
   double total = 0;
-  double refit = 0;       ///< motion, swept bounds, hierarchy refit or build, normal cones
+  double refit = 0;       ///< motion, moving bounds, hierarchy refit or build, normal cones
   double front = 0;       ///< front build or update, triangle pair bounds, ownership
   double elementary = 0;  ///< elementary tests of non-adjacent pairs, and gathering the answer
   double adjacent = 0;    ///< elementary tests of the orphan sets
@@ -37,13 +37,13 @@ struct StepCounts {
   std::uint64_t front_bytes = 0;        ///< memory the front holds
   std::uint64_t front_sprouted = 0;     ///< front pairs that were opened
   std::uint64_t front_pruned = 0;       ///< front pairs that were folded into an ancestor
-  std::uint64_t triangle_pairs = 0;     ///< non-adjacent triangle pairs whose swept bounds overlap
+  std::uint64_t triangle_pairs = 0;     ///< non-adjacent triangle pairs whose moving bounds overlap
   std::uint64_t adjacent_pairs = 0;     ///< adjacent triangle pairs met and left to the orphan sets
   std::uint64_t cone_culled_pairs = 0;  ///< triangle pairs left out by normal cone and contour
   std::uint64_t cone_patches = 0;       ///< patches whose self-collision was culled in this step
-  /// Feature pairs whose swept bounds overlap, each given to the elementary cascade once, orphans included.
+  /// Feature pairs whose moving bounds overlap, each given to the elementary cascade once, orphans included.
   std::uint64_t elementary_tests = 0;
-  std::uint64_t orphan_tests = 0;        ///< pairs of the orphan sets whose swept bounds were tested
+  std::uint64_t orphan_tests = 0;        ///< pairs of the orphan sets whose moving bounds were tested
   std::uint64_t coplanarity_passed = 0;  ///< left after the coplanarity filter
   std::uint64_t exact_tests = 0;         ///< decided by exact arithmetic
 };

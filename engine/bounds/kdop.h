@@ -1,20 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounding volumes: slabs along fixed axes, AABB (3 axes) and 18-DOP (9 axes). Plain values.
-// Source: Klosowski et al. 1998; Tang, Manocha, Tong 2009, section 6.1.
+// Bounding volumes of moving things: slabs along fixed axes, AABB (3 axes) and 18-DOP (9 axes). Plain values.
+// Source: Klosowski et al. 1998; Tang, Manocha, Tong 2009, section 6.1, whose swept volumes these refine.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <limits>
 
 namespace warmfront {
 
-/// Slabs along `Axes` directions in float32. Lower ends are held as they are and upper ends negated, so that
-/// one `min` merges all lanes and one sum compares a lower end with an upper end. Every value was rounded
-/// outward. Lanes are never +infinity (that would be an empty slab), so no sum of two of them is NaN.
+/// The bounds of things that move linearly from t = 0 to t = 1: slabs along `Axes` directions at either end
+/// of the step. Two are apart when one axis has all of one beyond all of the other, on the same side at both
+/// ends: every gap between two vertices is linear in time, so it stays open in between. What moves along does
+/// not matter, which a volume swept from t = 0 to t = 1 cannot say: those are apart only where these are.
+///
+/// In float32. Lower ends are held as they are and upper ends negated, so that one `min` merges all lanes and
+/// one sum compares a lower end with an upper end. Every value was rounded outward. Lanes are never +infinity
+/// (that would be an empty slab), so no sum of two of them is NaN.
 template <int Axes>
 struct Slabs {
   static constexpr int kAxes = Axes;
-  std::array<float, 2 * Axes> lane;  ///< lower ends of axes 0.., then negated upper ends of axes 0..
+  static constexpr int kEnd = 2 * Axes;  ///< where the lanes of t = 1 begin
+  /// Lower ends of axes 0.., then negated upper ends of axes 0.., at t = 0; then the same at t = 1.
+  std::array<float, 4 * Axes> lane;
 
   /// The identity of merge(): holds nothing.
   static Slabs empty() {
@@ -24,11 +33,12 @@ struct Slabs {
   }
 
   void merge(const Slabs& other) {
-    for (int k = 0; k < 2 * Axes; ++k) lane[k] = lane[k] < other.lane[k] ? lane[k] : other.lane[k];
+    for (std::size_t k = 0; k < lane.size(); ++k) lane[k] = lane[k] < other.lane[k] ? lane[k] : other.lane[k];
   }
 
-  float lower(int axis) const { return lane[axis]; }
-  float upper(int axis) const { return -lane[axis + Axes]; }
+  /// Of the whole step.
+  float lower(int axis) const { return std::min(lane[axis], lane[axis + kEnd]); }
+  float upper(int axis) const { return -std::min(lane[axis + Axes], lane[axis + Axes + kEnd]); }
 };
 
 using Aabb = Slabs<3>;
@@ -44,7 +54,8 @@ inline KDop18 narrow<KDop18>(const KDop18& kdop) {
 }
 template <>
 inline Aabb narrow<Aabb>(const KDop18& kdop) {
-  return {{kdop.lane[0], kdop.lane[1], kdop.lane[2], kdop.lane[9], kdop.lane[10], kdop.lane[11]}};
+  const auto& k = kdop.lane;
+  return {{k[0], k[1], k[2], k[9], k[10], k[11], k[18], k[19], k[20], k[27], k[28], k[29]}};
 }
 
 }  // namespace warmfront

@@ -3,6 +3,7 @@
 // instruction set.
 #pragma once
 
+#include <array>
 #include <cstring>
 
 #include "engine/bounds/kdop.h"
@@ -12,9 +13,7 @@ namespace warmfront {
 
 // Vectors of the compiler's: one register where the instruction set has it, two or more where it has not.
 using Float8 = float __attribute__((vector_size(32)));
-using Float4 = float __attribute__((vector_size(16)));
 using Long4 = long long __attribute__((vector_size(32)));
-using Long2 = long long __attribute__((vector_size(16)));
 
 template <class Vector>
 WARMFRONT_INLINE Vector load(const float* from) {
@@ -23,38 +22,59 @@ WARMFRONT_INLINE Vector load(const float* from) {
   return v;
 }
 
-// An 18-DOP in registers: the first eight lower and upper lanes, and the ninth of each.
-struct Registers {
+template <class Vector>
+WARMFRONT_INLINE Vector lesser(Vector a, Vector b) {
+  return a < b ? a : b;
+}
+
+template <class Vector>
+WARMFRONT_INLINE Vector greater(Vector a, Vector b) {
+  return a > b ? a : b;
+}
+
+// Eight axes of an 18-DOP at one end of the step.
+struct EightAxes {
   Float8 lower;
   Float8 upper;
-  float lower9;
-  float upper9;
 };
 
-WARMFRONT_INLINE Registers registers(const KDop18& k) {
-  return {load<Float8>(&k.lane[0]), load<Float8>(&k.lane[9]), k.lane[8], k.lane[17]};
+WARMFRONT_INLINE EightAxes eight_axes(const KDop18& k, int begin) {
+  return {load<Float8>(&k.lane[begin]), load<Float8>(&k.lane[begin + 9])};
 }
 
-WARMFRONT_INLINE Registers merged(const Registers& a, const Registers& b) {
-  return {a.lower < b.lower ? a.lower : b.lower, a.upper < b.upper ? a.upper : b.upper,
-          a.lower9 < b.lower9 ? a.lower9 : b.lower9, a.upper9 < b.upper9 ? a.upper9 : b.upper9};
+WARMFRONT_INLINE EightAxes merged(const EightAxes& a, const EightAxes& b) {
+  return {lesser(a.lower, b.lower), lesser(a.upper, b.upper)};
 }
 
-WARMFRONT_INLINE bool meet(const Registers& a, const Registers& b) {
-  const auto apart = (Long4)((a.lower + b.upper > 0.0F) | (a.upper + b.lower > 0.0F));
-  return ((apart[0] | apart[1]) | (apart[2] | apart[3])) == 0 &&
-         ((a.lower9 + b.upper9 > 0.0F) | (a.upper9 + b.lower9 > 0.0F)) == 0;
+// Positive in the lanes of axes that keep a and b apart at both ends of the step, on the same side.
+WARMFRONT_INLINE Float8 gap(const EightAxes& a0, const EightAxes& a1, const EightAxes& b0,
+                            const EightAxes& b1) {
+  return greater(lesser(a0.lower + b0.upper, a1.lower + b1.upper),
+                 lesser(a0.upper + b0.lower, a1.upper + b1.lower));
 }
 
-// An AABB's six lanes, as two overlapping vectors: lanes 0-3 hold the lower ends and 2-5 the upper ones.
+// The same for one axis.
+template <class Bounds>
+WARMFRONT_INLINE bool apart_along(const Bounds& a, const Bounds& b, int axis) {
+  constexpr int kAxes = Bounds::kAxes;
+  constexpr int kEnd = Bounds::kEnd;
+  const auto sums = [&](int end) {
+    return std::array{a.lane[end + axis] + b.lane[end + axis + kAxes],
+                      a.lane[end + axis + kAxes] + b.lane[end + axis]};
+  };
+  const auto at0 = sums(0);
+  const auto at1 = sums(kEnd);
+  return ((at0[0] > 0) & (at1[0] > 0)) | ((at0[1] > 0) & (at1[1] > 0));
+}
+
 WARMFRONT_INLINE bool meet(const Aabb& a, const Aabb& b) {
-  const auto apart =
-      (Long2)((load<Float4>(&a.lane[0]) + Float4{b.lane[3], b.lane[4], b.lane[5], b.lane[0]} > 0.0F));
-  return (apart[0] | apart[1]) == 0 && ((a.lane[4] + b.lane[1] > 0.0F) | (a.lane[5] + b.lane[2] > 0.0F)) == 0;
+  return !(apart_along(a, b, 0) | apart_along(a, b, 1) | apart_along(a, b, 2));
 }
 
 WARMFRONT_INLINE bool meet(const KDop18& a, const KDop18& b) {
-  return meet(registers(a), registers(b));
+  const auto apart =
+      (Long4)(gap(eight_axes(a, 0), eight_axes(a, 18), eight_axes(b, 0), eight_axes(b, 18)) > 0.0F);
+  return ((apart[0] | apart[1]) | (apart[2] | apart[3])) == 0 && !apart_along(a, b, 8);
 }
 
 }  // namespace warmfront

@@ -15,29 +15,23 @@ WARMFRONT_INLINE std::uint32_t meet_many(const Bounds& one, std::span<const Boun
 
 using Int8 = std::int32_t __attribute__((vector_size(32)));
 
-// The first eight axes of a feature's bounds.
-struct EightAxes {
-  Float8 lower;
-  Float8 upper;
+// Eight axes of a feature's bounds at both ends of the step.
+struct Feature {
+  EightAxes at0;
+  EightAxes at1;
 };
 
-WARMFRONT_INLINE Float8 lesser(Float8 a, Float8 b) {
-  return a < b ? a : b;
+WARMFRONT_INLINE Feature feature(const KDop18& k) {
+  return {eight_axes(k, 0), eight_axes(k, KDop18::kEnd)};
 }
 
-WARMFRONT_INLINE EightAxes eight_axes(const KDop18& k) {
-  return {load<Float8>(&k.lane[0]), load<Float8>(&k.lane[9])};
-}
-
-WARMFRONT_INLINE EightAxes merged(const EightAxes& a, const EightAxes& b) {
-  return {lesser(a.lower, b.lower), lesser(a.upper, b.upper)};
+WARMFRONT_INLINE Feature merged(const Feature& a, const Feature& b) {
+  return {merged(a.at0, b.at0), merged(a.at1, b.at1)};
 }
 
 // Sets `bit` in some lane when some axis keeps a and b apart.
-WARMFRONT_INLINE void mark_apart(const EightAxes& a, const EightAxes& b, std::int32_t bit, Int8& marks) {
-  const Float8 low = a.lower + b.upper;
-  const Float8 high = a.upper + b.lower;
-  marks |= (Int8)((low > high ? low : high) > 0.0F) & bit;
+WARMFRONT_INLINE void mark_apart(const Feature& a, const Feature& b, std::int32_t bit, Int8& marks) {
+  marks |= (Int8)(gap(a.at0, a.at1, b.at0, b.at1) > 0.0F) & bit;
 }
 
 // One lane of a triangle's features: its vertices, the face, its edges, and a lane of padding.
@@ -54,12 +48,12 @@ WARMFRONT_INLINE Float8 of_features(const TriangleBounds& t, int lane) {
 // pair by pair, an axis a lane; of the ninth each lane is a pair. No branches: which features a pair of
 // triangles owns is close to random.
 WARMFRONT_INLINE std::uint32_t features_apart(const TriangleBounds& f, const TriangleBounds& g) {
-  const EightAxes vf[3] = {eight_axes(*f.vertex[0]), eight_axes(*f.vertex[1]), eight_axes(*f.vertex[2])};
-  const EightAxes vg[3] = {eight_axes(*g.vertex[0]), eight_axes(*g.vertex[1]), eight_axes(*g.vertex[2])};
-  const EightAxes ef[3] = {merged(vf[0], vf[1]), merged(vf[1], vf[2]), merged(vf[2], vf[0])};
-  const EightAxes eg[3] = {merged(vg[0], vg[1]), merged(vg[1], vg[2]), merged(vg[2], vg[0])};
-  const EightAxes face_f = merged(ef[0], vf[2]);
-  const EightAxes face_g = merged(eg[0], vg[2]);
+  const Feature vf[3] = {feature(*f.vertex[0]), feature(*f.vertex[1]), feature(*f.vertex[2])};
+  const Feature vg[3] = {feature(*g.vertex[0]), feature(*g.vertex[1]), feature(*g.vertex[2])};
+  const Feature ef[3] = {merged(vf[0], vf[1]), merged(vf[1], vf[2]), merged(vf[2], vf[0])};
+  const Feature eg[3] = {merged(vg[0], vg[1]), merged(vg[1], vg[2]), merged(vg[2], vg[0])};
+  const Feature face_f = merged(ef[0], vf[2]);
+  const Feature face_g = merged(eg[0], vg[2]);
   Int8 marks{};
   for (int i = 0; i < 3; ++i) {
     mark_apart(vf[i], face_g, 1 << i, marks);
@@ -71,14 +65,17 @@ WARMFRONT_INLINE std::uint32_t features_apart(const TriangleBounds& f, const Tri
   constexpr Int8 kOfF[2] = {{0, 1, 2, 3, 3, 3, 4, 4}, {4, 5, 5, 5, 6, 6, 6, 7}};
   constexpr Int8 kOfG[2] = {{3, 3, 3, 0, 1, 2, 4, 5}, {6, 4, 5, 6, 4, 5, 6, 7}};
   constexpr Int8 kBit[2] = {{1, 2, 4, 8, 16, 32, 64, 128}, {256, 512, 1024, 2048, 4096, 8192, 16384, 0}};
-  const Float8 lower_f = of_features(f, 8);
-  const Float8 upper_f = of_features(f, 17);
-  const Float8 lower_g = of_features(g, 8);
-  const Float8 upper_g = of_features(g, 17);
+  const EightAxes of_f[2] = {{of_features(f, 8), of_features(f, 17)},
+                             {of_features(f, 26), of_features(f, 35)}};
+  const EightAxes of_g[2] = {{of_features(g, 8), of_features(g, 17)},
+                             {of_features(g, 26), of_features(g, 35)}};
   for (int half = 0; half < 2; ++half) {
-    const Float8 low = __builtin_shuffle(lower_f, kOfF[half]) + __builtin_shuffle(upper_g, kOfG[half]);
-    const Float8 high = __builtin_shuffle(upper_f, kOfF[half]) + __builtin_shuffle(lower_g, kOfG[half]);
-    marks |= (Int8)((low > high ? low : high) > 0.0F) & kBit[half];
+    const auto spread = [](const EightAxes& ninth, Int8 to) {
+      return EightAxes{__builtin_shuffle(ninth.lower, to), __builtin_shuffle(ninth.upper, to)};
+    };
+    marks |= (Int8)(gap(spread(of_f[0], kOfF[half]), spread(of_f[1], kOfF[half]), spread(of_g[0], kOfG[half]),
+                        spread(of_g[1], kOfG[half])) > 0.0F) &
+             kBit[half];
   }
   const auto words = (Long4)marks;
   const auto both = static_cast<std::uint64_t>((words[0] | words[1]) | (words[2] | words[3]));

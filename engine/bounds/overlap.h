@@ -17,12 +17,12 @@ bool overlap(const KDop18& a, const KDop18& b);
 std::uint32_t overlaps(const Aabb& one, std::span<const Aabb> many);
 std::uint32_t overlaps(const KDop18& one, std::span<const KDop18> many);
 
-/// The swept bounds of a triangle's vertices.
+/// The moving bounds of a triangle's vertices.
 struct TriangleBounds {
   const KDop18* vertex[3];
 };
 
-/// Of the feature pairs of two triangles in `wanted` (bits as Ownership::owned), those whose swept bounds
+/// Of the feature pairs of two triangles in `wanted` (bits as Ownership::owned), those whose moving bounds
 /// overlap.
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted);
 

@@ -78,7 +78,7 @@ Face primitive_vertices(const Scene& scene, std::uint32_t primitive);
 /// threads. O(P log P).
 std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape);
 
-/// Recomputes all bounds from the vertices' swept bounds, bottom up, in parallel inside Workers::run(). O(P).
+/// Recomputes all bounds from the vertices' moving bounds, bottom up, in parallel inside Workers::run(). O(P).
 template <class Bounds>
 void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh);
 

@@ -18,16 +18,22 @@ constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
 template <class Bounds, class LaneOf>
 WARMFRONT_INLINE Int8 apart(const LeafBlock<Bounds>& block, LaneOf&& one) {
   constexpr int kAxes = Bounds::kAxes;
-  // As in meet() of lanes.h: apart where any sum of opposite ends is positive. Two chains halve the latency.
-  Float8 low = one(0) + load<Float8>(block.lane[kAxes].data());
-  Float8 high = one(kAxes) + load<Float8>(block.lane[0].data());
+  constexpr int kEnd = Bounds::kEnd;
+  const auto many = [&](int lane) { return load<Float8>(block.lane[lane].data()); };
+  // As gap() of lanes.h. Two chains halve the latency.
+  const auto below = [&](int k) {
+    return lesser(one(k) + many(k + kAxes), one(k + kEnd) + many(k + kAxes + kEnd));
+  };
+  const auto above = [&](int k) {
+    return lesser(one(k + kAxes) + many(k), one(k + kAxes + kEnd) + many(k + kEnd));
+  };
+  Float8 low = below(0);
+  Float8 high = above(0);
   for (int k = 1; k < kAxes; ++k) {
-    const Float8 l = one(k) + load<Float8>(block.lane[k + kAxes].data());
-    const Float8 h = one(k + kAxes) + load<Float8>(block.lane[k].data());
-    low = l > low ? l : low;
-    high = h > high ? h : high;
+    low = greater(low, below(k));
+    high = greater(high, above(k));
   }
-  return (Int8)((low > high ? low : high) > 0.0F);
+  return (Int8)(greater(low, high) > 0.0F);
 }
 
 // One bit a lane.

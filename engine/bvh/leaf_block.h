@@ -16,7 +16,7 @@ template <class Bounds>
 struct LeafBlock {
   static constexpr std::uint32_t kSlots = 8;
   /// As Slabs::lane; what empty slots hold is never looked at.
-  alignas(32) std::array<std::array<float, kSlots>, 2 * Bounds::kAxes> lane;
+  alignas(32) std::array<std::array<float, kSlots>, 4 * Bounds::kAxes> lane;
   /// A primitive's vertices; an isolated vertex stands three times.
   alignas(32) std::array<std::array<std::uint32_t, kSlots>, 3> vertex;
   std::uint32_t count;
@@ -28,7 +28,7 @@ struct LeafBlock {
 
 /// Bit 8 j + i stands for primitive i of leaf a and primitive j of leaf b.
 struct LeafOverlaps {
-  std::uint64_t to_test;   ///< their swept bounds overlap and they share no vertex
+  std::uint64_t to_test;   ///< their moving bounds overlap and they share no vertex
   std::uint32_t adjacent;  ///< how many overlap and share one
 };
 

@@ -62,7 +62,7 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
   }
   ++output_.counts.triangle_pairs;
 
-  // Whether a near pair owns a feature is dear to find out: only where the features' swept bounds overlap.
+  // Whether a near pair owns a feature is dear to find out: only where the features' moving bounds overlap.
   const auto [owned, perhaps] = input_->ownership.candidates(f, g);
   if ((owned | perhaps) == 0) return;
   const auto bounds = [this](const Face& face) {

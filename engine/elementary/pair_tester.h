@@ -22,7 +22,7 @@ class PairTester {
   /// Starts a step; buffers are kept.
   void begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared);
 
-  /// Two primitives (faces, then isolated vertices) whose swept bounds overlap and that share no vertex.
+  /// Two primitives (faces, then isolated vertices) whose moving bounds overlap and that share no vertex.
   void primitive_pair(std::uint32_t p, std::uint32_t q);
 
   /// Elementary tests of the orphan sets; ids as in Orphans.

@@ -66,7 +66,7 @@ SeparatedTimes separated_times(const Query& query, const Vec3& direction);
 /// Takes from `window` what separated times cover at its ends. Returns false when nothing is left.
 bool trim(Window& window, const SeparatedTimes& separated);
 
-/// The swept 18-DOP stage: the nine axes in both senses. Returns false when nothing is left of the window.
+/// The moving 18-DOP stage: the nine axes in both senses. Returns false when nothing is left of the window.
 bool trim_by_kdop(const Query& query, Window& window);
 
 /// From the closest point of the first primitive to that of the second at time t (approximate: any direction

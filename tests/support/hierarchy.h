@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/bounds/swept.h"
+#include "engine/bounds/moving.h"
 #include "engine/bvh/bvh.h"
 #include "engine/front/leaf_pairs.h"
 
@@ -48,9 +48,9 @@ class Hierarchy {
 
  private:
   void refresh() {
-    const double magnitude = sweep_magnitude(motion_.vertices(), motion_.frame(), 0);
+    const double magnitude = motion_magnitude(motion_.vertices(), motion_.frame(), 0);
     for (std::size_t v = 0; v < bounds_.size(); ++v) {
-      bounds_[v] = swept_vertex(motion_.vertices()[v], motion_.frame(), 0, magnitude);
+      bounds_[v] = moving_bounds(motion_.vertices()[v], motion_.frame(), 0, magnitude);
     }
     refit(*scene_, bounds_, bvh);
   }

@@ -26,10 +26,12 @@ Leaf<Bounds> random_leaf(std::mt19937& random) {
   leaf.block.count = 1 + random() % 8;
   for (std::uint32_t i = 0; i < leaf.block.count; ++i) {
     Bounds bounds;
-    for (int axis = 0; axis < Bounds::kAxes; ++axis) {
-      const auto lower = static_cast<float>(random() % 12);
-      bounds.lane[axis] = lower;
-      bounds.lane[axis + Bounds::kAxes] = -(lower + static_cast<float>(random() % 8));
+    for (const int end : {0, Bounds::kEnd}) {
+      for (int axis = end; axis < end + Bounds::kAxes; ++axis) {
+        const auto lower = static_cast<float>(random() % 12);
+        bounds.lane[axis] = lower;
+        bounds.lane[axis + Bounds::kAxes] = -(lower + static_cast<float>(random() % 8));
+      }
     }
     if (random() % 16 == 0) bounds.lane.fill(-std::numeric_limits<float>::infinity());  // holds everything
     leaf.bounds.push_back(bounds);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The 18-DOP swept by a vertex within a step, thickened by half the minimum separation. Pure function.
+// The bounds of a vertex within a step, thickened by half the minimum separation. Pure function.
 #pragma once
 
 #include <span>
@@ -11,12 +11,11 @@ namespace warmfront {
 
 /// The largest magnitude that enters the bounds of a step: of all local coordinates at both times, and of the
 /// separation. Parallel inside Workers::run().
-double sweep_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
-                       double min_separation);
+double motion_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
+                        double min_separation);
 
-/// The 18-DOP, in the local frame, of the segment from t = 0 to t = 1, thickened so that two such bounds are
-/// disjoint only if the vertices stay farther apart than `min_separation` (scene units) along some axis, by a
-/// margin.
+/// The vertex's 18-DOPs at t = 0 and t = 1 in the local frame, thickened so that two such bounds are apart
+/// only if the vertices stay farther apart than `min_separation` (scene units) along some axis, by a margin.
 ///
 /// The margin makes the bounds weaker than the elementary cascade's own test of the same nine axes
 /// (trim_by_kdop in elementary/query.h), which works on coordinate differences: whatever the hierarchy
@@ -25,7 +24,7 @@ double sweep_magnitude(std::span<const VertexMotion> vertices, const LocalFrame&
 /// it carries u M of rounding, a diagonal sum 4 u M, its thickening 3 u M. The cascade's slack is 48 u times
 /// a query size that is at most twice the largest gap, and gaps are at most 2 M: 192 u M, to which come u
 /// times a diagonal's own threshold. 2^-44 M = 512 u M on each of two sides covers all of it.
-KDop18 swept_vertex(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
-                    double magnitude);
+KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+                     double magnitude);
 
 }  // namespace warmfront

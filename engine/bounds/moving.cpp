@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/bounds/swept.h"
+#include "engine/bounds/moving.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -48,8 +48,8 @@ double at_least(double magnitude, double x) {
 
 }  // namespace
 
-double sweep_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
-                       double min_separation) {
+double motion_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
+                        double min_separation) {
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, vertices.size(), 8192), frame.to_local(min_separation),
       [&](const auto& range, double magnitude) {
@@ -62,8 +62,8 @@ double sweep_magnitude(std::span<const VertexMotion> vertices, const LocalFrame&
       [](double x, double y) { return std::max(x, y); });
 }
 
-KDop18 swept_vertex(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
-                    double magnitude) {
+KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+                     double magnitude) {
   KDop18 slabs;
   // Far out of the frame's range the bounds hold everything: slower, never wrong.
   if (!(magnitude < 1e300)) {
@@ -81,8 +81,10 @@ KDop18 swept_vertex(const VertexMotion& vertex, const LocalFrame& frame, double 
   axes_of(x1[0], x1[1], x1[2], at1);
   for (int k = 0; k < 9; ++k) {
     const double thick = k < 3 ? straight : diagonal;
-    slabs.lane[k] = round_down(std::min(at0[k], at1[k]) - thick);
-    slabs.lane[k + 9] = round_down(-std::max(at0[k], at1[k]) - thick);
+    slabs.lane[k] = round_down(at0[k] - thick);
+    slabs.lane[k + 9] = round_down(-at0[k] - thick);
+    slabs.lane[k + KDop18::kEnd] = round_down(at1[k] - thick);
+    slabs.lane[k + KDop18::kEnd + 9] = round_down(-at1[k] - thick);
   }
   return slabs;
 }
