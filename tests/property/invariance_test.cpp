@@ -55,7 +55,6 @@ void expect_truth(const FeatureCase& query, const ExactTruth& truth, bool same_t
   } else {
     RC_ASSERT(!certified.contact || certified.status != ContactStatus::kHit);
   }
-  if (!has_exact_tier()) return;
   const Verdict exact = test(query, Tier::kExact);
   RC_ASSERT(exact.contact == truth.contact);
   if (truth.contact && same_time) RC_ASSERT(exact.toi == truth.toi);
@@ -162,7 +161,6 @@ RC_GTEST_PROP(Invariance, ScalingByPowersOfTwo, ()) {
     if (!exact) continue;
     RC_LOG() << family << " " << to_text(query) << " by 2^" << exponent << "\n";
     for (const Tier tier : {Tier::kFast, Tier::kCertified, Tier::kExact}) {
-      if (tier == Tier::kExact && !has_exact_tier()) continue;
       const Verdict before = test(query, tier);
       const Verdict after = test(scaled, tier);
       RC_ASSERT(before.contact == after.contact);

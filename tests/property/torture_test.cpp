@@ -15,7 +15,6 @@
 
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/feature_block.h"
-#include "engine/options.h"
 #include "tests/support/exact_oracle.h"
 
 namespace warmfront {
@@ -30,20 +29,23 @@ int cases() {
   return 600 * std::max(1, given == nullptr ? 1 : std::atoi(given));
 }
 
-bool has_exact_tier() {
-  return validate(ColliderOptions{.tier = Tier::kExact}).ok();
-}
-
 // One tier's verdict, and how long the slowest one of the family took.
 struct Tested {
   explicit Tested(const ElementaryOptions& the_options) : options(the_options) {}
 
   Verdict operator()(const FeatureCase& query) {
-    const auto begin = std::chrono::steady_clock::now();
-    const Verdict verdict = elementary_test(query.features(), options, counts);
-    const std::chrono::duration<double, std::micro> us = std::chrono::steady_clock::now() - begin;
-    slowest_us = std::max(slowest_us, us.count());
+    Verdict verdict;
+    const double us = timed(query, verdict);
+    // What is slow only once was interrupted.
+    if (us > slowest_us)
+      slowest_us = std::max(slowest_us, std::min({us, timed(query, verdict), timed(query, verdict)}));
     return verdict;
+  }
+
+  double timed(const FeatureCase& query, Verdict& verdict) {
+    const auto begin = std::chrono::steady_clock::now();
+    verdict = elementary_test(query.features(), options, counts);
+    return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count();
   }
 
   ElementaryOptions options;
@@ -83,7 +85,6 @@ TEST_P(Torture, EveryTierKeepsItsPromise) {
   Tested fine({.tolerance = 1e-12});
   Tested coarse({.tolerance = 1e-2});
   Tested exact({.tier = Tier::kExact});
-  const bool with_exact = has_exact_tier();
   std::mt19937_64 random(2009);
   int contacts = 0, undecided = 0, budget = 0;
   for (int trial = 0; trial < cases(); ++trial) {
@@ -102,24 +103,20 @@ TEST_P(Torture, EveryTierKeepsItsPromise) {
     budget += verdict.contact && verdict.status == ContactStatus::kBudget;
     expect_conservative(fine(query), truth);
     expect_conservative(coarse(query), truth);
-    if (with_exact) {
-      const Verdict answer = exact(query);
-      expect_sane(answer);
-      EXPECT_EQ(answer.contact, truth.contact);
-      if (answer.contact) {
-        EXPECT_EQ(answer.toi, truth.toi);
-        EXPECT_TRUE(answer.status == ContactStatus::kHit || answer.status == ContactStatus::kOverlapAtStart);
-      }
+    const Verdict answer = exact(query);
+    expect_sane(answer);
+    EXPECT_EQ(answer.contact, truth.contact);
+    if (answer.contact) {
+      EXPECT_EQ(answer.toi, truth.toi);
+      EXPECT_TRUE(answer.status == ContactStatus::kHit || answer.status == ContactStatus::kOverlapAtStart);
     }
     if (HasFailure()) break;  // one case of a family tells enough
   }
   std::cout << GetParam().name << ": " << contacts << " contacts of " << cases()
             << "; certified: " << undecided << " possible, " << budget
             << " at the budget's end; slowest query in us: fast " << fast.slowest_us << ", certified "
-            << std::max({certified.slowest_us, fine.slowest_us, coarse.slowest_us});
-  if (with_exact)
-    std::cout << ", exact " << exact.slowest_us << " (" << exact.counts.exact_tests << " by integers)";
-  std::cout << "\n";
+            << std::max({certified.slowest_us, fine.slowest_us, coarse.slowest_us}) << ", exact "
+            << exact.slowest_us << " (" << exact.counts.exact_tests << " by integers)\n";
   // A family without both would show nothing.
   EXPECT_GT(contacts, cases() / 50);
 }

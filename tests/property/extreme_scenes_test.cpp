@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// A whole scene at the extremes of scale and offset: the right answer, in memory that does not depend on
+// where the scene lies. Scaled by a power of two the answer is that of the scene itself, to the bit; shifted,
+// when rounding makes another scene of it, that of testing every pair.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+#include <tuple>
+
+#include "engine/collider.h"
+#include "engine/elementary/elementary_test.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/cloth_over_ball.h"
+
+namespace warmfront {
+namespace {
+
+using testing::ClothOverBall;
+using testing::placed;
+
+struct Step {
+  std::vector<Contact> contacts;
+  StepCounts counts;
+  std::size_t bytes = 0;
+};
+
+std::shared_ptr<const Scene> scene_of(const ClothOverBall& cloth) {
+  return std::make_shared<const Scene>(std::move(Scene::create(cloth.description)).value());
+}
+
+std::vector<Step> step_through(const ClothOverBall& cloth, const ColliderOptions& options, int exponent,
+                               double offset = 0) {
+  auto start = placed(cloth.frames.front(), exponent, offset);
+  auto collider = Collider::create(scene_of(cloth), std::span<const double>(start), options,
+                                   std::make_shared<Workers>(2));
+  EXPECT_TRUE(collider.ok());
+  std::vector<Step> steps;
+  for (std::size_t k = 1; k < cloth.frames.size(); ++k) {
+    const auto next = placed(cloth.frames[k], exponent, offset);
+    const auto result = collider.value().step(std::span<const double>(next));
+    EXPECT_TRUE(result.ok());
+    steps.push_back({{result.value().contacts.begin(), result.value().contacts.end()},
+                     result.value().statistics.counts,
+                     collider.value().memory_bytes()});
+  }
+  return steps;
+}
+
+class ExtremeScenes : public ::testing::TestWithParam<std::tuple<Tier, BoundsKind>> {
+ protected:
+  ColliderOptions options() const {
+    return {.tier = std::get<0>(GetParam()), .bounds = std::get<1>(GetParam()), .normal_cones = false};
+  }
+};
+
+TEST_P(ExtremeScenes, ScaledByPowersOfTwoTheAnswerIsTheSame) {
+  const ClothOverBall cloth = testing::cloth_over_ball(32, 6);
+  const std::vector<Step> plain = step_through(cloth, options(), 0);
+  for (const int exponent : {-1000, -500, 500, 900}) {
+    const std::vector<Step> scaled = step_through(cloth, options(), exponent);
+    for (std::size_t k = 0; k < plain.size(); ++k) {
+      ASSERT_GT(plain[k].contacts.size(), 100U);
+      EXPECT_EQ(scaled[k].contacts, plain[k].contacts) << "2^" << exponent << ", step " << k;
+      // The bounds see the same scene, so that work and front are the same, too. (What the front's spare
+      // chunks hold depends on which thread filled them.)
+      EXPECT_EQ(scaled[k].counts.triangle_pairs, plain[k].counts.triangle_pairs);
+      EXPECT_EQ(scaled[k].counts.front_pairs, plain[k].counts.front_pairs);
+      EXPECT_LE(scaled[k].counts.front_bytes, 2 * plain[k].counts.front_bytes);
+      EXPECT_LE(scaled[k].bytes, 2 * plain[k].bytes);
+    }
+  }
+}
+
+TEST_P(ExtremeScenes, ShiftedTheAnswerIsThatOfEveryPair) {
+  const ClothOverBall cloth = testing::cloth_over_ball(12, 4);
+  const auto scene = scene_of(cloth);
+  const std::vector<Step> plain = step_through(cloth, options(), 0);
+  for (const int exponent : {10, 20, 30, 48}) {
+    const double offset = std::ldexp(1.0, exponent);
+    const std::vector<Step> shifted = step_through(cloth, options(), 0, offset);
+    for (std::size_t k = 0; k < plain.size(); ++k) {
+      const auto vertices =
+          testing::motion_between(placed(cloth.frames[k], 0, offset), placed(cloth.frames[k + 1], 0, offset));
+      std::vector<Contact> expected;
+      ElementaryCounts counts;
+      testing::for_all_feature_pairs(*scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+        const Verdict verdict = elementary_test(testing::features_of(*scene, vertices, kind, a, b),
+                                                {.tier = options().tier}, counts);
+        if (verdict.contact) expected.push_back({kind, verdict.status, a, b, verdict.toi});
+      });
+      ASSERT_GT(expected.size(), 50U);
+      EXPECT_EQ(shifted[k].contacts, expected) << "offset 2^" << exponent << ", step " << k;
+      // Positions in units of 2^-4 at the farthest: flat triangles in many, but no more than a few times the
+      // pairs.
+      EXPECT_LE(shifted[k].counts.triangle_pairs, 4 * plain[k].counts.triangle_pairs + 1000);
+      EXPECT_LE(shifted[k].counts.front_bytes, 2 * plain[k].counts.front_bytes + 10'000);
+      EXPECT_LE(shifted[k].bytes, 2 * plain[k].bytes);
+    }
+  }
+}
+
+std::vector<std::tuple<Tier, BoundsKind>> ways() {
+  std::vector<std::tuple<Tier, BoundsKind>> all;
+  for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
+    for (const BoundsKind bounds : {BoundsKind::kKDop18, BoundsKind::kAabb}) {
+      if (validate(ColliderOptions{.tier = tier}).ok()) all.emplace_back(tier, bounds);
+    }
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, ExtremeScenes, ::testing::ValuesIn(ways()), [](const auto& info) {
+  return std::string(to_string(std::get<0>(info.param))) + "_" +
+         std::string(to_string(std::get<1>(info.param)));
+});
+
+}  // namespace
+}  // namespace warmfront
