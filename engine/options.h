@@ -42,8 +42,8 @@ struct ColliderOptions {
   FrontMode front = FrontMode::kWarm;
   BoundsKind bounds = BoundsKind::kKDop18;
   /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
-  /// holds.
-  bool normal_cones = true;
+  /// holds. Off, because since bounds ask for relative motion it costs more than it saves.
+  bool normal_cones = false;
   /// Most triangles a leaf of the hierarchy holds: 1, 2, 4 or 8.
   std::uint32_t leaf_size = 8;
   /// `paper` mode: rebuild the front after this many steps in a row in which it did not grow. 0: never.
