@@ -77,9 +77,9 @@ Status validate(const ColliderOptions& options) {
   if (leaf != 1 && leaf != 2 && leaf != 4 && leaf != 8) {
     return invalid_argument("leaf_size: " + std::to_string(leaf) + " is not one of 1, 2, 4, 8");
   }
-  if (options.tier != Tier::kCertified) {
-    return Error{ErrorCode::kUnimplemented, "tier: \"" + std::string(to_string(options.tier)) +
-                                                "\" is not in this build; use \"certified\""};
+  if (options.min_separation > 0 && options.tier != Tier::kCertified) {
+    return invalid_argument("min_separation: tier \"" + std::string(to_string(options.tier)) +
+                            "\" decides touching; for a separation above 0 use tier \"certified\"");
   }
   return {};
 }

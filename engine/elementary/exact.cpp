@@ -71,9 +71,8 @@ template <class Width>
 MaybeVerdict first_root(const DifferencePolygon<Width>& polygon, const Window& window) {
   auto f = polygon.volume();
   if (window.begin == 0 && f.c[0].sign() == 0) return Verdict::at(0, ContactStatus::kHit);
-  const double guess = window.begin + 0.5 * window.width();
   double toi = 2;
-  const Answer answer = visit_roots(std::move(f), &guess, [&](const auto&, const auto& root) {
+  const Answer answer = visit_roots(std::move(f), &window, [&](const auto&, const auto& root) {
     // Roots before the window are no contacts; at its begin, a double, the floor is not before it.
     if (root.floor < window.begin) return Answer::kNo;
     toi = root.floor;

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "engine/elementary/exact_polynomial.h"
+#include "engine/elementary/query.h"
 
 namespace warmfront {
 
@@ -168,9 +169,10 @@ LinearFactors linear_factors(const Polynomial<Big, 2>& f);
 int tarski_query(const Polynomial<Big, 3>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 int tarski_query(const Polynomial<Big, 2>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 
-/// The largest double not above the only root in (begin, end], by exact signs at doubles: at the guess, where
-/// Newton's step from there leads, and in steps that double from there and halve what is left: some 3 signs
-/// as a rule, at most 130. None where Fixed has no room for a double.
+/// The largest double not above the only root in (begin, end], by exact signs at doubles: at the guess (or
+/// where floating point finds the root), where Newton's steps lead from there, and then in steps that double
+/// and in the end halve what is left: some 3 signs as a rule, at most 140. None where Fixed has no room for a
+/// double.
 template <class Int, int kDegree>
 std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typename Int::Dyadic& begin,
                                 const typename Int::Dyadic& end, int sign_before, const double* guess) {
@@ -185,47 +187,46 @@ std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typenam
   constexpr std::uint64_t kLeast = Int::kUnbounded ? 0 : std::bit_cast<std::uint64_t>(0x1p-73);
   const Approximation<kDegree> approximation(f);
 
-  double at = guess != nullptr ? *guess : approximation.root(begin_floor, end_floor, sign_before);
-  double next = -1;
-  bool from_low = false;
-  // Moves an end to the double nearest to `at` that is left; false when there is none.
-  const auto probe = [&](std::uint64_t bits, bool newton) -> std::optional<int> {
-    bits = std::clamp(bits, low + 1, high - 1);
-    if (bits < kLeast) bits = kLeast;
+  double next = guess != nullptr ? *guess : approximation.root(begin_floor, end_floor, sign_before);
+  std::uint64_t bits = next > 0 ? std::bit_cast<std::uint64_t>(next) : 0;
+  std::uint64_t reach = 1;
+  for (int newton = 6; high - low > 1;) {
+    bits = std::max(std::clamp(bits, low + 1, high - 1), kLeast);
     if (bits >= high) return {};
-    at = std::bit_cast<double>(bits);
+    const double at = std::bit_cast<double>(bits);
     const Dyadic t = dyadic_of<Dyadic>(at);
     const auto value = evaluate(f, t);
     const int sign = value.sign();
-    from_low = sign == sign_before;
-    (from_low ? low : high) = bits;
-    if (newton) next = at - value.scaled(kDegree * t.shift + approximation.scale) / approximation.slope(at);
-    return sign;
-  };
-  std::uint64_t bits = at > 0 ? std::bit_cast<std::uint64_t>(at) : 0;
-  std::uint64_t reach = 0;
-  for (int probes = 0; high - low > 1; ++probes) {
-    const std::optional<int> sign = probe(bits, probes == 0);
-    if (!sign) return {};
-    if (*sign == 0) return Root<Int>{begin, end, at, true};
-    if (probes == 0 && next >= 0 && next != at) {
-      bits = std::bit_cast<std::uint64_t>(next);
-      continue;
+    if (sign == 0) return Root<Int>{begin, end, at, true};
+    const bool before = sign == sign_before;
+    (before ? low : high) = bits;
+    if (newton > 0) {
+      --newton;
+      next = at - value.scaled(kDegree * t.shift + approximation.scale) / approximation.slope(at);
+      if (next > 0 && next <= 1) {
+        const auto next_bits = std::bit_cast<std::uint64_t>(next);
+        const std::uint64_t step = next_bits > bits ? next_bits - bits : bits - next_bits;
+        if (step > 1) {
+          bits = next_bits;
+          continue;
+        }
+      }
+      newton = 0;
     }
-    reach = reach == 0 ? 1 : 2 * reach;
     const std::uint64_t step = std::min(reach, (high - low) / 2);
-    bits = from_low ? low + step : high - step;
+    bits = before ? low + step : high - step;
+    reach = std::min(2 * reach, std::uint64_t{1} << 62);
   }
   return Root<Int>{begin, end, std::bit_cast<double>(low), false};
 }
 
 }  // namespace roots
 
-/// Calls visit(f, root) for the roots of f in (0, 1], ascending (for a multiple root in any order), with f or
-/// a factor of it that has the root as its only one there, until an answer is not kNo; gives that answer. f
-/// is not zero everywhere. `guess`, if any, is where a root is expected.
+/// Calls visit(f, root) for the roots of f in (0, 1], ascending, with f or a factor of it that has the root
+/// as its only one there, until an answer is not kNo; gives that answer. f is not zero everywhere. With a
+/// window, roots outside it may be left out.
 template <class Int, int kDegree, class Visit>
-Answer visit_roots(Polynomial<Int, kDegree> f, const double* guess, Visit&& visit) {
+Answer visit_roots(Polynomial<Int, kDegree> f, const Window* window, Visit&& visit) {
   using Dyadic = typename Int::Dyadic;
   // Roots at 0 are of no interest: divided out.
   while (f.c[0].sign() == 0) {
@@ -235,7 +236,12 @@ Answer visit_roots(Polynomial<Int, kDegree> f, const double* guess, Visit&& visi
   const Dyadic zero = dyadic_of<Dyadic>(0);
   const Dyadic one = dyadic_of<Dyadic>(1);
   const auto visit_only = [&](const Dyadic& begin, const Dyadic& end, int sign_before) {
-    const auto root = roots::locate(f, begin, end, sign_before, guess);
+    double guess = 0;
+    if (window != nullptr) {
+      if (roots::floor_of(end) < window->begin || roots::floor_of(begin) > window->end) return Answer::kNo;
+      guess = window->begin + 0.5 * window->width();
+    }
+    const auto root = roots::locate(f, begin, end, sign_before, window != nullptr ? &guess : nullptr);
     return root ? visit(f, *root) : Answer::kUnknown;
   };
   const int at_begin = roots::variations(f, zero);

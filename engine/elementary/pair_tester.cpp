@@ -7,7 +7,7 @@
 #include <chrono>
 
 #include "engine/bounds/overlap.h"
-#include "engine/elementary/certified.h"
+#include "engine/elementary/elementary_test.h"
 
 namespace warmfront {
 namespace {
@@ -122,17 +122,20 @@ void PairTester::flush() {
   const std::size_t count =
       coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
   output_.counts.coplanarity_passed += count;
-  CertifiedOptions certified{.tolerance = options.tolerance, .min_separation = options.min_separation};
+  ElementaryOptions elementary{
+      .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+  ElementaryCounts counts;
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
     FeatureVertices features{pair.kind, {}};
     for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
     if (options.report == Report::kEarliest)
-      certified.latest = shared_->earliest.load(std::memory_order_relaxed);
-    if (const Verdict verdict = certified_test(features, certified); verdict.contact) {
+      elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
+    if (const Verdict verdict = elementary_test(features, elementary, counts); verdict.contact) {
       report(pair, verdict.status, verdict.toi);
     }
   }
+  output_.counts.exact_tests += counts.exact_tests;
   block_.size = 0;
   output_.elementary_seconds +=
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
