@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/cli/accuracy.h"
 #include "client/cli/detect.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/queries.h"
@@ -39,6 +40,8 @@ int run(int argc, char** argv) {
   add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
   add("queries", "Run elementary queries with known answers through one tier",
       warmfront::client::add_queries);
+  add("accuracy", "Measure the trade of speed for accuracy over query sets and scenes",
+      warmfront::client::add_accuracy);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 

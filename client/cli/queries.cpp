@@ -71,23 +71,17 @@ void append_row(std::string& csv, const QueryFile& file, std::size_t index, cons
 /// Everything through the tier; `kinds` by ContactKind, `csv` a line a query where it is wanted.
 void run_all(const Arguments& arguments, const std::vector<QueryFile>& files, KindResult (&kinds)[2],
              std::string* csv) {
-  std::uint64_t total = 0;
-  for (const QueryFile& file : files) total += file.queries.size();
-  Progress progress("query", total);
-  ElementaryCounts counts;
-  // Once beforehand, so that the first query's time is not that of waking the code.
-  elementary_test(files.front().queries.front().features(files.front().kind), arguments.options, counts);
-  std::uint64_t done = 0;
+  const std::vector<TypedQuery> queries = all_queries(files);
+  Progress progress("test", arguments.repeat * queries.size());
+  const std::vector<TimedVerdict> results = run_timed(queries, arguments.options, arguments.repeat,
+                                                      [&](std::uint64_t done) { progress.update(done); });
+  auto result = results.begin();
   for (const QueryFile& file : files) {
-    KindResult& result = kinds[static_cast<int>(file.kind)];
-    for (std::size_t i = 0; i < file.queries.size(); ++i) {
-      const KnownQuery& query = file.queries[i];
-      const TimedVerdict timed =
-          timed_test(query.features(file.kind), arguments.options, arguments.repeat, counts);
-      result.tally.add(timed.verdict, query.truth);
-      result.nanoseconds.push_back(timed.nanoseconds);
-      if (csv) append_row(*csv, file, i, timed.verdict);
-      if (++done % 64 == 0) progress.update(done);
+    KindResult& kind = kinds[static_cast<int>(file.kind)];
+    for (std::size_t i = 0; i < file.queries.size(); ++i, ++result) {
+      kind.tally.add(result->verdict, file.queries[i].truth);
+      kind.nanoseconds.push_back(result->nanoseconds);
+      if (csv) append_row(*csv, file, i, result->verdict);
     }
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary queries with known answers through one tier, counted and timed one by one. One thread at a time.
+// Elementary queries through one tier, counted and timed one by one. One thread at a time.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -11,15 +12,27 @@
 
 namespace warmfront::client {
 
+/// A query with its kind.
+struct TypedQuery {
+  ContactKind kind = ContactKind::kVertexFace;
+  KnownQuery query;
+  FeatureVertices features() const { return query.features(kind); }
+};
+
+/// All files' queries in one row.
+std::vector<TypedQuery> all_queries(std::span<const QueryFile> files);
+
 /// A verdict, and the median of the times it took.
 struct TimedVerdict {
   Verdict verdict;
   double nanoseconds = 0;
 };
 
-/// Tests the primitives `rounds` times (at least once), each timed by itself, the clock's own time included.
-TimedVerdict timed_test(const FeatureVertices& features, const ElementaryOptions& options,
-                        std::uint32_t rounds, ElementaryCounts& counts);
+/// Tests all queries, `rounds` times over (at least once); each test is timed by itself, the clock's own time
+/// included. A round goes through all of them, so that no query finds the machine warmed up by itself.
+/// `progress` hears how many tests are done, of rounds * queries.
+std::vector<TimedVerdict> run_timed(std::span<const TypedQuery> queries, const ElementaryOptions& options,
+                                    std::uint32_t rounds, const std::function<void(std::uint64_t)>& progress);
 
 /// Whether a verdict leaves open if the primitives touch.
 inline bool is_undecided(const Verdict& verdict) {
@@ -27,8 +40,8 @@ inline bool is_undecided(const Verdict& verdict) {
          (verdict.status == ContactStatus::kPossible || verdict.status == ContactStatus::kBudget);
 }
 
-/// The sums over queries of one kind. A contact is answered by any status; reported where there is none it is
-/// a false positive, not reported where there is one a false negative.
+/// Sums over queries. A contact is an answer of any status; where there is none in truth it is a false
+/// positive, and no contact where there is one a false negative.
 struct QueryTally {
   std::uint64_t queries = 0;
   std::uint64_t contacts = 0;  ///< in truth
@@ -47,5 +60,8 @@ struct Times {
   double max = 0;
 };
 Times times_of(std::vector<double> nanoseconds);
+
+/// The middle one, the lower of two; `values` is not empty.
+double median(std::vector<double> values);
 
 }  // namespace warmfront::client

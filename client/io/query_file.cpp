@@ -94,6 +94,7 @@ Result<Row> parse_row(std::string_view line) {
 Status collect(const std::string& path, std::vector<std::string>& files) {
   namespace fs = std::filesystem;
   std::error_code code;
+  if (!fs::exists(path, code)) return invalid_argument(path + ": no such file or folder");
   if (!fs::is_directory(path, code)) {
     files.push_back(path);
     return {};

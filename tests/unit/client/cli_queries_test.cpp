@@ -8,6 +8,7 @@
 
 #include "client/cli/exit_codes.h"
 #include "tests/unit/client/command.h"
+#include "tests/unit/client/known_queries.h"
 #include "tests/unit/client/temporary_folder.h"
 
 namespace warmfront::client {
@@ -17,35 +18,15 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
-// A vertex that falls from z = 1 to `z` over (x, 1/4), above a face with corners (0, 0), (1, 0), (0, 1).
-std::string falling(const std::string& x, const std::string& z, char truth) {
-  std::string text;
-  for (const std::string& at : {std::string("1,1"), z}) {
-    text += x + ",1,4," + at + "," + truth + "\n";
-    for (const char* corner : {"0,1,0,1,0,1,", "1,1,0,1,0,1,", "0,1,1,1,0,1,"})
-      text += corner + std::string(1, truth) + "\n";
-  }
-  return text;
-}
-
-// Two edges, the first of which falls from z = 1 to -1 onto the second, or beside it.
-std::string crossing(const std::string& y, char truth) {
-  std::string text;
-  for (const char* z : {"1,1,", "-1,1,"}) {
-    text += "-1,1," + y + "," + z + truth + "\n1,1," + y + "," + z + truth + "\n";
-    for (const char* end : {"0,1,-1,1,0,1,", "0,1,1,1,0,1,"}) text += end + std::string(1, truth) + "\n";
-  }
-  return text;
-}
-
 class CliQueries : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const char* kind : {"set/vertex-face", "set/edge-edge"})
       std::filesystem::create_directories(folder_.file(kind));
-    folder_.write("set/vertex-face/a.csv",
-                  falling("1,4", "-1,1", '1') + falling("3,1", "-1,1", '0') + falling("1,4", "0,1", '1'));
-    folder_.write("set/edge-edge/a.csv", crossing("0,1", '1') + crossing("2,1", '0'));
+    folder_.write("set/vertex-face/a.csv", falling_vertex("1,4", "-1,1", '1') +
+                                               falling_vertex("3,1", "-1,1", '0') +
+                                               falling_vertex("1,4", "0,1", '1'));
+    folder_.write("set/edge-edge/a.csv", falling_edge("0,1", '1') + falling_edge("2,1", '0'));
   }
   std::string set() const { return folder_.file("set"); }
   TemporaryFolder folder_;
@@ -86,18 +67,18 @@ TEST_F(CliQueries, EachQueryIsALineOfTheCsv) {
 
 TEST_F(CliQueries, ABrokenPromiseIsExitCode1) {
   const std::string wrong =
-      folder_.write("vf.csv", falling("3,1", "-1,1", '1'));  // says contact where there is none
+      folder_.write("vf.csv", falling_vertex("3,1", "-1,1", '1'));  // says contact where there is none
   EXPECT_EQ(run("queries " + wrong).code, kExitNo);
   EXPECT_EQ(run("queries " + set() + " " + wrong + " --json -", "2>/dev/null").code, kExitNo);
   // A false positive is within what certified may do.
-  const std::string extra = folder_.write("ee.csv", crossing("0,1", '0'));
+  const std::string extra = folder_.write("ee.csv", falling_edge("0,1", '0'));
   EXPECT_EQ(run("queries " + extra).code, kExitOk);
   EXPECT_EQ(Json::parse(run("queries " + extra + " --json -", "2>/dev/null").out)["ee"]["false_positives"],
             1);
 }
 
 TEST_F(CliQueries, TheTypeOverridesThePath) {
-  const std::string free = folder_.write("free.csv", crossing("0,1", '1'));
+  const std::string free = folder_.write("free.csv", falling_edge("0,1", '1'));
   const Outcome untold = run("queries " + free);
   EXPECT_EQ(untold.code, kExitFailed);
   EXPECT_THAT(untold.out, HasSubstr("free.csv: nothing in the path says vertex-face or edge-edge"));
@@ -106,7 +87,7 @@ TEST_F(CliQueries, TheTypeOverridesThePath) {
 }
 
 TEST_F(CliQueries, WhatCannotBeReadExitsWith2AndWhatMakesNoSenseWith3) {
-  const std::string broken = folder_.write("vf.csv", falling("1,4", "-1,1", '1') + "1,3,0,1,0,1,1\n");
+  const std::string broken = folder_.write("vf.csv", falling_vertex("1,4", "-1,1", '1') + "1,3,0,1,0,1,1\n");
   const Outcome outcome = run("queries " + broken);
   EXPECT_EQ(outcome.code, kExitFailed);
   EXPECT_THAT(outcome.out, HasSubstr("vf.csv: line 9: x is not exactly a double"));

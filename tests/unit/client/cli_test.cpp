@@ -102,7 +102,8 @@ TEST(Cli, AFullDiskOnStdoutFails) {
 }
 
 TEST(Cli, HelpAndVersion) {
-  for (const char* arguments : {"--help", "detect --help", "scene --help", "queries --help"}) {
+  for (const char* arguments :
+       {"--help", "detect --help", "scene --help", "queries --help", "accuracy --help"}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, kExitOk);
     EXPECT_THAT(outcome.out, HasSubstr("Usage: warmfront"));

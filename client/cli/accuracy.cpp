@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verb `accuracy`: see accuracy.h.
+#include "client/cli/accuracy.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/progress.h"
+#include "client/cli/trade.h"
+#include "client/io/file.h"
+#include "client/io/query_file.h"
+
+namespace warmfront::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The arguments as given.
+struct Arguments {
+  std::vector<std::string> paths;
+  std::vector<std::string> tiers{"fast", "certified", "exact"};
+  std::vector<double> tolerances{1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12};
+  std::vector<std::string> positions{"float64", "float32"};
+  std::vector<std::string> bounds{"kdop18", "aabb"};
+  std::string type;
+  std::string frames;
+  std::uint32_t substeps = 1;
+  std::uint32_t rounds = 3;
+  int threads = 0;
+  std::string csv_file;
+  std::string json_file;
+  std::string svg_folder;
+};
+
+/// Every combination; a tolerance only where it means something.
+Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
+  std::vector<TradeSetting> settings;
+  for (const std::string& positions : arguments.positions) {
+    for (const std::string& bounds_name : arguments.bounds) {
+      const Result<BoundsKind> bounds = parse_bounds_kind(bounds_name);
+      if (!bounds) return bounds.error();
+      for (const std::string& tier_name : arguments.tiers) {
+        const Result<Tier> tier = parse_tier(tier_name);
+        if (!tier) return tier.error();
+        TradeSetting setting{
+            .tier = tier.value(),
+            .positions = positions == "float32" ? PositionType::kFloat32 : PositionType::kFloat64,
+            .bounds = bounds.value()};
+        const bool tolerant = setting.tier == Tier::kCertified;
+        for (const double tolerance :
+             tolerant ? arguments.tolerances : std::vector<double>{setting.tolerance}) {
+          setting.tolerance = tolerance;
+          const Status status = validate(ColliderOptions{.tier = setting.tier, .tolerance = tolerance});
+          if (!status) return status.error();
+          settings.push_back(setting);
+        }
+      }
+    }
+  }
+  // The truth is the exact tier's.
+  if (Status status = validate(ColliderOptions{.tier = Tier::kExact}); !status) return status.error();
+  return settings;
+}
+
+bool is_scene(const std::string& path) {
+  std::error_code ignored;
+  return path.starts_with("builtin:") || fs::exists(fs::path(path) / "mesh.ply", ignored) ||
+         fs::exists(fs::path(path) / "t0.ply", ignored);
+}
+
+/// The last part of a path, or what comes behind "builtin:".
+std::string name_of(const std::string& path) {
+  if (path.starts_with("builtin:")) return path.substr(8);
+  const fs::path clean = fs::path(path).lexically_normal();
+  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
+}
+
+/// For a file's name: only what every file system takes.
+std::string file_name_of(const TradeRow& row) {
+  std::string name = row.set + (row.scene ? "-scene" : "-queries");
+  std::ranges::replace_if(
+      name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_'; },
+      '-');
+  return name + ".svg";
+}
+
+Result<std::vector<TradeRow>> measure_query_set(const Arguments& arguments, const std::string& path,
+                                                std::span<const TradeSetting> settings) {
+  std::optional<ContactKind> kind;
+  if (!arguments.type.empty())
+    kind = arguments.type == "vf" ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
+  const Result<std::vector<QueryFile>> files = read_query_files({&path, 1}, kind);
+  if (!files) return files.error();
+  const std::vector<TypedQuery> queries = all_queries(files.value());
+  std::optional<Progress> bar;
+  return measure_queries(name_of(path), queries, settings, arguments.rounds,
+                         [&](std::uint64_t done, std::uint64_t total) {
+                           if (!bar) bar.emplace("test", total);
+                           bar->update(done);
+                         });
+}
+
+Result<std::vector<TradeRow>> measure_input(const Arguments& arguments, const std::string& path,
+                                            std::span<const TradeSetting> settings) {
+  const Result<std::unique_ptr<Input>> opened = open_input({&path, 1});
+  if (!opened) return opened.error();
+  Input& input = *opened.value();
+  FrameRange range{0, input.frame_count() - 1};
+  if (!arguments.frames.empty()) {
+    const Result<FrameRange> parsed = parse_frame_range(arguments.frames, input.frame_count());
+    if (!parsed) return parsed.error();
+    range = parsed.value();
+  }
+  std::optional<Progress> bar;
+  return measure_scene(name_of(path), input, range, arguments.substeps, settings, arguments.rounds,
+                       std::make_shared<Workers>(arguments.threads),
+                       [&](std::uint64_t done, std::uint64_t total) {
+                         if (!bar) bar.emplace("run", total);
+                         bar->update(done);
+                       });
+}
+
+Status write_plots(const std::string& folder, std::span<const TradeRow> rows) {
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) return invalid_argument(folder + ": cannot make the folder: " + code.message());
+  for (auto begin = rows.begin(); begin != rows.end();) {
+    const auto end = std::find_if(
+        begin, rows.end(), [&](const TradeRow& r) { return r.set != begin->set || r.scene != begin->scene; });
+    if (Status status =
+            write_file((fs::path(folder) / file_name_of(*begin)).string(), format_trade_svg({begin, end}));
+        !status)
+      return status;
+    begin = end;
+  }
+  return {};
+}
+
+int accuracy(const Arguments& arguments) {
+  const Result<std::vector<TradeSetting>> settings = settings_of(arguments);
+  if (!settings) {
+    // A tier that exists, but not in this build, is no misuse.
+    const bool missing = settings.error().code == ErrorCode::kUnimplemented;
+    return missing ? failure(settings.error().message) : usage_error(settings.error().message);
+  }
+  std::vector<TradeRow> rows;
+  for (const std::string& path : arguments.paths) {
+    Result<std::vector<TradeRow>> measured = is_scene(path)
+                                                 ? measure_input(arguments, path, settings.value())
+                                                 : measure_query_set(arguments, path, settings.value());
+    if (!measured) return failure(measured.error().message);
+    if (arguments.json_file != "-") {
+      std::printf("%s%s", rows.empty() ? "" : "\n", format_trade_table(measured.value()).c_str());
+      std::fflush(stdout);
+    }
+    std::ranges::move(measured.value(), std::back_inserter(rows));
+  }
+  if (!arguments.csv_file.empty()) {
+    if (Status status = write_file(arguments.csv_file, format_trade_csv(rows)); !status)
+      return failure(status.error().message);
+  }
+  if (!arguments.svg_folder.empty()) {
+    if (Status status = write_plots(arguments.svg_folder, rows); !status)
+      return failure(status.error().message);
+  }
+  if (!arguments.json_file.empty()) {
+    if (Status status = write_text(arguments.json_file, format_trade_json(rows)); !status)
+      return failure(status.error().message);
+  }
+  return finish_output();
+}
+
+}  // namespace
+
+Verb add_accuracy(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  app.add_option("PATH", a.paths,
+                 "Scenes (a folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; builtin:NAME) "
+                 "and query "
+                 "sets (a query file, or a folder with .csv files anywhere below); a table each")
+      ->required();
+  app.add_option("--tiers", a.tiers, "Tiers to measure")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"fast", "certified", "exact"}))
+      ->capture_default_str();
+  app.add_option("--tolerances", a.tolerances, "Tolerances of the certified tier, each in (0, 1]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  app.add_option("--positions", a.positions,
+                 "Precisions in which positions are given; the truth is that of the positions as they are")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"float64", "float32"}))
+      ->capture_default_str();
+  app.add_option("--bounds", a.bounds, "Scenes: bounding volumes")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"aabb", "kdop18"}))
+      ->capture_default_str();
+  app.add_option(
+         "--type", a.type,
+         "Take all queries for vertex-face (vf) or edge-edge (ee); else the path tells, by a part named "
+         "vertex-face, vf, edge-edge or ee")
+      ->check(CLI::IsMember({"vf", "ee"}));
+  app.add_option("--frames", a.frames, "Scenes: only the steps from frame FIRST to frame LAST")
+      ->type_name("FIRST:LAST");
+  app.add_option("--substeps", a.substeps, "Scenes: split each step in so many, linearly")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--rounds", a.rounds, "Measure everything so many times; times are medians")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  app.add_option("--threads", a.threads, "Scenes: threads; 0 for all that the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--csv", a.csv_file, "Write the table as CSV")->type_name("FILE");
+  app.add_option("--json", a.json_file, "Write the table as JSON; - for stdout, with nothing else there")
+      ->type_name("FILE");
+  app.add_option("--svg", a.svg_folder, "Write a plot a set into this folder: accuracy against cost")
+      ->type_name("DIR");
+  return [arguments] { return accuracy(*arguments); };
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// The measured trade as table, CSV and JSON: see trade.h.
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client/cli/trade.h"
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A row's fields, in the order of the CSV's columns; null where there is no such thing.
+Json to_json(const TradeRow& row) {
+  const TradeSetting& setting = row.setting;
+  const auto only = [](bool applies, Json value) { return applies ? std::move(value) : Json(nullptr); };
+  return {{"set", row.set},
+          {"kind", row.scene ? "scene" : "queries"},
+          {"tier", to_string(setting.tier)},
+          {"tolerance", only(setting.tier == Tier::kCertified, setting.tolerance)},
+          {"positions", to_string(setting.positions)},
+          {"bounds", only(row.scene, to_string(setting.bounds))},
+          {"queries", row.tally.queries},
+          {"contacts", row.tally.contacts},
+          {"false_positives", row.tally.false_positives},
+          {"false_negatives", row.tally.false_negatives},
+          {"possible", row.tally.possible},
+          {"toi_error_max", row.toi.max},
+          {"toi_error_mean", row.toi.mean()},
+          {"late", row.toi.late},
+          {"ns_per_query", row.ns.mean},
+          {"ns_p99", only(!row.scene, row.ns.p99)},
+          {"ns_max", only(!row.scene, row.ns.max)},
+          {"ms_per_frame", only(row.scene, row.ms_frame)}};
+}
+
+/// One field of the CSV file.
+std::string in_csv(const Json& field) {
+  if (field.is_null()) return "";
+  if (!field.is_string()) return field.dump();
+  const auto& text = field.get_ref<const std::string&>();
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + "\"";
+}
+
+template <class... Values>
+std::string print(const char* format, Values... values) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+using Cells = std::vector<std::string>;
+
+Cells table_head(bool scene) {
+  Cells head{"setting", "positions"};
+  if (scene) head.push_back("bounds");
+  for (const char* name :
+       {"false positives", "false negatives", "undecided", "toi error: max", "mean", "late"})
+    head.push_back(name);
+  for (const char* name : {"ns a query", "p99", "max"})
+    if (!scene || name[0] == 'n') head.push_back(name);
+  if (scene) head.push_back("ms a frame");
+  return head;
+}
+
+Cells table_row(const TradeRow& row) {
+  const auto count = [](std::uint64_t n) { return std::to_string(n); };
+  Cells cells{row.setting.name(), std::string(to_string(row.setting.positions))};
+  if (row.scene) cells.emplace_back(to_string(row.setting.bounds));
+  cells.insert(cells.end(), {count(row.tally.false_positives), count(row.tally.false_negatives),
+                             count(row.tally.possible), print("%.1e", row.toi.max),
+                             print("%.1e", row.toi.mean()), count(row.toi.late), print("%.0f", row.ns.mean)});
+  if (row.scene) {
+    cells.push_back(print("%.1f", row.ms_frame));
+  } else {
+    cells.push_back(print("%.0f", row.ns.p99));
+    cells.push_back(print("%.0f", row.ns.max));
+  }
+  return cells;
+}
+
+/// Rows of cells as a Markdown table, aligned: words to the left, numbers to the right.
+std::string align(const std::vector<Cells>& rows, std::size_t words) {
+  std::vector<std::size_t> width(rows.front().size());
+  for (const Cells& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+  }
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (std::size_t c = 0; c < width.size(); ++c) {
+      const std::string pad(width[c] - rows[r][c].size(), ' ');
+      text += "| " + (c < words ? rows[r][c] + pad : pad + rows[r][c]) + " ";
+    }
+    text += "|\n";
+    if (r > 0) continue;
+    for (std::size_t c = 0; c < width.size(); ++c)
+      text += c < words ? "|-" + std::string(width[c], '-') + "-" : "|-" + std::string(width[c], '-') + ":";
+    text += "|\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string format_trade_table(std::span<const TradeRow> rows) {
+  std::string text;
+  for (auto begin = rows.begin(); begin != rows.end();) {
+    const auto end = std::find_if(
+        begin, rows.end(), [&](const TradeRow& r) { return r.set != begin->set || r.scene != begin->scene; });
+    text += begin->set + ": ";
+    if (!begin->scene) text += std::to_string(begin->tally.queries) + " queries, ";
+    text += std::to_string(begin->tally.contacts) + " contacts in truth\n\n";
+    std::vector<Cells> cells{table_head(begin->scene)};
+    std::transform(begin, end, std::back_inserter(cells), table_row);
+    text += align(cells, begin->scene ? 3 : 2) + (end == rows.end() ? "" : "\n");
+    begin = end;
+  }
+  return text;
+}
+
+std::string format_trade_csv(std::span<const TradeRow> rows) {
+  std::string text;
+  const auto append = [&](const Json& row, auto&& field) {
+    const char* separator = "";
+    for (const auto& item : row.items()) {
+      text += separator + field(item);
+      separator = ",";
+    }
+    text += "\n";
+  };
+  append(to_json({}), [](const auto& item) { return item.key(); });
+  for (const TradeRow& row : rows)
+    append(to_json(row), [](const auto& item) { return in_csv(item.value()); });
+  return text;
+}
+
+std::string format_trade_json(std::span<const TradeRow> rows) {
+  Json json = Json::array();
+  for (const TradeRow& row : rows) json.push_back(to_json(row));
+  return json.dump(1) + "\n";
+}
+
+}  // namespace warmfront::client

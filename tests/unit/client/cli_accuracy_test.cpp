@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// `warmfront accuracy` as others use it: what it measures keeps the tiers' promises, in every form it is
+// written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+
+#include "client/cli/exit_codes.h"
+#include "tests/unit/client/command.h"
+#include "tests/unit/client/known_queries.h"
+#include "tests/unit/client/temporary_folder.h"
+
+namespace warmfront::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kScene = "'builtin:bart?triangles=1000' --frames 0:3";
+
+class CliAccuracy : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* kind : {"hard/vertex-face", "hard/edge-edge"})
+      std::filesystem::create_directories(folder_.file(kind));
+    // The last vertex passes the face's edge by less than float32 tells: rounded, it hits.
+    folder_.write("hard/vertex-face/a.csv",
+                  falling_vertex("1,4", "-1,1", '1') + falling_vertex("3,1", "-1,1", '0') +
+                      falling_vertex("1,4", "0,1", '1') +
+                      falling_vertex("6755399441055745,9007199254740992", "-1,1", '0'));
+    folder_.write("hard/edge-edge/a.csv", falling_edge("0,1", '1') + falling_edge("2,1", '0'));
+  }
+  std::string set() const { return folder_.file("hard"); }
+
+  static Json measure(const std::string& arguments) {
+    const Outcome outcome = run("accuracy --rounds 1 --json - " + arguments, "2>/dev/null");
+    EXPECT_EQ(outcome.code, kExitOk);
+    return Json::parse(outcome.out);
+  }
+  static void expect_promises(const Json& row) {
+    if (row["positions"] != "float64" || row["tier"] == "fast") return;
+    EXPECT_EQ(row["false_negatives"], 0) << row;
+    EXPECT_EQ(row["late"], 0) << row;
+    if (row["tier"] != "exact") return;
+    EXPECT_EQ(row["false_positives"], 0) << row;
+    EXPECT_EQ(row["possible"], 0) << row;
+    EXPECT_EQ(row["toi_error_max"], 0) << row;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CliAccuracy, QuerySetsUnderEverySetting) {
+  const Json rows = measure(set());
+  ASSERT_EQ(rows.size(), 16U);  // (fast, six tolerances, exact) in both precisions
+  for (const Json& row : rows) {
+    EXPECT_THAT(keys(row),
+                ElementsAre("set", "kind", "tier", "tolerance", "positions", "bounds", "queries", "contacts",
+                            "false_positives", "false_negatives", "possible", "toi_error_max",
+                            "toi_error_mean", "late", "ns_per_query", "ns_p99", "ns_max", "ms_per_frame"));
+    EXPECT_EQ(row["set"], "hard");
+    EXPECT_EQ(row["kind"], "queries");
+    EXPECT_EQ(row["queries"], 6);
+    EXPECT_EQ(row["contacts"], 3);
+    EXPECT_EQ(row["tolerance"].is_null(), row["tier"] != "certified");
+    EXPECT_TRUE(row["bounds"].is_null() && row["ms_per_frame"].is_null());
+    EXPECT_GT(row["ns_per_query"], 0);
+    expect_promises(row);
+    // What float32 costs: a contact that is none.
+    if (row["tier"] == "exact" && row["positions"] == "float32") {
+      EXPECT_EQ(row["false_positives"], 1);
+    }
+  }
+}
+
+TEST_F(CliAccuracy, ScenesUnderEverySetting) {
+  const Json rows = measure(std::string(kScene) + " --substeps 2 --tolerances 1e-3,1e-6");
+  ASSERT_EQ(rows.size(), 16U);  // (fast, two tolerances, exact), both precisions, both bounds
+  for (const Json& row : rows) {
+    EXPECT_EQ(row["kind"], "scene");
+    EXPECT_GT(row["contacts"], 0);
+    EXPECT_GT(row["queries"], row["contacts"]);
+    EXPECT_GT(row["ms_per_frame"], 0);
+    EXPECT_GT(row["ns_per_query"], 0);
+    EXPECT_TRUE(row["ns_p99"].is_null());
+    expect_promises(row);
+    // Bounds change what it costs, never the answer.
+    const auto same = std::ranges::count_if(rows, [&](const Json& other) {
+      return std::ranges::all_of(
+          std::initializer_list<const char*>{"tier", "tolerance", "positions", "false_positives",
+                                             "false_negatives", "possible", "toi_error_mean"},
+          [&](const char* key) { return other[key] == row[key]; });
+    });
+    EXPECT_EQ(same, 2) << row;
+  }
+}
+
+TEST_F(CliAccuracy, TableCsvAndPlots) {
+  const Outcome outcome = run("accuracy --rounds 1 --tolerances 1e-6 " + set() + " " + kScene + " --csv " +
+                              folder_.file("trade.csv") + " --svg " + folder_.file("plots/here"));
+  ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("hard: 6 queries, 3 contacts in truth"));
+  EXPECT_THAT(outcome.out, HasSubstr("| certified 1e-06 | float32 "));
+  EXPECT_THAT(outcome.out, HasSubstr("ms a frame"));
+  std::istringstream csv(folder_.read("trade.csv"));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(
+      line,
+      "set,kind,tier,tolerance,positions,bounds,queries,contacts,false_positives,false_negatives,possible,"
+      "toi_error_max,toi_error_mean,late,ns_per_query,ns_p99,ns_max,ms_per_frame");
+  std::getline(csv, line);
+  EXPECT_THAT(line, ::testing::StartsWith("hard,queries,fast,,float64,,6,3,"));
+  for (const char* name : {"plots/here/hard-queries.svg", "plots/here/bart-triangles-1000-scene.svg"}) {
+    const std::string svg = folder_.read(name);
+    EXPECT_THAT(svg, ::testing::StartsWith("<svg ")) << name;
+    EXPECT_THAT(svg, ::testing::EndsWith("</svg>\n")) << name;
+    for (const char* part : {"prefers-color-scheme:dark", ">fast<", ">exact<", ">1e-06<", "false positives"})
+      EXPECT_THAT(svg, HasSubstr(part)) << name;
+    EXPECT_THAT(svg, ::testing::Not(HasSubstr("nan"))) << name;
+    EXPECT_LT(svg.size(), 40'000U);
+  }
+}
+
+TEST_F(CliAccuracy, MisuseAndFailures) {
+  for (const char* arguments : {"--tiers sharp", "--tolerances 0", "--tolerances x", "--positions float16",
+                                "--bounds ball", "--rounds 0", "--type xy"}) {
+    const Outcome outcome = run("accuracy " + set() + " " + arguments);
+    EXPECT_EQ(outcome.code, kExitUsage) << arguments << ": " << outcome.out;
+    EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1) << outcome.out;
+  }
+  EXPECT_EQ(run("accuracy").code, kExitUsage);
+  EXPECT_EQ(run("accuracy " + folder_.file("none")).code, kExitFailed);
+  EXPECT_EQ(run("accuracy builtin:nothing").code, kExitFailed);
+  EXPECT_EQ(run("accuracy --rounds 1 " + set() + " --csv " + folder_.file("no/t.csv")).code, kExitFailed);
+  EXPECT_EQ(run("accuracy --rounds 1 " + set() + " --svg " + folder_.write("file", "") + "/x").code,
+            kExitFailed);
+}
+
+}  // namespace
+}  // namespace warmfront::client
