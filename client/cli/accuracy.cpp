@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cinttypes>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "client/cli/trade.h"
 #include "client/io/file.h"
 #include "client/io/query_file.h"
+#include "client/io/truth_file.h"
 
 namespace warmfront::client {
 namespace {
@@ -92,8 +94,8 @@ std::string file_name_of(const TradeRow& row) {
   return name + ".svg";
 }
 
-Result<std::vector<TradeRow>> measure_query_set(const Arguments& arguments, const std::string& path,
-                                                std::span<const TradeSetting> settings) {
+Result<SceneTrade> measure_query_set(const Arguments& arguments, const std::string& path,
+                                     std::span<const TradeSetting> settings) {
   std::optional<ContactKind> kind;
   if (!arguments.type.empty())
     kind = arguments.type == "vf" ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
@@ -101,15 +103,28 @@ Result<std::vector<TradeRow>> measure_query_set(const Arguments& arguments, cons
   if (!files) return files.error();
   const std::vector<TypedQuery> queries = all_queries(files.value());
   std::optional<Progress> bar;
-  return measure_queries(name_of(path), queries, settings, arguments.rounds,
-                         [&](std::uint64_t done, std::uint64_t total) {
-                           if (!bar) bar.emplace("test", total);
-                           bar->update(done);
-                         });
+  return SceneTrade{measure_queries(name_of(path), queries, settings, arguments.rounds,
+                                    [&](std::uint64_t done, std::uint64_t total) {
+                                      if (!bar) bar.emplace("test", total);
+                                      bar->update(done);
+                                    }),
+                    std::nullopt};
 }
 
-Result<std::vector<TradeRow>> measure_input(const Arguments& arguments, const std::string& path,
-                                            std::span<const TradeSetting> settings) {
+/// The answers that a folder's truth.csv knows, for its one step.
+Result<std::optional<KnownPairs>> read_known(const std::string& path, const Input& input) {
+  const std::string file = (fs::path(path) / "truth.csv").string();
+  std::error_code ignored;
+  if (input.frame_count() != 2 || !fs::exists(file, ignored)) return std::optional<KnownPairs>();
+  const Result<std::string> text = read_file(file);
+  if (!text) return text.error();
+  Result<KnownPairs> known = parse_known_pairs(text.value(), file, input.scene().vertex_count);
+  if (!known) return known.error();
+  return std::optional(std::move(known).value());
+}
+
+Result<SceneTrade> measure_input(const Arguments& arguments, const std::string& path,
+                                 std::span<const TradeSetting> settings) {
   const Result<std::unique_ptr<Input>> opened = open_input({&path, 1});
   if (!opened) return opened.error();
   Input& input = *opened.value();
@@ -119,13 +134,25 @@ Result<std::vector<TradeRow>> measure_input(const Arguments& arguments, const st
     if (!parsed) return parsed.error();
     range = parsed.value();
   }
+  const Result<std::optional<KnownPairs>> known = read_known(path, input);
+  if (!known) return known.error();
+  const bool comparable = known.value() && arguments.substeps == 1;
   std::optional<Progress> bar;
   return measure_scene(name_of(path), input, range, arguments.substeps, settings, arguments.rounds,
-                       std::make_shared<Workers>(arguments.threads),
+                       std::make_shared<Workers>(arguments.threads), comparable ? &*known.value() : nullptr,
                        [&](std::uint64_t done, std::uint64_t total) {
                          if (!bar) bar.emplace("run", total);
                          bar->update(done);
                        });
+}
+
+std::string format(const KnownComparison& c) {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "\ntruth.csv: %" PRIu64 " contacts; of tier exact's contacts %" PRIu64
+                " are missing, %" PRIu64 " are known to be none, and of %" PRIu64 " it says nothing\n",
+                c.known, c.missing, c.contradicted, c.beyond);
+  return text;
 }
 
 Status write_plots(const std::string& folder, std::span<const TradeRow> rows) {
@@ -152,16 +179,19 @@ int accuracy(const Arguments& arguments) {
     return missing ? failure(settings.error().message) : usage_error(settings.error().message);
   }
   std::vector<TradeRow> rows;
+  bool agrees = true;
   for (const std::string& path : arguments.paths) {
-    Result<std::vector<TradeRow>> measured = is_scene(path)
-                                                 ? measure_input(arguments, path, settings.value())
+    Result<SceneTrade> measured = is_scene(path) ? measure_input(arguments, path, settings.value())
                                                  : measure_query_set(arguments, path, settings.value());
     if (!measured) return failure(measured.error().message);
+    const auto& [own, comparison] = measured.value();
     if (arguments.json_file != "-") {
-      std::printf("%s%s", rows.empty() ? "" : "\n", format_trade_table(measured.value()).c_str());
+      std::printf("%s%s%s", rows.empty() ? "" : "\n", format_trade_table(own).c_str(),
+                  comparison ? format(*comparison).c_str() : "");
       std::fflush(stdout);
     }
-    std::ranges::move(measured.value(), std::back_inserter(rows));
+    agrees = agrees && (!comparison || comparison->agrees());
+    rows.insert(rows.end(), own.begin(), own.end());
   }
   if (!arguments.csv_file.empty()) {
     if (Status status = write_file(arguments.csv_file, format_trade_csv(rows)); !status)
@@ -175,7 +205,8 @@ int accuracy(const Arguments& arguments) {
     if (Status status = write_text(arguments.json_file, format_trade_json(rows)); !status)
       return failure(status.error().message);
   }
-  return finish_output();
+  if (const int code = finish_output(); code != kExitOk) return code;
+  return agrees ? kExitOk : kExitNo;
 }
 
 }  // namespace
@@ -229,6 +260,10 @@ Verb add_accuracy(CLI::App& app) {
       ->type_name("FILE");
   app.add_option("--svg", a.svg_folder, "Write a plot a set into this folder: accuracy against cost")
       ->type_name("DIR");
+  app.footer(
+      "The truth is the files' own for query sets and the exact tier's for scenes; a folder's truth.csv "
+      "checks the "
+      "latter.\nExit codes: 0 ok, 1 the exact tier and a truth.csv disagree, 2 failed, 3 usage.");
   return [arguments] { return accuracy(*arguments); };
 }
 

@@ -18,6 +18,7 @@
 #include "client/io/contact_writer.h"
 #include "client/io/file.h"
 #include "client/io/query_file.h"
+#include "client/io/text.h"
 #include "engine/options.h"
 
 namespace warmfront::client {
@@ -54,15 +55,8 @@ Status check_usage(Arguments& arguments) {
       .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation});
 }
 
-std::string in_csv(const std::string& field) {
-  if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
-  std::string quoted = "\"";
-  for (const char c : field) quoted.append(c == '"' ? 2 : 1, c);
-  return quoted + "\"";
-}
-
 void append_row(std::string& csv, const QueryFile& file, std::size_t index, const Verdict& verdict) {
-  csv += in_csv(file.path) + "," + std::to_string(index) + "," + std::string(short_name(file.kind)) +
+  csv += csv_field(file.path) + "," + std::to_string(index) + "," + std::string(short_name(file.kind)) +
          (file.queries[index].truth ? ",1," : ",0,") + (verdict.contact ? "1," : "0,");
   if (verdict.contact) append_round_trip(csv, verdict.toi);
   csv += "\n";

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "client/cli/frame_steps.h"
 #include "client/cli/query_run.h"
 #include "client/io/input.h"
+#include "client/io/truth_file.h"
 #include "engine/options.h"
 #include "engine/workers.h"
 
@@ -65,13 +67,28 @@ std::vector<TradeRow> measure_queries(const std::string& name, std::span<const T
                                       std::span<const TradeSetting> settings, std::uint32_t rounds,
                                       const TradeProgress& progress);
 
+/// The exact tier's contacts of one step beside answers known from elsewhere.
+struct KnownComparison {
+  std::uint64_t known = 0;         ///< pairs known to touch
+  std::uint64_t missing = 0;       ///< of these, not among the contacts
+  std::uint64_t contradicted = 0;  ///< contacts known to be none
+  std::uint64_t beyond = 0;        ///< contacts of which nothing is known
+  bool agrees() const { return missing == 0 && contradicted == 0; }
+};
+
+struct SceneTrade {
+  std::vector<TradeRow> rows;
+  std::optional<KnownComparison> comparison;
+};
+
 /// The steps of an input under all settings, `rounds` times over, in turn; ms_frame is the median of the
-/// rounds' means. The truth is the exact tier's contacts on the positions as they are. For an input that is
-/// float32 itself, float32 settings are left out: they would be the same.
-Result<std::vector<TradeRow>> measure_scene(const std::string& name, Input& input, FrameRange range,
-                                            std::uint32_t substeps, std::span<const TradeSetting> settings,
-                                            std::uint32_t rounds, std::shared_ptr<Workers> workers,
-                                            const TradeProgress& progress);
+/// rounds' means. The truth is the exact tier's contacts on the positions as they are; those of the first
+/// step are compared with `known`, where it is not null. For an input that is float32 itself, float32
+/// settings are left out: they would be the same.
+Result<SceneTrade> measure_scene(const std::string& name, Input& input, FrameRange range,
+                                 std::uint32_t substeps, std::span<const TradeSetting> settings,
+                                 std::uint32_t rounds, std::shared_ptr<Workers> workers,
+                                 const KnownPairs* known, const TradeProgress& progress);
 
 /// The table for people, the lines of the CSV file (with its header), and the JSON array.
 std::string format_trade_table(std::span<const TradeRow> rows);

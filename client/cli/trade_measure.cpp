@@ -114,6 +114,22 @@ void compare(std::span<const Contact> answer, std::span<const Contact> truth, Tr
   row.tally.contacts += truth.size();
 }
 
+KnownComparison compare(const Scene& scene, std::span<const Contact> contacts, const KnownPairs& known) {
+  std::vector<PairKey> found;
+  for (const Contact& contact : contacts)
+    found.push_back(PairKey::of(contact.kind, scene.vertices_of(contact)));
+  std::ranges::sort(found);
+  const auto common = [&](const std::vector<PairKey>& pairs) {
+    std::vector<PairKey> both;
+    std::ranges::set_intersection(found, pairs, std::back_inserter(both));
+    return both.size();
+  };
+  const std::size_t confirmed = common(known.touching);
+  const std::size_t contradicted = common(known.apart);
+  return {known.touching.size(), known.touching.size() - confirmed, contradicted,
+          found.size() - confirmed - contradicted};
+}
+
 }  // namespace
 
 std::string_view to_string(PositionType type) {
@@ -169,10 +185,10 @@ std::vector<TradeRow> measure_queries(const std::string& name, std::span<const T
   return rows;
 }
 
-Result<std::vector<TradeRow>> measure_scene(const std::string& name, Input& input, FrameRange range,
-                                            std::uint32_t substeps, std::span<const TradeSetting> settings,
-                                            std::uint32_t rounds, std::shared_ptr<Workers> workers,
-                                            const TradeProgress& progress) {
+Result<SceneTrade> measure_scene(const std::string& name, Input& input, FrameRange range,
+                                 std::uint32_t substeps, std::span<const TradeSetting> settings,
+                                 std::uint32_t rounds, std::shared_ptr<Workers> workers,
+                                 const KnownPairs* known, const TradeProgress& progress) {
   Result<Scene> created = Scene::create(input.scene());
   if (!created) return created.error();
   const auto scene = std::make_shared<const Scene>(std::move(created).value());
@@ -210,7 +226,9 @@ Result<std::vector<TradeRow>> measure_scene(const std::string& name, Input& inpu
     rows[i].ms_frame = median(ms[i]);
     rows[i].ns.mean = median(ns[i]);
   }
-  return rows;
+  SceneTrade trade{std::move(rows), std::nullopt};
+  if (known) trade.comparison = compare(*scene, truth.value().contacts.front(), *known);
+  return trade;
 }
 
 }  // namespace warmfront::client

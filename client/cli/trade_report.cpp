@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/trade.h"
+#include "client/io/text.h"
 
 namespace warmfront::client {
 namespace {
@@ -38,12 +39,7 @@ Json to_json(const TradeRow& row) {
 /// One field of the CSV file.
 std::string in_csv(const Json& field) {
   if (field.is_null()) return "";
-  if (!field.is_string()) return field.dump();
-  const auto& text = field.get_ref<const std::string&>();
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
-  return quoted + "\"";
+  return field.is_string() ? csv_field(field.get_ref<const std::string&>()) : field.dump();
 }
 
 template <class... Values>

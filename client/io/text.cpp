@@ -81,6 +81,13 @@ std::string in_quotes(std::string_view word) {
   return text + (word.size() > kLongest ? "...'" : "'");
 }
 
+std::string csv_field(std::string_view field) {
+  if (field.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(field);
+  std::string quoted = "\"";
+  for (const char c : field) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + "\"";
+}
+
 Error error_at_line(std::string_view file, std::size_t line, const std::string& what) {
   return invalid_argument(std::string(file) + ": line " + std::to_string(line) + ": " + what);
 }

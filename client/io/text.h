@@ -44,6 +44,9 @@ bool parse_number(std::string_view word, std::uint64_t& value);
 /// `word` in quotes, cut to a sane length and with control characters replaced, for error messages.
 std::string in_quotes(std::string_view word);
 
+/// `field` as one field of a CSV file: in double quotes where it needs them.
+std::string csv_field(std::string_view field);
+
 /// "FILE: line N: WHAT" and "FILE: byte N: WHAT".
 Error error_at_line(std::string_view file, std::size_t line, const std::string& what);
 Error error_at_byte(std::string_view file, std::size_t byte, const std::string& what);

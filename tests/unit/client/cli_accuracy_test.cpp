@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "client/cli/exit_codes.h"
+#include "client/io/ply.h"
 #include "tests/unit/client/command.h"
 #include "tests/unit/client/known_queries.h"
 #include "tests/unit/client/temporary_folder.h"
@@ -123,6 +124,33 @@ TEST_F(CliAccuracy, TableCsvAndPlots) {
     EXPECT_THAT(svg, ::testing::Not(HasSubstr("nan"))) << name;
     EXPECT_LT(svg.size(), 40'000U);
   }
+}
+
+// One face and a vertex that falls through it, so that all other pairs are apart.
+TEST_F(CliAccuracy, AFoldersTruthChecksTheExactTier) {
+  const auto mesh = [](double z) {
+    return format_ply({std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, z, 5, 5, z, 6, 5, z},
+                       {{0, 1, 2}, {3, 4, 5}}},
+                      "");
+  };
+  std::filesystem::create_directories(folder_.file("step"));
+  folder_.write("step/t0.ply", mesh(1));
+  folder_.write("step/t1.ply", mesh(-1));
+  const std::string header = "type,v0,v1,v2,v3,collides\n";
+  const std::string measure = "accuracy --rounds 1 " + folder_.file("step");
+  folder_.write("step/truth.csv", header + "vf,3,2,0,1,1\nvf,4,0,1,2,0\n");
+  const Outcome right = run(measure);
+  EXPECT_EQ(right.code, kExitOk) << right.out;
+  EXPECT_THAT(right.out,
+              HasSubstr("truth.csv: 1 contacts; of tier exact's contacts 0 are missing, 0 are known"));
+  folder_.write("step/truth.csv", header + "vf,4,0,1,2,1\n");
+  EXPECT_EQ(run(measure).code, kExitNo);
+  folder_.write("step/truth.csv", header + "vf,3,0,1,2,0\n");
+  EXPECT_EQ(run(measure).code, kExitNo);
+  folder_.write("step/truth.csv", header + "vf,3,0,1,2\n");
+  const Outcome broken = run(measure);
+  EXPECT_EQ(broken.code, kExitFailed);
+  EXPECT_THAT(broken.out, HasSubstr("truth.csv: line 2"));
 }
 
 TEST_F(CliAccuracy, MisuseAndFailures) {
