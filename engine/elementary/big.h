@@ -35,7 +35,7 @@ class Big {
   ~Big() { mpz_clear(value_); }
 
   int sign() const { return mpz_sgn(value_); }
-  template <int kDegree>
+  template <int kDegree, int kWords = 2>
   const Big& room() const {
     return *this;
   }
@@ -60,6 +60,7 @@ class Big {
     mpz_mul(product.value_, a.value_, b.value_);
     return product;
   }
+  static Big product(const Big& a, const Big& b) { return a * b; }
   friend Big operator*(const Big& a, std::uint64_t b) {
     Big product;
     mpz_mul_ui(product.value_, a.value_, b);

@@ -42,9 +42,9 @@ struct Cubic {
   /// True when f has certain, opposite signs at the window's ends: it has a root within.
   bool certain_sign_change(const Window& window) const;
 
- private:
-  std::array<double, 4> on(const Window& window) const;
+  /// f at t, and the Bernstein coefficients on a window: each within certain().
   double at(double t) const;
+  std::array<double, 4> on(const Window& window) const;
   double certain() const { return error + 16 * kUnit * magnitude; }
 };
 

@@ -7,79 +7,88 @@
 
 #include "engine/elementary/cubic.h"
 #include "engine/elementary/exact_polygon.h"
+#include "engine/elementary/float_roots.h"
 #include "engine/elementary/inside.h"
 
 namespace warmfront {
 namespace {
 
-// What double arithmetic can say: kYes with a window before whose begin there is no contact, and in which the
-// first root of the cubic from there on is one.
+// What double arithmetic can say with certainty. kYes: a root of the cubic is a contact, the first one, and
+// the only root in `window`, before which the cubic has the sign `sign_before`.
 class CertainAnswer {
  public:
-  explicit CertainAnswer(const Query& query) : query_(query), cubic_(query) {}
+  explicit CertainAnswer(const Query& query) : query_(query), cubic_(query), powers_(cubic_.coefficient) {}
 
-  Answer find(Window& window, double latest) {
-    for (int looked_at = 0; looked_at < 24; ++looked_at) {
-      if (window.begin > latest) return Answer::kNo;
-      const double before = window.width();
-      const Answer answer = decide(window);
-      if (answer == Answer::kYes) return answer;
-      if (answer == Answer::kNo) {
-        if (waiting_ == 0) return answer;
-        window = stack_[--waiting_];
-      } else if (window.width() <= 0x1p-44) {
-        return answer;
-      } else if (window.width() > 0.5 * before) {
-        const double middle = window.begin + 0.5 * window.width();
-        stack_[waiting_++] = {middle, window.end};
-        window.end = middle;
-      }
+  Answer find(double latest) {
+    if (const Answer answer = piece({0, 1}, cubic_.coefficient); answer != Answer::kUnknown) return answer;
+    if (near_a_root_) return Answer::kUnknown;
+    // Between the times at which it turns, a cubic has one root or none.
+    const Turns turns(powers_);
+    for (int i = 1; i < turns.count; ++i) {
+      const Window between{turns.time[i - 1], turns.time[i]};
+      if (between.begin > latest) return Answer::kNo;
+      if (const Answer answer = piece(between, cubic_.on(between)); answer != Answer::kNo) return answer;
     }
-    return Answer::kUnknown;
+    return Answer::kNo;
   }
 
+  Window window;
+  int sign_before = 0;
+
  private:
-  Answer decide(Window& window) const {
-    // Clipping takes off only what holds no root, so a sign change before is one after.
-    const bool has_root = cubic_.certain_sign_change(window);
-    double before = 0;
-    do {
-      before = window.width();
-      if (!cubic_.clip(window)) return Answer::kNo;
-    } while (window.width() < 0.25 * before);
-    switch (inside(query_, window)) {
-      case Inside::kNo:
-        return Answer::kNo;
-      case Inside::kYes:
-        return has_root ? Answer::kYes : Answer::kUnknown;
-      case Inside::kUnknown:
-        return Answer::kUnknown;
+  // One piece of the step, with the cubic's coefficients on it: none, one or an unknown number of roots by
+  // Descartes' rule; where there is one, whether it is a contact.
+  Answer piece(const Window& whole, const std::array<double, 4>& k) {
+    const double certain = cubic_.certain();
+    std::array<int, 4> sign;
+    for (int i = 0; i < 4; ++i) sign[i] = (k[i] > certain) - (k[i] < -certain);
+    if (sign[0] == 0 || sign[3] == 0) return Answer::kUnknown;
+    if (sign[0] == sign[3]) return sign[1] == sign[0] && sign[2] == sign[0] ? Answer::kNo : Answer::kUnknown;
+    // One change at most from sign[0] to sign[3], whatever an uncertain one in between is.
+    if (sign[1] != sign[0] && sign[2] != sign[3]) return Answer::kUnknown;
+    sign_before = sign[0];
+    return root(whole, k[0]);
+  }
+
+  Answer root(const Window& whole, double at_begin) {
+    const double t = root_between(powers_, whole.begin, whole.end, at_begin);
+    double around = 4 * cubic_.certain() / std::fabs(powers_.slope(t)) + 0x1p-50;
+    near_a_root_ = true;
+    for (int widening = 0; widening < 3; ++widening, around *= 256) {
+      window = {std::max(whole.begin, t - around), std::min(whole.end, t + around)};
+      if (!cubic_.certain_sign_change(window)) continue;
+      switch (inside(query_, window)) {
+        case Inside::kNo:
+          return Answer::kNo;
+        case Inside::kYes:
+          return Answer::kYes;
+        case Inside::kUnknown:
+          return Answer::kUnknown;
+      }
     }
     return Answer::kUnknown;
   }
 
   const Query& query_;
   Cubic cubic_;
-  std::array<Window, 24> stack_;
-  int waiting_ = 0;
+  PowerCubic powers_;
+  bool near_a_root_ = false;  // an unknown answer is not for want of knowing where the roots are
 };
 
 using MaybeVerdict = std::optional<Verdict>;
 
-// The time of the first root of f that is in `window`.
+// The time of f's only root in `window`, at whose begin the cubic has the sign `sign_before`: det(P_0, P_1,
+// P_2), but for edges det(b - a, c - a, d - a), which is its opposite.
 template <class Width>
-MaybeVerdict first_root(const DifferencePolygon<Width>& polygon, const Window& window) {
-  auto f = polygon.volume();
-  if (window.begin == 0 && f.c[0].sign() == 0) return Verdict::at(0, ContactStatus::kHit);
-  double toi = 2;
-  const Answer answer = visit_roots(std::move(f), &window, [&](const auto&, const auto& root) {
-    // Roots before the window are no contacts; at its begin, a double, the floor is not before it.
-    if (root.floor < window.begin) return Answer::kNo;
-    toi = root.floor;
-    return Answer::kYes;
-  });
-  if (answer == Answer::kUnknown) return {};
-  return Verdict::at(toi, ContactStatus::kHit);
+MaybeVerdict only_root(const DifferencePolygon<Width>& polygon, const Window& window, int sign_before) {
+  using Dyadic = typename Width::Linear::Dyadic;
+  if (!Width::Linear::kUnbounded && window.begin < 0x1p-73) return {};
+  const double guess = window.begin + 0.5 * window.width();
+  const auto root =
+      roots::locate(polygon.volume(), dyadic_of<Dyadic>(window.begin), dyadic_of<Dyadic>(window.end),
+                    polygon.sides() == 3 ? sign_before : -sign_before, &guess);
+  if (!root) return {};
+  return Verdict::at(root->floor, ContactStatus::kHit);
 }
 
 // The origin stays in the polygon's plane. It is in the polygon from the start (which has been excluded), or
@@ -99,7 +108,7 @@ MaybeVerdict coplanar(const DifferencePolygon<Width>& polygon) {
       }
     }
     if (q.is_zero()) continue;
-    const Answer answer = visit_roots(std::move(q), nullptr, [&](const auto& f, const auto& root) {
+    const Answer answer = visit_roots(std::move(q), [&](const auto& f, const auto& root) {
       if (root.floor >= toi) return Answer::kYes;
       const Answer on = polygon.on_side(i, [&](const auto& g) { return sign_at(f, root, g); });
       if (on == Answer::kYes) toi = root.floor;
@@ -120,7 +129,7 @@ MaybeVerdict decide(const DifferencePolygon<Width>& polygon) {
   }
   if (f.is_zero()) return coplanar(polygon);
   double toi = 2;
-  const Answer answer = visit_roots(std::move(f), nullptr, [&](const auto& factor, const auto& root) {
+  const Answer answer = visit_roots(std::move(f), [&](const auto& factor, const auto& root) {
     const Answer inside = polygon.holds_origin([&](const auto& g) { return sign_at(factor, root, g); });
     if (inside == Answer::kYes) toi = root.floor;
     return inside;
@@ -130,23 +139,27 @@ MaybeVerdict decide(const DifferencePolygon<Width>& polygon) {
 }
 
 template <class Width>
-MaybeVerdict in_integers(const FeatureVertices& features, const CoordinateBits& bits, const Window* window) {
+MaybeVerdict in_integers(const FeatureVertices& features, const CoordinateBits& bits,
+                         const CertainAnswer* certain) {
   const DifferencePolygon<Width> polygon(features, bits);
-  return window != nullptr ? first_root(polygon, *window) : decide(polygon);
+  return certain != nullptr ? only_root(polygon, certain->window, certain->sign_before) : decide(polygon);
 }
 
-// `window`: where the first contact is known to be the first root; null if nothing is known.
-Verdict in_integers(const FeatureVertices& features, const Window* window, std::uint64_t& exact_tests) {
+// `certain`: an answer kYes; null if nothing is known.
+Verdict in_integers(const FeatureVertices& features, const CertainAnswer* certain,
+                    std::uint64_t& exact_tests) {
   const CoordinateBits bits(features);
   MaybeVerdict verdict;
-  if (FixedWidth<1>::fits(bits)) {
-    verdict = in_integers<FixedWidth<1>>(features, bits, window);
+  if (NarrowWidth::fits(bits)) {
+    verdict = in_integers<NarrowWidth>(features, bits, certain);
+  } else if (FixedWidth<1>::fits(bits)) {
+    verdict = in_integers<FixedWidth<1>>(features, bits, certain);
   } else if (FixedWidth<2>::fits(bits)) {
-    verdict = in_integers<FixedWidth<2>>(features, bits, window);
+    verdict = in_integers<FixedWidth<2>>(features, bits, certain);
   }
   if (!verdict) {
     ++exact_tests;
-    verdict = in_integers<AnyWidth>(features, bits, window);
+    verdict = in_integers<AnyWidth>(features, bits, certain);
   }
   return *verdict;
 }
@@ -176,11 +189,14 @@ CoordinateBits::CoordinateBits(const FeatureVertices& features) : lowest{}, span
 Verdict exact_test(const FeatureVertices& features, double latest, std::uint64_t& exact_tests) {
   const Query query = Query::prepare(features, 0);
   if (query.size == 0) return Verdict::at(0, ContactStatus::kHit);
-  Window window;
-  if (!trim_by_kdop(query, window)) return {};
-  const Answer answer = CertainAnswer(query).find(window, latest);
+  CertainAnswer certain(query);
+  const Answer answer = certain.find(latest);
   if (answer == Answer::kNo) return {};
-  const Verdict verdict = in_integers(features, answer == Answer::kYes ? &window : nullptr, exact_tests);
+  if (answer == Answer::kUnknown) {
+    Window window;
+    if (!trim_by_kdop(query, window)) return {};
+  }
+  const Verdict verdict = in_integers(features, answer == Answer::kYes ? &certain : nullptr, exact_tests);
   return verdict.contact && verdict.toi <= latest ? verdict : Verdict{};
 }
 

@@ -47,6 +47,13 @@ struct FixedWidth {
   using Cubic = Fixed<3 * kWords>;
   static bool fits(const CoordinateBits& bits) { return bits.span <= 64 * kWords - 4; }
 };
+/// Narrower still, for coordinates below 2^39, as in most scenes: k = 40, and f is within 2^126.2.
+struct NarrowWidth {
+  using Linear = Fixed<1>;
+  using Quadratic = Fixed<2>;
+  using Cubic = Fixed<2>;
+  static bool fits(const CoordinateBits& bits) { return bits.span <= 39; }
+};
 struct AnyWidth {
   using Linear = Big;
   using Quadratic = Big;
@@ -112,10 +119,10 @@ class DifferencePolygon {
     for (int axis = 0; axis < 3; ++axis) {
       const Quadratic c = turn(1, axis);
       const auto& p = p_[0][axis];
-      f.c[0] = f.c[0] + c.c[0] * p.c[0];
-      f.c[1] = f.c[1] + (c.c[1] * p.c[0] + c.c[0] * p.c[1]);
-      f.c[2] = f.c[2] + (c.c[2] * p.c[0] + c.c[1] * p.c[1]);
-      f.c[3] = f.c[3] + c.c[2] * p.c[1];
+      f.c[0] = f.c[0] + Value::product(c.c[0], p.c[0]);
+      f.c[1] = f.c[1] + (Value::product(c.c[1], p.c[0]) + Value::product(c.c[0], p.c[1]));
+      f.c[2] = f.c[2] + (Value::product(c.c[2], p.c[0]) + Value::product(c.c[1], p.c[1]));
+      f.c[3] = f.c[3] + Value::product(c.c[2], p.c[1]);
     }
     return f;
   }

@@ -55,17 +55,28 @@ inline BigDyadic dyadic_of<BigDyadic>(double t) {
   return {Big(static_cast<std::int64_t>(small.numerator)), small.shift};
 }
 
-/// p(t) * 2^(kDegree * shift), by Horner's rule.
-///
-/// Over Fixed<N>: needs |c[0]| + ... + |c[kDegree]| < 2^(64 N + 1), t in [0, 1] and shift <= kMaxShift. Every
-/// intermediate value is then below 2^(64 N + 1 + 126 kDegree) <= 2^(64 (N + 2 kDegree) - 1).
-template <class Int, int kDegree>
-auto evaluate(const Polynomial<Int, kDegree>& p, const typename Int::Dyadic& t) {
-  auto value = p.c[kDegree].template room<kDegree>();
+template <int kWords, class Int, int kDegree>
+auto evaluate_in(const Polynomial<Int, kDegree>& p, const typename Int::Dyadic& t) {
+  auto value = p.c[kDegree].template room<kDegree, kWords>();
   for (int i = kDegree; i-- > 0;) {
-    value = value * t.numerator + (p.c[i].template room<kDegree>() << ((kDegree - i) * t.shift));
+    value = value * t.numerator + (p.c[i].template room<kDegree, kWords>() << ((kDegree - i) * t.shift));
   }
   return value;
+}
+
+/// p(t) * 2^(kDegree * shift), by Horner's rule.
+///
+/// Over Fixed<N>: needs |c[0]| + ... + |c[kDegree]| < 2^(64 N + 1), t in [0, 1] and shift <= kMaxShift. With
+/// W words a degree and shifts up to 63 W - 1 every intermediate value is below 2^(64 N + 1 + (63 W - 1)
+/// kDegree), which is at most 2^(64 (N + W kDegree) - 1) for W = 2; for W = 1 the shift is held to 62.
+template <class Int, int kDegree>
+auto evaluate(const Polynomial<Int, kDegree>& p, const typename Int::Dyadic& t) {
+  if constexpr (!Int::kUnbounded) {
+    using Wide = decltype(evaluate_in<2>(p, t));
+    // Few doubles, those below 2^-10, need the second word.
+    if (t.shift <= 62) return evaluate_in<1>(p, t).template widened<Wide::kWidth>();
+  }
+  return evaluate_in<2>(p, t);
 }
 
 inline constexpr int kUnknownSign = 2;

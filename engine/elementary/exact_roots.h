@@ -11,7 +11,6 @@
 #include <optional>
 
 #include "engine/elementary/exact_polynomial.h"
-#include "engine/elementary/query.h"
 
 namespace warmfront {
 
@@ -73,35 +72,51 @@ struct Approximation {
   }
 };
 
-template <class Int, int kDegree>
-Polynomial<Int, kDegree - 1> taylor(const Polynomial<Int, kDegree>& f,
-                                    const std::array<int, kDegree>& factor) {
-  Polynomial<Int, kDegree - 1> derived;
-  for (int i = 0; i < kDegree; ++i) derived.c[i] = f.c[i + 1] * static_cast<std::uint64_t>(factor[i]);
-  return derived;
+inline int variations_in(const int* sign, int count) {
+  int variations = 0;
+  int last = 0;
+  for (int i = 0; i < count; ++i) {
+    variations += sign[i] * last < 0;
+    if (sign[i] != 0) last = sign[i];
+  }
+  return variations;
 }
 
-/// Sign variations of (f, f', f''/2, f'''/6) at t. Budan and Fourier: f has V(l) - V(r) roots in (l, r], or
-/// an even number less; exactly that many if all its roots are real.
+/// Sign variations of f and its derivatives at t. Budan and Fourier: f has V(l) - V(r) roots in (l, r], or an
+/// even number less; exactly that many if all its roots are real.
 template <class Int, int kDegree>
 int variations(const Polynomial<Int, kDegree>& f, const typename Int::Dyadic& t) {
   std::array<int, kDegree + 1> sign;
   sign[0] = evaluate(f, t).sign();
   sign[kDegree] = f.c[kDegree].sign();
   if constexpr (kDegree == 3) {
-    sign[1] = evaluate(taylor<Int, 3>(f, {1, 2, 3}), t).sign();
-    const Polynomial<Int, 1> second{{f.c[2], f.c[3] * std::uint64_t{3}}};
-    sign[2] = evaluate(second, t).sign();
+    const std::uint64_t two = 2;
+    const std::uint64_t three = 3;
+    sign[1] = evaluate(Polynomial<Int, 2>{{f.c[1], f.c[2] * two, f.c[3] * three}}, t).sign();
+    sign[2] = evaluate(Polynomial<Int, 1>{{f.c[2], f.c[3] * three}}, t).sign();
   } else {
-    sign[1] = evaluate(taylor<Int, 2>(f, {1, 2}), t).sign();
+    sign[1] = evaluate(Polynomial<Int, 1>{{f.c[1], f.c[2] * std::uint64_t{2}}}, t).sign();
   }
-  int count = 0;
-  int last = 0;
-  for (const int s : sign) {
-    count += s * last < 0;
-    if (s != 0) last = s;
+  return variations_in(sign.data(), kDegree + 1);
+}
+
+template <class Int, int kDegree>
+int variations_at_zero(const Polynomial<Int, kDegree>& f) {
+  std::array<int, kDegree + 1> sign;
+  for (int i = 0; i <= kDegree; ++i) sign[i] = f.c[i].sign();
+  return variations_in(sign.data(), kDegree + 1);
+}
+
+/// By sums of coefficients: the Taylor coefficients at 1, by Horner's scheme. Over Fixed these fit
+/// (FixedWidth), and what a sum on the way there carries beyond the highest limb comes back.
+template <class Int, int kDegree>
+int variations_at_one(Polynomial<Int, kDegree> f) {
+  std::array<int, kDegree + 1> sign;
+  for (int i = 0; i <= kDegree; ++i) {
+    for (int j = kDegree; j-- > i;) f.c[j] = f.c[j] + f.c[j + 1];
+    sign[i] = f.c[i].sign();
   }
-  return count;
+  return variations_in(sign.data(), kDegree + 1);
 }
 
 /// The discriminant's sign. Degree 3: 18 abcd - 4 b^3 d + b^2 c^2 - 4 a c^3 - 27 a^2 d^2; with a = 0 it is
@@ -169,6 +184,24 @@ LinearFactors linear_factors(const Polynomial<Big, 2>& f);
 int tarski_query(const Polynomial<Big, 3>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 int tarski_query(const Polynomial<Big, 2>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 
+/// The largest double not above f's root near t, from f(t) and f'(t), where that is certain. For an f with
+/// coefficients of at most 1: `value` with a relative error below 2^-49, `slope` from coefficients within
+/// 2^-52.
+///
+/// The slope is within 6 (2^-52 + 4 u) < 2^-48 of f'(t), and f' changes by at most 2 + 6 = 8 a unit of time:
+/// up to 2 |step| away from t it is within e = (2^-48 + 16 |step|) / |slope|, relatively. For e < 2^-10 there
+/// is a root there, the only one, and by the mean value theorem it is t - step up to |step| (1.01 e + 2^-48).
+inline std::optional<double> floor_by_newton(double t, double value, double slope) {
+  const double step = value / slope;
+  const double relative = (0x1p-48 + 16 * std::fabs(step)) / std::fabs(slope);
+  if (!(relative < 0x1p-10 && std::fabs(step) <= 0.25 * t)) return {};
+  const double nearest = t - step;
+  const double above = (t - nearest) - step;  // the root - nearest; the first difference is exact
+  const double margin = std::fabs(step) * (2 * relative + 0x1p-47);
+  if (std::fabs(above) <= margin) return {};
+  return above > 0 ? nearest : std::bit_cast<double>(std::bit_cast<std::uint64_t>(nearest) - 1);
+}
+
 /// The largest double not above the only root in (begin, end], by exact signs at doubles: at the guess (or
 /// where floating point finds the root), where Newton's steps lead from there, and then in steps that double
 /// and in the end halve what is left: some 3 signs as a rule, at most 140. None where Fixed has no room for a
@@ -202,11 +235,20 @@ std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typenam
     (before ? low : high) = bits;
     if (newton > 0) {
       --newton;
-      next = at - value.scaled(kDegree * t.shift + approximation.scale) / approximation.slope(at);
+      const double approximate = value.scaled(kDegree * t.shift + approximation.scale);
+      const double slope = approximation.slope(at);
+      if constexpr (!Int::kUnbounded) {  // Big's values may underflow as doubles
+        if (const auto floor = floor_by_newton(at, approximate, slope)) {
+          const auto floor_bits = std::bit_cast<std::uint64_t>(*floor);
+          if (floor_bits >= std::max(low, kLeast) && floor_bits + 1 < high)
+            return Root<Int>{begin, end, *floor, false};
+        }
+      }
+      next = at - approximate / slope;
       if (next > 0 && next <= 1) {
         const auto next_bits = std::bit_cast<std::uint64_t>(next);
-        const std::uint64_t step = next_bits > bits ? next_bits - bits : bits - next_bits;
-        if (step > 1) {
+        const std::uint64_t ulps = next_bits > bits ? next_bits - bits : bits - next_bits;
+        if (ulps > 1) {
           bits = next_bits;
           continue;
         }
@@ -223,10 +265,9 @@ std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typenam
 }  // namespace roots
 
 /// Calls visit(f, root) for the roots of f in (0, 1], ascending, with f or a factor of it that has the root
-/// as its only one there, until an answer is not kNo; gives that answer. f is not zero everywhere. With a
-/// window, roots outside it may be left out.
+/// as its only one there, until an answer is not kNo; gives that answer. f is not zero everywhere.
 template <class Int, int kDegree, class Visit>
-Answer visit_roots(Polynomial<Int, kDegree> f, const Window* window, Visit&& visit) {
+Answer visit_roots(Polynomial<Int, kDegree> f, Visit&& visit) {
   using Dyadic = typename Int::Dyadic;
   // Roots at 0 are of no interest: divided out.
   while (f.c[0].sign() == 0) {
@@ -236,16 +277,11 @@ Answer visit_roots(Polynomial<Int, kDegree> f, const Window* window, Visit&& vis
   const Dyadic zero = dyadic_of<Dyadic>(0);
   const Dyadic one = dyadic_of<Dyadic>(1);
   const auto visit_only = [&](const Dyadic& begin, const Dyadic& end, int sign_before) {
-    double guess = 0;
-    if (window != nullptr) {
-      if (roots::floor_of(end) < window->begin || roots::floor_of(begin) > window->end) return Answer::kNo;
-      guess = window->begin + 0.5 * window->width();
-    }
-    const auto root = roots::locate(f, begin, end, sign_before, window != nullptr ? &guess : nullptr);
+    const auto root = roots::locate(f, begin, end, sign_before, nullptr);
     return root ? visit(f, *root) : Answer::kUnknown;
   };
-  const int at_begin = roots::variations(f, zero);
-  const int at_end = roots::variations(f, one);
+  const int at_begin = roots::variations_at_zero(f);
+  const int at_end = roots::variations_at_one(f);
   int count = at_begin - at_end;
   if (count == 0) return Answer::kNo;
   if (count > 1) {
@@ -258,7 +294,7 @@ Answer visit_roots(Polynomial<Int, kDegree> f, const Window* window, Visit&& vis
           Polynomial<Int, kDegree> factor;
           factor.c[0] = factors.c[i][0];
           factor.c[1] = factors.c[i][1];
-          if (factor.c[0].sign() != 0) answer = visit_roots(std::move(factor), nullptr, visit);
+          if (factor.c[0].sign() != 0) answer = visit_roots(std::move(factor), visit);
         }
         return answer;
       }

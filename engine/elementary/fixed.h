@@ -22,8 +22,9 @@ class Fixed {
  public:
   using Dyadic = SmallDyadic;
   /// The largest shift of a Dyadic that evaluate() has room for.
-  static constexpr int kMaxShift = 126;
+  static constexpr int kMaxShift = 125;
   static constexpr bool kUnbounded = false;
+  static constexpr int kWidth = kLimbs;
 
   Fixed() = default;
   explicit Fixed(std::int64_t value) {
@@ -47,13 +48,14 @@ class Fixed {
     return wide;
   }
 
-  /// As wide as evaluate() at degree kDegree needs: products with numerators up to 2^shift each.
-  template <int kDegree>
+  /// As wide as evaluate() at degree kDegree needs, for shifts up to 63 kWords - 1: so many limbs a degree.
+  template <int kDegree, int kWords = 2>
   auto room() const {
-    return widened<kLimbs + 2 * kDegree>();
+    return widened<kLimbs + kWords * kDegree>();
   }
 
   friend Fixed operator+(const Fixed& a, const Fixed& b) {
+    if constexpr (kLimbs == 2) return of(a.whole() + b.whole());
     Fixed sum;
     unsigned char carry = 0;
     for (int i = 0; i < kLimbs; ++i) {
@@ -64,6 +66,7 @@ class Fixed {
     return sum;
   }
   friend Fixed operator-(const Fixed& a, const Fixed& b) {
+    if constexpr (kLimbs == 2) return of(a.whole() - b.whole());
     Fixed difference;
     unsigned char borrow = 0;
     for (int i = 0; i < kLimbs; ++i) {
@@ -78,6 +81,10 @@ class Fixed {
   /// As many limbs as both have together: always exact.
   template <int kOther>
   Fixed<kLimbs + kOther> operator*(const Fixed<kOther>& b) const {
+    if constexpr (kLimbs == 1 && kOther == 1) {
+      return Fixed<2>::of(static_cast<Double>(SignedDouble{static_cast<std::int64_t>(limb_[0])} *
+                                              static_cast<std::int64_t>(b.limb_[0])));
+    }
     Fixed<kLimbs + kOther> product(0);
     for (int i = 0; i < kLimbs; ++i) {
       std::uint64_t carry = 0;
@@ -89,9 +96,19 @@ class Fixed {
       product.limb_[i + kOther] = carry;
     }
     // A negative factor was taken for itself + 2^(64 limbs).
-    if (negative()) product.subtract_at(kLimbs, b);
-    if (b.negative()) product.subtract_at(kOther, *this);
+    product.subtract_at(kLimbs, b, extension());
+    product.subtract_at(kOther, *this, b.extension());
     return product;
+  }
+
+  /// a * b, which the caller knows to fit.
+  template <int kA, int kB>
+  static Fixed product(const Fixed<kA>& a, const Fixed<kB>& b) {
+    if constexpr (kLimbs == 2) {
+      return of(a.template widened<2>().whole() * b.template widened<2>().whole());
+    } else {
+      return a * b;
+    }
   }
 
   /// Products that the caller knows to fit.
@@ -143,15 +160,23 @@ class Fixed {
   template <int>
   friend class Fixed;
   __extension__ using Double = unsigned __int128;
+  __extension__ using SignedDouble = __int128;
+
+  Double whole() const { return Double{limb_[1]} << 64 | limb_[0]; }
+  static Fixed of(Double whole) {
+    Fixed value;
+    value.limb_ = {static_cast<std::uint64_t>(whole), static_cast<std::uint64_t>(whole >> 64)};
+    return value;
+  }
 
   bool negative() const { return (limb_[kLimbs - 1] >> 63) != 0; }
   std::uint64_t extension() const { return negative() ? ~std::uint64_t{0} : 0; }
 
   template <int kOther>
-  void subtract_at(int first, const Fixed<kOther>& b) {
+  void subtract_at(int first, const Fixed<kOther>& b, std::uint64_t mask) {
     unsigned char borrow = 0;
     for (int i = 0; i < kOther; ++i) {
-      const Double d = Double{limb_[first + i]} - b.limb_[i] - borrow;
+      const Double d = Double{limb_[first + i]} - (b.limb_[i] & mask) - borrow;
       limb_[first + i] = static_cast<std::uint64_t>(d);
       borrow = static_cast<unsigned char>(d >> 64) & 1;
     }

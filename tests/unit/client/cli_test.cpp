@@ -50,6 +50,8 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --tolerance nan",
                                 "detect builtin:bart --tolerance x",
                                 "detect builtin:bart --min-separation -1",
+                                "detect builtin:bart --tier exact --min-separation 1",
+                                "detect builtin:bart --tier fast --min-separation 1",
                                 "detect builtin:bart --leaf-size 3",
                                 "detect builtin:bart --normal-cones maybe",
                                 "detect builtin:bart --threads -1",
