@@ -189,6 +189,30 @@ TEST(Certified, NeedlesAreNotNearerThanTheyAre) {
   EXPECT_TRUE(still.test({.tolerance = 1e-9, .min_separation = 0.0451}).contact);
 }
 
+// Found by torture: the closest point of an edge to one of no length was taken for its end.
+TEST(Certified, AnEdgeOfNoLengthIsNotNearerThanItIs) {
+  const Points t0{{{-64, 64, -127}, {64, -64, 0}, {0, 0, -64}, {0, 0, -64}}};
+  const Points t1{{{-0x1.0000000002p+6, 0x1.fffffffffap+5, -0x1.fbfffffffdp+6},
+                   {0x1.fffffffffcp+5, -0x1.0000000003p+6, 0x1.8p-33},
+                   {-0x1p-33, -0x1.8p-33, -0x1.fffffffffap+5},
+                   {-0x1p-33, -0x1.8p-33, -0x1.fffffffffap+5}}};
+  EXPECT_FALSE(Case(ContactKind::kEdgeEdge, t0, t1).test().contact);  // 0.4 apart
+}
+
+// Found by torture: one clip of the cubic leapt from a wide window to one as narrow as the tolerance asks,
+// and the pair was reported although it stays four tolerances apart.
+TEST(Certified, AWindowReachedInOneLeapIsLookedAtAgain) {
+  const Points t0{{{0x1.fffffffffffffp+1023, -0x1.fffffffffffffp+1023, 0x1.ddb60ac111c67p+1023},
+                   {0x0p+0, 0x1.7b633b9b5750fp+1021, -0x1.c9ad552940ce7p+1023},
+                   {-0x1.a82a806424ce3p+1022, 0x0p+0, 0x0p+0},
+                   {0x1.fffffffffffffp+1023, 0x0p+0, 0x1.fffffffffffffp+1023}}};
+  const Points t1{{{0x1.879cdc7d2b283p+1023, 0x1.6a12a0a302e8fp+1021, 0x1.fffffffffffffp+1023},
+                   {-0x1.fffffffffffffp+1023, 0x1.24fc78aa77cebp+1023, 0x1.21a974ed7cff1p+1023},
+                   {0x0p+0, 0x0p+0, -0x1.341f034ffa3a5p+1023},
+                   {0x1.89f54357a31ebp+1022, -0x1.c7e9b4358e9bdp+1023, 0x1.fffffffffffffp+1023}}};
+  EXPECT_FALSE(Case(ContactKind::kEdgeEdge, t0, t1).test({.tolerance = 1e-2}).contact);
+}
+
 // Contacts made exact: at t = 1/2 the primitives meet at points with dyadic coordinates, whatever the
 // vertices do before and after. All arithmetic here is on integers below 2^53, so the contact is a fact, at
 // any scale and offset.
