@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "engine/elementary/closest.h"
 #include "engine/elementary/cubic.h"
 #include "engine/elementary/inside.h"
 
@@ -29,15 +30,8 @@ class Search {
       if (window.begin > options_.latest) return {};
       if (++looked_at > options_.budget) return Verdict::at(window.begin, ContactStatus::kBudget);
       const Window before = window;
-      Step step = narrow(window);
-      if (step == Step::kReport) {
-        if (proved(window)) return Verdict::at(window.begin, ContactStatus::kHit);
-        // One clip may leap from a wide window to a fine one, in which nothing has been asked of the cubic
-        // yet.
-        Window rest = window;
-        if (cubic_.clip(rest)) return Verdict::at(window.begin, ContactStatus::kPossible);
-        step = Step::kExcluded;
-      }
+      const Step step = narrow(window);
+      if (step == Step::kReport) return report(window);
       if (step == Step::kExcluded) {
         if (waiting_ == 0) return {};
         window = stack_[--waiting_];
@@ -78,17 +72,14 @@ class Search {
     return trim(window, separated_times(query_, normalised(closest_direction(query_, window.begin))));
   }
 
-  // Scaled to a largest coordinate of 1: the slack of separated_times() grows with the direction, and a tiny
-  // direction's dot products would drown in the underflow guard.
-  static Vec3 normalised(const Vec3& direction) {
-    const double largest = max_abs(direction);
-    return largest > 0x1p-900 ? (1 / largest) * direction : Vec3{0, 0, 0};
-  }
-
   // Within the window nothing moves farther than half the tolerance; or time itself cannot be halved
   // meaningfully.
   bool is_fine(const Window& window) const {
     return query_.relative_motion * window.width() <= resolution_ || window.width() <= 0x1p-46;
+  }
+
+  Verdict report(const Window& window) const {
+    return Verdict::at(window.begin, proved(window) ? ContactStatus::kHit : ContactStatus::kPossible);
   }
 
   // Contact is proved by a certain sign change of the cubic while the inside tests certainly hold, over a

@@ -63,8 +63,7 @@ inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
   // Parallel edges: any point of the first will do to start from.
   double s = denominator > 0 ? std::clamp((eg * hh - eh * hg) / denominator, 0.0, 1.0) : 0.0;
   double r = hh > 0 ? (s * eh - hg) / hh : 0.0;
-  // The second edge is a point: the first one's parameter is what is left to find.
-  if (r < 0 || !(hh > 0)) {
+  if (r < 0) {
     r = 0;
     s = ee > 0 ? std::clamp(eg / ee, 0.0, 1.0) : 0.0;
   } else if (r > 1) {
@@ -72,6 +71,14 @@ inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
     s = ee > 0 ? std::clamp((eg + eh) / ee, 0.0, 1.0) : 0.0;
   }
   return (g + r * h) - s * e;
+}
+
+/// A direction, scaled to a largest coordinate of 1: the slack of separated_times() grows with the direction,
+/// and a tiny direction's dot products would drown in the underflow guard. Tinier still: 0, which separates
+/// nothing.
+inline Vec3 normalised(const Vec3& direction) {
+  const double largest = max_abs(direction);
+  return largest > 0x1p-900 ? (1 / largest) * direction : Vec3{0, 0, 0};
 }
 
 }  // namespace warmfront

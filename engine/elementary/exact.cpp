@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "engine/elementary/closest.h"
 #include "engine/elementary/cubic.h"
 #include "engine/elementary/exact_polygon.h"
 #include "engine/elementary/float_roots.h"
@@ -63,10 +64,18 @@ class CertainAnswer {
         case Inside::kYes:
           return Answer::kYes;
         case Inside::kUnknown:
-          return Answer::kUnknown;
+          return apart() ? Answer::kNo : Answer::kUnknown;
       }
     }
     return Answer::kUnknown;
+  }
+
+  // Where the primitives are parallel or degenerate at the root, the inside tests say nothing; a direction
+  // may.
+  bool apart() const {
+    const Vec3 direction = normalised(closest_direction(query_, window.begin + 0.5 * window.width()));
+    Window left = window;
+    return !trim(left, separated_times(query_, direction));
   }
 
   const Query& query_;

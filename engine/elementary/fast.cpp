@@ -7,20 +7,26 @@
 namespace warmfront {
 namespace {
 
+// Sides as good as parallel have no plane to be inside in, and count as apart.
+bool spans(const Vec3& n, const Vec3& p, const Vec3& q) {
+  return dot(n, n) > 0x1p-70 * dot(p, p) * dot(q, q);
+}
+
 bool inside_at(const Query& query, double t) {
   const Vec3 a = query.from0[0].at(t);
   const Vec3 b = query.from0[1].at(t);
   const Vec3 c = query.from0[2].at(t);
   if (query.kind == ContactKind::kVertexFace) {
     const Vec3 n = cross(b - a, c - a);
-    return dot(cross(b, c), n) >= 0 && dot(cross(c, a), n) >= 0 && dot(cross(a, b), n) >= 0;
+    return spans(n, b - a, c - a) && dot(cross(b, c), n) >= 0 && dot(cross(c, a), n) >= 0 &&
+           dot(cross(a, b), n) >= 0;
   }
   const Vec3 h = c - b;
   const Vec3 n = cross(a, h);
   const double nn = dot(n, n);
   const double along_e = dot(cross(b, h), n);
   const double along_h = dot(cross(b, a), n);
-  return along_e >= 0 && along_e <= nn && along_h >= 0 && along_h <= nn;
+  return spans(n, a, h) && along_e >= 0 && along_e <= nn && along_h >= 0 && along_h <= nn;
 }
 
 }  // namespace
