@@ -30,8 +30,15 @@ class Search {
       if (window.begin > options_.latest) return {};
       if (++looked_at > options_.budget) return Verdict::at(window.begin, ContactStatus::kBudget);
       const Window before = window;
-      const Step step = narrow(window);
-      if (step == Step::kReport) return report(window);
+      Step step = narrow(window);
+      if (step == Step::kReport) {
+        if (proved(window)) return Verdict::at(window.begin, ContactStatus::kHit);
+        // One clip may leap from a wide window to a fine one, in which nothing has been asked of the cubic
+        // yet.
+        Window rest = window;
+        if (cubic_.clip(rest)) return Verdict::at(window.begin, ContactStatus::kPossible);
+        step = Step::kExcluded;
+      }
       if (step == Step::kExcluded) {
         if (waiting_ == 0) return {};
         window = stack_[--waiting_];
@@ -76,10 +83,6 @@ class Search {
   // meaningfully.
   bool is_fine(const Window& window) const {
     return query_.relative_motion * window.width() <= resolution_ || window.width() <= 0x1p-46;
-  }
-
-  Verdict report(const Window& window) const {
-    return Verdict::at(window.begin, proved(window) ? ContactStatus::kHit : ContactStatus::kPossible);
   }
 
   // Contact is proved by a certain sign change of the cubic while the inside tests certainly hold, over a

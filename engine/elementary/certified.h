@@ -11,7 +11,7 @@
 namespace warmfront {
 
 struct CertifiedOptions {
-  double tolerance = 1e-6;     ///< relative to the query's size; below 2^-43 rounding takes over
+  double tolerance = 1e-6;     ///< relative to the query's size; rounding may add 2^-24
   double min_separation = 0;   ///< scene units
   std::uint32_t budget = 512;  ///< windows looked at before the answer is kBudget
   double latest = 1;           ///< contacts after this time are of no interest (Report::kEarliest)
@@ -27,10 +27,11 @@ struct CertifiedOptions {
 ///   - contact == false only if the primitives stay farther apart than `min_separation` throughout [0,
 ///   latest];
 ///   - toi <= the exact first time of contact;
-///   - kHit: contact is proved (within the step, at or after toi). Otherwise the primitives come within
-///   min_separation +
-///     tolerance * size (the size: largest coordinate difference between the two primitives' vertices at t =
-///     0 and 1) right after toi, except for kBudget;
+///   - kHit: contact is proved (within the step, at or after toi). Otherwise, except for kBudget, the
+///   primitives come within min_separation + (2 tolerance + 2^-24) * size right after toi (the size: largest
+///   coordinate difference between the two primitives' vertices at t = 0 and 1). The 2^-24 is needed only
+///   where they graze or stay nearly in a plane: there directions decide, and one known to u / gap tilts away
+///   gaps below sqrt(u);
 ///   - toi == 0 is always reported as kOverlapAtStart;
 ///   - at most `budget` windows, no allocation.
 Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);

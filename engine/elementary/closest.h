@@ -63,7 +63,8 @@ inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
   // Parallel edges: any point of the first will do to start from.
   double s = denominator > 0 ? std::clamp((eg * hh - eh * hg) / denominator, 0.0, 1.0) : 0.0;
   double r = hh > 0 ? (s * eh - hg) / hh : 0.0;
-  if (r < 0) {
+  // The second edge is a point: the first one's parameter is what is left to find.
+  if (r < 0 || !(hh > 0)) {
     r = 0;
     s = ee > 0 ? std::clamp(eg / ee, 0.0, 1.0) : 0.0;
   } else if (r > 1) {
