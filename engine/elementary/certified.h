@@ -11,7 +11,7 @@
 namespace warmfront {
 
 struct CertifiedOptions {
-  double tolerance = 1e-6;     ///< relative to the query's size; rounding may add 2^-24
+  double tolerance = 1e-6;     ///< relative to the query's size; rounding may add 2^-18: see below
   double min_separation = 0;   ///< scene units
   std::uint32_t budget = 512;  ///< windows looked at before the answer is kBudget
   double latest = 1;           ///< contacts after this time are of no interest (Report::kEarliest)
@@ -28,10 +28,10 @@ struct CertifiedOptions {
 ///   latest];
 ///   - toi <= the exact first time of contact;
 ///   - kHit: contact is proved (within the step, at or after toi). Otherwise, except for kBudget, the
-///   primitives come within min_separation + (2 tolerance + 2^-24) * size right after toi (the size: largest
-///   coordinate difference between the two primitives' vertices at t = 0 and 1). The 2^-24 is needed only
-///   where they graze or stay nearly in a plane: there directions decide, and one known to u / gap tilts away
-///   gaps below sqrt(u);
+///   primitives come within min_separation + (2 tolerance + 2^-18) * size right after toi (the size: largest
+///   coordinate difference between the two primitives' vertices at t = 0 and 1). The 2^-18 is tested, not
+///   derived, and needed only where thin or parallel primitives graze: there directions decide, and one known
+///   to u / gap tilts small gaps away;
 ///   - toi == 0 is always reported as kOverlapAtStart;
 ///   - at most `budget` windows, no allocation.
 Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);
