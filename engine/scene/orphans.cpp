@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/orphans.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <string>
 
@@ -42,41 +46,72 @@ Status check_hubs(const Scene& scene) {
                    std::to_string(greatest) + " faces: split it"};
 }
 
-Orphans enumerate_orphans(const Scene& scene) {
-  Orphans orphans;
-  std::vector<std::uint32_t> around;  // the faces that share a vertex with f
-  for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
-    const Face& face = scene.faces()[f];
-    around.clear();
-    for (const std::uint32_t v : face) {
-      const auto faces = scene.vertex_faces()[v];
-      around.insert(around.end(), faces.begin(), faces.end());
-    }
-    std::sort(around.begin(), around.end());
-    around.erase(std::unique(around.begin(), around.end()), around.end());
+namespace {
 
-    // All faces of an orphan's features are adjacent to f's side, the first ones too: looking only from the
-    // first face of each feature finds every orphan, and finds it once.
-    for (const std::uint32_t g : around) {
-      for (const std::uint32_t v : scene.faces()[g]) {
-        if (scene.vertex_faces()[v].front() == g && !has_vertex(face, v) && is_orphan_vf(scene, v, face)) {
-          orphans.vertex_face.push_back({v, f});
-        }
-      }
-      for (const std::uint32_t e1 : scene.face_edges()[f]) {
-        if (scene.edge_faces()[e1].front() != f) continue;
-        for (const std::uint32_t e2 : scene.face_edges()[g]) {
-          if (e1 < e2 && scene.edge_faces()[e2].front() == g &&
-              !share_vertex(scene.edges()[e1], scene.edges()[e2]) && is_orphan_ee(scene, e1, e2)) {
-            orphans.edge_edge.push_back({e1, e2});
-          }
-        }
+// Only faces that share a vertex with the first face around v, and do not hold v, can be adjacent to all.
+void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
+  const auto around = scene.vertex_faces()[v];
+  if (around.empty()) return;
+  const Face& first = scene.faces()[around.front()];
+  const int corner = first[0] == v ? 0 : first[1] == v ? 1 : 2;
+  const std::uint32_t next = first[(corner + 1) % 3];
+  const std::uint32_t last = first[(corner + 2) % 3];
+  for (const std::uint32_t neighbour : {next, last}) {
+    for (const std::uint32_t f : scene.vertex_faces()[neighbour]) {
+      const Face& face = scene.faces()[f];
+      if (has_vertex(face, v) || (neighbour == last && has_vertex(face, next))) continue;
+      if (is_orphan_vf(scene, v, face)) found.push_back({v, f});
+    }
+  }
+}
+
+// Likewise: the first face along an orphan's other edge holds a, b or c of the first face (a, b, c) along
+// this one, (a, b); not both a and b, or the edges would share a vertex.
+void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
+  const auto [a, b] = scene.edges()[e1];
+  const Face& first = scene.faces()[scene.edge_faces()[e1].front()];
+  const auto consider = [&](std::uint32_t h, std::uint32_t e2) {
+    if (e1 < e2 && scene.edge_faces()[e2].front() == h &&
+        !share_vertex(scene.edges()[e1], scene.edges()[e2]) && is_orphan_ee(scene, e1, e2))
+      found.push_back({e1, e2});
+  };
+  for (const std::uint32_t corner : first) {
+    for (const std::uint32_t h : scene.vertex_faces()[corner]) {
+      const Face& face = scene.faces()[h];
+      const bool has_a = has_vertex(face, a);
+      const bool has_b = has_vertex(face, b);
+      if (has_a && has_b) continue;
+      if (corner != a && corner != b) {
+        if (has_a || has_b) continue;  // met at that corner
+        for (const std::uint32_t e2 : scene.face_edges()[h]) consider(h, e2);
+      } else {
+        const int at = face[0] == corner ? 0 : face[1] == corner ? 1 : 2;
+        consider(h, scene.face_edges()[h][(at + 1) % 3]);  // the edge opposite the corner
       }
     }
   }
-  std::sort(orphans.vertex_face.begin(), orphans.vertex_face.end());
-  std::sort(orphans.edge_edge.begin(), orphans.edge_edge.end());
-  return orphans;
+}
+
+// Runs `of_each` for all ids below `count` and returns what it finds, sorted.
+template <class OfEach>
+std::vector<FeatureIds> gather(std::uint32_t count, OfEach&& of_each) {
+  tbb::enumerable_thread_specific<std::vector<FeatureIds>> found;
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, count, 2048), [&](const auto& range) {
+    std::vector<FeatureIds>& mine = found.local();
+    for (std::uint32_t id = range.begin(); id < range.end(); ++id) of_each(id, mine);
+  });
+  std::vector<FeatureIds> all;
+  for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+}  // namespace
+
+Orphans enumerate_orphans(const Scene& scene) {
+  return {
+      gather(scene.vertex_count(), [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); }),
+      gather(scene.edge_count(), [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); })};
 }
 
 }  // namespace warmfront

@@ -31,8 +31,8 @@ struct Orphans {
 Status check_hubs(const Scene& scene);
 inline constexpr std::uint64_t kMostAdjacencies = 100'000'000;
 
-/// O(sum over faces of (faces around its vertices)): quadratic in the degree of a hub vertex, as its orphans
-/// are.
+/// Sorted. Parallel inside Workers::run(). O(sum over edges of (faces around its first face's vertices)):
+/// quadratic in the degree of a hub vertex, as its orphans are.
 Orphans enumerate_orphans(const Scene& scene);
 
 }  // namespace warmfront
