@@ -8,8 +8,8 @@
 #include <memory>
 #include <utility>
 
-#include "engine/bounds/normal_cone.h"
 #include "engine/bounds/moving.h"
+#include "engine/bounds/normal_cone.h"
 #include "engine/bvh/bvh.h"
 #include "engine/elementary/narrow_phase.h"
 #include "engine/front/front.h"
@@ -19,8 +19,16 @@
 namespace warmfront {
 namespace {
 
+/// A lazy front looks for pairs to fold every this many steps: a pair that could be folded costs a compare a
+/// step, looking whether it can costs a test.
+constexpr std::int64_t kLazyPruneSteps = 8;
+
 /// The hierarchy is rebuilt when its looseness has grown this much since its build.
 constexpr double kLoosenessLimit = 2.0;
+
+bool is_lazy(const ColliderOptions& options) {
+  return options.front == FrontMode::kWarm && options.lazy_front;
+}
 
 class Stopwatch {
  public:
@@ -147,10 +155,12 @@ class PipelineWith final : public Pipeline {
     statistics.ms.front = interleaved - elementary;
     statistics.ms.elementary = elementary + stage.lap();
     add(statistics.counts, output.counts);
+    statistics.counts.adjacent_pairs = core.topology->adjacent_pairs;
     statistics.counts.bv_tests = front_.counts().bv_tests;
+    statistics.counts.front_skipped = front_.counts().skipped;
     statistics.counts.front_sprouted = front_.counts().sprouted;
     statistics.counts.front_pruned = front_.counts().pruned;
-    statistics.counts.front_pairs = front_.pairs().size();
+    statistics.counts.front_pairs = front_.size();
     statistics.counts.front_bytes = front_.memory_bytes();
     statistics.ms.total = total.lap();
     return output;
@@ -158,26 +168,24 @@ class PipelineWith final : public Pipeline {
 
   void bound_vertices(Core& core) {
     const auto vertices = core.motion.vertices();
-    const double magnitude = motion_magnitude(vertices, core.motion.frame(), core.options.min_separation);
+    magnitude_ = motion_magnitude(vertices, core.motion.frame(), core.options.min_separation);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
-      for (std::size_t v = range.begin(); v < range.end(); ++v) {
-        core.vertex_bounds[v] =
-            moving_bounds(vertices[v], core.motion.frame(), core.options.min_separation, magnitude);
-      }
+      moving_bounds(vertices.subspan(range.begin(), range.size()), core.motion.frame(),
+                    core.options.min_separation, magnitude_, core.vertex_bounds.data() + range.begin());
     });
   }
 
   // Returns true when the hierarchy is another one than in the last step.
   bool refit_or_build(const Core& core) {
     if (bvh_.order.empty()) {
-      bvh_.arrange(core.topology->scene, core.shape, core.topology->first_order);
+      bvh_.arrange(core.topology->scene, core.shape, core.topology->first_order, is_lazy(core.options));
     } else {
-      refit(core.topology->scene, core.vertex_bounds, bvh_);
+      refit(core.topology->scene, core.vertex_bounds, magnitude_, bvh_);
       if (!(looseness(bvh_) > kLoosenessLimit * bvh_.built_looseness)) return false;
       bvh_.arrange(core.topology->scene, core.shape,
-                   build_order(core.topology->scene, core.motion, core.shape));
+                   build_order(core.topology->scene, core.motion, core.shape), is_lazy(core.options));
     }
-    refit(core.topology->scene, core.vertex_bounds, bvh_);
+    refit(core.topology->scene, core.vertex_bounds, magnitude_, bvh_);
     bvh_.built_looseness = looseness(bvh_);
     return true;
   }
@@ -195,10 +203,13 @@ class PipelineWith final : public Pipeline {
   FrontState advance_front(const ColliderOptions& options, bool new_hierarchy) {
     const bool keep = options.front != FrontMode::kNone;
     if (keep && !new_hierarchy && !front_.empty() && !due_for_rebuild(options)) {
-      const std::size_t before = front_.pairs().size();
-      front_.update(bvh_, narrow_, options.front == FrontMode::kWarm, options.max_front_bytes);
+      const std::size_t before = front_.size();
       ++steps_since_build_;
-      stalled_steps_ = front_.pairs().size() > before ? 0 : stalled_steps_ + 1;
+      const bool lazy = is_lazy(options);
+      const bool prune =
+          options.front == FrontMode::kWarm && (!lazy || steps_since_build_ % kLazyPruneSteps == 0);
+      front_.update(bvh_, narrow_, {.prune = prune, .lazy = lazy}, options.max_front_bytes);
+      stalled_steps_ = front_.size() > before ? 0 : stalled_steps_ + 1;
       return front_.overflowed() ? FrontState::kCapped : FrontState::kUpdated;
     }
     const bool first = steps_since_build_ < 0;
@@ -219,6 +230,7 @@ class PipelineWith final : public Pipeline {
   }
 
   Bvh<Bounds> bvh_;
+  double magnitude_ = 0;  // of the step's coordinates, local
   Front<Bounds> front_;
   NarrowPhase<Bounds> narrow_;
   std::int64_t steps_since_build_ = -1;

@@ -40,6 +40,8 @@ struct ColliderOptions {
   double min_separation = 0.0;
   Report report = Report::kAll;
   FrontMode front = FrontMode::kWarm;
+  /// `warm` mode: do not look at pairs that cannot have come together since they were last tested.
+  bool lazy_front = true;
   BoundsKind bounds = BoundsKind::kKDop18;
   /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
   /// holds. Off, because since bounds ask for relative motion it costs more than it saves.

@@ -24,6 +24,7 @@ void add(StepCounts& sum, const StepCounts& more) {
   sum.primitive_tests += more.primitive_tests;
   sum.front_pairs += more.front_pairs;
   sum.front_bytes += more.front_bytes;
+  sum.front_skipped += more.front_skipped;
   sum.front_sprouted += more.front_sprouted;
   sum.front_pruned += more.front_pruned;
   sum.triangle_pairs += more.triangle_pairs;

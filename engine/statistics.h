@@ -35,10 +35,11 @@ struct StepCounts {
       0;  ///< overlap tests between primitives within leaf pairs (none for leaf_size 1)
   std::uint64_t front_pairs = 0;        ///< length of the front after the step
   std::uint64_t front_bytes = 0;        ///< memory the front holds
+  std::uint64_t front_skipped = 0;      ///< front pairs that were not looked at: still apart for certain
   std::uint64_t front_sprouted = 0;     ///< front pairs that were opened
   std::uint64_t front_pruned = 0;       ///< front pairs that were folded into an ancestor
   std::uint64_t triangle_pairs = 0;     ///< non-adjacent triangle pairs whose moving bounds overlap
-  std::uint64_t adjacent_pairs = 0;     ///< adjacent triangle pairs met and left to the orphan sets
+  std::uint64_t adjacent_pairs = 0;     ///< of the mesh: they always overlap, and the orphan sets test them
   std::uint64_t cone_culled_pairs = 0;  ///< triangle pairs left out by normal cone and contour
   std::uint64_t cone_patches = 0;       ///< patches whose self-collision was culled in this step
   /// Feature pairs whose moving bounds overlap, each given to the elementary cascade once, orphans included.

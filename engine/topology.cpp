@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "engine/scene/adjacency.h"
+
 namespace warmfront {
 namespace {
 
@@ -26,7 +28,8 @@ Topology::Topology(const Scene& given, const Motion& motion, const TreeShape& sh
       scene(numbering.apply(given)),
       patches(numbering.apply(patches_of(given, cones))),
       ownership(scene),
-      orphans(enumerate_orphans(scene)) {}
+      orphans(enumerate_orphans(scene)),
+      adjacent_pairs(count_adjacent_pairs(scene)) {}
 
 std::size_t Topology::memory_bytes() const {
   return numbering.memory_bytes() + first_order.size() * sizeof(std::uint32_t) + scene.memory_bytes() +

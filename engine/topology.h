@@ -37,6 +37,7 @@ class Topology {
   const Patches patches;  ///< empty without cones; of_face is filled all the same
   const Ownership ownership;
   const Orphans orphans;
+  const std::uint64_t adjacent_pairs;  ///< of faces
 };
 
 }  // namespace warmfront

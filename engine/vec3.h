@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small vector algebra of bounds and elementary tests, one IEEE rounding an operation and in a stated order,
-// because the error bounds count them. (Eigen would be free to reassociate its reductions.) Pure functions.
+// The small vector algebra of bounds and elementary tests, one IEEE rounding an operation and in a stated
+// order, because the error bounds count them. (Eigen would be free to reassociate its reductions.) Pure
+// functions.
 #pragma once
 
 #include <algorithm>

@@ -31,6 +31,7 @@ struct Arguments {
   std::string report{to_string(ColliderOptions{}.report)};
   std::string front{to_string(ColliderOptions{}.front)};
   std::string bounds{to_string(ColliderOptions{}.bounds)};
+  std::string lazy = ColliderOptions{}.lazy_front ? "on" : "off";
   std::string normal_cones = ColliderOptions{}.normal_cones ? "on" : "off";
   ColliderOptions options;
   int threads = 0;
@@ -48,6 +49,7 @@ Status read_names(Arguments& arguments) {
     return {};
   };
   ColliderOptions& options = arguments.options;
+  options.lazy_front = arguments.lazy == "on";
   options.normal_cones = arguments.normal_cones == "on";
   if (Status s = take(parse_tier(arguments.tier), options.tier); !s) return s;
   if (Status s = take(parse_report(arguments.report), options.report); !s) return s;
@@ -244,6 +246,9 @@ Verb add_detect(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--rebuild-every", a.options.rebuild_every_steps,
                  "Front 'paper': rebuild every so many steps; 0: never")
+      ->capture_default_str();
+  app.add_option("--lazy", a.lazy, "Warm front: skip pairs that cannot have come together yet")
+      ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option("--normal-cones", a.normal_cones, "Cull flat patches by normal cone and contour test")
       ->check(CLI::IsMember({"on", "off"}))

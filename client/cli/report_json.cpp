@@ -30,6 +30,7 @@ Json format_frame(const FrameReport& frame) {
             {"triangle_pairs", counts.triangle_pairs},
             {"elementary_tests", counts.elementary_tests},
             {"exact_tests", counts.exact_tests},
+            {"front_skipped", counts.front_skipped},
             {"front_sprouted", counts.front_sprouted},
             {"front_pruned", counts.front_pruned},
             {"adjacent_pairs", counts.adjacent_pairs},

@@ -47,6 +47,7 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   to.bv_tests = from.bv_tests();
   to.front_pairs = from.front_pairs();
   to.front_bytes = from.front_bytes();
+  to.front_skipped = from.front_skipped();
   to.front_sprouted = from.front_sprouted();
   to.front_pruned = from.front_pruned();
   to.triangle_pairs = from.triangle_pairs();
@@ -74,6 +75,7 @@ ColliderOptions options_from(const v1::ColliderOptions& message) {
   options.tolerance = message.tolerance();
   options.min_separation = message.min_separation();
   options.normal_cones = message.normal_cones();
+  options.lazy_front = message.lazy_front();
   options.leaf_size = message.leaf_size();
   options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
   options.rebuild_every_steps = message.rebuild_every_steps();
@@ -122,6 +124,7 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_tolerance(options.tolerance);
   message.set_min_separation(options.min_separation);
   message.set_normal_cones(options.normal_cones);
+  message.set_lazy_front(options.lazy_front);
   message.set_leaf_size(options.leaf_size);
   message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
   message.set_rebuild_every_steps(options.rebuild_every_steps);

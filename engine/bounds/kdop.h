@@ -26,13 +26,13 @@ struct Slabs {
   std::array<float, 4 * Axes> lane;
 
   /// The identity of merge(): holds nothing.
-  static Slabs empty() {
+  [[gnu::always_inline]] static Slabs empty() {
     Slabs slabs;
     slabs.lane.fill(std::numeric_limits<float>::max());
     return slabs;
   }
 
-  void merge(const Slabs& other) {
+  [[gnu::always_inline]] void merge(const Slabs& other) {
     for (std::size_t k = 0; k < lane.size(); ++k) lane[k] = lane[k] < other.lane[k] ? lane[k] : other.lane[k];
   }
 

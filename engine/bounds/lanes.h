@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <cstring>
 
 #include "engine/bounds/kdop.h"
@@ -30,6 +31,14 @@ WARMFRONT_INLINE Vector lesser(Vector a, Vector b) {
 template <class Vector>
 WARMFRONT_INLINE Vector greater(Vector a, Vector b) {
   return a > b ? a : b;
+}
+
+WARMFRONT_INLINE float largest(Float8 x) {
+  using Int8 = std::int32_t __attribute__((vector_size(32)));
+  x = greater(x, __builtin_shuffle(x, Int8{4, 5, 6, 7, 0, 1, 2, 3}));
+  x = greater(x, __builtin_shuffle(x, Int8{2, 3, 0, 1, 6, 7, 4, 5}));
+  x = greater(x, __builtin_shuffle(x, Int8{1, 0, 3, 2, 5, 4, 7, 6}));
+  return x[0];
 }
 
 // Eight axes of an 18-DOP at one end of the step.
@@ -75,6 +84,30 @@ WARMFRONT_INLINE bool meet(const KDop18& a, const KDop18& b) {
   const auto apart =
       (Long4)(gap(eight_axes(a, 0), eight_axes(a, 18), eight_axes(b, 0), eight_axes(b, 18)) > 0.0F);
   return ((apart[0] | apart[1]) | (apart[2] | apart[3])) == 0 && !apart_along(a, b, 8);
+}
+
+// The wider of an axis' two gaps at t = 1.
+template <class Bounds>
+WARMFRONT_INLINE float end_gap_along(const Bounds& a, const Bounds& b, int axis) {
+  constexpr int kLower = Bounds::kEnd;
+  constexpr int kUpper = Bounds::kEnd + Bounds::kAxes;
+  return greater(a.lane[kLower + axis] + b.lane[kUpper + axis],
+                 a.lane[kUpper + axis] + b.lane[kLower + axis]);
+}
+
+// As separation() of overlap.h.
+WARMFRONT_INLINE float gap_at_end(const Aabb& a, const Aabb& b) {
+  if (meet(a, b)) return -1;
+  return greater(greater(end_gap_along(a, b, 0), end_gap_along(a, b, 1)), end_gap_along(a, b, 2));
+}
+
+WARMFRONT_INLINE float gap_at_end(const KDop18& a, const KDop18& b) {
+  if (meet(a, b)) return -1;
+  constexpr Float8 kWeight{1, 1, 1, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F};
+  const EightAxes a1 = eight_axes(a, KDop18::kEnd);
+  const EightAxes b1 = eight_axes(b, KDop18::kEnd);
+  const Float8 gaps = kWeight * greater(a1.lower + b1.upper, a1.upper + b1.lower);
+  return greater(largest(gaps), 0.5F * end_gap_along(a, b, 8));
 }
 
 }  // namespace warmfront

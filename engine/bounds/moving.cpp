@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/target_clones.h"
+
 namespace warmfront {
 namespace {
 
@@ -15,13 +17,13 @@ constexpr double kSqrt2Up = 1.4142135623730952;  // >= sqrt(2)
 constexpr double kFloatMax = std::numeric_limits<float>::max();
 
 // A float <= value. The cast rounds to nearest, so 2^-23 of the value and a denormal are taken off first.
-inline float round_down(double value) {
+WARMFRONT_INLINE float round_down(double value) {
   const double lowered = value - std::fabs(value) * 0x1p-23 - 0x1p-148;
   return lowered < -kFloatMax ? -std::numeric_limits<float>::infinity()
                               : static_cast<float>(std::min(lowered, kFloatMax));
 }
 
-inline void axes_of(double x, double y, double z, double (&out)[9]) {
+WARMFRONT_INLINE void axes_of(double x, double y, double z, double* out) {
   out[0] = x;
   out[1] = y;
   out[2] = z;
@@ -33,7 +35,8 @@ inline void axes_of(double x, double y, double z, double (&out)[9]) {
   out[8] = z - x;
 }
 
-std::array<double, 3> local_position(const std::array<double, 4>& x, const LocalFrame& frame) {
+WARMFRONT_INLINE std::array<double, 3> local_position(const std::array<double, 4>& x,
+                                                      const LocalFrame& frame) {
   std::array<double, 3> local;
   for (int axis = 0; axis < 3; ++axis)
     local[axis] = frame.to_local(x[axis]) - frame.to_local(frame.origin[axis]);
@@ -62,31 +65,60 @@ double motion_magnitude(std::span<const VertexMotion> vertices, const LocalFrame
       [](double x, double y) { return std::max(x, y); });
 }
 
-KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
-                     double magnitude) {
-  KDop18 slabs;
-  // Far out of the frame's range the bounds hold everything: slower, never wrong.
-  if (!(magnitude < 1e300)) {
-    slabs.lane.fill(-std::numeric_limits<float>::infinity());
-    return slabs;
+namespace {
+
+// By how much each axis' slabs are thickened, at t = 0 and again at t = 1.
+struct Thickening {
+  double lane[18];
+
+  Thickening(const LocalFrame& frame, double min_separation, double magnitude) {
+    const double margin = 0x1p-44 * magnitude;
+    const double separation = 0.5 * frame.to_local(min_separation);
+    for (int k = 0; k < 18; ++k) lane[k] = (k % 9 < 3 ? separation : kSqrt2Up * separation) + margin;
   }
+};
+
+WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& frame,
+                                const Thickening& thickening, KDop18& slabs) {
   const auto x0 = local_position(vertex.t0, frame);
   const auto x1 = local_position(vertex.t1, frame);
-  const double margin = 0x1p-44 * magnitude;
-  const double straight = 0.5 * frame.to_local(min_separation) + margin;
-  const double diagonal = 0.5 * kSqrt2Up * frame.to_local(min_separation) + margin;
-  double at0[9];
-  double at1[9];
-  axes_of(x0[0], x0[1], x0[2], at0);
-  axes_of(x1[0], x1[1], x1[2], at1);
-  for (int k = 0; k < 9; ++k) {
-    const double thick = k < 3 ? straight : diagonal;
-    slabs.lane[k] = round_down(at0[k] - thick);
-    slabs.lane[k + 9] = round_down(-at0[k] - thick);
-    slabs.lane[k + KDop18::kEnd] = round_down(at1[k] - thick);
-    slabs.lane[k + KDop18::kEnd + 9] = round_down(-at1[k] - thick);
+  double at[18];
+  axes_of(x0[0], x0[1], x0[2], at);
+  axes_of(x1[0], x1[1], x1[2], at + 9);
+  float lower[18];
+  float upper[18];
+  for (int k = 0; k < 18; ++k) lower[k] = round_down(at[k] - thickening.lane[k]);
+  for (int k = 0; k < 18; ++k) upper[k] = round_down(-at[k] - thickening.lane[k]);
+  for (int end = 0; end < 2; ++end) {
+    std::copy_n(lower + 9 * end, 9, slabs.lane.data() + KDop18::kEnd * end);
+    std::copy_n(upper + 9 * end, 9, slabs.lane.data() + KDop18::kEnd * end + 9);
   }
-  return slabs;
+}
+
+WARMFRONT_TARGET_CLONES
+void bounds_of_all(std::span<const VertexMotion> vertices, const LocalFrame& frame,
+                   const Thickening& thickening, KDop18* bounds) {
+  for (std::size_t v = 0; v < vertices.size(); ++v) bounds_of(vertices[v], frame, thickening, bounds[v]);
+}
+
+}  // namespace
+
+void moving_bounds(std::span<const VertexMotion> vertices, const LocalFrame& frame, double min_separation,
+                   double magnitude, KDop18* bounds) {
+  if (magnitude < 1e300) {
+    bounds_of_all(vertices, frame, Thickening(frame, min_separation, magnitude), bounds);
+    return;
+  }
+  // Far out of the frame's range the bounds hold everything: slower, never wrong.
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    bounds[v].lane.fill(-std::numeric_limits<float>::infinity());
+}
+
+KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+                     double magnitude) {
+  KDop18 bounds;
+  moving_bounds({&vertex, 1}, frame, min_separation, magnitude, &bounds);
+  return bounds;
 }
 
 }  // namespace warmfront

@@ -27,4 +27,8 @@ double motion_magnitude(std::span<const VertexMotion> vertices, const LocalFrame
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
                      double magnitude);
 
+/// The same for many vertices; `bounds` has room for as many.
+void moving_bounds(std::span<const VertexMotion> vertices, const LocalFrame& frame, double min_separation,
+                   double magnitude, KDop18* bounds);
+
 }  // namespace warmfront

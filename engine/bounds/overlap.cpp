@@ -95,6 +95,16 @@ bool overlap(const KDop18& a, const KDop18& b) {
 }
 
 WARMFRONT_TARGET_CLONES
+float separation(const Aabb& a, const Aabb& b) {
+  return gap_at_end(a, b);
+}
+
+WARMFRONT_TARGET_CLONES
+float separation(const KDop18& a, const KDop18& b) {
+  return gap_at_end(a, b);
+}
+
+WARMFRONT_TARGET_CLONES
 std::uint32_t overlaps(const Aabb& one, std::span<const Aabb> many) {
   return meet_many(one, many);
 }

@@ -13,6 +13,11 @@ namespace warmfront {
 bool overlap(const Aabb& a, const Aabb& b);
 bool overlap(const KDop18& a, const KDop18& b);
 
+/// How far apart they are at t = 1, along the axis along which they are most (half of it along a diagonal:
+/// see NodeTravel); negative when they overlap.
+float separation(const Aabb& a, const Aabb& b);
+float separation(const KDop18& a, const KDop18& b);
+
 /// Bit j is set where `one` overlaps many[j]; at most 32 of them.
 std::uint32_t overlaps(const Aabb& one, std::span<const Aabb> many);
 std::uint32_t overlaps(const KDop18& one, std::span<const KDop18> many);

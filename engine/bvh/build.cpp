@@ -140,10 +140,11 @@ std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion,
 
 template <class Bounds>
 void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
-                          std::vector<std::uint32_t> new_order) {
+                          std::vector<std::uint32_t> new_order, bool keep_travel) {
   shape = new_shape;
   order = std::move(new_order);
   nodes.resize(order.empty() ? 0 : shape.node_count());
+  travel.assign(keep_travel ? nodes.size() : 0, {});
   leaves.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.leaf_count());
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t l) {
     LeafBlock<Bounds>& leaf = leaves[l];
@@ -158,7 +159,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
   });
 }
 
-template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>);
-template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>);
+template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>, bool);
+template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>, bool);
 
 }  // namespace warmfront

@@ -10,6 +10,7 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bvh/leaf_block.h"
+#include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
 #include "engine/scene/scene.h"
 
@@ -58,14 +59,18 @@ struct Bvh {
   std::vector<Bounds> nodes;         ///< by NodeId
   /// By leaf. Empty for leaves of one primitive, whose node says it all.
   std::vector<LeafBlock<Bounds>> leaves;
-  double built_looseness = 0;  ///< looseness() right after the build
+  std::vector<NodeTravel> travel;  ///< by NodeId; empty when nobody asks
+  std::uint32_t travel_slack = 0;  ///< what rounding can hide of a node's travel, in its units
+  double built_looseness = 0;      ///< looseness() right after the build
 
-  /// Takes a shape and an order of the scene's primitives; bounds are undefined until refit().
-  void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<std::uint32_t> new_order);
+  /// Takes a shape and an order of the scene's primitives; bounds are undefined until refit(), travel starts
+  /// anew if it is to be kept.
+  void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<std::uint32_t> new_order,
+               bool keep_travel);
 
   std::size_t memory_bytes() const {
     return order.size() * sizeof(std::uint32_t) + nodes.size() * sizeof(Bounds) +
-           leaves.size() * sizeof(LeafBlock<Bounds>);
+           leaves.size() * sizeof(LeafBlock<Bounds>) + travel.size() * sizeof(NodeTravel);
   }
 };
 
@@ -78,9 +83,11 @@ Face primitive_vertices(const Scene& scene, std::uint32_t primitive);
 /// threads. O(P log P).
 std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape);
 
-/// Recomputes all bounds from the vertices' moving bounds, bottom up, in parallel inside Workers::run(). O(P).
+/// Recomputes all bounds from the vertices' moving bounds, bottom up, and adds the step's motion to the
+/// nodes' travel where it is kept. `magnitude` is what the vertices' bounds were made with. Parallel inside
+/// Workers::run(). O(P).
 template <class Bounds>
-void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh);
+void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, double magnitude, Bvh<Bounds>& bvh);
 
 /// How loose the hierarchy is: the sum of all nodes' extents over the root's. It grows as primitives that
 /// were neighbours at the build move apart; a rebuild pays when it has doubled.

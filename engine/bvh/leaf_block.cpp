@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstring>
+#include <limits>
 
 #include "engine/bounds/lanes.h"
 
@@ -14,26 +15,30 @@ using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
 constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
 
-// All ones in the lanes whose primitive is apart from `one`, given as a function from lane number to value.
+// One primitive against each lane of a block.
+struct Row {
+  Int8 apart;  // all ones where they are
+  Float8 gap;  // at t = 1, along the axis along which it is widest (half of it along a diagonal)
+};
+
+// `one` is a function from lane number to value.
 template <class Bounds, class LaneOf>
-WARMFRONT_INLINE Int8 apart(const LeafBlock<Bounds>& block, LaneOf&& one) {
+WARMFRONT_INLINE Row against(const LeafBlock<Bounds>& block, LaneOf&& one) {
   constexpr int kAxes = Bounds::kAxes;
   constexpr int kEnd = Bounds::kEnd;
   const auto many = [&](int lane) { return load<Float8>(block.lane[lane].data()); };
-  // As gap() of lanes.h. Two chains halve the latency.
-  const auto below = [&](int k) {
-    return lesser(one(k) + many(k + kAxes), one(k + kEnd) + many(k + kAxes + kEnd));
-  };
-  const auto above = [&](int k) {
-    return lesser(one(k + kAxes) + many(k), one(k + kAxes + kEnd) + many(k + kEnd));
-  };
-  Float8 low = below(0);
-  Float8 high = above(0);
-  for (int k = 1; k < kAxes; ++k) {
-    low = greater(low, below(k));
-    high = greater(high, above(k));
+  Float8 open{};  // positive where an axis keeps them apart at both ends, as gap() of lanes.h
+  Float8 straight{};
+  Float8 diagonal{};
+  for (int k = 0; k < kAxes; ++k) {
+    const Float8 below1 = one(k + kEnd) + many(k + kAxes + kEnd);
+    const Float8 above1 = one(k + kAxes + kEnd) + many(k + kEnd);
+    open = greater(
+        greater(lesser(one(k) + many(k + kAxes), below1), lesser(one(k + kAxes) + many(k), above1)), open);
+    Float8& widest = k < 3 ? straight : diagonal;
+    widest = greater(greater(below1, above1), widest);
   }
-  return (Int8)(greater(low, high) > 0.0F);
+  return {(Int8)(open > 0.0F), greater(straight, 0.5F * diagonal)};
 }
 
 // One bit a lane.
@@ -51,24 +56,24 @@ WARMFRONT_INLINE std::uint64_t bytes_of(Int8 lanes) {
   return packed;
 }
 
-// Bit 8 j + i for all i < j.
-constexpr std::uint64_t kUpperTriangle = [] {
-  std::uint64_t bits = 0;
-  for (int j = 0; j < 8; ++j) bits |= ((std::uint64_t{1} << j) - 1) << (8 * j);
-  return bits;
-}();
-
 template <class Bounds>
 WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b,
                                         const Bounds& node_b, bool same) {
+  const Float8 far = Float8{} + std::numeric_limits<float>::max();
+  const Int8 slot{0, 1, 2, 3, 4, 5, 6, 7};
+  const Int8 used = slot < static_cast<std::int32_t>(b.count);
+  Float8 gap = far;
   std::uint32_t rows = (1U << a.count) - 1;
-  if (!same) rows &= ~bits_of(apart(a, [&](int k) { return node_b.lane[k]; }));
-  Int8 overlapping{};
-  Int8 adjacent{};
+  if (!same) {
+    const Row row = against(a, [&](int k) { return node_b.lane[k]; });
+    const Int8 out = row.apart & (slot < static_cast<std::int32_t>(a.count));
+    gap = out ? row.gap : far;
+    rows &= ~bits_of(out);
+  }
+  Int8 to_test{};
   for (; rows != 0; rows &= rows - 1) {
     const int i = std::countr_zero(rows);
     const auto bit = static_cast<std::int32_t>(rows & -rows);
-    overlapping |= ~apart(b, [&](int k) { return a.lane[k][i]; }) & bit;
     Int8 shared{};
     for (int p = 0; p < 3; ++p) {
       const auto vertex = static_cast<std::int32_t>(a.vertex[p][i]);
@@ -78,12 +83,12 @@ WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBl
         shared |= others == vertex;
       }
     }
-    adjacent |= shared & bit;
+    const Int8 wanted = used & ~shared & (same ? slot > i : used);
+    const Row row = against(b, [&](int k) { return a.lane[k][i]; });
+    to_test |= wanted & ~row.apart & bit;
+    gap = lesser(wanted ? row.gap : far, gap);
   }
-  const std::uint64_t used = b.count == 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << (8 * b.count)) - 1;
-  const std::uint64_t met = bytes_of(overlapping) & used & (same ? kUpperTriangle : ~std::uint64_t{0});
-  const std::uint64_t shared = met & bytes_of(adjacent);
-  return {met & ~shared, static_cast<std::uint32_t>(std::popcount(shared))};
+  return {bytes_of(to_test), -largest(-gap)};
 }
 
 }  // namespace

@@ -28,8 +28,10 @@ struct LeafBlock {
 
 /// Bit 8 j + i stands for primitive i of leaf a and primitive j of leaf b.
 struct LeafOverlaps {
-  std::uint64_t to_test;   ///< their moving bounds overlap and they share no vertex
-  std::uint32_t adjacent;  ///< how many overlap and share one
+  std::uint64_t to_test;  ///< their moving bounds overlap and they share no vertex
+  /// When there is nothing to test: how far apart at t = 1 the nearest two are that share no vertex, as
+  /// separation() measures it. Else of no meaning.
+  float gap;
 };
 
 /// All primitives of leaf `a` against all of leaf `b`, whose bounds as a whole are `node_b`. With

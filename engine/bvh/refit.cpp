@@ -2,39 +2,115 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstring>
+#include <tuple>
 
+#include "engine/bounds/lanes.h"
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/travel_lanes.h"
 
 namespace warmfront {
 namespace {
 
+// Whole vectors at a time: copies of bounds that are then read in wider pieces would wait for their stores.
 template <class Bounds>
-void refit_leaf(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh, NodeId leaf) {
-  Bounds node = Bounds::empty();
-  const std::uint32_t end = bvh.shape.begin_of_leaf(leaf + 1);
-  for (std::uint32_t i = bvh.shape.begin_of_leaf(leaf); i < end; ++i) {
-    const Face vertices = primitive_vertices(scene, bvh.order[i]);
-    Bounds primitive = narrow<Bounds>(vertex_bounds[vertices[0]]);
-    primitive.merge(narrow<Bounds>(vertex_bounds[vertices[1]]));
-    primitive.merge(narrow<Bounds>(vertex_bounds[vertices[2]]));
-    if (!bvh.leaves.empty())
-      bvh.leaves[leaf - bvh.shape.first_leaf()].set(i - bvh.shape.begin_of_leaf(leaf), primitive);
-    node.merge(primitive);
+WARMFRONT_INLINE void merge_into(Bounds& to, const Bounds& a, const Bounds& b) {
+  constexpr std::size_t kLanes = std::tuple_size_v<decltype(Bounds::lane)>;
+  std::size_t k = 0;
+  for (; k + 8 <= kLanes; k += 8) {
+    const Float8 least = lesser(load<Float8>(&a.lane[k]), load<Float8>(&b.lane[k]));
+    std::memcpy(&to.lane[k], &least, sizeof least);
   }
-  bvh.nodes[leaf] = node;
+  for (; k < kLanes; ++k) to.lane[k] = lesser(a.lane[k], b.lane[k]);
+}
+
+WARMFRONT_INLINE void merge_vertices(std::span<const KDop18> of, const Face& vertices, KDop18& to) {
+  merge_into(to, of[vertices[0]], of[vertices[1]]);
+  merge_into(to, to, of[vertices[2]]);
+}
+
+WARMFRONT_INLINE void merge_vertices(std::span<const KDop18> of, const Face& vertices, Aabb& to) {
+  to = narrow<Aabb>(of[vertices[0]]);
+  to.merge(narrow<Aabb>(of[vertices[1]]));
+  to.merge(narrow<Aabb>(of[vertices[2]]));
+}
+
+// Eight rows of eight lanes become eight lanes of eight rows.
+WARMFRONT_INLINE void transpose(const float* rows, std::size_t stride, float* lanes) {
+  using Int8 = std::int32_t __attribute__((vector_size(32)));
+  Float8 r[8];
+  Float8 s[8];
+  for (std::size_t i = 0; i < 8; ++i) r[i] = load<Float8>(rows + i * stride);
+  for (int i = 0; i < 8; i += 2) {
+    s[i] = __builtin_shuffle(r[i], r[i + 1], Int8{0, 8, 2, 10, 4, 12, 6, 14});
+    s[i + 1] = __builtin_shuffle(r[i], r[i + 1], Int8{1, 9, 3, 11, 5, 13, 7, 15});
+  }
+  for (int i = 0; i < 8; i += 4) {
+    for (int k = 0; k < 2; ++k) {
+      r[i + k] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{0, 1, 8, 9, 4, 5, 12, 13});
+      r[i + k + 2] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{2, 3, 10, 11, 6, 7, 14, 15});
+    }
+  }
+  for (int k = 0; k < 4; ++k) {
+    s[k] = __builtin_shuffle(r[k], r[k + 4], Int8{0, 1, 2, 3, 8, 9, 10, 11});
+    s[k + 4] = __builtin_shuffle(r[k], r[k + 4], Int8{4, 5, 6, 7, 12, 13, 14, 15});
+  }
+  std::memcpy(lanes, s, sizeof s);
 }
 
 template <class Bounds>
-void refit_inner(Bvh<Bounds>& bvh, NodeId node) {
-  Bounds merged = bvh.nodes[TreeShape::left(node)];
-  merged.merge(bvh.nodes[TreeShape::left(node) + 1]);
-  bvh.nodes[node] = merged;
+WARMFRONT_INLINE void refit_block(std::span<const KDop18> vertex_bounds, LeafBlock<Bounds>& leaf,
+                                  Bounds& node) {
+  constexpr std::size_t kLanes = std::tuple_size_v<decltype(Bounds::lane)>;
+  Bounds rows[LeafBlock<Bounds>::kSlots];
+  node = Bounds::empty();
+  for (std::uint32_t i = 0; i < leaf.count; ++i) {
+    merge_vertices(vertex_bounds, {leaf.vertex[0][i], leaf.vertex[1][i], leaf.vertex[2][i]}, rows[i]);
+    merge_into(node, node, rows[i]);
+  }
+  for (std::uint32_t i = leaf.count; i < LeafBlock<Bounds>::kSlots; ++i) rows[i] = Bounds::empty();
+  std::size_t k = 0;
+  for (; k + 8 <= kLanes; k += 8) transpose(rows[0].lane.data() + k, kLanes, leaf.lane[k].data());
+  for (; k < kLanes; ++k) {
+    for (std::uint32_t i = 0; i < LeafBlock<Bounds>::kSlots; ++i) leaf.lane[k][i] = rows[i].lane[k];
+  }
+}
+
+template <class Bounds>
+WARMFRONT_INLINE void refit_nodes(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh,
+                                  NodeId begin, NodeId end) {
+  const NodeId first_leaf = bvh.shape.first_leaf();
+  for (NodeId node = begin; node < end; ++node) {
+    if (node < first_leaf) {
+      const NodeId left = TreeShape::left(node);
+      merge_into(bvh.nodes[node], bvh.nodes[left], bvh.nodes[left + 1]);
+    } else if (!bvh.leaves.empty()) {
+      refit_block(vertex_bounds, bvh.leaves[node - first_leaf], bvh.nodes[node]);
+    } else if (const std::uint32_t at = bvh.shape.begin_of_leaf(node);
+               at < bvh.shape.begin_of_leaf(node + 1)) {
+      merge_vertices(vertex_bounds, primitive_vertices(scene, bvh.order[at]), bvh.nodes[node]);
+    } else {
+      bvh.nodes[node] = Bounds::empty();
+    }
+    if (!bvh.travel.empty()) advance_travel(bvh, node);
+  }
+}
+
+WARMFRONT_TARGET_CLONES
+void refit_range(const Scene& scene, std::span<const KDop18> of, Bvh<Aabb>& bvh, NodeId begin, NodeId end) {
+  refit_nodes(scene, of, bvh, begin, end);
+}
+
+WARMFRONT_TARGET_CLONES
+void refit_range(const Scene& scene, std::span<const KDop18> of, Bvh<KDop18>& bvh, NodeId begin, NodeId end) {
+  refit_nodes(scene, of, bvh, begin, end);
 }
 
 }  // namespace
 
 template <class Bounds>
-void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh) {
+void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, double magnitude, Bvh<Bounds>& bvh) {
+  bvh.travel_slack = std::max(bvh.travel_slack, travel::slack(magnitude));
   if (bvh.shape.primitive_count() == 0) return;
   // Subtrees that root on one level are refit side by side, each bottom up; what is above them is small.
   const int depth = bvh.shape.levels() - 1;
@@ -43,16 +119,11 @@ void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds
     for (int level = depth; level >= task_level; --level) {
       const std::uint32_t width = 1U << (level - task_level);
       const NodeId first = ((1U << level) - 1) + task * width;
-      for (NodeId node = first; node < first + width; ++node) {
-        if (level == depth) {
-          refit_leaf(scene, vertex_bounds, bvh, node);
-        } else {
-          refit_inner(bvh, node);
-        }
-      }
+      refit_range(scene, vertex_bounds, bvh, first, first + width);
     }
   });
-  for (NodeId node = (1U << task_level) - 1; node-- > 0;) refit_inner(bvh, node);
+  for (int level = task_level; level-- > 0;)
+    refit_range(scene, vertex_bounds, bvh, (1U << level) - 1, (2U << level) - 1);
 }
 
 template <class Bounds>
@@ -68,8 +139,8 @@ double looseness(const Bvh<Bounds>& bvh) {
   return root > 0 ? sum / root : 0;
 }
 
-template void refit(const Scene&, std::span<const KDop18>, Bvh<Aabb>&);
-template void refit(const Scene&, std::span<const KDop18>, Bvh<KDop18>&);
+template void refit(const Scene&, std::span<const KDop18>, double, Bvh<Aabb>&);
+template void refit(const Scene&, std::span<const KDop18>, double, Bvh<KDop18>&);
 template double looseness(const Bvh<Aabb>&);
 template double looseness(const Bvh<KDop18>&);
 

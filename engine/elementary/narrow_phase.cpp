@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <tuple>
 
 #include "engine/bounds/overlap.h"
@@ -28,31 +29,30 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     tester.begin(input, shared);
   }
 
-  void leaf_pair(NodeId a, NodeId b) override {
+  float leaf_pair(NodeId a, NodeId b) override {
     const std::uint32_t begin_a = bvh_->shape.begin_of_leaf(a);
     const std::uint32_t begin_b = bvh_->shape.begin_of_leaf(b);
-    StepCounts& counts = tester.output().counts;
+    // Adjacent primitives never come apart and are never tested here.
+    constexpr float kFar = std::numeric_limits<float>::max();
     if (bvh_->leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
-      if (a == b) return;
+      if (a == b) return kFar;
       const std::uint32_t p = bvh_->order[begin_a];
       const std::uint32_t q = bvh_->order[begin_b];
-      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) {
-        ++counts.adjacent_pairs;
-      } else {
-        tester.primitive_pair(p, q);
-      }
-      return;
+      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return kFar;
+      tester.primitive_pair(p, q);
+      return -1;
     }
     const NodeId first_leaf = bvh_->shape.first_leaf();
     const LeafBlock<Bounds>& leaf_a = bvh_->leaves[a - first_leaf];
     const LeafBlock<Bounds>& leaf_b = bvh_->leaves[b - first_leaf];
     const LeafOverlaps overlaps = leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b);
-    counts.primitive_tests += a == b ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
-    counts.adjacent_pairs += overlaps.adjacent;
+    tester.output().counts.primitive_tests +=
+        a == b ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
     for (std::uint64_t bits = overlaps.to_test; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       tester.primitive_pair(bvh_->order[begin_a + bit % 8], bvh_->order[begin_b + bit / 8]);
     }
+    return overlaps.to_test == 0 ? overlaps.gap : -1;
   }
 
   PairTester tester;

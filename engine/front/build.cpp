@@ -9,60 +9,31 @@ namespace warmfront {
 
 template <class Bounds>
 void Front<Bounds>::build(const Bvh<Bounds>& bvh, LeafPairSinks& sinks, bool record, std::size_t max_bytes) {
-  pairs_.clear();
-  if (bvh.nodes.empty()) {
-    counts_ = {};
-    overflowed_ = false;
-    return;
-  }
+  chunks_.clear();
+  begin(max_bytes);
+  if (bvh.nodes.empty()) return finish();
   const BuildTasks decomposition = decompose(bvh);
   const auto& tasks = decomposition.tasks;
-  // Without recording the cap is zero pairs and nothing is kept from the first chunk's end on; nothing is
-  // copied either.
-  outputs_.reset(tasks.size(), record ? max_pairs(max_bytes) : 0);
+  if (record) chunks_.resize(tasks.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks.size(), 1), [&](const auto& range) {
+    Scratch& scratch = scratch_.local();
+    LeafPairSink& sink = sinks.local();
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      ChunkOutputs::Chunk chunk(outputs_, i);
-      LeafPairSink& sink = sinks.local();
-      const auto [pair, open] = tasks[i];
-      const auto terminal = [&](const NodePair& end) {
-        if (record) chunk.push(end);
+      scratch.pairs.clear();
+      const auto terminal = [&](const NodePair& pair, float gap) {
+        // Past the limit there is no point in keeping more.
+        if (record && scratch.pairs.size() <= max_pairs_)
+          scratch.pairs.push_back({pair, grant_budget(bvh, pair, gap)});
       };
-      if (!open || bvh.shape.is_leaf(pair.a)) {
-        terminal(pair);
-        if (open) sink.leaf_pair(pair.a, pair.b);
-      } else {
-        descend(bvh, pair, chunk.bv_tests(), sink, terminal);
-      }
+      descend_from(bvh, tasks[i].pair, tasks[i].gap, scratch.counts.bv_tests, sink, terminal);
+      if (record) store(scratch.pairs, chunks_[i]);
     }
   });
-  const ThreadOutput totals = outputs_.totals();
-  counts_ = {totals.bv_tests + decomposition.bv_tests, 0, 0};
-  overflowed_ = false;
-  if (record) gather();
-}
-
-template <class Bounds>
-void Front<Bounds>::gather() {
-  overflowed_ = outputs_.overflowed();
-  if (overflowed_) {
-    pairs_ = {};
-    outputs_.release();
-    return;
-  }
-  outputs_.concatenate(pairs_);
-}
-
-template <class Bounds>
-std::size_t Front<Bounds>::memory_bytes() const {
-  return pairs_.capacity() * sizeof(NodePair) + outputs_.memory_bytes();
+  finish();
+  counts_.bv_tests += decomposition.bv_tests;
 }
 
 template void Front<Aabb>::build(const Bvh<Aabb>&, LeafPairSinks&, bool, std::size_t);
 template void Front<KDop18>::build(const Bvh<KDop18>&, LeafPairSinks&, bool, std::size_t);
-template void Front<Aabb>::gather();
-template void Front<KDop18>::gather();
-template std::size_t Front<Aabb>::memory_bytes() const;
-template std::size_t Front<KDop18>::memory_bytes() const;
 
 }  // namespace warmfront

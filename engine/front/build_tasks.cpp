@@ -47,14 +47,14 @@ BuildTasks decompose(const Bvh<Bounds>& bvh) {
   constexpr double kShare = 1.0 / 256;
   constexpr std::size_t kMostTasks = 8192;
   BuildTasks result;
-  result.tasks = {{{0, 0}, true}};
+  result.tasks = {{{0, 0}, -1}};
   const double most = cost(bvh, {0, 0}) * kShare;
   const auto is_leaf_pair = [&](const NodePair& pair) { return bvh.shape.is_leaf(pair.a); };
   for (bool opened = true; opened && result.tasks.size() < kMostTasks;) {
     opened = false;
     std::vector<BuildTask> next;
     for (const BuildTask& task : result.tasks) {
-      if (!task.open || is_leaf_pair(task.pair) || cost(bvh, task.pair) <= most) {
+      if (task.gap > 0 || is_leaf_pair(task.pair) || cost(bvh, task.pair) <= most) {
         next.push_back(task);
         continue;
       }
@@ -62,7 +62,7 @@ BuildTasks decompose(const Bvh<Bounds>& bvh) {
       for_children(task.pair, [&](const NodePair& child) {
         const bool self = child.a == child.b;
         if (!self) ++result.bv_tests;
-        next.push_back({child, self || warmfront::overlap(bvh.nodes[child.a], bvh.nodes[child.b])});
+        next.push_back({child, self ? -1 : separation(bvh.nodes[child.a], bvh.nodes[child.b])});
       });
     }
     result.tasks = std::move(next);

@@ -10,10 +10,10 @@
 
 namespace warmfront {
 
-/// A part of the BVTT. `open` tasks are to be descended; the others were found to end while decomposing.
+/// A part of the BVTT, below a pair whose separation() is known.
 struct BuildTask {
   NodePair pair;
-  bool open;
+  float gap;  ///< positive: traversal ends here
 };
 
 struct BuildTasks {

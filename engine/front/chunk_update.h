@@ -3,89 +3,113 @@
 // Source: Tang, Manocha, Tong 2009, section 4.3 (sprouting); pruning as in Ehmann, Lin 2001, made canonical.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <span>
 
 #include "engine/bounds/overlap.h"
-#include "engine/front/chunks.h"
 #include "engine/front/descend.h"
-#include "engine/front/pair_overlaps.h"
+#include "engine/front/front.h"
 
 namespace warmfront {
 
 template <class Bounds>
 class ChunkUpdate {
  public:
-  static constexpr std::size_t kPairs = 512;  ///< in a chunk, at most
+  using Chunk = typename Front<Bounds>::Chunk;
+  static constexpr std::size_t kPairs = 512;  ///< in a chunk, about
 
-  ChunkUpdate(const Bvh<Bounds>& bvh, LeafPairSink& sink, ChunkOutputs::Chunk& chunk)
-      : bvh_(bvh), sink_(sink), chunk_(chunk) {}
+  /// `scratch` takes the chunk's new pairs where they change; it keeps its memory for the next chunk.
+  ChunkUpdate(const Bvh<Bounds>& bvh, LeafPairSink& sink, FrontUpdate how, Chunk& scratch,
+              typename Front<Bounds>::Counts& counts)
+      : bvh_(bvh), sink_(sink), how_(how), scratch_(scratch), counts_(counts) {}
 
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
-  /// `prune`, disjoint ones are folded as far as their ancestors are disjoint, else kept.
-  void run(std::span<const NodePair> pairs, bool prune) {
-    test(pairs);
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const NodePair& pair = pairs[i];
-      if (overlaps_[i] == 0) {
-        prune ? fold(pair) : chunk_.push(pair);
-      } else if (bvh_.shape.is_leaf(pair.a)) {
-        chunk_.push(pair);
-        sink_.leaf_pair(pair.a, pair.b);
+  /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
+  /// pairs changed and are in the scratch now; else they are where they were, with new budgets.
+  bool run(Chunk& chunk) {
+    for (std::size_t i = 0; i < chunk.size(); ++i) {
+      FrontPair& pair = chunk[i];
+      if (how_.lazy &&
+          !pair.budget.spent(bvh_.travel[pair.nodes.a], bvh_.travel[pair.nodes.b], bvh_.travel_slack)) {
+        ++counts_.skipped;
+        how_.prune ? fold(chunk, i) : keep(chunk, i);
+        continue;
+      }
+      const float gap = test(pair.nodes);
+      if (gap > 0) {
+        pair.budget = grant(pair.nodes, gap);
+        how_.prune ? fold(chunk, i) : keep(chunk, i);
+      } else if (bvh_.shape.is_leaf(pair.nodes.a)) {
+        pair.budget = grant(pair.nodes, sink_.leaf_pair(pair.nodes.a, pair.nodes.b));
+        keep(chunk, i);
       } else {
-        ++chunk_.sprouted();
-        descend(bvh_, pair, chunk_.bv_tests(), sink_, [this](const NodePair& end) { chunk_.push(end); });
+        ++counts_.sprouted;
+        change(chunk, i);
+        descend(bvh_, pair.nodes, counts_.bv_tests, sink_, [this](const NodePair& end, float end_gap) {
+          scratch_.push_back({end, grant(end, end_gap)});
+        });
       }
     }
+    return changed_;
   }
 
  private:
-  // Self pairs overlap by definition (an empty leaf's bounds would say no) and are no tests.
-  void test(std::span<const NodePair> pairs) {
-    overlaps(bvh_.nodes.data(), pairs, overlaps_.data());
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const bool self = pairs[i].a == pairs[i].b;
-      chunk_.bv_tests() += !self;
-      overlaps_[i] |= static_cast<std::uint8_t>(self);
-    }
+  TravelBudget grant(const NodePair& pair, float gap) const { return grant_budget(bvh_, pair, gap); }
+
+  // A node overlaps itself by definition (an empty leaf's bounds would say no).
+  float test(const NodePair& pair) {
+    if (pair.a == pair.b) return -1;
+    ++counts_.bv_tests;
+    return separation(bvh_.nodes[pair.a], bvh_.nodes[pair.b]);
+  }
+
+  // From here on the chunk's pairs go to the scratch, those before pair i first.
+  void change(const Chunk& chunk, std::size_t i) {
+    if (changed_) return;
+    changed_ = true;
+    scratch_.assign(chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+
+  void keep(const Chunk& chunk, std::size_t i) {
+    if (changed_) scratch_.push_back(chunk[i]);
   }
 
   // Keeps a disjoint pair unless its parent is disjoint too. Then all pairs below the highest disjoint
   // ancestor are, and of those the one on the path of first children (the front holds exactly one such) puts
   // that ancestor in their place.
-  void fold(NodePair pair) {
-    bool folded = false;
-    while (parent_disjoint(pair)) {
-      if (!is_first_child(pair)) {
-        ++chunk_.pruned();
-        return;
-      }
+  void fold(const Chunk& chunk, std::size_t i) {
+    NodePair pair = chunk[i].nodes;
+    if (!(parent_gap(pair) > 0)) return keep(chunk, i);
+    change(chunk, i);
+    ++counts_.pruned;
+    float gap = 0;
+    while ((gap = parent_gap(pair)) > 0) {
+      if (!is_first_child(pair)) return;
       pair = parent(pair);
-      folded = true;
+      folded_gap_ = gap;
     }
-    chunk_.pruned() += folded;
-    chunk_.push(pair);
+    scratch_.push_back({pair, grant(pair, folded_gap_)});
   }
 
   // Siblings are neighbours in the front, so the last answer often serves again.
-  bool parent_disjoint(const NodePair& pair) {
+  float parent_gap(const NodePair& pair) {
     const NodePair above = parent(pair);
-    if (above.a == above.b) return false;  // a node overlaps itself
+    if (above.a == above.b) return -1;  // a node overlaps itself
     if (!(above == last_parent_)) {
       last_parent_ = above;
-      ++chunk_.bv_tests();
-      last_disjoint_ = !overlap(bvh_.nodes[above.a], bvh_.nodes[above.b]);
+      last_gap_ = test(above);
     }
-    return last_disjoint_;
+    return last_gap_;
   }
 
   const Bvh<Bounds>& bvh_;
   LeafPairSink& sink_;
-  ChunkOutputs::Chunk& chunk_;
-  std::array<std::uint8_t, kPairs> overlaps_;
+  const FrontUpdate how_;
+  Chunk& scratch_;
+  typename Front<Bounds>::Counts& counts_;
+  bool changed_ = false;
   NodePair last_parent_{0, 0};
-  bool last_disjoint_ = false;
+  float last_gap_ = -1;
+  float folded_gap_ = -1;
 };
 
 }  // namespace warmfront

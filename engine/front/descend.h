@@ -26,12 +26,12 @@ void for_children(const NodePair& pair, Visit&& visit) {
   }
 }
 
-/// Descends below the children of `open`, a pair known to overlap that is no leaf pair. In depth-first order,
-/// `terminal` is called with each pair the front would hold: disjoint pairs, and leaf pairs whether they
-/// overlap or not. Leaf pairs that overlap go to `sink` too. `bv_tests` counts the overlap tests.
+/// Traverses from `from`, whose separation() `gap` is known. In depth-first order, `terminal` is called with
+/// each pair that the front would hold and its gap: disjoint pairs with their separation, and leaf pairs that
+/// overlap with what `sink`, to which they go first, says. `bv_tests` counts the overlap tests below `from`.
 template <class Bounds, class Terminal>
-void descend(const Bvh<Bounds>& bvh, const NodePair& open, std::uint64_t& bv_tests, LeafPairSink& sink,
-             Terminal&& terminal) {
+void descend_from(const Bvh<Bounds>& bvh, const NodePair& from, float gap, std::uint64_t& bv_tests,
+                  LeafPairSink& sink, Terminal&& terminal) {
   // A pair opens one level at a time and leaves at most two siblings behind: two nodes of 31 levels at most.
   std::array<NodePair, 192> stack;
   int top = 0;
@@ -41,21 +41,32 @@ void descend(const Bvh<Bounds>& bvh, const NodePair& open, std::uint64_t& bv_tes
     for_children(pair, [&](const NodePair& child) { children[count++] = child; });
     while (count > 0) stack[top++] = children[--count];
   };
-  push_children(open);
+  const auto visit = [&](const NodePair& pair, float apart) {
+    if (apart > 0) {
+      terminal(pair, apart);
+    } else if (bvh.shape.is_leaf(pair.a)) {  // then b is one too
+      terminal(pair, sink.leaf_pair(pair.a, pair.b));
+    } else {
+      push_children(pair);
+    }
+  };
+  visit(from, gap);
   while (top > 0) {
     const NodePair pair = stack[--top];
-    const bool self = pair.a == pair.b;
-    if (!self) ++bv_tests;
-    const bool overlapping = self || overlap(bvh.nodes[pair.a], bvh.nodes[pair.b]);
-    if (bvh.shape.is_leaf(pair.a)) {  // then b is one too
-      terminal(pair);
-      if (overlapping) sink.leaf_pair(pair.a, pair.b);
-    } else if (overlapping) {
-      push_children(pair);
+    if (pair.a == pair.b) {  // a node overlaps itself by definition: an empty leaf's bounds would say no
+      visit(pair, -1);
     } else {
-      terminal(pair);
+      ++bv_tests;
+      visit(pair, separation(bvh.nodes[pair.a], bvh.nodes[pair.b]));
     }
   }
+}
+
+/// The same from a pair that is known to overlap.
+template <class Bounds, class Terminal>
+void descend(const Bvh<Bounds>& bvh, const NodePair& open, std::uint64_t& bv_tests, LeafPairSink& sink,
+             Terminal&& terminal) {
+  descend_from(bvh, open, -1, bv_tests, sink, terminal);
 }
 
 }  // namespace warmfront

@@ -10,8 +10,10 @@ namespace warmfront {
 class LeafPairSink {
  public:
   virtual ~LeafPairSink() = default;
-  /// Leaves whose bounds overlap, a < b, or a leaf against itself, a == b.
-  virtual void leaf_pair(NodeId a, NodeId b) = 0;
+  /// Leaves whose bounds overlap, a < b, or a leaf against itself, a == b. Returns how far apart at t = 1 the
+  /// nearest two of their primitives are that share no vertex, as separation() measures it; not positive when
+  /// some of them overlap.
+  virtual float leaf_pair(NodeId a, NodeId b) = 0;
 };
 
 /// Gives each thread its own sink. Thread-safe.

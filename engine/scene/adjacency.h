@@ -2,6 +2,8 @@
 // Face adjacency. Two faces are adjacent when they share a vertex. Pure functions.
 #pragma once
 
+#include <cstdint>
+
 #include "engine/scene/scene.h"
 
 namespace warmfront {
@@ -18,5 +20,9 @@ inline bool adjacent(const Face& f, const Face& g) {
 inline bool share_vertex(const Edge& a, const Edge& b) {
   return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1];
 }
+
+/// How many pairs of faces are adjacent. O(sum over vertices and edges of the faces there, squared for
+/// edges).
+std::uint64_t count_adjacent_pairs(const Scene& scene);
 
 }  // namespace warmfront

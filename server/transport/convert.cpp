@@ -49,6 +49,7 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
   counts.set_bv_tests(statistics.counts.bv_tests);
   counts.set_front_pairs(statistics.counts.front_pairs);
   counts.set_front_bytes(statistics.counts.front_bytes);
+  counts.set_front_skipped(statistics.counts.front_skipped);
   counts.set_front_sprouted(statistics.counts.front_sprouted);
   counts.set_front_pruned(statistics.counts.front_pruned);
   counts.set_triangle_pairs(statistics.counts.triangle_pairs);
@@ -151,6 +152,7 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   if (message.has_tolerance()) options.tolerance = message.tolerance();
   if (message.has_min_separation()) options.min_separation = message.min_separation();
   if (message.has_normal_cones()) options.normal_cones = message.normal_cones();
+  if (message.has_lazy_front()) options.lazy_front = message.lazy_front();
   if (message.has_leaf_size()) options.leaf_size = message.leaf_size();
   if (message.has_rebuild_after_stalled_steps())
     options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
@@ -209,6 +211,7 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_tolerance(options.tolerance);
   message.set_min_separation(options.min_separation);
   message.set_normal_cones(options.normal_cones);
+  message.set_lazy_front(options.lazy_front);
   message.set_leaf_size(options.leaf_size);
   message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
   message.set_rebuild_every_steps(options.rebuild_every_steps);

@@ -34,6 +34,7 @@ ColliderOptions draw_options() {
   options.min_separation = *rc::gen::element(0.0, 0.0, 0.0, 0.01, 0.3);
   options.rebuild_every_steps = *rc::gen::element(0U, 2U);
   options.normal_cones = false;
+  options.lazy_front = *rc::gen::arbitrary<bool>();
   return options;
 }
 

@@ -17,7 +17,10 @@ namespace warmfront::testing {
 class CountingSinks final : public LeafPairSinks, public LeafPairSink {
  public:
   LeafPairSink& local() override { return *this; }
-  void leaf_pair(NodeId, NodeId) override { ++count; }
+  float leaf_pair(NodeId, NodeId) override {
+    ++count;
+    return -1;
+  }
   std::atomic<std::uint64_t> count{0};
 };
 
@@ -32,7 +35,7 @@ class Hierarchy {
     const auto primitives =
         static_cast<std::uint32_t>(scene_->face_count() + scene_->isolated_vertices().size());
     const TreeShape shape(primitives, leaf_size);
-    bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape));
+    bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape), true);
     refresh();
   }
 
@@ -52,7 +55,7 @@ class Hierarchy {
     for (std::size_t v = 0; v < bounds_.size(); ++v) {
       bounds_[v] = moving_bounds(motion_.vertices()[v], motion_.frame(), 0, magnitude);
     }
-    refit(*scene_, bounds_, bvh);
+    refit(*scene_, bounds_, magnitude, bvh);
   }
 
   std::shared_ptr<const Scene> scene_;

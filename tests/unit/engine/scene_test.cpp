@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <random>
 
 #include "engine/scene/adjacency.h"
 #include "engine/scene/orphans.h"
@@ -83,6 +84,18 @@ TEST(Orphans, KnownCounts) {
   EXPECT_EQ(count(6, testing::octahedron()), std::pair(std::size_t{0}, std::size_t{54}));
   EXPECT_EQ(count(16, testing::grid(3)), std::pair(std::size_t{64}, std::size_t{646}));
   EXPECT_EQ(count(49, testing::grid(6)), std::pair(std::size_t{124}, std::size_t{9949}));
+}
+
+// Counted by looking at all pairs: fins, bow-ties and duplicate faces included.
+TEST(Adjacency, CountsEachPairOnce) {
+  std::mt19937_64 random(17);
+  for (int trial = 0; trial < 40; ++trial) {
+    const auto scene = testing::random_scene(random).scene;
+    std::uint64_t pairs = 0;
+    for (std::uint32_t f = 0; f < scene->face_count(); ++f)
+      for (std::uint32_t g = 0; g < f; ++g) pairs += adjacent(scene->faces()[f], scene->faces()[g]);
+    ASSERT_EQ(count_adjacent_pairs(*scene), pairs) << trial;
+  }
 }
 
 using Cover = std::map<std::tuple<ContactKind, std::uint32_t, std::uint32_t>, int>;

@@ -61,7 +61,8 @@ TEST(OptionsTest, DefaultsAreTheEnginesAndAllSurviveTheRoundTrip) {
   options.report = Report::kEarliest;
   options.front = FrontMode::kPaper;
   options.bounds = BoundsKind::kAabb;
-  options.normal_cones = false;
+  options.normal_cones = true;
+  options.lazy_front = false;
   options.leaf_size = 2;
   options.rebuild_after_stalled_steps = 0;
   options.rebuild_every_steps = 9;

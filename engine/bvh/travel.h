@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far nodes have travelled, so that the front can tell without a test that two of them are still apart.
+// Written by refit between steps, read by all threads during a step.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace warmfront {
+
+/// Where a node is at t = 1, and how much its bounds (a leaf's: and those of its primitives) have moved
+/// otherwise than with their centre, added up over all steps. Two nodes whose centres have kept their offset
+/// may have moved any way together; how near they have come is at most the change of that offset plus what
+/// both have wandered (the lazy front of DESIGN 4, made relative).
+///
+/// Lengths are in the local frame, measured along axes of largest coordinate 1 and first norm at most 2: half
+/// of a diagonal slab's displacement counts. `wandered` is in units of 2^-26 and wraps around.
+struct NodeTravel {
+  std::array<float, 3> centre{};
+  std::uint32_t wandered = 0;
+};
+
+/// Lengths in units of 2^-26, from above; no single one counts for more than 2^29 of them, which a budget of
+/// the same limit does not survive.
+namespace travel {
+
+inline constexpr float kUnits = 0x1p26F;
+inline constexpr std::uint32_t kMost = 1U << 29;
+
+inline std::uint32_t units(float length) {
+  const float scaled = length * kUnits;
+  return scaled < static_cast<float>(kMost) ? static_cast<std::uint32_t>(scaled) + 1 : kMost;  // NaN: kMost
+}
+
+/// What rounding can hide in one comparison or one step's change, for coordinates up to `magnitude`: a lane
+/// is rounded by at most 2^-22 of it, at either end of two changes, a centre and its differences by less.
+inline std::uint32_t slack(double magnitude) {
+  return magnitude < 0x1p20 ? static_cast<std::uint32_t>(0x1p-19 * magnitude * 0x1p26) + 64 : kMost;
+}
+
+}  // namespace travel
+
+/// A promise that two nodes stay apart until their motion has used it up.
+struct TravelBudget {
+  std::array<float, 3> offset{};  ///< between the centres when it was granted
+  std::uint32_t expiry = 0;       ///< what both have wandered by then, and the gap on top
+
+  /// `gap`: how far they are apart at t = 1 along an axis as above; not positive: nothing is promised.
+  static TravelBudget grant(const NodeTravel& a, const NodeTravel& b, float gap) {
+    TravelBudget budget{{a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]},
+                        a.wandered + b.wandered};
+    if (gap > 0) budget.expiry += std::min(travel::units(gap), travel::kMost) - 1;  // from below
+    return budget;
+  }
+
+  /// Must they be tested again in this step?
+  bool spent(const NodeTravel& a, const NodeTravel& b, std::uint32_t slack) const {
+    const auto left = static_cast<std::int32_t>(expiry - a.wandered - b.wandered);
+    const auto usable = left - static_cast<std::int32_t>(slack);
+    float moved = 0;
+    bool finite = true;
+    for (int k = 0; k < 3; ++k) {
+      const float d = (a.centre[k] - b.centre[k]) - offset[k];
+      moved = std::max(moved, d < 0 ? -d : d);
+      finite &= d == d;
+    }
+    return !(finite && usable > 0 && moved * travel::kUnits < static_cast<float>(usable));
+  }
+};
+
+}  // namespace warmfront

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// A node's travel within a step: the inlined core of refit's last touch on each node. Only for sources that
+// dispatch by instruction set.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "engine/bounds/lanes.h"
+#include "engine/bvh/bvh.h"
+
+namespace warmfront {
+
+using Int8 = std::int32_t __attribute__((vector_size(32)));
+
+WARMFRONT_INLINE Float8 magnitude(Float8 x) {
+  return greater(x, -x);
+}
+
+// A vector along axis k of the slabs, and the weight of lengths along it.
+template <class T>
+WARMFRONT_INLINE T along(int k, T x, T y, T z) {
+  switch (k) {
+    case 0:
+      return x;
+    case 1:
+      return y;
+    case 2:
+      return z;
+    case 3:
+      return x + y;
+    case 4:
+      return x - y;
+    case 5:
+      return y + z;
+    case 6:
+      return y - z;
+    case 7:
+      return z + x;
+    default:
+      return z - x;
+  }
+}
+inline constexpr float weight(int k) {
+  return k < 3 ? 1.0F : 0.5F;
+}
+
+// Where the bounds' centre is at t = 1.
+template <class Bounds>
+WARMFRONT_INLINE std::array<float, 3> centre_of(const Bounds& bounds) {
+  std::array<float, 3> centre;
+  for (int k = 0; k < 3; ++k)
+    centre[k] = 0.5F * (bounds.lane[Bounds::kEnd + k] - bounds.lane[Bounds::kEnd + Bounds::kAxes + k]);
+  return centre;
+}
+
+// How far any slab moved within the step otherwise than by (x, y, z).
+WARMFRONT_INLINE float wandered(const KDop18& bounds, float x, float y, float z) {
+  const Float8 common{x, y, z, x + y, x - y, y + z, y - z, z + x};
+  constexpr Float8 kWeight{1, 1, 1, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F};
+  const EightAxes at0 = eight_axes(bounds, 0);
+  const EightAxes at1 = eight_axes(bounds, KDop18::kEnd);
+  const Float8 eight =
+      kWeight * greater(magnitude(at1.lower - at0.lower - common), magnitude(at1.upper - at0.upper + common));
+  const auto ninth = [&](int lane, float by) {
+    return 0.5F * (bounds.lane[KDop18::kEnd + lane] - bounds.lane[lane] + by);
+  };
+  const float low = ninth(8, x - z);
+  const float high = ninth(17, z - x);
+  return largest(greater(eight, magnitude(Float8{low, high})));
+}
+
+WARMFRONT_INLINE float wandered(const Aabb& bounds, float x, float y, float z) {
+  const Float8 change{bounds.lane[6] - bounds.lane[0] - x,  bounds.lane[7] - bounds.lane[1] - y,
+                      bounds.lane[8] - bounds.lane[2] - z,  bounds.lane[9] - bounds.lane[3] + x,
+                      bounds.lane[10] - bounds.lane[4] + y, bounds.lane[11] - bounds.lane[5] + z};
+  return largest(magnitude(change));
+}
+
+// The same for all primitives of a leaf.
+template <class Bounds>
+WARMFRONT_INLINE float wandered(const LeafBlock<Bounds>& leaf, float x, float y, float z) {
+  Float8 most{};
+  for (int k = 0; k < Bounds::kAxes; ++k) {
+    const float common = along(k, x, y, z);
+    const auto change = [&](int lane) {
+      return load<Float8>(leaf.lane[lane + Bounds::kEnd].data()) - load<Float8>(leaf.lane[lane].data());
+    };
+    const Float8 both = greater(magnitude(change(k) - common), magnitude(change(k + Bounds::kAxes) + common));
+    most = greater(weight(k) * both, most);
+  }
+  const Int8 used = Int8{0, 1, 2, 3, 4, 5, 6, 7} < static_cast<std::int32_t>(leaf.count);
+  return largest(used ? most : Float8{});
+}
+
+// Adds the step's motion of a node whose bounds, and block if it has one, are those of the step. Lanes that
+// are infinite, whose changes are not numbers, come with a slack that outlives no budget.
+template <class Bounds>
+WARMFRONT_INLINE void advance_travel(Bvh<Bounds>& bvh, NodeId node) {
+  const NodeId first_leaf = bvh.shape.first_leaf();
+  NodeTravel& travel = bvh.travel[node];
+  const std::array<float, 3> centre = centre_of(bvh.nodes[node]);
+  const float x = centre[0] - travel.centre[0];
+  const float y = centre[1] - travel.centre[1];
+  const float z = centre[2] - travel.centre[2];
+  const float length = node >= first_leaf && !bvh.leaves.empty()
+                           ? wandered(bvh.leaves[node - first_leaf], x, y, z)
+                           : wandered(bvh.nodes[node], x, y, z);
+  travel.centre = centre;
+  travel.wandered += std::min(travel::units(length) + bvh.travel_slack, travel::kMost);
+}
+
+}  // namespace warmfront

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// A budget must be spent before the boxes that it was granted for can meet.
+#include "engine/bvh/travel.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "engine/bounds/overlap.h"
+#include "engine/workers.h"
+#include "tests/support/hierarchy.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+TEST(TravelBudget, EndsWithTheGapAndCountsOnlyRelativeMotion) {
+  NodeTravel a;
+  NodeTravel b{{1, 0, 0}, 0};
+  const TravelBudget budget = TravelBudget::grant(a, b, 0.25F);
+  EXPECT_FALSE(budget.spent(a, b, 10));
+  a.centre = {7, 3, -2};
+  b.centre = {8, 3, -2};
+  EXPECT_FALSE(budget.spent(a, b, 10)) << "both moved alike";
+  b.centre[0] -= 0.2F;
+  EXPECT_FALSE(budget.spent(a, b, 10));
+  a.wandered += travel::units(0.1F);
+  EXPECT_TRUE(budget.spent(a, b, 10));
+}
+
+TEST(TravelBudget, NothingIsPromisedWithoutAGapOrBeyondTheLimits) {
+  const NodeTravel a;
+  const NodeTravel b{{1, 0, 0}, 0};
+  for (const float gap : {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN()})
+    EXPECT_TRUE(TravelBudget::grant(a, b, gap).spent(a, b, 0)) << gap;
+  const TravelBudget large = TravelBudget::grant(a, b, std::numeric_limits<float>::infinity());
+  EXPECT_FALSE(large.spent(a, b, travel::slack(1)));
+  EXPECT_TRUE(large.spent(a, b, travel::slack(1e30)));
+  NodeTravel lost = b;
+  lost.centre[1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(large.spent(a, lost, 0));
+  NodeTravel far = b;
+  far.wandered += travel::units(std::numeric_limits<float>::infinity());
+  EXPECT_TRUE(large.spent(a, far, 0));
+}
+
+// While a budget lasts, the nodes are apart in every single step.
+template <class Bounds>
+void expect_apart_while_it_lasts() {
+  std::mt19937_64 random(11);
+  std::uint64_t lasted = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    auto [scene, positions] = testing::random_scene(random);
+    testing::Hierarchy<Bounds> hierarchy(scene, positions, 2);
+    const Bvh<Bounds>& bvh = hierarchy.bvh;
+    const auto nodes = static_cast<NodeId>(bvh.nodes.size());
+    hierarchy.step(positions);
+    struct Promise {
+      NodeId a;
+      NodeId b;
+      TravelBudget budget;
+    };
+    std::vector<Promise> promises;
+    for (int i = 0; i < 300 && nodes > 1; ++i) {
+      const auto a = static_cast<NodeId>(random() % nodes);
+      const auto b = static_cast<NodeId>(random() % nodes);
+      const float gap = separation(bvh.nodes[a], bvh.nodes[b]);
+      if (gap > 0) promises.push_back({a, b, TravelBudget::grant(bvh.travel[a], bvh.travel[b], gap)});
+    }
+    for (int step = 0; step < 12; ++step) {
+      // Slow, with a common drift that is fast.
+      std::vector<double> next = testing::random_motion(random, *scene, positions);
+      for (std::size_t k = 0; k < next.size(); ++k)
+        next[k] = positions[k] + 0.02 * (next[k] - positions[k]) + 0.3;
+      hierarchy.step(next);
+      positions = next;
+      std::erase_if(promises, [&](const Promise& p) {
+        return p.budget.spent(bvh.travel[p.a], bvh.travel[p.b], bvh.travel_slack);
+      });
+      for (const Promise& p : promises) ASSERT_FALSE(overlap(bvh.nodes[p.a], bvh.nodes[p.b])) << trial;
+      lasted += promises.size();
+    }
+  }
+  EXPECT_GT(lasted, 1000U);
+}
+
+TEST(TravelBudget, LastsOnlyWhileApart) {
+  Workers(1).run([] {
+    expect_apart_while_it_lasts<Aabb>();
+    expect_apart_while_it_lasts<KDop18>();
+  });
+}
+
+}  // namespace
+}  // namespace warmfront
