@@ -30,8 +30,10 @@ WARMFRONT_INLINE Feature merged(const Feature& a, const Feature& b) {
 }
 
 // Sets `bit` in some lane when some axis keeps a and b apart.
-WARMFRONT_INLINE void mark_apart(const Feature& a, const Feature& b, std::int32_t bit, Int8& marks) {
-  marks |= (Int8)(gap(a.at0, a.at1, b.at0, b.at1) > 0.0F) & bit;
+template <class When>
+WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, std::int32_t bit,
+                                 Int8& marks) {
+  marks |= (Int8)(gap(open, a.at0, a.at1, b.at0, b.at1) > 0.0F) & bit;
 }
 
 // One lane of a triangle's features: its vertices, the face, its edges, and a lane of padding.
@@ -47,7 +49,8 @@ WARMFRONT_INLINE Float8 of_features(const TriangleBounds& t, int lane) {
 // Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. The first eight axes go
 // pair by pair, an axis a lane; of the ninth each lane is a pair. No branches: which features a pair of
 // triangles owns is close to random.
-WARMFRONT_INLINE std::uint32_t features_apart(const TriangleBounds& f, const TriangleBounds& g) {
+template <class When>
+WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f, const TriangleBounds& g) {
   const Feature vf[3] = {feature(*f.vertex[0]), feature(*f.vertex[1]), feature(*f.vertex[2])};
   const Feature vg[3] = {feature(*g.vertex[0]), feature(*g.vertex[1]), feature(*g.vertex[2])};
   const Feature ef[3] = {merged(vf[0], vf[1]), merged(vf[1], vf[2]), merged(vf[2], vf[0])};
@@ -56,9 +59,9 @@ WARMFRONT_INLINE std::uint32_t features_apart(const TriangleBounds& f, const Tri
   const Feature face_g = merged(eg[0], vg[2]);
   Int8 marks{};
   for (int i = 0; i < 3; ++i) {
-    mark_apart(vf[i], face_g, 1 << i, marks);
-    mark_apart(vg[i], face_f, 8 << i, marks);
-    for (int j = 0; j < 3; ++j) mark_apart(ef[i], eg[j], 64 << (3 * i + j), marks);
+    mark_apart(open, vf[i], face_g, 1 << i, marks);
+    mark_apart(open, vg[i], face_f, 8 << i, marks);
+    for (int j = 0; j < 3; ++j) mark_apart(open, ef[i], eg[j], 64 << (3 * i + j), marks);
   }
 
   // Lanes of of_features() for feature pairs 0-7 and 8-14.
@@ -73,8 +76,8 @@ WARMFRONT_INLINE std::uint32_t features_apart(const TriangleBounds& f, const Tri
     const auto spread = [](const EightAxes& ninth, Int8 to) {
       return EightAxes{__builtin_shuffle(ninth.lower, to), __builtin_shuffle(ninth.upper, to)};
     };
-    marks |= (Int8)(gap(spread(of_f[0], kOfF[half]), spread(of_f[1], kOfF[half]), spread(of_g[0], kOfG[half]),
-                        spread(of_g[1], kOfG[half])) > 0.0F) &
+    marks |= (Int8)(gap(open, spread(of_f[0], kOfF[half]), spread(of_f[1], kOfF[half]),
+                        spread(of_g[0], kOfG[half]), spread(of_g[1], kOfG[half])) > 0.0F) &
              kBit[half];
   }
   const auto words = (Long4)marks;
@@ -116,7 +119,13 @@ std::uint32_t overlaps(const KDop18& one, std::span<const KDop18> many) {
 
 WARMFRONT_TARGET_CLONES
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted) {
-  return wanted & ~features_apart(f, g);
+  return wanted & ~features_apart(Throughout{}, f, g);
+}
+
+WARMFRONT_TARGET_CLONES
+std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted,
+                                   float until) {
+  return wanted & ~features_apart(Until{until}, f, g);
 }
 
 }  // namespace warmfront

@@ -30,5 +30,8 @@ struct TriangleBounds {
 /// Of the feature pairs of two triangles in `wanted` (bits as Ownership::owned), those whose moving bounds
 /// overlap.
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted);
+/// The same up to the time `until` < 1.
+std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted,
+                                   float until);
 
 }  // namespace warmfront

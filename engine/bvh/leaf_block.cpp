@@ -22,19 +22,20 @@ struct Row {
 };
 
 // `one` is a function from lane number to value.
-template <class Bounds, class LaneOf>
-WARMFRONT_INLINE Row against(const LeafBlock<Bounds>& block, LaneOf&& one) {
+template <class When, class Bounds, class LaneOf>
+WARMFRONT_INLINE Row against(When stays_open, const LeafBlock<Bounds>& block, LaneOf&& one) {
   constexpr int kAxes = Bounds::kAxes;
   constexpr int kEnd = Bounds::kEnd;
   const auto many = [&](int lane) { return load<Float8>(block.lane[lane].data()); };
-  Float8 open{};  // positive where an axis keeps them apart at both ends, as gap() of lanes.h
+  Float8 open{};  // positive where an axis keeps them apart, as gap() of lanes.h
   Float8 straight{};
   Float8 diagonal{};
   for (int k = 0; k < kAxes; ++k) {
     const Float8 below1 = one(k + kEnd) + many(k + kAxes + kEnd);
     const Float8 above1 = one(k + kAxes + kEnd) + many(k + kEnd);
     open = greater(
-        greater(lesser(one(k) + many(k + kAxes), below1), lesser(one(k + kAxes) + many(k), above1)), open);
+        greater(stays_open(one(k) + many(k + kAxes), below1), stays_open(one(k + kAxes) + many(k), above1)),
+        open);
     Float8& widest = k < 3 ? straight : diagonal;
     widest = greater(greater(below1, above1), widest);
   }
@@ -56,8 +57,8 @@ WARMFRONT_INLINE std::uint64_t bytes_of(Int8 lanes) {
   return packed;
 }
 
-template <class Bounds>
-WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b,
+template <class When, class Bounds>
+WARMFRONT_INLINE LeafOverlaps all_pairs(When open, const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b,
                                         const Bounds& node_b, bool same) {
   const Float8 far = Float8{} + std::numeric_limits<float>::max();
   const Int8 slot{0, 1, 2, 3, 4, 5, 6, 7};
@@ -65,7 +66,7 @@ WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBl
   Float8 gap = far;
   std::uint32_t rows = (1U << a.count) - 1;
   if (!same) {
-    const Row row = against(a, [&](int k) { return node_b.lane[k]; });
+    const Row row = against(open, a, [&](int k) { return node_b.lane[k]; });
     const Int8 out = row.apart & (slot < static_cast<std::int32_t>(a.count));
     gap = out ? row.gap : far;
     rows &= ~bits_of(out);
@@ -84,7 +85,7 @@ WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBl
       }
     }
     const Int8 wanted = used & ~shared & (same ? slot > i : used);
-    const Row row = against(b, [&](int k) { return a.lane[k][i]; });
+    const Row row = against(open, b, [&](int k) { return a.lane[k][i]; });
     to_test |= wanted & ~row.apart & bit;
     gap = lesser(wanted ? row.gap : far, gap);
   }
@@ -96,13 +97,25 @@ WARMFRONT_INLINE LeafOverlaps all_pairs(const LeafBlock<Bounds>& a, const LeafBl
 WARMFRONT_TARGET_CLONES
 LeafOverlaps leaf_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, const Aabb& node_b,
                            bool same) {
-  return all_pairs(a, b, node_b, same);
+  return all_pairs(Throughout{}, a, b, node_b, same);
 }
 
 WARMFRONT_TARGET_CLONES
 LeafOverlaps leaf_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, const KDop18& node_b,
                            bool same) {
-  return all_pairs(a, b, node_b, same);
+  return all_pairs(Throughout{}, a, b, node_b, same);
+}
+
+WARMFRONT_TARGET_CLONES
+LeafOverlaps leaf_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, const Aabb& node_b, bool same,
+                           float until) {
+  return all_pairs(Until{until}, a, b, node_b, same);
+}
+
+WARMFRONT_TARGET_CLONES
+LeafOverlaps leaf_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, const KDop18& node_b,
+                           bool same, float until) {
+  return all_pairs(Until{until}, a, b, node_b, same);
 }
 
 }  // namespace warmfront

@@ -29,8 +29,8 @@ struct LeafBlock {
 /// Bit 8 j + i stands for primitive i of leaf a and primitive j of leaf b.
 struct LeafOverlaps {
   std::uint64_t to_test;  ///< their moving bounds overlap and they share no vertex
-  /// When there is nothing to test: how far apart at t = 1 the nearest two are that share no vertex, as
-  /// separation() measures it. Else of no meaning.
+  /// How far apart at t = 1 the nearest two are that share no vertex, as separation() measures it, or less;
+  /// not positive when some overlap then.
   float gap;
 };
 
@@ -39,5 +39,11 @@ struct LeafOverlaps {
 LeafOverlaps leaf_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, const Aabb& node_b, bool same);
 LeafOverlaps leaf_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, const KDop18& node_b,
                            bool same);
+
+/// The same for the part of the step up to the time `until` < 1.
+LeafOverlaps leaf_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, const Aabb& node_b, bool same,
+                           float until);
+LeafOverlaps leaf_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, const KDop18& node_b,
+                           bool same, float until);
 
 }  // namespace warmfront

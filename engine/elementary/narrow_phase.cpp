@@ -45,14 +45,16 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const NodeId first_leaf = bvh_->shape.first_leaf();
     const LeafBlock<Bounds>& leaf_a = bvh_->leaves[a - first_leaf];
     const LeafBlock<Bounds>& leaf_b = bvh_->leaves[b - first_leaf];
-    const LeafOverlaps overlaps = leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b);
+    const float until = tester.until();
+    const LeafOverlaps overlaps = until < 1 ? leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b, until)
+                                            : leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b);
     tester.output().counts.primitive_tests +=
         a == b ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
     for (std::uint64_t bits = overlaps.to_test; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       tester.primitive_pair(bvh_->order[begin_a + bit % 8], bvh_->order[begin_b + bit / 8]);
     }
-    return overlaps.to_test == 0 ? overlaps.gap : -1;
+    return overlaps.gap;
   }
 
   PairTester tester;

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <chrono>
+#include <cmath>
 
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/elementary_test.h"
@@ -69,8 +70,11 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
     const auto& of = input_->vertex_bounds;
     return TriangleBounds{{&of[face[0]], &of[face[1]], &of[face[2]]}};
   };
-  for (std::uint32_t bits = overlapping_features(bounds(face_f), bounds(face_g), owned | perhaps); bits != 0;
-       bits &= bits - 1) {
+  const float latest = until();
+  const std::uint32_t wanted = owned | perhaps;
+  std::uint32_t bits = latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest)
+                                  : overlapping_features(bounds(face_f), bounds(face_g), wanted);
+  for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
     if (feature < 3) {
@@ -83,6 +87,11 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
       push(edge_edge(scene, {a, b}));
     }
   }
+}
+
+float PairTester::until() const {
+  if (input_->options.report != Report::kEarliest) return 1;
+  return std::nextafter(static_cast<float>(shared_->earliest.load(std::memory_order_relaxed)), 2.0F);
 }
 
 void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {

@@ -29,6 +29,9 @@ class PairTester {
   void orphan_vf(const FeatureIds& ids);
   void orphan_ee(const FeatureIds& ids);
 
+  /// Later contacts are of no interest (Report::kEarliest); rounded up, 1 or more when all are.
+  float until() const;
+
   /// Runs the elementary cascade over the block and empties it.
   void flush();
 

@@ -12,7 +12,7 @@ class LeafPairSink {
   virtual ~LeafPairSink() = default;
   /// Leaves whose bounds overlap, a < b, or a leaf against itself, a == b. Returns how far apart at t = 1 the
   /// nearest two of their primitives are that share no vertex, as separation() measures it; not positive when
-  /// some of them overlap.
+  /// some of them overlap then. What met on the way and came apart again need not be met in the next step.
   virtual float leaf_pair(NodeId a, NodeId b) = 0;
 };
 

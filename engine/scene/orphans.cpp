@@ -70,6 +70,7 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
 void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
   const auto [a, b] = scene.edges()[e1];
   const Face& first = scene.faces()[scene.edge_faces()[e1].front()];
+  const Face& second = scene.faces()[scene.edge_faces()[e1].back()];
   const auto consider = [&](std::uint32_t h, std::uint32_t e2) {
     if (e1 < e2 && scene.edge_faces()[e2].front() == h &&
         !share_vertex(scene.edges()[e1], scene.edges()[e2]) && is_orphan_ee(scene, e1, e2))
@@ -82,7 +83,7 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
       const bool has_b = has_vertex(face, b);
       if (has_a && has_b) continue;
       if (corner != a && corner != b) {
-        if (has_a || has_b) continue;  // met at that corner
+        if (has_a || has_b || !adjacent(face, second)) continue;  // met at that corner; or no orphan's
         for (const std::uint32_t e2 : scene.face_edges()[h]) consider(h, e2);
       } else {
         const int at = face[0] == corner ? 0 : face[1] == corner ? 1 : 2;
