@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 namespace warmfront {
@@ -57,15 +58,11 @@ struct TravelBudget {
   /// Must they be tested again in this step?
   bool spent(const NodeTravel& a, const NodeTravel& b, std::uint32_t slack) const {
     const auto left = static_cast<std::int32_t>(expiry - a.wandered - b.wandered);
-    const auto usable = left - static_cast<std::int32_t>(slack);
-    float moved = 0;
-    bool finite = true;
-    for (int k = 0; k < 3; ++k) {
-      const float d = (a.centre[k] - b.centre[k]) - offset[k];
-      moved = std::max(moved, d < 0 ? -d : d);
-      finite &= d == d;
-    }
-    return !(finite && usable > 0 && moved * travel::kUnits < static_cast<float>(usable));
+    const auto usable = static_cast<float>(left - static_cast<std::int32_t>(slack));
+    const auto lasts = [&](int k) {  // false, too, for what is not a number
+      return std::fabs((a.centre[k] - b.centre[k]) - offset[k]) * travel::kUnits < usable;
+    };
+    return !(lasts(0) & lasts(1) & lasts(2));
   }
 };
 
