@@ -78,13 +78,6 @@ bool is_scene(const std::string& path) {
          fs::exists(fs::path(path) / "t0.ply", ignored);
 }
 
-/// The last part of a path, or what comes behind "builtin:".
-std::string name_of(const std::string& path) {
-  if (path.starts_with("builtin:")) return path.substr(8);
-  const fs::path clean = fs::path(path).lexically_normal();
-  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
-}
-
 /// For a file's name: only what every file system takes.
 std::string file_name_of(const TradeRow& row) {
   std::string name = row.set + (row.scene ? "-scene" : "-queries");
@@ -103,7 +96,7 @@ Result<SceneTrade> measure_query_set(const Arguments& arguments, const std::stri
   if (!files) return files.error();
   const std::vector<TypedQuery> queries = all_queries(files.value());
   std::optional<Progress> bar;
-  return SceneTrade{measure_queries(name_of(path), queries, settings, arguments.rounds,
+  return SceneTrade{measure_queries(short_name(path), queries, settings, arguments.rounds,
                                     [&](std::uint64_t done, std::uint64_t total) {
                                       if (!bar) bar.emplace("test", total);
                                       bar->update(done);
@@ -138,7 +131,7 @@ Result<SceneTrade> measure_input(const Arguments& arguments, const std::string& 
   if (!known) return known.error();
   const bool comparable = known.value() && arguments.substeps == 1;
   std::optional<Progress> bar;
-  return measure_scene(name_of(path), input, range, arguments.substeps, settings, arguments.rounds,
+  return measure_scene(short_name(path), input, range, arguments.substeps, settings, arguments.rounds,
                        std::make_shared<Workers>(arguments.threads), comparable ? &*known.value() : nullptr,
                        [&](std::uint64_t done, std::uint64_t total) {
                          if (!bar) bar.emplace("run", total);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/accuracy.h"
+#include "client/cli/bench.h"
 #include "client/cli/detect.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/queries.h"
@@ -42,6 +43,8 @@ int run(int argc, char** argv) {
       warmfront::client::add_queries);
   add("accuracy", "Measure the trade of speed for accuracy over query sets and scenes",
       warmfront::client::add_accuracy);
+  add("bench", "Measure where a step's time goes, and what each setting changes about it",
+      warmfront::client::add_bench);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "client/cli/markdown.h"
 #include "client/cli/trade.h"
 #include "client/io/text.h"
 
@@ -49,8 +50,6 @@ std::string print(const char* format, Values... values) {
   return text;
 }
 
-using Cells = std::vector<std::string>;
-
 Cells table_head(bool scene) {
   Cells head{"setting", "positions"};
   if (scene) head.push_back("bounds");
@@ -79,27 +78,6 @@ Cells table_row(const TradeRow& row) {
   return cells;
 }
 
-/// Rows of cells as a Markdown table, aligned: words to the left, numbers to the right.
-std::string align(const std::vector<Cells>& rows, std::size_t words) {
-  std::vector<std::size_t> width(rows.front().size());
-  for (const Cells& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
-  }
-  std::string text;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    for (std::size_t c = 0; c < width.size(); ++c) {
-      const std::string pad(width[c] - rows[r][c].size(), ' ');
-      text += "| " + (c < words ? rows[r][c] + pad : pad + rows[r][c]) + " ";
-    }
-    text += "|\n";
-    if (r > 0) continue;
-    for (std::size_t c = 0; c < width.size(); ++c)
-      text += c < words ? "|-" + std::string(width[c], '-') + "-" : "|-" + std::string(width[c], '-') + ":";
-    text += "|\n";
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string format_trade_table(std::span<const TradeRow> rows) {
@@ -112,7 +90,7 @@ std::string format_trade_table(std::span<const TradeRow> rows) {
     text += std::to_string(begin->tally.contacts) + " contacts in truth\n\n";
     std::vector<Cells> cells{table_head(begin->scene)};
     std::transform(begin, end, std::back_inserter(cells), table_row);
-    text += align(cells, begin->scene ? 3 : 2) + (end == rows.end() ? "" : "\n");
+    text += format_markdown_table(cells, begin->scene ? 3 : 2) + (end == rows.end() ? "" : "\n");
     begin = end;
   }
   return text;

@@ -3,6 +3,7 @@
 #include "client/cli/verb.h"
 
 #include <cstdio>
+#include <filesystem>
 
 #include "client/cli/exit_codes.h"
 #include "client/io/file.h"
@@ -28,6 +29,12 @@ int usage_error(const std::string& message) {
 int finish_output() {
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) return failure("cannot write to stdout");
   return kExitOk;
+}
+
+std::string short_name(const std::string& path) {
+  if (path.starts_with("builtin:")) return path.substr(8);
+  const std::filesystem::path clean = std::filesystem::path(path).lexically_normal();
+  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
 }
 
 Status write_text(const std::string& path, const std::string& text) {

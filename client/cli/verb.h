@@ -23,6 +23,9 @@ int usage_error(const std::string& message);
 /// Flushes stdout; kExitFailed, with a message, when something printed could not be written (a full disk).
 int finish_output();
 
+/// An input's name for tables: the last part of a path, or what comes behind "builtin:".
+std::string short_name(const std::string& path);
+
 /// Writes `text` to the file, or to stdout for "-".
 Status write_text(const std::string& path, const std::string& text);
 

@@ -5,7 +5,11 @@ if(WARMFRONT_SANITIZE)
   # No recovery: the first report fails the run.
   add_compile_options(-fsanitize=${WARMFRONT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
   add_link_options(-fsanitize=${WARMFRONT_SANITIZE})
-  # Function multiversioning resolves before a sanitizer's runtime is up.
+endif()
+
+option(WARMFRONT_NO_TARGET_CLONES "Hot loops for the baseline instruction set only: same answers, to measure what the others gain" OFF)
+# Function multiversioning resolves before a sanitizer's runtime is up.
+if(WARMFRONT_SANITIZE OR WARMFRONT_NO_TARGET_CLONES)
   add_compile_definitions(WARMFRONT_NO_TARGET_CLONES)
 endif()
 

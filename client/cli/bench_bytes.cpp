@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many bytes a frame's work handles: see bench_run.h.
+#include "client/cli/bench_run.h"
+#include "engine/bounds/kdop.h"
+#include "engine/bvh/bvh.h"
+#include "engine/contact.h"
+#include "engine/elementary/feature_block.h"
+#include "engine/motion/motion.h"
+
+namespace warmfront::client {
+
+double bytes_touched(const BenchReport& report, const BenchRow& row) {
+  const ColliderOptions& options = row.setting.options;
+  const bool lazy = options.front == FrontMode::kWarm && options.lazy_front;
+  const double bounds = options.bounds == BoundsKind::kAabb ? sizeof(Aabb) : sizeof(KDop18);
+  const TreeShape shape(static_cast<std::uint32_t>(report.triangles), options.leaf_size);
+  const StepCounts& counts = row.counts;
+  const auto a_frame = [&](std::uint64_t count) { return row.a_frame(count); };
+  // Positions at both times are read, a vertex's motion is written and read, its bounds are written.
+  const double vertices =
+      static_cast<double>(report.vertices) * (6 * sizeof(double) + 2 * sizeof(VertexMotion) + sizeof(KDop18));
+  // A node's bounds are written and read by its parent, a triangle's made of three vertices' and kept in its
+  // leaf; a lazy front keeps travel, which is read and written.
+  const double nodes = shape.node_count() * (2 * bounds + (lazy ? 2 * sizeof(NodeTravel) : 0)) +
+                       static_cast<double>(report.triangles) * (3 * sizeof(KDop18) + bounds);
+  // The front is read; a lazy one asks for the travel of both nodes. A test reads two bounds; of primitives
+  // in leaves one is in registers while the other goes by.
+  const double front = a_frame(counts.front_bytes) +
+                       (lazy ? 2.0 * sizeof(NodeTravel) * a_frame(counts.front_pairs) : 0.0) +
+                       2 * bounds * a_frame(counts.bv_tests) + bounds * a_frame(counts.primitive_tests);
+  // A feature pair is written to a block and read from it, with four vertices; bounds of as many decide
+  // whether an orphan pair is one. A contact is written and gathered.
+  const double tests =
+      a_frame(counts.elementary_tests) * (2 * sizeof(FeaturePair) + 4 * sizeof(VertexMotion)) +
+      a_frame(counts.orphan_tests) * 4 * sizeof(KDop18) + a_frame(row.contacts) * 2 * sizeof(Contact);
+  return vertices + nodes + front + tests;
+}
+
+}  // namespace warmfront::client

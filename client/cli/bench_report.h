@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `warmfront bench` measured, written: tables, CSV, JSON. Pure functions.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "client/cli/bench_machine.h"
+#include "client/cli/bench_run.h"
+
+namespace warmfront::client {
+
+/// What all inputs have in common.
+struct BenchContext {
+  BenchMachine machine;
+  BenchBuild build;
+  std::uint32_t rounds = 0;
+};
+
+/// Two lines that name machine and build.
+std::string format_bench_context(const BenchContext& context);
+
+/// One input for people: times, counts, what threads gain (the paper's Table 1), what the front saves.
+std::string format_bench_tables(const BenchReport& report);
+
+/// The CSV file with its header: a line for each input and setting.
+std::string format_bench_csv(const BenchContext& context, std::span<const BenchReport> reports);
+/// {"machine", "build", "rounds", "inputs": [{..., "settings": [...]}]}.
+std::string format_bench_json(const BenchContext& context, std::span<const BenchReport> reports);
+
+}  // namespace warmfront::client

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a setting of the engine costs on the frames of an input: the measurements of `warmfront bench`. Plain
+// values, and functions that measure; one thread at a time calls them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/cli/frame_steps.h"
+#include "client/io/input.h"
+#include "engine/options.h"
+#include "engine/result.h"
+#include "engine/statistics.h"
+
+namespace warmfront::client {
+
+struct BenchSetting {
+  std::string name;  ///< "default", or what differs from it: "front none", "leaf 1", ...
+  ColliderOptions options;
+  int threads = 1;
+};
+
+/// Which settings are measured beside the default ones.
+struct Ablations {
+  bool front = false;   ///< none, paper, warm, warm and lazy
+  bool cones = false;   ///< normal cones on, off
+  bool bounds = false;  ///< AABB, 18-DOP
+  bool leaf = false;    ///< 1, 2, 4, 8 triangles
+  bool tier = false;    ///< fast, certified, exact
+};
+
+/// `base` on each number of threads, then the ablations of it on the first; what equals `base` is left out,
+/// and so are tiers that cannot have its separation.
+std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<const int> threads,
+                                         const Ablations& ablations);
+
+/// Median, least and largest over the rounds.
+struct Spread {
+  double median = 0;
+  double min = 0;
+  double max = 0;
+};
+
+/// Milliseconds a frame: of each round the mean over its frames, and of these the spread.
+struct StageSpreads {
+  Spread call;                                       ///< Collider::step() as its caller waits for it
+  Spread total, refit, front, elementary, adjacent;  ///< as StageTimes
+};
+
+/// One line of the table. `frame` figures are of the warm frames, all but the first; an input of one step has
+/// only that one, and it counts as warm as well.
+struct BenchRow {
+  BenchSetting setting;
+  std::string hash;  ///< ContactHash over all frames
+  Spread create;     ///< milliseconds of Collider::create()
+  Spread cold;       ///< milliseconds of the first step's call: it builds the hierarchy and the front
+  StageSpreads frame{};
+  StepCounts counts{};             ///< of one round, all warm frames together
+  std::uint64_t frames = 0;        ///< how many those are
+  std::uint64_t contacts = 0;      ///< of the same
+  std::uint64_t front_bytes = 0;   ///< the most that the front held after a step
+  std::uint64_t memory_bytes = 0;  ///< that the collider, its scene and front held at the end
+
+  double a_frame(std::uint64_t count) const {
+    return static_cast<double>(count) / static_cast<double>(frames);
+  }
+};
+
+struct BenchReport {
+  std::string input;
+  std::uint64_t triangles = 0;
+  std::uint64_t vertices = 0;
+  std::uint64_t steps = 0;
+  std::uint32_t substeps = 1;
+  std::uint64_t peak_rss_bytes = 0;  ///< of the process, so far
+  std::vector<BenchRow> rows;        ///< the default on its first number of threads comes first
+  /// What disagrees although the answer must be the same: a sentence; none when all agree.
+  std::optional<std::string> disagreement;
+};
+
+/// An estimate of the bytes that a frame's work reads and writes, were nothing found in a cache twice: counts
+/// times the sizes of what each of them handles. To be compared between settings, and with the machine's
+/// memory bandwidth; it is no measurement.
+double bytes_touched(const BenchReport& report, const BenchRow& row);
+
+/// Steps through the range under all settings, `rounds` times over, in turn, so that a slow spell of the
+/// machine hits all of them. Frames are read beforehand. Fails as reading them and stepping do.
+Result<BenchReport> measure_bench(
+    const std::string& name, Input& input, FrameRange range, std::uint32_t substeps,
+    std::span<const BenchSetting> settings, std::uint32_t rounds,
+    const std::function<void(std::uint64_t done, std::uint64_t total)>& progress);
+
+}  // namespace warmfront::client

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings that `warmfront bench` compares: see bench_run.h.
+#include <tuple>
+#include <utility>
+
+#include "client/cli/bench_run.h"
+
+namespace warmfront::client {
+namespace {
+
+bool same(const ColliderOptions& a, const ColliderOptions& b) {
+  const auto key = [](const ColliderOptions& o) {
+    const bool lazy = o.front == FrontMode::kWarm && o.lazy_front;
+    return std::tuple(o.tier, o.front, lazy, o.bounds, o.normal_cones, o.leaf_size);
+  };
+  return key(a) == key(b);
+}
+
+}  // namespace
+
+std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<const int> threads,
+                                         const Ablations& ablations) {
+  std::vector<BenchSetting> settings;
+  for (const int count : threads) settings.push_back({"default", base, count});
+  const auto add = [&](std::string name, auto&& change) {
+    ColliderOptions options = base;
+    change(options);
+    if (!same(options, base) && validate(options).ok())
+      settings.push_back({std::move(name), options, threads.front()});
+  };
+  if (ablations.front) {
+    for (const FrontMode mode : {FrontMode::kNone, FrontMode::kPaper, FrontMode::kWarm}) {
+      add("front " + std::string(to_string(mode)), [&](ColliderOptions& o) {
+        o.front = mode;
+        o.lazy_front = false;
+      });
+    }
+    add("front warm, lazy", [](ColliderOptions& o) {
+      o.front = FrontMode::kWarm;
+      o.lazy_front = true;
+    });
+  }
+  if (ablations.cones) {
+    for (const bool on : {false, true})
+      add(on ? "cones on" : "cones off", [&](ColliderOptions& o) { o.normal_cones = on; });
+  }
+  if (ablations.bounds) {
+    for (const BoundsKind kind : {BoundsKind::kAabb, BoundsKind::kKDop18})
+      add("bounds " + std::string(to_string(kind)), [&](ColliderOptions& o) { o.bounds = kind; });
+  }
+  if (ablations.leaf) {
+    for (const std::uint32_t size : {1U, 2U, 4U, 8U})
+      add("leaf " + std::to_string(size), [&](ColliderOptions& o) { o.leaf_size = size; });
+  }
+  if (ablations.tier) {
+    for (const Tier tier : {Tier::kFast, Tier::kCertified, Tier::kExact})
+      add("tier " + std::string(to_string(tier)), [&](ColliderOptions& o) { o.tier = tier; });
+  }
+  return settings;
+}
+
+}  // namespace warmfront::client
