@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the engine's kernels cost, each alone on one thread: bounds on neighbours in the hierarchy of a cloth
+// that falls over a ball, elementary tests on random pairs as near as their own size. All seeded; "items" are
+// pairs, of bounds_of_vertices vertices. Data fit the last-level cache: this is computation, not memory.
+#include <benchmark/benchmark.h>
+
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "engine/bounds/moving.h"
+#include "engine/bounds/overlap.h"
+#include "engine/bvh/leaf_block.h"
+#include "engine/elementary/elementary_test.h"
+#include "engine/elementary/feature_block.h"
+#include "tests/support/cloth_over_ball.h"
+#include "tests/support/feature_case.h"
+#include "tests/support/hierarchy.h"
+
+namespace warmfront {
+namespace {
+
+using testing::FeatureCase;
+using testing::Hierarchy;
+using testing::Points;
+
+constexpr int kSide = 40;
+constexpr std::uint32_t kLeafSize = 8;
+/// A node is tested against this many that follow it on its level.
+constexpr std::size_t kNeighbours = 16;
+
+/// A step of the cloth, with the hierarchy over it.
+template <class Bounds>
+class ClothStep {
+ public:
+  static ClothStep& get() {
+    static ClothStep step;
+    return step;
+  }
+
+  std::shared_ptr<const Scene> scene;
+  Hierarchy<Bounds> hierarchy;
+  Motion motion;
+
+  std::span<const Bounds> leaf_nodes() const {
+    return std::span(hierarchy.bvh.nodes).subspan(hierarchy.bvh.shape.first_leaf());
+  }
+
+ private:
+  ClothStep() : ClothStep(testing::cloth_over_ball(kSide, 8)) {}
+  explicit ClothStep(const testing::ClothOverBall& cloth)
+      : scene(std::make_shared<const Scene>(Scene::create(cloth.description).value())),
+        hierarchy(scene, cloth.frames[6], kLeafSize),
+        motion(cloth.frames[6]) {
+    hierarchy.step(cloth.frames[7]);
+    motion.set(cloth.frames[6], cloth.frames[7]);
+  }
+};
+
+/// Runs test(a, b) on every item and those that follow it; it gives a number.
+template <class Items, class Test>
+void run_on_neighbours(benchmark::State& state, const Items& items, Test&& test) {
+  std::int64_t pairs = 0;
+  for (auto _ : state) {
+    for (std::size_t i = 0; i + kNeighbours < items.size(); ++i) {
+      for (std::size_t j = i + 1; j <= i + kNeighbours; ++j)
+        benchmark::DoNotOptimize(test(items[i], items[j]));
+    }
+    pairs += static_cast<std::int64_t>((items.size() - kNeighbours) * kNeighbours);
+  }
+  state.SetItemsProcessed(pairs);
+}
+
+template <class Bounds>
+void node_overlap(benchmark::State& state) {
+  run_on_neighbours(state, ClothStep<Bounds>::get().leaf_nodes(),
+                    [](const Bounds& a, const Bounds& b) { return overlap(a, b); });
+}
+BENCHMARK(node_overlap<Aabb>);
+BENCHMARK(node_overlap<KDop18>);
+
+template <class Bounds>
+void node_separation(benchmark::State& state) {
+  run_on_neighbours(state, ClothStep<Bounds>::get().leaf_nodes(),
+                    [](const Bounds& a, const Bounds& b) { return separation(a, b); });
+}
+BENCHMARK(node_separation<Aabb>);
+BENCHMARK(node_separation<KDop18>);
+
+/// Eight triangles against eight: an item is a pair of leaves.
+template <class Bounds>
+void leaf_against_leaf(benchmark::State& state) {
+  const ClothStep<Bounds>& step = ClothStep<Bounds>::get();
+  const auto& leaves = step.hierarchy.bvh.leaves;
+  const auto nodes = step.leaf_nodes();
+  run_on_neighbours(state, leaves, [&](const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
+    return leaf_overlaps(a, b, nodes[static_cast<std::size_t>(&b - leaves.data())], false).to_test;
+  });
+}
+BENCHMARK(leaf_against_leaf<Aabb>);
+BENCHMARK(leaf_against_leaf<KDop18>);
+
+/// The fifteen feature pairs of two triangles: an item is a pair of triangles.
+void features_of_triangles(benchmark::State& state) {
+  const ClothStep<KDop18>& step = ClothStep<KDop18>::get();
+  const auto bounds = step.hierarchy.vertex_bounds();
+  std::vector<TriangleBounds> triangles;
+  for (const std::uint32_t p : step.hierarchy.bvh.order) {
+    const Face face = primitive_vertices(*step.scene, p);
+    triangles.push_back({{&bounds[face[0]], &bounds[face[1]], &bounds[face[2]]}});
+  }
+  constexpr std::uint32_t kAll = (1U << 15) - 1;
+  run_on_neighbours(state, triangles, [](const TriangleBounds& f, const TriangleBounds& g) {
+    return overlapping_features(f, g, kAll);
+  });
+}
+BENCHMARK(features_of_triangles);
+
+void bounds_of_vertices(benchmark::State& state) {
+  const Motion& motion = ClothStep<KDop18>::get().motion;
+  const auto vertices = motion.vertices();
+  const double magnitude = motion_magnitude(vertices, motion.frame(), 0);
+  std::vector<KDop18> bounds(vertices.size());
+  for (auto _ : state) {
+    moving_bounds(vertices, motion.frame(), 0, magnitude, bounds.data());
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * vertices.size()));
+}
+BENCHMARK(bounds_of_vertices);
+
+/// Four vertices anywhere in the unit cube that move by up to half its side: a contact in one of some ten.
+std::vector<FeatureCase> near_pairs(ContactKind kind, std::size_t count) {
+  std::mt19937_64 random(2009);
+  std::uniform_real_distribution<double> place(0, 1);
+  std::uniform_real_distribution<double> move(-0.5, 0.5);
+  std::vector<FeatureCase> cases;
+  for (std::size_t i = 0; i < count; ++i) {
+    Points t0{};
+    Points t1{};
+    for (std::size_t v = 0; v < t0.size(); ++v) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        t0[v][axis] = place(random);
+        t1[v][axis] = t0[v][axis] + move(random);
+      }
+    }
+    cases.emplace_back(kind, t0, t1);
+  }
+  return cases;
+}
+
+void coplanarity(benchmark::State& state, ContactKind kind, double separation) {
+  std::vector<VertexMotion> vertices;
+  FeatureBlock block;
+  for (const FeatureCase& feature : near_pairs(kind, FeatureBlock::kCapacity)) {
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), feature.vertices.begin(), feature.vertices.end());
+    block.push({.vertices = {first, first + 1, first + 2, first + 3}, .a = 0, .b = 0, .kind = kind});
+  }
+  std::vector<std::uint16_t> survivors(block.size);
+  std::size_t left = 0;
+  for (auto _ : state) {
+    left = coplanarity_filter({block.pairs.data(), block.size}, vertices, separation, survivors.data());
+    benchmark::DoNotOptimize(left);
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * block.size));
+  state.counters["left"] = static_cast<double>(left) / static_cast<double>(block.size);
+}
+BENCHMARK_CAPTURE(coplanarity, vf, ContactKind::kVertexFace, 0);
+BENCHMARK_CAPTURE(coplanarity, ee, ContactKind::kEdgeEdge, 0);
+BENCHMARK_CAPTURE(coplanarity, vf_separated, ContactKind::kVertexFace, 0.01);
+BENCHMARK_CAPTURE(coplanarity, ee_separated, ContactKind::kEdgeEdge, 0.01);
+
+void elementary(benchmark::State& state, Tier tier, ContactKind kind) {
+  const std::vector<FeatureCase> cases = near_pairs(kind, 512);
+  const ElementaryOptions options{.tier = tier};
+  ElementaryCounts counts;
+  std::size_t contacts = 0;
+  for (auto _ : state) {
+    contacts = 0;
+    for (const FeatureCase& feature : cases)
+      contacts += elementary_test(feature.features(), options, counts).contact ? 1 : 0;
+    benchmark::DoNotOptimize(contacts);
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * cases.size()));
+  state.counters["contacts"] = static_cast<double>(contacts) / static_cast<double>(cases.size());
+}
+BENCHMARK_CAPTURE(elementary, fast_vf, Tier::kFast, ContactKind::kVertexFace);
+BENCHMARK_CAPTURE(elementary, fast_ee, Tier::kFast, ContactKind::kEdgeEdge);
+BENCHMARK_CAPTURE(elementary, certified_vf, Tier::kCertified, ContactKind::kVertexFace);
+BENCHMARK_CAPTURE(elementary, certified_ee, Tier::kCertified, ContactKind::kEdgeEdge);
+BENCHMARK_CAPTURE(elementary, exact_vf, Tier::kExact, ContactKind::kVertexFace);
+BENCHMARK_CAPTURE(elementary, exact_ee, Tier::kExact, ContactKind::kEdgeEdge);
+
+}  // namespace
+}  // namespace warmfront
