@@ -133,19 +133,6 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-/// Within a tier there is one answer.
-std::optional<std::string> disagreement(std::span<const BenchRow> rows) {
-  for (const BenchRow& row : rows) {
-    const auto first = std::ranges::find(rows, row.setting.options.tier,
-                                         [](const BenchRow& r) { return r.setting.options.tier; });
-    if (first->hash == row.hash) continue;
-    return "answers differ: \"" + first->setting.name + "\" on " + std::to_string(first->setting.threads) +
-           " gives " + first->hash + ", \"" + row.setting.name + "\" on " +
-           std::to_string(row.setting.threads) + " " + row.hash;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 Result<BenchReport> measure_bench(
@@ -171,7 +158,9 @@ Result<BenchReport> measure_bench(
   }
   std::vector<std::vector<RoundTimes>> times(settings.size());
   for (std::uint32_t round = 0; round < rounds; ++round) {
-    for (std::size_t i = 0; i < settings.size(); ++i) {
+    for (std::size_t k = 0; k < settings.size(); ++k) {
+      // There and back again, so that a machine that slows down or warms up favours none.
+      const std::size_t i = round % 2 == 0 ? k : settings.size() - 1 - k;
       BenchRow& row = report.rows[i];
       const std::string before = row.hash;
       const Result<RoundTimes> one =
@@ -180,7 +169,7 @@ Result<BenchReport> measure_bench(
       times[i].push_back(one.value());
       if (!before.empty() && row.hash != before)
         report.disagreement = "\"" + row.setting.name + "\" gives " + before + " and then " + row.hash;
-      progress(round * settings.size() + i + 1, rounds * settings.size());
+      progress(round * settings.size() + k + 1, rounds * settings.size());
     }
   }
   for (std::size_t i = 0; i < settings.size(); ++i) set_spreads(times[i], report.rows[i]);

@@ -70,6 +70,10 @@ struct BenchRow {
   }
 };
 
+/// Within a tier all rows must have one hash. A sentence that names two rows that have not; none if all
+/// agree.
+std::optional<std::string> disagreement(std::span<const BenchRow> rows);
+
 struct BenchReport {
   std::string input;
   std::uint64_t triangles = 0;
@@ -78,7 +82,7 @@ struct BenchReport {
   std::uint32_t substeps = 1;
   std::uint64_t peak_rss_bytes = 0;  ///< of the process, so far
   std::vector<BenchRow> rows;        ///< the default on its first number of threads comes first
-  /// What disagrees although the answer must be the same: a sentence; none when all agree.
+  /// As disagreement() says, or of a row that gave another answer in another round.
   std::optional<std::string> disagreement;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings that `warmfront bench` compares: see bench_run.h.
+// The settings that `warmfront bench` compares, and whether they agree: see bench_run.h.
+#include <algorithm>
 #include <tuple>
 #include <utility>
 
@@ -57,6 +58,18 @@ std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<
       add("tier " + std::string(to_string(tier)), [&](ColliderOptions& o) { o.tier = tier; });
   }
   return settings;
+}
+
+std::optional<std::string> disagreement(std::span<const BenchRow> rows) {
+  for (const BenchRow& row : rows) {
+    const auto first = std::ranges::find(rows, row.setting.options.tier,
+                                         [](const BenchRow& r) { return r.setting.options.tier; });
+    if (first->hash == row.hash) continue;
+    return "answers differ: \"" + first->setting.name + "\" on " + std::to_string(first->setting.threads) +
+           " gives " + first->hash + ", \"" + row.setting.name + "\" on " +
+           std::to_string(row.setting.threads) + " " + row.hash;
+  }
+  return std::nullopt;
 }
 
 }  // namespace warmfront::client
