@@ -161,7 +161,7 @@ class PipelineWith final : public Pipeline {
     statistics.counts.front_sprouted = front_.counts().sprouted;
     statistics.counts.front_pruned = front_.counts().pruned;
     statistics.counts.front_pairs = front_.size();
-    statistics.counts.front_bytes = front_.memory_bytes();
+    statistics.counts.front_bytes = front_.pair_bytes();
     statistics.ms.total = total.lap();
     return output;
   }

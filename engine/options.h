@@ -33,10 +33,11 @@ enum class Report : std::uint8_t {
 struct ColliderOptions {
   Tier tier = Tier::kCertified;
   /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the
-  /// largest coordinate difference between its two primitives at either end of the step). In (0, 1]; below
-  /// 2^-43 rounding takes over.
+  /// largest coordinate difference between its two primitives at either end of the step). In (0, 1]; rounding
+  /// may add 2^-18: see elementary/certified.h.
   double tolerance = 1e-6;
-  /// A pair is in contact when it comes within this distance, in the scene's length unit. Finite, >= 0.
+  /// Certified tier: a pair is in contact when it comes within this distance, in the scene's length unit.
+  /// Finite, >= 0; 0 in the other tiers, which decide touching.
   double min_separation = 0.0;
   Report report = Report::kAll;
   FrontMode front = FrontMode::kWarm;

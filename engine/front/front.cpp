@@ -82,9 +82,15 @@ std::vector<NodePair> Front<Bounds>::pairs() const {
 }
 
 template <class Bounds>
-std::size_t Front<Bounds>::memory_bytes() const {
+std::size_t Front<Bounds>::pair_bytes() const {
   std::size_t bytes = chunks_.capacity() * sizeof(Chunk);
   for (const Chunk& chunk : chunks_) bytes += chunk.capacity() * sizeof(FrontPair);
+  return bytes;
+}
+
+template <class Bounds>
+std::size_t Front<Bounds>::memory_bytes() const {
+  std::size_t bytes = pair_bytes();
   for (const Scratch& scratch : scratch_) bytes += scratch.pairs.capacity() * sizeof(FrontPair);
   return bytes;
 }

@@ -64,6 +64,8 @@ class Front {
   bool overflowed() const { return overflowed_; }
   /// All pairs in order; for tests.
   std::vector<NodePair> pairs() const;
+  /// Bytes held: by the pairs, which is the same for any number of threads, and in all.
+  std::size_t pair_bytes() const;
   std::size_t memory_bytes() const;
 
   /// Of the last build() or update(). The same for any number of threads.

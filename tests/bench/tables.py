@@ -3,15 +3,19 @@
 """Prints the README's measured tables: tests/bench/tables.py WARMFRONT TABLE...
 
 WARMFRONT is the command line's binary. Tables: step (one big step), sequences (stages and threads), front (what the front
-and the orphan sets save, beside the 2009 paper's figures), equal (one answer whatever the way). The real scenes are looked
+saves, beside the 2009 paper's figures), equal (one answer whatever the way), tiled (1.5 million triangles), remote (what the
+daemon adds), many (64 sessions at once). The real scenes are looked
 for in $WARMFRONT_DATA (default ../shared/data beside the project). Ways that are compared run in turn, several times over,
 and medians are taken, so that a slow spell of the machine hits all of them.
 """
+import array
 import contextlib
 import json
 import os
 import pathlib
+import resource
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
@@ -65,14 +69,16 @@ def table(title, header, rows):
 def step(binary):
     rows = []
     for name in ["cloth-ball", "n-body"]:
-        for threads in ["1", "2"]:
-            reports = [detect(binary, DATA / "frames" / name, "--threads", threads) for _ in range(ROUNDS)]
+        ways = {(tier, threads): ["--tier", tier, "--threads", threads]
+                for tier in ["fast", "certified", "exact"] for threads in ["1", "2"]}
+        ways["certified, earliest", "1"] = ["--report", "earliest", "--threads", "1"]
+        for (tier, threads), reports in in_turn(binary, DATA / "frames" / name, ways).items():
             frames = [r["frames"][0] for r in reports]
             ms = {s: statistics.median(f["ms"][s] for f in frames) for s in frames[0]["ms"]}
-            rows.append([name, threads, frames[0]["vf"], frames[0]["ee"], *(f"{ms[s]:.0f}" for s in
+            rows.append([name, tier, threads, frames[0]["vf"], frames[0]["ee"], *(f"{ms[s]:.0f}" for s in
                         ["total", "refit", "front", "elementary"]), f"{ms['adjacent']:.1f}"])
     table("One step from cold, t0 to t1, all contacts (ms)",
-          ["scene", "threads", "vf", "ee", "total", "refit, build", "front", "elementary", "adjacent"], rows)
+          ["scene", "tier", "threads", "vf", "ee", "total", "refit, build", "front", "elementary", "adjacent"], rows)
 
 
 def sequences(binary):
@@ -90,25 +96,109 @@ def sequences(binary):
 def front(binary):
     rows = []
     for name in SEQUENCES:
-        for leaf in ["1", "4"]:
-            ways = {mode: ["--threads", "1", "--front", mode, "--leaf-size", leaf] for mode in ["none", "paper", "warm"]}
+        for substeps in ["1", "10"]:
+            modes = {"none": ["--front", "none"], "paper": ["--front", "paper"], "warm": ["--lazy", "off"], "lazy": []}
+            ways = {mode: ["--threads", "1", "--substeps", substeps, *flags] for mode, flags in modes.items()}
             reports = in_turn(binary, DATA / "sequences" / name, ways)
             none = reports["none"][0]
-            cells = [name, leaf]
-            for mode in ["paper", "warm"]:
+            cells = [name, "whole" if substeps == "1" else f"1/{substeps}", f"{median_ms(reports['none']):.2f}"]
+            for mode in ["paper", "warm", "lazy"]:
                 tests = 1 - count(reports[mode][0], "bv_tests") / count(none, "bv_tests")
                 outside = [median_ms(reports[m]) - median_ms(reports[m], "elementary") for m in ["none", mode]]
                 cells += [f"{100 * tests:.0f}%", f"{100 * (1 - outside[1] / outside[0]):.0f}%"]
-            pairs = count(reports["warm"][0], "front_pairs")
-            adjacent = count(reports["warm"][0], "adjacent_pairs")
-            cells.append(f"{100 * adjacent / (pairs + adjacent):.0f}%" if leaf == "1" else "")
-            last = warm_frames(reports["warm"][0])[-1]["counts"]
-            cells.append(f"{last['front_bytes'] / none['triangles']:.0f}")
+            lazy = reports["lazy"][0]
+            cells.append(f"{100 * count(lazy, 'front_skipped') / count(lazy, 'front_pairs'):.0f}%")
+            cells.append(f"{warm_frames(lazy)[-1]['counts']['front_bytes'] / none['triangles']:.0f}")
             rows.append(cells)
-    table("What the front saves against traversal from the root (paper: 53-63% of bounding volume tests, 68-88% of time; "
-          "orphan sets shorten it by 60-80%)",
-          ["sequence", "leaf", "paper mode: tests", "time outside elementary", "warm mode: tests", "time outside elementary",
-           "shortened by orphans", "bytes a triangle"], rows)
+    table("What the front saves against traversal from the root: bounding volume tests (paper: 53-63%) and time outside the "
+          "elementary tests (of all time: 68-88%)",
+          ["sequence", "step", "none: ms", "paper: tests", "time", "warm, not lazy: tests", "time", "warm: tests", "time",
+           "pairs not looked at", "bytes a triangle"], rows)
+
+
+def read_sequence(folder, frames):
+    """The mesh's faces and the first frames' positions, of a binary PLY of triangles and a PC2 cache."""
+    ply = (folder / "mesh.ply").read_bytes()
+    header, _, body = ply.partition(b"end_header\n")
+    counts = {line.split()[1]: int(line.split()[2]) for line in header.decode().splitlines() if line.startswith("element")}
+    vertices = counts["vertex"]
+    faces = [struct.unpack_from("<3i", body, 12 * vertices + 13 * f + 1) for f in range(counts["face"])]
+    cache = (folder / "frames.pc2").read_bytes()
+    positions = []
+    for k in range(frames):
+        values = array.array("f")
+        values.frombytes(cache[32 + 12 * vertices * k:32 + 12 * vertices * (k + 1)])
+        positions.append(values)
+    return faces, positions
+
+
+def write_tiled(source, tiles, frames, folder):
+    """Copies of a sequence side by side in a square, as mesh and cache."""
+    faces, positions = read_sequence(source, frames)
+    vertices = len(positions[0]) // 3
+    side = max(max(p[k::3]) - min(p[k::3]) for p in positions for k in (0, 1)) * 1.1
+    places = [(side * (t % 4), side * (t // 4)) for t in range(tiles)]
+    with open(folder / "mesh.ply", "wb") as mesh:
+        mesh.write((f"ply\nformat binary_little_endian 1.0\nelement vertex {vertices * tiles}\nproperty float x\n"
+                    f"property float y\nproperty float z\nelement face {len(faces) * tiles}\n"
+                    "property list uchar int vertex_indices\nend_header\n").encode())
+        mesh.write(bytes(12 * vertices * tiles))
+        for t in range(tiles):
+            mesh.write(b"".join(struct.pack("<B3i", 3, *(v + t * vertices for v in face)) for face in faces))
+    with open(folder / "frames.pc2", "wb") as cache:
+        cache.write(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, vertices * tiles, 0.0, 1.0, frames))
+        for frame in positions:
+            for x, y in places:
+                tile = array.array("f", frame)
+                tile[0::3] = array.array("f", (v + x for v in frame[0::3]))
+                tile[1::3] = array.array("f", (v + y for v in frame[1::3]))
+                cache.write(tile.tobytes())
+
+
+def tiled(binary):
+    """1.5 million triangles: cost a triangle and peak memory, beside the same frames of one tile."""
+    frames = 12
+    rows = []
+    for tiles in [1, 16]:
+        with tempfile.TemporaryDirectory() as folder:
+            write_tiled(DATA / "sequences" / "cloth-ball", tiles, frames, pathlib.Path(folder))
+            report = detect(binary, folder, "--threads", "2")
+            peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss  # of the largest so far, which this is
+            warm = statistics.median(f["ms"]["total"] for f in warm_frames(report))
+            rows.append([tiles, report["triangles"], f"{report['frames'][0]['ms']['total']:.0f}", f"{warm:.1f}",
+                         f"{1e6 * warm / report['triangles']:.0f}", f"{peak / 2**20:.2f}"])
+    table("Tiles of cloth-ball, 2 threads",
+          ["tiles", "triangles", "first step, ms", "warm step, ms", "ns a triangle", "peak memory, GiB"], rows)
+
+
+def wall_seconds(*command):
+    start = time.perf_counter()
+    run = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+    if run.returncode != 0:
+        sys.exit(f"{command}\n{run.stderr}")
+    return time.perf_counter() - start
+
+
+def remote(binary):
+    """Whole runs, in-process and through the daemon: wall time a frame, positions in and answers out included. What both
+    do once (reading, and creating the session) is taken off by running two frames of the sequence alone."""
+    rows = []
+    with daemon(binary) as address:
+        for name in ["cloth-ball", "bart-like"]:
+            path = DATA / "sequences" / name
+            ways = {"in-process": [], "daemon": ["--server", address]}
+            best = {}
+            for _ in range(2 * ROUNDS):
+                for way, flags in ways.items():
+                    for substeps in [1, 3]:
+                        seconds = wall_seconds(binary, "detect", path, "--substeps", substeps, *flags)
+                        best[way, substeps] = min(best.get((way, substeps), 1e9), seconds)
+            frames = len(detect(binary, path)["frames"])
+            ms = {way: 1e3 * (best[way, 3] - best[way, 1]) / (2 * frames) for way in ways}
+            rows.append([name, f"{ms['in-process']:.2f}", f"{ms['daemon']:.2f}", f"{ms['daemon'] / ms['in-process']:.2f}",
+                         f"{1e3 * (ms['daemon'] - ms['in-process']):.0f}"])
+    table("A step in-process and through the daemon (wall ms a frame)",
+          ["sequence", "in-process", "daemon", "ratio", "more, microseconds"], rows)
 
 
 @contextlib.contextmanager
@@ -124,6 +214,31 @@ def daemon(binary):
         process.terminate()
         if process.wait() != 0:
             sys.exit("the daemon did not stop cleanly")
+
+
+def many(binary):
+    """Frames a second of 64 sessions at once, beside one in-process on one thread. Start-up is taken off as in remote()."""
+    sessions = 64
+    path = DATA / "sequences" / "bart-like"
+    report = detect(binary, path, "--threads", "1", "--substeps", "21")
+    alone = 1e3 / statistics.mean(f["ms"]["total"] for f in warm_frames(report))
+    frames = len(detect(binary, path)["frames"])
+    best = {}
+    with daemon(binary) as address:
+        for _ in range(ROUNDS):
+            for substeps in [1, 21]:
+                start = time.perf_counter()
+                clients = [subprocess.Popen([binary, "detect", str(path), "--server", address, "--substeps", str(substeps)],
+                                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(sessions)]
+                for client in clients:
+                    if client.wait() != 0:
+                        sys.exit(client.stderr.read().decode())
+                best[substeps] = min(best.get(substeps, 1e9), time.perf_counter() - start)
+    together = 20 * frames * sessions / (best[21] - best[1])
+    cores = len(os.sched_getaffinity(0))
+    table(f"{sessions} sessions of {report['triangles']} triangles at once, clients on the same {cores} cores",
+          ["frames a second in all", "one in-process, one thread", "of cores x one"],
+          [[f"{together:.0f}", f"{alone:.0f}", f"{together / (cores * alone):.2f}"]])
 
 
 def equal(binary):
@@ -152,7 +267,8 @@ def equal(binary):
 def main():
     if len(sys.argv) < 3:
         sys.exit(__doc__)
-    tables = {"step": step, "sequences": sequences, "front": front, "equal": equal}
+    tables = {"step": step, "sequences": sequences, "front": front, "equal": equal, "tiled": tiled,
+              "remote": remote, "many": many}
     for name in sys.argv[2:]:
         if name not in tables:
             sys.exit(f"no table {name}; there are {', '.join(tables)}")
