@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <type_traits>
 
 #include "engine/elementary/closest.h"
 #include "engine/elementary/cubic.h"
@@ -58,7 +59,9 @@ class CertainAnswer {
     for (int widening = 0; widening < 3; ++widening, around *= 256) {
       window = {std::max(whole.begin, t - around), std::min(whole.end, t + around)};
       if (!cubic_.certain_sign_change(window)) continue;
-      switch (inside(query_, window)) {
+      Inside where = inside_around(query_, t, around);
+      if (where == Inside::kUnknown) where = inside(query_, window);
+      switch (where) {
         case Inside::kNo:
           return Answer::kNo;
         case Inside::kYes:
@@ -92,10 +95,15 @@ template <class Width>
 MaybeVerdict only_root(const DifferencePolygon<Width>& polygon, const Window& window, int sign_before) {
   using Dyadic = typename Width::Linear::Dyadic;
   if (!Width::Linear::kUnbounded && window.begin < 0x1p-73) return {};
+  const auto f = polygon.volume();
   const double guess = window.begin + 0.5 * window.width();
-  const auto root =
-      roots::locate(polygon.volume(), dyadic_of<Dyadic>(window.begin), dyadic_of<Dyadic>(window.end),
-                    polygon.sides() == 3 ? sign_before : -sign_before, &guess);
+  if constexpr (std::is_same_v<Width, NarrowWidth>) {
+    const auto floor = roots::floor_in_fixed_point(f, guess);
+    if (floor && *floor >= window.begin && *floor < window.end)
+      return Verdict::at(*floor, ContactStatus::kHit);
+  }
+  const auto root = roots::locate(f, dyadic_of<Dyadic>(window.begin), dyadic_of<Dyadic>(window.end),
+                                  polygon.sides() == 3 ? sign_before : -sign_before, &guess);
   if (!root) return {};
   return Verdict::at(root->floor, ContactStatus::kHit);
 }

@@ -185,21 +185,55 @@ int tarski_query(const Polynomial<Big, 3>& f, const Polynomial<Big, 2>& g, const
 int tarski_query(const Polynomial<Big, 2>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 
 /// The largest double not above f's root near t, from f(t) and f'(t), where that is certain. For an f with
-/// coefficients of at most 1: `value` with a relative error below 2^-49, `slope` from coefficients within
-/// 2^-52.
+/// coefficients of at most 1: `value` with a relative error below 2^-49, and an absolute one of `value_error`
+/// besides, `slope` from coefficients within 2^-52.
 ///
-/// The slope is within 6 (2^-52 + 4 u) < 2^-48 of f'(t), and f' changes by at most 2 + 6 = 8 a unit of time:
-/// up to 2 |step| away from t it is within e = (2^-48 + 16 |step|) / |slope|, relatively. For e < 2^-10 there
-/// is a root there, the only one, and by the mean value theorem it is t - step up to |step| (1.01 e + 2^-48).
-inline std::optional<double> floor_by_newton(double t, double value, double slope) {
+/// The slope is within 6 (2^-52 + 4 u) < 2^-48 of f'(t), and f' changes by at most 2 + 6 = 8 a unit of time.
+/// With reach = |step| + value_error / |slope|: up to 2 reach away from t it is within e = (2^-48 + 16 reach)
+/// / |slope|, relatively. For e < 2^-10 there is a root there, the only one, and by the mean value theorem it
+/// is t - step up to reach (1.01 e + 2^-48) + 1.01 value_error / |slope|.
+inline std::optional<double> floor_by_newton(double t, double value, double slope, double value_error = 0) {
   const double step = value / slope;
-  const double relative = (0x1p-48 + 16 * std::fabs(step)) / std::fabs(slope);
-  if (!(relative < 0x1p-10 && std::fabs(step) <= 0.25 * t)) return {};
+  const double blur = value_error / std::fabs(slope);
+  const double reach = std::fabs(step) + blur;
+  const double relative = (0x1p-48 + 16 * reach) / std::fabs(slope);
+  if (!(relative < 0x1p-10 && reach <= 0.25 * t)) return {};
   const double nearest = t - step;
   const double above = (t - nearest) - step;  // the root - nearest; the first difference is exact
-  const double margin = std::fabs(step) * (2 * relative + 0x1p-47);
+  const double margin = reach * (2 * relative + 0x1p-47) + 2 * blur;
   if (std::fabs(above) <= margin) return {};
   return above > 0 ? nearest : std::bit_cast<double>(std::bit_cast<std::uint64_t>(nearest) - 1);
+}
+
+/// floor_by_newton() at t, with f(t) in fixed point of 128 bits: the coefficients times a power of two, so
+/// that all are below 2^124, and Horner's rule rounded down to integers. Each of the three products errs by
+/// less than 1 and t <= 1 lets no error grow: f(t) is within 3 units, below 2^-122 of the largest coefficient
+/// allowed. None for t below 2^-10, whose bits reach below 2^-62, for a t that is not in (0, 1], and for
+/// coefficients that fill the 128 bits.
+inline std::optional<double> floor_in_fixed_point(const Polynomial<Fixed<2>, 3>& f, double t) {
+  if (!(t >= 0x1p-10 && t <= 1)) return {};
+  const auto numerator = static_cast<std::uint64_t>(t * 0x1p62);
+  Fixed<2>::Whole all = 0;
+  for (const Fixed<2>& c : f.c) all |= c.magnitude();
+  const auto high = static_cast<std::uint64_t>(all >> 64);
+  const int zeros =
+      high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(all));
+  if (zeros < 4 || zeros == 128) return {};
+  std::array<Fixed<2>::SignedWhole, 4> c;
+  std::array<double, 4> rounded;  // in units of 2^124, within 2^-60
+  for (int i = 0; i < 4; ++i) {
+    c[i] = f.c[i].value() << (zeros - 4);
+    rounded[i] = static_cast<double>(static_cast<std::int64_t>(c[i] >> 64)) * 0x1p-60;
+  }
+  Fixed<2>::SignedWhole value = c[3];
+  for (int i = 3; i-- > 0;) {
+    const auto upper = static_cast<Fixed<2>::SignedWhole>(static_cast<std::int64_t>(value >> 64)) *
+                       static_cast<std::int64_t>(numerator);
+    const auto lower = static_cast<Fixed<2>::Whole>(static_cast<std::uint64_t>(value)) * numerator;
+    value = upper * 4 + static_cast<Fixed<2>::SignedWhole>(lower >> 62) + c[i];
+  }
+  const double slope = rounded[1] + t * (2 * rounded[2] + t * (3 * rounded[3]));
+  return floor_by_newton(t, static_cast<double>(value) * 0x1p-124, slope, 0x1p-122);
 }
 
 /// The largest double not above the only root in (begin, end], by exact signs at doubles: at the guess (or

@@ -133,6 +133,15 @@ class Fixed {
     return shifted;
   }
 
+  /// The value, and its magnitude, where the language has integers of this width.
+  __extension__ using Whole = unsigned __int128;
+  __extension__ using SignedWhole = __int128;
+  SignedWhole value() const {
+    static_assert(kLimbs == 2);
+    return static_cast<SignedWhole>(whole());
+  }
+  Whole magnitude() const { return negative() ? -whole() : whole(); }
+
   /// Bits of the magnitude; 0 for 0.
   int bits() const {
     const Fixed magnitude = negative() ? -*this : *this;
@@ -159,8 +168,8 @@ class Fixed {
  private:
   template <int>
   friend class Fixed;
-  __extension__ using Double = unsigned __int128;
-  __extension__ using SignedDouble = __int128;
+  using Double = Whole;
+  using SignedDouble = SignedWhole;
 
   Double whole() const { return Double{limb_[1]} << 64 | limb_[0]; }
   static Fixed of(Double whole) {

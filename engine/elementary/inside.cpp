@@ -79,4 +79,29 @@ Inside inside(const Query& query, const Window& window) {
   return verdict;
 }
 
+Inside inside_around(const Query& query, double t, double reach) {
+  const Vec3 a = query.from0[0].at(t);
+  const Vec3 b = query.from0[1].at(t);
+  const Vec3 c = query.from0[2].at(t);
+  const double moved = query.relative_motion * reach;
+  const auto among = [&](double size, double lowest) {
+    if (!(moved <= 0x1p-8 * size)) return Inside::kUnknown;
+    const double error = (2048 * kUnit + 256 * moved) * (size * size * size) + 0x1p-1000;
+    if (lowest < -error) return Inside::kNo;
+    return lowest > error ? Inside::kYes : Inside::kUnknown;
+  };
+  if (query.kind == ContactKind::kVertexFace) {
+    const Vec3 n = cross(b - a, c - a);
+    return among(std::max({max_abs(a), max_abs(b), max_abs(c)}),
+                 std::min({dot(cross(b, c), n), dot(cross(c, a), n), dot(cross(a, b), n)}));
+  }
+  const Vec3 h = c - b;
+  const Vec3 n = cross(a, h);
+  const double nn = dot(n, n);
+  const double along_e = dot(cross(b, h), n);
+  const double along_h = dot(cross(b, a), n);
+  return among(std::max({max_abs(a), max_abs(b), max_abs(h)}),
+               std::min(std::min(along_e, along_h), nn - std::max(along_e, along_h)));
+}
+
 }  // namespace warmfront

@@ -25,4 +25,15 @@ enum class Inside {
 /// L^3; 2048 u L^3 is used. Requires no minimum separation.
 Inside inside(const Query& query, const Window& window);
 
+/// inside() over the times within `reach` of t, from the signs at t alone: a fifth of the work, and as good
+/// where the reach is some roundings.
+///
+/// Error bound: over the reach no gap's coordinate moves by more than m = relative_motion * reach, and no
+/// edge's by more than 2 m. With m <= 2^-8 L, b x c (of at most 2 L^2) changes by at most 4.01 m L and the
+/// normal (8 L^2) by 16.1 m L, so vertex-face numerators change by at most 3 (2 * 16.1 + 8 * 4.01 + 0.3) m
+/// L^3 < 194 m L^3; edge-edge, (c-a) x h and (c-a) x e (2 L^2) by 6.1 m L and n (2 L^2) by 8.1 m L, so
+/// numerators by 86 m L^3, n.n by 98 m L^3, and their difference by 184 m L^3. 256 m L^3 is used, beside the
+/// 2048 u L^3 of rounding as in inside().
+Inside inside_around(const Query& query, double t, double reach);
+
 }  // namespace warmfront
