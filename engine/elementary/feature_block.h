@@ -35,4 +35,11 @@ struct FeatureBlock {
 std::size_t coplanarity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices,
                                double min_separation, std::uint16_t* survivors);
 
+/// Stage T1b over a block, several pairs at a time: keeps those of the `count` survivors that no direction
+/// tried keeps apart for the whole step, and returns how many. What goes is apart for certain; which goes
+/// depends on the pair alone. No minimum separation. Source: reference/algorithms 3.5, with the silhouette
+/// along the mean relative motion for the directions.
+std::size_t separation_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices,
+                              std::uint16_t* survivors, std::size_t count);
+
 }  // namespace warmfront

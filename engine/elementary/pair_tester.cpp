@@ -128,9 +128,10 @@ void PairTester::flush() {
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
   const ColliderOptions& options = input_->options;
   std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
-  const std::size_t count =
-      coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
+  std::size_t count = coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
   output_.counts.coplanarity_passed += count;
+  if (options.min_separation == 0)
+    count = separation_filter(pairs, input_->vertices, survivors.data(), count);
   ElementaryOptions elementary{
       .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
   ElementaryCounts counts;

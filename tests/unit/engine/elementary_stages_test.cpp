@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shortcuts within the elementary tests, each held to what it stands for: signs at one time to signs over
-// a window, the root found in fixed point to the one that exact signs find.
+// a window, the root found in fixed point to the one that exact signs find, directions that part pairs in
+// lanes to exact algebra.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
+#include "engine/elementary/exact.h"
 #include "engine/elementary/exact_polygon.h"
 #include "engine/elementary/exact_roots.h"
+#include "engine/elementary/feature_block.h"
 #include "engine/elementary/inside.h"
+#include "tests/support/exact_oracle.h"
 #include "tests/support/feature_case.h"
+#include "tests/support/torture.h"
 
 namespace warmfront {
 namespace {
@@ -94,6 +100,109 @@ TEST(ElementaryStages, RootsInFixedPointAreNotClaimedWhereTheyAreDoubles) {
   EXPECT_FALSE(roots::floor_in_fixed_point(cubic(-1, 6, -12, 8), 0.5));
   EXPECT_FALSE(roots::floor_in_fixed_point(cubic(0, 0, 0, 0), 0.5));
   EXPECT_FALSE(roots::floor_in_fixed_point(cubic(-1, 3, 0, 0), 0x1p-11));
+}
+
+bool kept_by_directions(const FeatureCase& query) {
+  const FeaturePair pair{{0, 1, 2, 3}, 0, 0, query.kind};
+  std::uint16_t survivor = 0;
+  return separation_filter({&pair, 1}, query.vertices, &survivor, 1) == 1;
+}
+
+bool meets(const FeatureCase& query) {
+  std::uint64_t exact_tests = 0;
+  return exact_test(query.features(), 1, exact_tests).contact;
+}
+
+// Primitives that touch at t = 1/2, in passing by: a vertex at the middle of a face's edge, or the middle of
+// an edge at the end of another; all coordinates exact. They move by a translation, or turn too.
+FeatureCase passing(std::mt19937_64& random, ContactKind kind, bool turning) {
+  Points t0 = on_grid(random);
+  Points t1 = on_grid(random);
+  if (!turning) {
+    for (int k = 1; k < 4; ++k)
+      for (int axis = 0; axis < 3; ++axis) t1[k][axis] = t0[k][axis];
+  }
+  // Vertex 0 at the middle of edge 1 2; or vertex 2 at the middle of edge 0 1.
+  const int moved = kind == ContactKind::kVertexFace ? 0 : 2;
+  const int a = kind == ContactKind::kVertexFace ? 1 : 0;
+  const int b = kind == ContactKind::kVertexFace ? 2 : 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double middle = (t0[a][axis] + t1[a][axis] + t0[b][axis] + t1[b][axis]) / 4;
+    t0[moved][axis] = 2 * middle - t1[moved][axis];
+  }
+  return FeatureCase(kind, t0, t1);
+}
+
+TEST(ElementaryStages, DirectionsPartNothingThatTouches) {
+  std::mt19937_64 random(23);
+  for (int i = 0; i < 20000; ++i) {
+    const FeatureCase pair = passing(random, kKinds[i % 2], i % 4 < 2);
+    EXPECT_TRUE(kept_by_directions(pair)) << testing::to_text(pair);
+  }
+}
+
+TEST(ElementaryStages, DirectionsPartOnlyWhatExactAlgebraParts) {
+  std::mt19937_64 random(24);
+  int parted = 0;
+  int touching = 0;
+  for (int i = 0; i < 20000; ++i) {
+    FeatureCase pair = passing(random, kKinds[i % 2], i % 4 < 2);
+    // Off by some roundings, or by much more.
+    double& nudged = pair.vertices[i % 2 == 0 ? 0 : 2].t1[i % 3];
+    nudged += std::ldexp(std::uniform_real_distribution<double>(-1, 1)(random), -50 + i % 50);
+    const bool meeting = meets(pair);
+    touching += meeting;
+    if (kept_by_directions(pair)) continue;
+    ++parted;
+    EXPECT_FALSE(meeting) << testing::to_text(pair);
+  }
+  EXPECT_GT(touching, 4000);
+  EXPECT_GT(parted, 1000);
+}
+
+TEST(ElementaryStages, DirectionsPartOnlyWhatTheOraclePartsAtTheExtremes) {
+  std::mt19937_64 random(25);
+  int parted = 0;
+  for (const testing::TortureFamily& family : testing::torture_families()) {
+    for (int i = 0; i < 200; ++i) {
+      const FeatureCase pair = family.make(random, kKinds[i % 2]);
+      if (kept_by_directions(pair)) continue;
+      ++parted;
+      EXPECT_FALSE(testing::exact_truth(pair.features()).contact)
+          << family.name << " " << testing::to_text(pair);
+    }
+  }
+  EXPECT_GT(parted, 100);
+}
+
+TEST(ElementaryStages, DirectionsPartWhatRushesPast) {
+  // Seen along the motion the vertex is beside the triangle: their swept boxes overlap all the same.
+  const Points start{{{-8, 0.625, -8}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+  const Points beside = testing::moved(start, 0, 16, 0, 16);
+  EXPECT_FALSE(kept_by_directions(
+      {ContactKind::kVertexFace, testing::moved(start, 0, 1, 0, 0), testing::moved(beside, 0, 1, 0, 0)}));
+  EXPECT_TRUE(kept_by_directions({ContactKind::kVertexFace, start, beside}));
+}
+
+TEST(ElementaryStages, DirectionsTellPairsOfABlockApart) {
+  std::mt19937_64 random(26);
+  std::vector<VertexMotion> vertices;
+  std::vector<FeaturePair> pairs;
+  std::vector<std::uint16_t> expected;
+  std::vector<std::uint16_t> survivors;
+  for (std::uint16_t i = 0; i < 511; ++i) {
+    const FeatureCase pair(kKinds[i % 2], on_grid(random), on_grid(random));
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), pair.vertices.begin(), pair.vertices.end());
+    pairs.push_back({{first, first + 1, first + 2, first + 3}, 0, 0, pair.kind});
+    if (i % 5 == 0) continue;  // lost at an earlier stage
+    survivors.push_back(i);
+    if (kept_by_directions(pair)) expected.push_back(i);
+  }
+  survivors.resize(separation_filter(pairs, vertices, survivors.data(), survivors.size()));
+  EXPECT_EQ(survivors, expected);
+  EXPECT_GT(expected.size(), 50U);
+  EXPECT_LT(expected.size(), 350U);
 }
 
 }  // namespace
