@@ -13,17 +13,18 @@
 namespace warmfront {
 namespace {
 
-Vec3 difference(const std::array<double, 4>& to, const std::array<double, 4>& from, double prescale) {
+WARMFRONT_INLINE Vec3 difference(const std::array<double, 4>& to, const std::array<double, 4>& from,
+                                 double prescale) {
   return {to[0] * prescale - from[0] * prescale, to[1] * prescale - from[1] * prescale,
           to[2] * prescale - from[2] * prescale};
 }
 
-MovingVec3 difference(const VertexMotion& to, const VertexMotion& from, double prescale) {
+WARMFRONT_INLINE MovingVec3 difference(const VertexMotion& to, const VertexMotion& from, double prescale) {
   return {difference(to.t0, from.t0, prescale), difference(to.t1, from.t1, prescale)};
 }
 
-// All differences, of coordinates times `prescale`.
-Query differences(const FeatureVertices& features, double prescale) {
+// All differences, of coordinates times `prescale`. (Inlined, so that a factor of 1 costs nothing.)
+WARMFRONT_INLINE Query differences(const FeatureVertices& features, double prescale) {
   const auto& v = features.vertex;
   Query query{};
   query.kind = features.kind;
@@ -55,7 +56,7 @@ struct PowerOfTwo {
     a = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent - half) << 52);
     b = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + half) << 52);
   }
-  double operator()(double x) const { return x * a * b; }
+  double operator()(double x) const { return b == 1 ? x * a : x * a * b; }
   Vec3 operator()(const Vec3& v) const { return {(*this)(v.x), (*this)(v.y), (*this)(v.z)}; }
 };
 
@@ -95,10 +96,10 @@ double threshold_for(const Query& query, double direction_max, double direction_
 
 Query Query::prepare(const FeatureVertices& features, double min_separation) {
   double prescale = 1;
-  Query query = differences(features, prescale);
+  Query query = differences(features, 1);
   if (!(query.size <= 0x1p1022)) {  // a difference overflowed, or scaling by halves would
     prescale = 0x1p-3;
-    query = differences(features, prescale);
+    query = differences(features, 0x1p-3);
   }
   if (query.size == 0) return query;
   const PowerOfTwo scale(-exponent_of(query.size));
