@@ -6,13 +6,6 @@
 namespace warmfront {
 namespace {
 
-template <class Bounds>
-WARMFRONT_INLINE std::uint32_t meet_many(const Bounds& one, std::span<const Bounds> many) {
-  std::uint32_t bits = 0;
-  for (std::size_t j = 0; j < many.size(); ++j) bits |= static_cast<std::uint32_t>(meet(one, many[j])) << j;
-  return bits;
-}
-
 using Int8 = std::int32_t __attribute__((vector_size(32)));
 
 // Eight axes of a feature's bounds at both ends of the step.
@@ -105,16 +98,6 @@ float separation(const Aabb& a, const Aabb& b) {
 WARMFRONT_TARGET_CLONES
 float separation(const KDop18& a, const KDop18& b) {
   return gap_at_end(a, b);
-}
-
-WARMFRONT_TARGET_CLONES
-std::uint32_t overlaps(const Aabb& one, std::span<const Aabb> many) {
-  return meet_many(one, many);
-}
-
-WARMFRONT_TARGET_CLONES
-std::uint32_t overlaps(const KDop18& one, std::span<const KDop18> many) {
-  return meet_many(one, many);
 }
 
 WARMFRONT_TARGET_CLONES

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "engine/bounds/kdop.h"
 
@@ -17,10 +16,6 @@ bool overlap(const KDop18& a, const KDop18& b);
 /// see NodeTravel); negative when they overlap.
 float separation(const Aabb& a, const Aabb& b);
 float separation(const KDop18& a, const KDop18& b);
-
-/// Bit j is set where `one` overlaps many[j]; at most 32 of them.
-std::uint32_t overlaps(const Aabb& one, std::span<const Aabb> many);
-std::uint32_t overlaps(const KDop18& one, std::span<const KDop18> many);
 
 /// The moving bounds of a triangle's vertices.
 struct TriangleBounds {
