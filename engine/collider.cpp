@@ -112,6 +112,7 @@ class PipelineWith final : public Pipeline {
       throw;
     }
     if (output.over_limit) {
+      front_.clear();  // its budgets count from positions that were never taken
       return Error{ErrorCode::kResourceExhausted,
                    "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
                        " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};

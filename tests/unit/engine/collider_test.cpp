@@ -231,6 +231,40 @@ TEST(Collider, TooManyEarliestContactsAreRefusedToo) {
   }
 }
 
+// A refused step did not happen: what it promised about pairs, from where they never were, must not count.
+TEST(Collider, ARefusedStepLeavesNoPromises) {
+  testing::Faces faces{{0, 1, 2}, {3, 4, 5}};
+  std::vector<double> start{-1,  -1, 0,    1,   -1, 0,   0,   1,   0,   // wide
+                            1.5, 0,  -0.5, 1.5, 0,  0.5, 1.7, 0.1, 0};  // beside it
+  for (int i = 0; i < 5; ++i) {                                         // a pile, far away
+    faces.push_back({6 + 3 * i, 7 + 3 * i, 8 + 3 * i});
+    for (const double x : {0.0, 100.0, 1.0 + i, 1.0, 100.0, 1.0 + i, 0.0, 101.0, 1.0 + i}) start.push_back(x);
+  }
+  const auto scene = testing::make_scene(21, faces);
+  std::vector<double> refused = start;
+  for (int k = 0; k < 9; ++k) refused[k] *= 0.01;                // the wide one shrinks from its neighbour
+  for (int k = 20; k < 63; k += 3) refused[k] = 7 - refused[k];  // the pile turns inside out: many contacts
+  std::vector<double> crossing = start;
+  for (const int x : {9, 12, 15}) crossing[x] -= 1.3;  // the neighbour comes into the wide one
+  for (const std::uint32_t leaf_size : {1U, 8U}) {
+    const ColliderOptions options{.leaf_size = leaf_size, .max_contacts = 4};
+    const auto make = [&](ColliderOptions with) {
+      return std::move(Collider::create(scene, std::span<const double>(start), with, workers())).value();
+    };
+    Collider collider = make(options);
+    ASSERT_TRUE(collider.step(std::span<const double>(start)).ok());
+    ASSERT_FALSE(collider.step(std::span<const double>(refused)).ok());
+    Collider fresh = make(options);
+    const auto after = collider.step(std::span<const double>(crossing));
+    const auto expected = fresh.step(std::span<const double>(crossing));
+    ASSERT_TRUE(expected.ok());
+    ASSERT_GT(expected.value().contacts.size(), 0U);
+    ASSERT_TRUE(after.ok());
+    EXPECT_TRUE(std::ranges::equal(after.value().contacts, expected.value().contacts))
+        << "leaves of " << leaf_size;
+  }
+}
+
 TEST(ContactHash, TellsOrderAndBitsApart) {
   const auto hash = [](std::initializer_list<double> tois) {
     ContactHash h;
