@@ -3,11 +3,12 @@
 #include "server/config.h"
 
 #include <CLI/CLI.hpp>
-#include <fstream>
+#include <algorithm>
 #include <map>
 #include <sstream>
 #include <utility>
 
+#include "server/config_file.h"
 #include "server/settings.h"
 #include "server/version.h"
 
@@ -56,17 +57,12 @@ Layer environment_layer(const Environment& environment) {
 
 Result<Layer> file_layer(const std::string& path) {
   Layer layer{Origin::kFile, {}, [path](const std::string& name) { return path + ": " + name; }};
-  std::ifstream file(path);
-  if (!file) return invalid_argument("--config " + path + ": the file cannot be read");
-  try {
-    for (const CLI::ConfigItem& item : CLI::ConfigTOML().from_config(file)) {
-      if (find_setting(item.fullname()) == nullptr)
-        return invalid_argument(path + ": " + item.fullname() + " is no setting; --print-config lists them");
-      layer.values[item.name] = item.inputs;
-    }
-  } catch (const CLI::Error& error) {
-    return invalid_argument(path + ": " + error.what());
-  }
+  auto values = read_config_file(path);
+  if (!values) return values.error();
+  for (const auto& [name, ignored] : values.value())
+    if (find_setting(name) == nullptr)
+      return invalid_argument(path + ": " + name + " is no setting; --print-config lists them");
+  layer.values = std::move(values).value();
   return layer;
 }
 
@@ -79,6 +75,9 @@ Status apply(const Layer& layer, ResolvedConfig& resolved) {
     const std::vector<std::string>& values = found->second;
     if (values.empty() || (setting.kind != Setting::Kind::kList && values.size() != 1))
       return invalid_argument(layer.where(setting.name) + ": one value is expected");
+    if (!std::ranges::all_of(values, is_plain_text))
+      return invalid_argument(layer.where(setting.name) +
+                              ": UTF-8 text without control characters is expected");
     if (const Status set = setting.set(resolved.config, values); !set)
       return invalid_argument(layer.where(setting.name) + ": " + set.error().message);
     origin = layer.origin;
@@ -178,12 +177,12 @@ std::string print_config(const ResolvedConfig& resolved) {
     if (setting.kind == Setting::Kind::kList) {
       text.append("[");
       for (std::size_t i = 0; i < values.size(); ++i)
-        text.append(i == 0 ? "\"" : ", \"").append(values[i]).append("\"");
+        text.append(i == 0 ? "" : ", ").append(toml_string(values[i]));
       text.append("]\n");
     } else if (setting.kind == Setting::Kind::kSwitch) {
       text.append(values.front()).append("\n");
     } else {
-      text.append("\"").append(values.front()).append("\"\n");
+      text.append(toml_string(values.front())).append("\n");
     }
   }
   return text;

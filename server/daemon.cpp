@@ -2,6 +2,7 @@
 // Building, serving, draining. Thread safety as stated in the header.
 #include "server/daemon.h"
 
+#include <google/protobuf/stubs/logging.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -61,6 +62,9 @@ void enable_plugins(bool reflection) {
   static bool reflecting = false;
   const std::lock_guard lock(mutex);
   grpc::EnableDefaultHealthCheckService(true);
+  // It writes what clients send wrong to standard error in lines of its own; the status that they get says it
+  // all.
+  google::protobuf::SetLogHandler(nullptr);
   if (reflection && !std::exchange(reflecting, true))
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 }

@@ -21,8 +21,7 @@ std::string_view next_field(std::string_view& rest) {
 
 void sort_and_unite(std::vector<PairKey>& pairs) {
   std::ranges::sort(pairs);
-  const auto repeated = std::ranges::unique(pairs);
-  pairs.erase(repeated.begin(), repeated.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
 }  // namespace

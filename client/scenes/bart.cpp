@@ -44,7 +44,7 @@ Shapes make_shapes(Size size) {
   shapes.add_sphere(n, {}, 0.1);
   for (int blade = 0; blade < 4; ++blade) {
     const auto [s, c] = sin_cos(blade * kPi / 2);
-    shapes.add_cube(n, [&](Vec3 p) {
+    shapes.add_cube(n, [s = s, c = c](Vec3 p) {
       const double out = 0.43 + 0.3 * p.x;
       return Vec3{out * c - 0.08 * p.y * s, out * s + 0.08 * p.y * c, 0.01 * p.z + 0.03 * p.y};
     });

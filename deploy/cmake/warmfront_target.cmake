@@ -13,6 +13,11 @@ if(WARMFRONT_SANITIZE OR WARMFRONT_NO_TARGET_CLONES)
   add_compile_definitions(WARMFRONT_NO_TARGET_CLONES)
 endif()
 
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  # For fuzzing and thread safety analysis; releases are built with GCC, which the engine's lanes are written for.
+  add_compile_options(-include ${PROJECT_SOURCE_DIR}/tests/fuzz/clang.h)
+endif()
+
 # warmfront_target(NAME): the language level, the warnings and the include root.
 function(warmfront_target name)
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
@@ -21,5 +26,7 @@ function(warmfront_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wno-psabi
                                          # GCC 12 warns of std::string's own operator+ (GCC bug 105651).
                                          $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+                                         # Both sides of a branchless condition are meant to be computed.
+                                         $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
                                          $<$<BOOL:${WARMFRONT_WERROR}>:-Werror>)
 endfunction()

@@ -92,6 +92,29 @@ TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
 }
 
+TEST_F(ConfigTest, AFileThatIsNoTomlIsRefusedAndNotGuessedAt) {
+  // Found by the fuzzer in the reader used before: a list that swallowed the lines after it, a comment sign
+  // within quotes, a word that became a switch, a key whose second value won.
+  for (const char* bad :
+       {"listen = [\"unix:x\"]2\nthreads = 1\n", "reflection\n", "threads = 1\nwindow = 2\nthreads = 3\n",
+        "threads = 1.5\n", "[server]\nthreads = 1\n", "listen = [[\"x\"]]\n", "listen = [\"unix:\xff\"]\n",
+        "x"}) {
+    write_file(bad);
+    err_.str("");
+    EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3) << bad;
+    EXPECT_THAT(err_.str(), HasSubstr(file_)) << bad;
+  }
+  write_file("listen = [\"unix:#1, \\\"quoted\\\"\"]  # a comment\nthreads = 3\nreflection = true\n");
+  const auto resolved = resolve({"--config", file_.c_str()});
+  ASSERT_TRUE(std::holds_alternative<ResolvedConfig>(resolved)) << err_.str();
+  const Config& config = std::get<ResolvedConfig>(resolved).config;
+  EXPECT_EQ(config.listen, (std::vector<std::string>{"unix:#1, \"quoted\""}));
+  EXPECT_EQ(config.threads, 3);
+  EXPECT_TRUE(config.reflection);
+  EXPECT_EQ(std::get<int>(resolve({"--config", "/"})), 3) << "a folder";
+  EXPECT_EQ(std::get<int>(resolve({"--listen", "unix:\x01"})), 3) << "what cannot be printed and read again";
+}
+
 TEST(UnitsTest, SizesAndTimes) {
   EXPECT_EQ(parse_bytes("64KiB", 1).value(), 65536u);
   EXPECT_EQ(parse_bytes("7", 1).value(), 7u);

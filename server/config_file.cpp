@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// TOML by toml++. Thread safety as stated in the header.
+#include "server/config_file.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace warmfront::server {
+namespace {
+
+std::optional<std::string> scalar_text(const toml::node& node) {
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
+  return std::nullopt;
+}
+
+std::optional<std::vector<std::string>> values_of(const toml::node& node) {
+  std::vector<std::string> values;
+  if (std::optional<std::string> one = scalar_text(node)) return std::vector{*std::move(one)};
+  const toml::array* list = node.as_array();
+  if (list == nullptr) return std::nullopt;
+  for (const toml::node& item : *list) {
+    std::optional<std::string> text = scalar_text(item);
+    if (!text) return std::nullopt;
+    values.push_back(*std::move(text));
+  }
+  return values;
+}
+
+std::string at_line(const std::string& path, const toml::source_region& where) {
+  return path + ": line " + std::to_string(where.begin.line) + ": ";
+}
+
+}  // namespace
+
+Result<std::map<std::string, std::vector<std::string>>> read_config_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  for (std::array<char, 4096> block; file.read(block.data(), block.size()) || file.gcount() > 0;)
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+  // A folder can be opened and not be read.
+  if (!file.eof()) return invalid_argument(path + ": the file cannot be read");
+  try {
+    const toml::table table = toml::parse(text, path);
+    std::map<std::string, std::vector<std::string>> values;
+    for (const auto& [key, node] : table) {
+      std::optional<std::vector<std::string>> found = values_of(node);
+      if (!found)
+        return invalid_argument(at_line(path, node.source()) + std::string(key.str()) +
+                                ": text, a whole number, true or false, or a list of these is expected");
+      values.emplace(key.str(), *std::move(found));
+    }
+    return values;
+  } catch (const toml::parse_error& error) {
+    return invalid_argument(at_line(path, error.source()) + std::string(error.description()));
+  }
+}
+
+std::string toml_string(const std::string& text) {
+  // JSON's escapes are TOML's; only the one control character above the blanks is not JSON's to escape.
+  std::string quoted = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  for (std::size_t at = 0; (at = quoted.find('\x7f', at)) != std::string::npos;)
+    quoted.replace(at, 1, "\\u007f");
+  return quoted;
+}
+
+bool is_plain_text(std::string_view text) {
+  const bool control =
+      std::any_of(text.begin(), text.end(), [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; });
+  if (control) return false;
+  try {
+    static_cast<void>(nlohmann::json(text).dump());
+    return true;
+  } catch (const nlohmann::json::type_error&) {
+    return false;  // no UTF-8
+  }
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The configuration file: TOML as text values by key. Thread-safe.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+
+namespace warmfront::server {
+
+/// The file's keys with their values as they would be written after a flag; a list has several.
+/// INVALID_ARGUMENT, naming `path` and the line, for a file that cannot be read or is no TOML, a key twice,
+/// and a value that is neither text, integer, boolean nor a list of these. Whether the keys are settings is
+/// for the caller to say.
+Result<std::map<std::string, std::vector<std::string>>> read_config_file(const std::string& path);
+
+/// `text` as a TOML string, quotes included; what is no UTF-8 comes out replaced.
+std::string toml_string(const std::string& text);
+
+/// Whether TOML can hold `text` and a person can read it: UTF-8 without control characters.
+bool is_plain_text(std::string_view text);
+
+}  // namespace warmfront::server
