@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "server/admin/listen.h"
+#include "server/admin/ticker.h"
 #include "server/session/expiry.h"
 #include "server/transport/context.h"
 #include "server/transport/service.h"
@@ -87,6 +88,7 @@ struct Daemon::Impl {
   // Thread-safe. In this order: the server uses the service, which uses the context.
   Context context;
   std::unique_ptr<Expiry> expiry;
+  std::unique_ptr<Ticker> timeouts;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Server> server;
 };
@@ -128,6 +130,11 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
       impl->context.store, config.limits.idle_timeout, [&log](const Session& session) {
         log.write(LogLevel::kInfo, "session_closed", {{"session", session.id().text()}, {"reason", "idle"}});
       });
+  // Often enough that what a client is given is exceeded by a quarter at most.
+  const milliseconds least = std::min(config.limits.upload_timeout, config.limits.write_stall_timeout);
+  impl->timeouts =
+      std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
+                               [&lifecycle = impl->context.lifecycle] { lifecycle.enforce_timeouts(); });
   impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
   return std::unique_ptr<Daemon>(new Daemon(std::move(impl)));
 }

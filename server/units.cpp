@@ -4,6 +4,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstdio>
 #include <utility>
 
 namespace warmfront::server {
@@ -60,6 +61,16 @@ Result<std::chrono::milliseconds> parse_duration(std::string_view text) {
 
 std::string format_bytes(std::uint64_t bytes) {
   return format_scaled(bytes, kBytes);
+}
+
+std::string describe_bytes(std::uint64_t bytes) {
+  constexpr std::array<const char*, 5> kNames{"bytes", "KiB", "MiB", "GiB", "TiB"};
+  auto value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  for (; value >= 1024 && unit + 1 < kNames.size(); ++unit) value /= 1024;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), unit == 0 ? "%.0f %s" : "%.1f %s", value, kNames[unit]);
+  return text.data();
 }
 
 std::string format_duration(std::chrono::milliseconds duration) {

@@ -20,6 +20,8 @@ Result<std::chrono::milliseconds> parse_duration(std::string_view text);
 
 /// In the largest unit that is exact, so that parsing it gives the same value.
 std::string format_bytes(std::uint64_t bytes);
+/// Rounded, for messages: "1.5 MiB".
+std::string describe_bytes(std::uint64_t bytes);
 std::string format_duration(std::chrono::milliseconds duration);
 
 }  // namespace warmfront::server

@@ -19,11 +19,11 @@ Lifecycle::Call::~Call() {
   lifecycle_->ended_.notify_all();
 }
 
-Outcome<Lifecycle::Call> Lifecycle::begin(std::weak_ptr<Drainable> stream) {
+Outcome<Lifecycle::Call> Lifecycle::begin(std::weak_ptr<Drainable> call) {
   const std::lock_guard lock(mutex_);
   if (draining_) return draining_fault();
   const std::uint64_t key = next_key_++;
-  calls_.emplace(key, std::move(stream));
+  calls_.emplace(key, std::move(call));
   return Call(*this, key);
 }
 
@@ -54,6 +54,11 @@ void Lifecycle::end_streams() {
 
 void Lifecycle::end_quiet_streams(std::chrono::milliseconds quiet) {
   for (const std::shared_ptr<Drainable>& stream : streams()) stream->end_if_quiet(draining_fault(), quiet);
+}
+
+void Lifecycle::enforce_timeouts() {
+  const auto now = std::chrono::steady_clock::now();
+  for (const std::shared_ptr<Drainable>& stream : streams()) stream->enforce_timeouts(now);
 }
 
 std::size_t Lifecycle::wait_until_idle(std::chrono::steady_clock::time_point deadline) {

@@ -14,7 +14,7 @@
 
 namespace warmfront::server {
 
-/// A stream that can be told to end. Thread-safe.
+/// A call that waits for its client, and so must be told to end. Thread-safe.
 class Drainable {
  public:
   virtual ~Drainable() = default;
@@ -24,6 +24,8 @@ class Drainable {
   virtual void end(const Fault& fault) = 0;
   /// The same, if nothing has come or gone and nothing was in hand for `quiet`.
   virtual void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) = 0;
+  /// Ends when the client has had its time for what it is to send or to take.
+  virtual void enforce_timeouts(std::chrono::steady_clock::time_point now) = 0;
 };
 
 class Lifecycle {
@@ -41,17 +43,19 @@ class Lifecycle {
     std::uint64_t key_;
   };
 
-  /// UNAVAILABLE while draining. `stream` is null for calls that end by themselves.
-  Outcome<Call> begin(std::weak_ptr<Drainable> stream = {});
+  /// UNAVAILABLE while draining. `call` is null for calls that end by themselves.
+  Outcome<Call> begin(std::weak_ptr<Drainable> call = {});
 
   bool draining() const;
 
-  /// Refuses new calls from now on and notifies the streams. They go on taking the frames that are under way.
+  /// Refuses new calls from now on and notifies the streams and uploads. They go on taking the frames that
+  /// are under way.
   void begin_drain(std::chrono::system_clock::time_point deadline);
   /// Ends the streams, each after the frames it has in hand; all of them, or those that were quiet for a
   /// while.
   void end_streams();
   void end_quiet_streams(std::chrono::milliseconds quiet);
+  void enforce_timeouts();
   /// Waits until no call is in flight, `deadline` at the latest; how many are left.
   std::size_t wait_until_idle(std::chrono::steady_clock::time_point deadline);
 

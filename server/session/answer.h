@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/collider.h"
+#include "server/session/account.h"
 
 namespace warmfront::server {
 
@@ -24,6 +25,8 @@ struct Answer {
   std::vector<std::uint8_t> status;
   std::vector<std::array<std::uint32_t, 4>> vertices;
   std::vector<double> toi;
+  /// On the session's account for as long as anyone has the answer: the session, or a stream that sends it.
+  Holding memory;
 
   std::size_t rows() const { return kind.size(); }
   std::size_t memory_bytes() const { return sizeof(*this) + rows() * kBytesPerRow; }

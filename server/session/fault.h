@@ -3,6 +3,7 @@
 // values.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,6 +26,8 @@ enum class Reason : std::uint8_t {
   kLimit,
   kDraining,
   kEngine,
+  kTimeout,
+  kCancelled,
 };
 
 struct Fault {
@@ -32,17 +35,32 @@ struct Fault {
   Reason reason;
   std::string message;  ///< what, where (field, index), what to do
   std::optional<std::uint64_t> expected_frame = std::nullopt;
+  const char* limit = "";  ///< the setting that was met, for kLimit; a literal
+  /// When trying again may help.
+  std::optional<std::chrono::milliseconds> retry_after = std::nullopt;
 
   /// The session is gone, and with it every stream on it.
   bool session_lost() const { return reason == Reason::kSessionNotFound || reason == Reason::kEngine; }
 };
 
+/// The limit of that setting was met. With `passing`, because of what others do: trying again may help.
+inline Fault limit_met(std::string message, const char* limit, bool passing) {
+  // Frames are answered and sessions end: often enough for a second to make a difference.
+  constexpr std::chrono::milliseconds kRetryAfter{1000};
+  Fault fault{ErrorCode::kResourceExhausted, Reason::kLimit, std::move(message), std::nullopt, limit};
+  if (passing) fault.retry_after = kRetryAfter;
+  return fault;
+}
+
 /// The engine's error as a fault; `where` is put before its message, e.g. "frame 7: ".
 inline Fault fault_from(const Error& error, const std::string& where = {}) {
   const Reason reason = error.code == ErrorCode::kResourceExhausted ? Reason::kLimit
                         : error.code == ErrorCode::kInternal        ? Reason::kEngine
+                        : error.code == ErrorCode::kCancelled       ? Reason::kCancelled
                                                                     : Reason::kInvalidInput;
-  return {error.code, reason, where + error.message};
+  Fault fault{error.code, reason, where + error.message};
+  if (reason == Reason::kLimit) fault.limit = "max-contacts";
+  return fault;
 }
 
 /// A T or a Fault.

@@ -34,6 +34,8 @@ class PositionBuffer {
   /// INVALID_ARGUMENT unless all bytes are there, and no more than these were offered.
   Status complete() const;
 
+  /// Bytes of the positions when complete.
+  std::size_t expected_bytes() const { return expected_; }
   /// The positions, once complete; valid while the buffer is.
   Positions view() const;
   /// Bit for bit the same as `current`, (n, 3)? The buffer is complete.

@@ -20,20 +20,24 @@ std::string name_of(std::uint64_t frame) {
   return "frame " + std::to_string(frame);
 }
 
+Fault cancelled(std::uint64_t frame) {
+  return {ErrorCode::kCancelled, Reason::kCancelled,
+          name_of(frame) + ": given up by its client before it was computed; the session is as before it"};
+}
+
 }  // namespace
 
 Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const PositionBuffer& positions,
-                                                  std::shared_ptr<Workers> workers, Runner& runner,
-                                                  std::size_t mailbox_capacity, Lost lost) {
+                                                  Host host) {
   try {
     Result<Scene> scene = Scene::create(std::move(spec.scene));
     if (!scene) return fault_from(scene.error());
     auto shared = std::make_shared<const Scene>(std::move(scene).value());
-    Result<Collider> collider = Collider::create(shared, positions.view(), spec.options, std::move(workers));
+    Result<Collider> collider =
+        Collider::create(shared, positions.view(), spec.options, std::move(host.workers));
     if (!collider) return fault_from(collider.error());
-    return std::shared_ptr<Session>(new Session(std::move(spec), std::move(shared),
-                                                std::move(collider).value(), runner, mailbox_capacity,
-                                                std::move(lost)));
+    return std::shared_ptr<Session>(
+        new Session(std::move(spec), std::move(shared), std::move(collider).value(), std::move(host)));
   } catch (const std::bad_alloc&) {
     return out_of_memory("creating the session");
   } catch (const std::exception& error) {
@@ -41,25 +45,26 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
   }
 }
 
-Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Runner& runner,
-                 std::size_t mailbox_capacity, Lost lost)
+Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host)
     : id_(std::move(spec.id)),
       dtype_(spec.dtype),
       scene_(std::move(scene)),
       options_(collider.options()),
       created_(std::chrono::system_clock::now()),
-      lost_(std::move(lost)),
-      mailbox_(std::make_shared<Mailbox>(runner, mailbox_capacity)),
+      lost_(std::move(host.lost)),
+      mailbox_(std::make_shared<Mailbox>(host.runner, host.mailbox_capacity)),
+      account_(std::move(host.account)),
       collider_(std::move(collider)),
+      memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
       last_request_(std::chrono::steady_clock::now()) {
   snapshot_.last_frame = frames_.last();
-  snapshot_.memory_bytes = collider_.memory_bytes();
 }
 
 SessionSnapshot Session::snapshot() const {
   const std::lock_guard lock(mutex_);
   SessionSnapshot snapshot = snapshot_;
+  snapshot.memory_bytes = account_->held();
   snapshot.attached = attachment_.has_value();
   snapshot.created = created_;
   snapshot.idle =
@@ -72,37 +77,41 @@ std::optional<Fault> Session::closed() const {
   return closed_;
 }
 
-void Session::step(std::uint64_t frame, PositionBuffer positions, Admission admission, StepDone done) {
+void Session::step(std::uint64_t frame, PositionBuffer positions, FramePass pass, Admission admission,
+                   StepDone done) {
   {
     const std::lock_guard lock(mutex_);
     last_request_ = std::chrono::steady_clock::now();
   }
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
-  auto input = std::make_shared<PositionBuffer>(std::move(positions));
-  auto reply = std::make_shared<StepDone>(std::move(done));
-  Mailbox::Job job = [self = shared_from_this(), frame, input = std::move(input), reply] {
-    (*reply)(self->compute_guarded(frame, *input));
+  auto request =
+      std::make_shared<Request>(Request{frame, std::move(positions), std::move(pass), std::move(done)});
+  Mailbox::Job job = [self = shared_from_this(), request] {
+    Outcome<std::shared_ptr<const Answer>> outcome = self->compute_guarded(*request);
+    // The frame is computed: what it held is free before its client hears of it.
+    request->pass.give_back();
+    request->done(std::move(outcome));
   };
   if (admission == Admission::kAlways) {
     mailbox_->post_always(std::move(job));
   } else if (!mailbox_->post(std::move(job))) {
-    (*reply)(Fault{ErrorCode::kResourceExhausted, Reason::kLimit,
-                   name_of(frame) + ": too many frames of this session wait; send it again after an answer"});
+    request->done(
+        limit_met(name_of(frame) + ": too many frames of this session wait; send it again after an answer",
+                  "window", true));
   }
 }
 
-Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(std::uint64_t frame,
-                                                                const PositionBuffer& positions) {
+Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(const Request& request) {
   Outcome<std::shared_ptr<const Answer>> outcome = [&]() -> Outcome<std::shared_ptr<const Answer>> {
     if (std::optional<Fault> fault = closed()) return *std::move(fault);
     try {
-      return compute(frame, positions);
+      return compute(request);
     } catch (const std::bad_alloc&) {
-      return out_of_memory(name_of(frame));
+      return out_of_memory(name_of(request.frame));
     } catch (const std::exception& error) {
       return Fault{ErrorCode::kInternal, Reason::kEngine,
-                   name_of(frame) + ": the engine failed: " + error.what()};
+                   name_of(request.frame) + ": the engine failed: " + error.what()};
     }
   }();
   if (!outcome && outcome.fault().reason == Reason::kEngine) {
@@ -111,16 +120,19 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(std::uint64_t fr
     lost_(*this, outcome.fault());
     return outcome;
   }
+  memory_.set(collider_.memory_bytes());
   const std::lock_guard lock(mutex_);
   snapshot_.last_frame = frames_.last();
   snapshot_.steps = frames_.steps();
-  snapshot_.memory_bytes = collider_.memory_bytes() + (last_answer_ ? last_answer_->memory_bytes() : 0);
   last_request_ = std::chrono::steady_clock::now();
   return outcome;
 }
 
-Outcome<std::shared_ptr<const Answer>> Session::compute(std::uint64_t frame,
-                                                        const PositionBuffer& positions) {
+Outcome<std::shared_ptr<const Answer>> Session::compute(const Request& request) {
+  const std::uint64_t frame = request.frame;
+  const PositionBuffer& positions = request.positions;
+  if (request.pass.cancelled()) return cancelled(frame);
+  if (request.pass.refused) return *request.pass.refused;
   if (Status complete = positions.complete(); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
   switch (frames_.classify(frame)) {
@@ -140,9 +152,15 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(std::uint64_t frame,
     case FrameSequence::Verdict::kNext:
       break;
   }
+  if (std::optional<Fault> refusal = account_->refusal()) {
+    refusal->message = name_of(frame) + ": " + refusal->message;
+    return *std::move(refusal);
+  }
   Result<StepResult> result = collider_.step(positions.view());
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
-  last_answer_ = std::make_shared<const Answer>(make_answer(frame, *scene_, result.value()));
+  Answer answer = make_answer(frame, *scene_, result.value());
+  answer.memory = Holding(account_, answer.memory_bytes());
+  last_answer_ = std::make_shared<const Answer>(std::move(answer));
   frames_.advance();
   return last_answer_;
 }

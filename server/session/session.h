@@ -11,8 +11,10 @@
 #include <optional>
 
 #include "engine/collider.h"
+#include "server/session/account.h"
 #include "server/session/answer.h"
 #include "server/session/fault.h"
+#include "server/session/frame_pass.h"
 #include "server/session/frame_sequence.h"
 #include "server/session/id.h"
 #include "server/session/mailbox.h"
@@ -49,17 +51,24 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Tells a stream to end with this fault, after the frames that it has in flight.
   using Evict = std::function<void(const Fault&)>;
 
-  /// Builds the hierarchy: slow, so call it on the runner. `mailbox_capacity` frames may wait. Fails as
-  /// Scene::create() and Collider::create() do; RESOURCE_EXHAUSTED when memory runs out. `runner` outlives
-  /// the session.
+  /// Where a session lives.
+  struct Host {
+    std::shared_ptr<Workers> workers;
+    Runner& runner;                    ///< outlives the session
+    std::size_t mailbox_capacity;      ///< frames that may wait
+    std::shared_ptr<Account> account;  ///< what the session holds is charged to it
+    Lost lost;
+  };
+  /// Builds the hierarchy: slow, so call it on the runner. Fails as Scene::create() and Collider::create()
+  /// do; RESOURCE_EXHAUSTED when memory runs out.
   static Outcome<std::shared_ptr<Session>> create(SessionSpec spec, const PositionBuffer& positions,
-                                                  std::shared_ptr<Workers> workers, Runner& runner,
-                                                  std::size_t mailbox_capacity, Lost lost);
+                                                  Host host);
 
   const SessionId& id() const { return id_; }
   Dtype dtype() const { return dtype_; }
   const Scene& scene() const { return *scene_; }
   const ColliderOptions& options() const { return options_; }
+  const std::shared_ptr<Account>& account() const { return account_; }
   SessionSnapshot snapshot() const;
 
   /// Whether a frame may be refused because too many wait.
@@ -70,8 +79,10 @@ class Session : public std::enable_shared_from_this<Session> {
 
   /// Steps to `frame` by the rule of step.proto; INVALID_ARGUMENT for positions that are not complete. `done`
   /// is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for a frame
-  /// that is refused.
-  void step(std::uint64_t frame, PositionBuffer positions, Admission admission, StepDone done);
+  /// that is refused. A frame whose client gives up is left undone, CANCELLED: the session is then as it was
+  /// before it.
+  void step(std::uint64_t frame, PositionBuffer positions, FramePass pass, Admission admission,
+            StepDone done);
 
   /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
   /// evicted then. `done` gets the frame expected next, on a runner's thread, once all earlier frames are
@@ -85,12 +96,18 @@ class Session : public std::enable_shared_from_this<Session> {
   void close(Fault fault);
 
  private:
-  Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Runner& runner,
-          std::size_t mailbox_capacity, Lost lost);
+  /// A frame on its way.
+  struct Request {
+    std::uint64_t frame;
+    PositionBuffer positions;
+    FramePass pass;
+    StepDone done;
+  };
 
-  Outcome<std::shared_ptr<const Answer>> compute(std::uint64_t frame, const PositionBuffer& positions);
-  Outcome<std::shared_ptr<const Answer>> compute_guarded(std::uint64_t frame,
-                                                         const PositionBuffer& positions);
+  Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host);
+
+  Outcome<std::shared_ptr<const Answer>> compute(const Request& request);
+  Outcome<std::shared_ptr<const Answer>> compute_guarded(const Request& request);
   std::optional<Fault> closed() const;
 
   // Constant after construction.
@@ -101,9 +118,11 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::chrono::system_clock::time_point created_;
   const Lost lost_;
   const std::shared_ptr<Mailbox> mailbox_;
+  const std::shared_ptr<Account> account_;
 
   // Used by jobs of the mailbox only, which run one at a time.
   Collider collider_;
+  Holding memory_;  // of the collider
   FrameSequence frames_;
   std::shared_ptr<const Answer> last_answer_;
 

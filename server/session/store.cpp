@@ -30,9 +30,9 @@ Outcome<Store::Reservation> Store::reserve(const SessionId& id) {
     return Fault{ErrorCode::kAlreadyExists, Reason::kSessionExists,
                  "session " + id.text() + " exists already; attach to it, delete it or choose another id"};
   if (sessions_.size() >= max_sessions_)
-    return Fault{ErrorCode::kResourceExhausted, Reason::kLimit,
-                 "the daemon holds its limit of " + std::to_string(max_sessions_) +
-                     " sessions; close one, or raise --max-sessions"};
+    return limit_met("the daemon holds its limit of " + std::to_string(max_sessions_) +
+                         " sessions; close one, or raise --max-sessions",
+                     "max-sessions", true);
   sessions_.emplace(id, nullptr);
   return Reservation(*this, id);
 }

@@ -10,6 +10,8 @@
 #include "engine/workers.h"
 #include "server/admin/lifecycle.h"
 #include "server/log.h"
+#include "server/session/account.h"
+#include "server/session/gate.h"
 #include "server/session/limits.h"
 #include "server/session/runner.h"
 #include "server/session/store.h"
@@ -21,6 +23,9 @@ struct Context {
       : limits(limits_in),
         log(log_in),
         workers(std::make_shared<Workers>(threads)),
+        budget(limits.max_total_bytes),
+        streams(limits.max_open_streams),
+        frames(limits.max_frames_in_flight),
         store(limits.max_sessions),
         // Two at least, so that a long step does not hold up the building of a session.
         runner(std::max(2, workers->threads())) {}
@@ -30,6 +35,9 @@ struct Context {
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   const std::shared_ptr<Workers> workers;
   Lifecycle lifecycle;
+  Budget budget;
+  Gate streams;  ///< StreamSteps calls
+  Gate frames;   ///< accepted and not yet computed
   Store store;
   Runner runner;  // last: its threads use all of the above until it has joined them
 };

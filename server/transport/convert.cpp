@@ -15,10 +15,10 @@ Fault bad_enum(const std::string& field, int value) {
               " is unknown to this daemon; see its enum in warmfront.v1"};
 }
 
-Fault too_large(const std::string& field, std::uint64_t value, std::uint64_t limit, const std::string& flag) {
-  return {ErrorCode::kResourceExhausted, Reason::kLimit,
-          field + ": " + std::to_string(value) + " is above the daemon's limit of " + std::to_string(limit) +
-              "; split the scene, or raise " + flag};
+Fault too_large(const std::string& field, std::uint64_t value, std::uint64_t limit, const char* flag) {
+  return limit_met(field + ": " + std::to_string(value) + " is above the daemon's limit of " +
+                       std::to_string(limit) + "; split the scene, or raise --" + flag,
+                   flag, false);
 }
 
 v1::FrontState to_proto(FrontState state) {
@@ -159,8 +159,13 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   if (message.has_rebuild_every_steps()) options.rebuild_every_steps = message.rebuild_every_steps();
   if (message.has_max_front_bytes()) options.max_front_bytes = message.max_front_bytes();
   if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
-  options.max_front_bytes = std::min(options.max_front_bytes, limits.max_front_bytes);
-  options.max_contacts = std::min(options.max_contacts, limits.max_contacts);
+  // The two parts of a session that grow with its motion: each may take up a part of what a session may hold,
+  // so that a step knows its bound before it begins.
+  options.max_front_bytes =
+      std::min({options.max_front_bytes, limits.max_front_bytes, limits.max_session_bytes / 2});
+  options.max_contacts = std::min(
+      {options.max_contacts, limits.max_contacts,
+       std::max<std::size_t>(limits.max_session_bytes / 2 / (sizeof(Contact) + Answer::kBytesPerRow), 1)});
   if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
   return options;
 }
@@ -242,9 +247,9 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
   Outcome<ColliderOptions> options = options_from(header.options(), limits);
   if (!options) return options.fault();
   if (header.vertex_count() > limits.max_vertices)
-    return too_large("vertex_count", header.vertex_count(), limits.max_vertices, "--max-vertices");
+    return too_large("vertex_count", header.vertex_count(), limits.max_vertices, "max-vertices");
   if (header.face_count() > limits.max_triangles)
-    return too_large("face_count", header.face_count(), limits.max_triangles, "--max-triangles");
+    return too_large("face_count", header.face_count(), limits.max_triangles, "max-triangles");
   if (header.first_frame() >> 63 != 0)
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  "first_frame: " + std::to_string(header.first_frame()) + " is not below 2^63"};
@@ -290,6 +295,15 @@ v1::Limits to_proto(const Limits& limits) {
   message.set_max_vertices(limits.max_vertices);
   message.set_max_triangles(limits.max_triangles);
   message.set_max_contacts(limits.max_contacts);
+  message.set_max_sessions_per_principal(limits.max_sessions_per_principal);
+  message.set_max_session_bytes(limits.max_session_bytes);
+  message.set_max_total_bytes(limits.max_total_bytes);
+  message.set_max_open_streams(limits.max_open_streams);
+  message.set_max_frames_in_flight(limits.max_frames_in_flight);
+  message.set_max_queued_bytes(limits.max_queued_bytes);
+  message.set_idle_timeout_ms(static_cast<std::uint64_t>(limits.idle_timeout.count()));
+  message.set_upload_timeout_ms(static_cast<std::uint64_t>(limits.upload_timeout.count()));
+  message.set_write_stall_timeout_ms(static_cast<std::uint64_t>(limits.write_stall_timeout.count()));
   return message;
 }
 

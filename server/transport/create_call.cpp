@@ -7,54 +7,101 @@
 
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/units.h"
 
 namespace warmfront::server {
 
 CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContext& call,
                               v1::CreateSessionResponse& response) {
-  auto* create = new CreateCall(context, call, response);
-  Outcome<Lifecycle::Call> begun = context.lifecycle.begin();
+  const std::shared_ptr<CreateCall> create(new CreateCall(context, call, response));
+  create->self_ = create;
+  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
+  const std::lock_guard lock(create->mutex_);
   if (begun) {
     create->in_flight_.emplace(std::move(begun).value());
     create->StartRead(&create->incoming_);
   } else {
-    create->Finish(to_grpc(begun.fault()));
+    create->fail_locked(to_grpc(begun.fault()));
   }
-  return create;
+  return create.get();
 }
 
 CreateCall::CreateCall(Context& context, const grpc::CallbackServerContext& call,
                        v1::CreateSessionResponse& response)
     : context_(context), call_(call), response_(response), upload_(context.limits) {}
 
+void CreateCall::OnDone() {
+  std::shared_ptr<CreateCall> self = std::move(self_);
+  // The call counts as in flight until it is gone; the memory goes last.
+  const std::optional<Lifecycle::Call> in_flight = std::move(in_flight_);
+  self.reset();
+}
+
 void CreateCall::OnReadDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  if (state_ != State::kUploading) return;  // it was ended meanwhile
+  last_moved_ = std::chrono::steady_clock::now();
   if (ok) {
-    if (std::optional<Fault> fault = add()) return fail(to_grpc(*fault));
+    if (std::optional<Fault> fault = add()) return fail_locked(to_grpc(*fault));
     return StartRead(&incoming_);
   }
-  if (call_.IsCancelled()) return fail(grpc::Status::CANCELLED);
-  if (std::optional<Fault> fault = upload_.complete()) return fail(to_grpc(*fault));
+  if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
+  if (std::optional<Fault> fault = upload_->complete()) return fail_locked(to_grpc(*fault));
+  state_ = State::kBuilding;
   context_.runner.post([this] { build(); });
 }
 
+void CreateCall::end(const Fault& fault) {
+  fail(to_grpc(fault));
+}
+
+void CreateCall::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
+  const std::lock_guard lock(mutex_);
+  if (std::chrono::steady_clock::now() - last_moved_ >= quiet) fail_locked(to_grpc(fault));
+}
+
+void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
+  if (now - began_ < context_.limits.upload_timeout) return;
+  fail(to_grpc({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+                "CreateSession: the upload did not end within " +
+                    format_duration(context_.limits.upload_timeout) +
+                    "; send it faster, or raise --upload-timeout"}));
+}
+
 void CreateCall::fail(const grpc::Status& status) {
+  const std::lock_guard lock(mutex_);
+  fail_locked(status);
+}
+
+void CreateCall::fail_locked(const grpc::Status& status) {
+  if (state_ != State::kUploading) return;
+  state_ = State::kFinished;
+  upload_.reset();
+  account_.reset();
   reservation_.reset();
   Finish(status);
 }
 
 std::optional<Fault> CreateCall::add() {
   try {
-    if (std::optional<Fault> fault = upload_.add(incoming_)) return fault;
+    if (std::optional<Fault> fault = upload_->add(incoming_)) return fault;
   } catch (const std::bad_alloc&) {
-    return Fault{ErrorCode::kResourceExhausted, Reason::kLimit,
-                 "CreateSession: the daemon has no memory for this upload; use a smaller scene"};
+    return limit_met("CreateSession: the daemon has no memory for this upload; use a smaller scene",
+                     "max-total-bytes", true);
   }
-  if (!reservation_) {
-    // The place is taken before the bulk of the upload, so that a full daemon does not let it all come in.
-    Outcome<Store::Reservation> reservation = context_.store.reserve(*upload_.id());
-    if (!reservation) return reservation.fault();
-    reservation_.emplace(std::move(reservation).value());
-  }
+  // Place and memory are taken before the bulk of the upload, so that a full daemon does not let it all come
+  // in.
+  return reservation_ ? std::nullopt : reserve();
+}
+
+std::optional<Fault> CreateCall::reserve() {
+  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id());
+  if (!place) return place.fault();
+  Outcome<std::shared_ptr<Account>> account =
+      Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes());
+  if (!account) return account.fault();
+  account_ = std::move(account).value();
+  reservation_.emplace(std::move(place).value());
   return std::nullopt;
 }
 
@@ -65,9 +112,12 @@ void CreateCall::build() {
                       {{"session", session.id().text()}, {"reason", fault.message}});
   };
   Outcome<std::shared_ptr<Session>> built =
-      Session::create(upload_.take_spec(), upload_.take_positions(), context_.workers, context_.runner,
-                      context_.limits.window, lost);
-  if (!built) return fail(to_grpc(built.fault()));
+      Session::create(upload_->take_spec(), upload_->take_positions(),
+                      {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost});
+  if (!built) {
+    reservation_.reset();
+    return Finish(to_grpc(built.fault()));
+  }
   const std::shared_ptr<Session>& session = built.value();
   reservation_->fill(session);
   *response_.mutable_session() = to_proto(*session);

@@ -5,10 +5,13 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <chrono>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "server/admin/lifecycle.h"
+#include "server/session/account.h"
 #include "server/session/store.h"
 #include "server/transport/context.h"
 #include "server/transport/upload.h"
@@ -16,34 +19,53 @@
 
 namespace warmfront::server {
 
-class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest> {
+class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest>,
+                         public Drainable,
+                         public std::enable_shared_from_this<CreateCall> {
  public:
   /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as it does.
   static CreateCall* start(Context& context, const grpc::CallbackServerContext& call,
                            v1::CreateSessionResponse& response);
 
   void OnReadDone(bool ok) override;
-  void OnDone() override { delete this; }
+  void OnDone() override;
+
+  void notify_draining(std::chrono::system_clock::time_point) override {}
+  /// An upload that is whole is built and answered all the same.
+  void end(const Fault& fault) override;
+  void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
+  void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
 
  private:
   CreateCall(Context& context, const grpc::CallbackServerContext& call, v1::CreateSessionResponse& response);
 
   std::optional<Fault> add();
-  /// Ends the call. The place in the store is given back first: the client may try again as soon as it hears
-  /// of it.
-  void fail(const grpc::Status& status);
+  std::optional<Fault> reserve();
   void build();
+  /// Ends the call with this, unless the upload is over. The upload's memory and its place in the store are
+  /// given back first: the client may try again as soon as it hears of it.
+  void fail(const grpc::Status& status);
+  void fail_locked(const grpc::Status& status);
 
   // Constant after construction.
   Context& context_;
   const grpc::CallbackServerContext& call_;
   v1::CreateSessionResponse& response_;
+  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+
+  // Used by start() and OnDone() only: keeps the call alive in between.
+  std::shared_ptr<CreateCall> self_;
   std::optional<Lifecycle::Call> in_flight_;
 
-  // Used by the one outstanding read, then by build(): never by both at once. After Finish() nothing touches
-  // them.
+  // Used by the one outstanding read.
   v1::CreateSessionRequest incoming_;
-  Upload upload_;
+
+  // Protected by mutex_ while uploading, then used by build() only.
+  std::mutex mutex_;
+  enum class State { kUploading, kBuilding, kFinished } state_ = State::kUploading;
+  std::chrono::steady_clock::time_point last_moved_ = began_;
+  std::optional<Upload> upload_;
+  std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;
 };
 

@@ -27,6 +27,10 @@ v1::ErrorReason to_proto(Reason reason) {
       return v1::ERROR_REASON_DRAINING;
     case Reason::kEngine:
       return v1::ERROR_REASON_ENGINE;
+    case Reason::kTimeout:
+      return v1::ERROR_REASON_TIMEOUT;
+    case Reason::kCancelled:
+      return v1::ERROR_REASON_CANCELLED;
   }
   return v1::ERROR_REASON_UNSPECIFIED;
 }
@@ -65,6 +69,8 @@ v1::Status to_proto(const Fault& fault) {
   v1::ErrorDetail detail;
   detail.set_reason(to_proto(fault.reason));
   if (fault.expected_frame) detail.set_expected_frame(*fault.expected_frame);
+  detail.set_limit(fault.limit);
+  if (fault.retry_after) detail.set_retry_after_ms(static_cast<std::uint64_t>(fault.retry_after->count()));
   v1::Status status;
   status.set_code(to_grpc_code(fault.code));
   status.set_message(fault.message);

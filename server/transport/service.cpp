@@ -10,6 +10,7 @@
 #include "server/transport/create_call.h"
 #include "server/transport/errors.h"
 #include "server/transport/session_metadata.h"
+#include "server/transport/step_call.h"
 #include "server/transport/step_stream.h"
 #include "server/version.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
@@ -73,22 +74,7 @@ class CollisionService final : public Base {
 
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const v1::StepRequest* request,
                                  v1::StepResponse* response) override {
-    Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-    if (!begun) return finish(call, to_grpc(begun.fault()));
-    Outcome<std::shared_ptr<Session>> session = find(*call, request->session_id());
-    if (!session) return finish(call, to_grpc(session.fault()));
-    PositionBuffer positions(session.value()->dtype(), session.value()->scene().vertex_count());
-    // An overflow is kept in the buffer, for the session to answer by its rules.
-    static_cast<void>(positions.append(request->positions()));
-    grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-    // Shared, because a std::function must be copyable; released after the reactor was finished.
-    auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-    session.value()->step(
-        request->frame(), std::move(positions), Session::Admission::kBounded,
-        [this, reactor, response, in_flight](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-          reactor->Finish(outcome ? respond(*outcome.value(), *response) : to_grpc(outcome.fault()));
-        });
-    return reactor;
+    return StepCall::start(context_, find(*call, request->session_id()), *request, *response);
   }
 
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamSteps(
@@ -103,6 +89,9 @@ class CollisionService final : public Base {
     response->set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
     response->set_sessions(static_cast<std::uint32_t>(context_.store.size()));
     response->set_draining(context_.lifecycle.draining());
+    response->set_charged_bytes(context_.budget.used());
+    response->set_open_streams(context_.streams.inside());
+    response->set_frames_in_flight(context_.frames.inside());
     const auto uptime = std::chrono::steady_clock::now() - context_.started;
     response->set_uptime_ms(
         static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));
@@ -115,20 +104,6 @@ class CollisionService final : public Base {
     Outcome<SessionId> id = session_id_of(message_id, session_metadata(call));
     if (!id) return id.fault();
     return context_.store.find(id.value());
-  }
-
-  grpc::Status respond(const Answer& answer, v1::StepResponse& response) const {
-    const std::size_t bytes = answer.rows() * Answer::kBytesPerRow;
-    // The rest of the message is below a kilobyte.
-    if (bytes + 1024 > context_.limits.max_message_bytes)
-      return to_grpc(
-          {ErrorCode::kResourceExhausted, Reason::kLimit,
-           "frame " + std::to_string(answer.frame) + ": its answer of " + std::to_string(bytes) +
-               " bytes does not fit into one message; send the frame again over StreamSteps for it"});
-    response.set_frame(answer.frame);
-    fill_columns(answer, 0, answer.rows(), *response.mutable_contacts());
-    *response.mutable_summary() = summary_of(answer);
-    return grpc::Status::OK;
   }
 
   Context& context_;

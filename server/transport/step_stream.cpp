@@ -2,14 +2,16 @@
 // The hot path: messages in, frames to the session, answers out. Thread safety as stated in the header.
 #include "server/transport/step_stream.h"
 
+#include <grpc/grpc.h>
+
 #include <new>
 #include <utility>
-#include <vector>
 
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/stream_codec.h"
+#include "server/units.h"
 
 namespace warmfront::server {
 namespace {
@@ -20,15 +22,24 @@ Fault out_of_place(std::string message) {
 
 }  // namespace
 
-StepStream* StepStream::start(Context& context, const grpc::CallbackServerContext& call) {
-  std::shared_ptr<StepStream> stream(new StepStream(context, session_metadata(call)));
+StepStream::StepStream(Context& context, grpc::CallbackServerContext& call)
+    : context_(context), rpc_(call), metadata_id_(session_metadata(call)) {}
+
+StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& call) {
+  std::shared_ptr<StepStream> stream(new StepStream(context, call));
   stream->self_ = stream;
   Outcome<Lifecycle::Call> begun = context.lifecycle.begin(stream);
   const std::lock_guard lock(stream->mutex_);
-  if (begun)
-    stream->call_.emplace(std::move(begun).value());
-  else
+  stream->ticket_ = context.streams.enter();
+  if (!begun)
     stream->end_locked(to_grpc(begun.fault()));
+  else
+    stream->call_.emplace(std::move(begun).value());
+  if (!stream->ticket_)
+    stream->end_locked(to_grpc(limit_met("StreamSteps: the daemon has its limit of " +
+                                             std::to_string(context.streams.limit()) +
+                                             " streams open; try again later, or raise --max-open-streams",
+                                         "max-open-streams", true)));
   stream->advance_locked();
   return stream.get();
 }
@@ -87,6 +98,7 @@ void StepStream::attach(const v1::Attach& request) {
     const std::lock_guard lock(mutex_);
     session_ = session.value();
     attaching_ = true;
+    awaited_since_.reset();
   }
   // Weak, because a stream ends whenever its client likes, and neither session nor frames should keep it.
   const std::weak_ptr<StepStream> weak = weak_from_this();
@@ -115,23 +127,33 @@ void StepStream::take(v1::StepFrame part) {
     session = session_;
   }
   if (!session) return end(out_of_place("a step before attach; name the session first"));
-  if (!assembly_)
-    assembly_.emplace(
-        Assembly{part.frame(), PositionBuffer(session->dtype(), session->scene().vertex_count())});
+  if (!assembly_) {
+    PositionBuffer positions(session->dtype(), session->scene().vertex_count());
+    FramePass pass = admit_frame(context_.frames, session->account(), positions.expected_bytes());
+    pass.given_up = given_up_;
+    assembly_.emplace(Assembly{part.frame(), std::move(positions), std::move(pass)});
+  }
   if (assembly_->frame != part.frame())
     return end(out_of_place("frame " + std::to_string(part.frame()) + " begins within frame " +
                             std::to_string(assembly_->frame) +
                             "; mark a frame's last part with more = false"));
-  // An overflow is kept in the buffer and answered in the frame's turn, so that answers keep their order.
-  static_cast<void>(assembly_->positions.append(part.positions()));
-  if (part.more()) return;
-
+  // An overflow is kept in the buffer and answered in the frame's turn, so that answers keep their order; of
+  // a frame that is refused nothing is kept.
+  if (!assembly_->pass.refused) static_cast<void>(assembly_->positions.append(part.positions()));
   {
     const std::lock_guard lock(mutex_);
-    ++in_flight_;
+    if (!part.more()) {
+      awaited_since_.reset();
+      ++in_flight_;
+    } else if (!awaited_since_) {
+      awaited_since_ = Clock::now();
+    }
   }
+  if (part.more()) return;
+
   const std::uint64_t frame = part.frame();
-  session->step(frame, std::move(assembly_->positions), Session::Admission::kAlways,
+  session->step(frame, std::move(assembly_->positions), std::move(assembly_->pass),
+                Session::Admission::kAlways,
                 [weak = weak_from_this(), frame](const Outcome<std::shared_ptr<const Answer>>& outcome) {
                   if (const auto stream = weak.lock()) stream->answered(frame, outcome);
                 });
@@ -145,7 +167,7 @@ void StepStream::attached(const Outcome<std::uint64_t>& expected_frame) {
     v1::StreamStepsResponse response;
     response.mutable_attached()->set_expected_frame(expected_frame.value());
     *response.mutable_attached()->mutable_limits() = to_proto(context_.limits);
-    writes_.push_back({serialize(response), false});
+    queue_locked({serialize(response), false});
   } else {
     end_locked(to_grpc(expected_frame.fault()));
   }
@@ -153,23 +175,11 @@ void StepStream::attached(const Outcome<std::uint64_t>& expected_frame) {
 }
 
 void StepStream::answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
-  // Encoded on this, a runner's, thread: reactions stay short.
-  std::vector<grpc::ByteBuffer> messages;
-  try {
-    if (outcome)
-      messages = encode_answer(*outcome.value(), context_.limits.answer_chunk_bytes);
-    else
-      messages.push_back(encode_error(frame, outcome.fault()));
-  } catch (const std::bad_alloc&) {
-    messages.clear();
-    messages.push_back(encode_error(
-        frame,
-        {ErrorCode::kResourceExhausted, Reason::kLimit,
-         "frame " + std::to_string(frame) + ": no memory to send its answer; send the frame again for it"}));
-  }
   const std::lock_guard lock(mutex_);
-  for (std::size_t i = 0; i < messages.size(); ++i)
-    writes_.push_back({std::move(messages[i]), i + 1 == messages.size()});
+  if (outcome)
+    queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
+  else
+    queue_locked({encode_error(frame, outcome.fault()), true});
   if (!outcome && outcome.fault().session_lost()) end_locked(to_grpc(outcome.fault()));
   advance_locked();
 }
@@ -179,7 +189,7 @@ void StepStream::notify_draining(std::chrono::system_clock::time_point deadline)
   response.mutable_draining()->set_deadline_unix_ms(
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline.time_since_epoch()).count());
   const std::lock_guard lock(mutex_);
-  writes_.push_back({serialize(response), false});
+  queue_locked({serialize(response), false});
   advance_locked();
 }
 
@@ -197,32 +207,93 @@ void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quie
   advance_locked();
 }
 
+void StepStream::enforce_timeouts(std::chrono::steady_clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (finished_ || broken_) return;
+  const Limits& limits = context_.limits;
+  if (writing_ && now - write_began_ >= limits.write_stall_timeout) {
+    const std::string message = "StreamSteps: the client has not taken a message for " +
+                                format_duration(limits.write_stall_timeout) +
+                                "; read answers as they come, or raise --write-stall-timeout";
+    end_ = grpc::Status(grpc::StatusCode::UNAVAILABLE, message);
+    break_locked();
+    // Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
+    // ends with.
+    grpc_call_cancel_with_status(rpc_.c_call(), GRPC_STATUS_UNAVAILABLE, message.c_str(), nullptr);
+  } else if (awaited_since_ && reading_ && now - *awaited_since_ >= limits.upload_timeout) {
+    end_locked(to_grpc({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+                        std::string("StreamSteps: ") +
+                            (session_ ? "the rest of a frame" : "the message that attaches") +
+                            " did not come within " + format_duration(limits.upload_timeout) +
+                            "; send it faster, or raise --upload-timeout"}));
+  } else {
+    return;
+  }
+  advance_locked();
+}
+
 void StepStream::end_locked(grpc::Status status) {
   if (!end_) end_ = std::move(status);
+}
+
+void StepStream::break_locked() {
+  broken_ = true;
+  given_up_->store(true, std::memory_order_relaxed);
+  writes_.clear();
+  queued_bytes_ = 0;
 }
 
 void StepStream::release_locked() {
   if (attachment_) session_->detach(*std::exchange(attachment_, std::nullopt));
 }
 
+void StepStream::queue_locked(Outgoing outgoing) {
+  if (broken_ || finished_) return;
+  if (const auto* answer = std::get_if<AnswerChunks>(&outgoing.what)) queued_bytes_ += answer->answer_bytes();
+  writes_.push_back(std::move(outgoing));
+}
+
+void StepStream::write_locked() {
+  Outgoing& next = writes_.front();
+  current_ends_frame_ = next.ends_frame;
+  if (auto* answer = std::get_if<AnswerChunks>(&next.what)) {
+    try {
+      current_ = answer->next();
+    } catch (const std::bad_alloc&) {
+      end_locked(
+          to_grpc(limit_met("frame " + std::to_string(answer->frame()) +
+                                ": no memory to send its answer; attach and send the frame again for it",
+                            "max-total-bytes", true)));
+      return break_locked();
+    }
+    current_ends_frame_ = answer->done();
+    if (answer->done()) {
+      queued_bytes_ -= answer->answer_bytes();
+      writes_.pop_front();
+    }
+  } else {
+    current_ = std::move(std::get<grpc::ByteBuffer>(next.what));
+    writes_.pop_front();
+  }
+  writing_ = true;
+  write_began_ = Clock::now();
+  StartWrite(&current_);
+}
+
 void StepStream::advance_locked() {
   if (finished_) return;
-  if (broken_) {
-    writes_.clear();
-  } else if (!writing_ && !writes_.empty()) {
-    current_ = std::move(writes_.front());
-    writes_.pop_front();
-    writing_ = true;
-    StartWrite(&current_.message);
-  }
-  const bool delivered = broken_ || (in_flight_ == 0 && !attaching_ && !handling_);
+  if (!broken_ && !writing_ && !writes_.empty()) write_locked();
+  const bool delivered = broken_ || (in_flight_ == 0 && !attaching_ && !handling_ && writes_.empty());
+  const bool may_begin_frame =
+      in_flight_ < context_.limits.window && queued_bytes_ < context_.limits.max_queued_bytes;
   if ((end_ || broken_) && !writing_ && delivered) {
     finished_ = true;
+    given_up_->store(true, std::memory_order_relaxed);
     // First, so that a client that has seen its stream end finds the session free for the next one.
     release_locked();
     Finish(end_.value_or(grpc::Status::CANCELLED));
   } else if (!end_ && !broken_ && !reading_ && !handling_ && !attaching_ &&
-             in_flight_ < context_.limits.window) {
+             (awaited_since_ || may_begin_frame)) {
     reading_ = true;
     StartRead(&incoming_);
   }
@@ -231,16 +302,16 @@ void StepStream::advance_locked() {
 void StepStream::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   writing_ = false;
-  last_moved_ = std::chrono::steady_clock::now();
-  if (current_.ends_frame) --in_flight_;
-  current_ = {};
-  if (!ok) broken_ = true;
+  last_moved_ = Clock::now();
+  if (current_ends_frame_) --in_flight_;
+  current_.Clear();
+  if (!ok) break_locked();
   advance_locked();
 }
 
 void StepStream::OnCancel() {
   const std::lock_guard lock(mutex_);
-  broken_ = true;
+  break_locked();
   advance_locked();
 }
 
@@ -248,6 +319,7 @@ void StepStream::OnDone() {
   std::shared_ptr<StepStream> self = std::move(self_);
   // The call counts as in flight until the stream is gone; the memory goes last.
   const std::optional<Lifecycle::Call> call = std::move(call_);
+  const std::optional<Gate::Ticket> ticket = std::move(ticket_);
   self.reset();
 }
 

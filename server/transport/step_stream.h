@@ -6,6 +6,7 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -13,23 +14,28 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "server/admin/lifecycle.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
+#include "server/transport/stream_codec.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {
 
-/// At most one read and one write are outstanding. A read is armed only while fewer than `window` frames are
-/// in flight, and a frame is in flight until the last chunk of its answer is written: a client that does not
-/// read is not read from, and what it costs is bounded by the window.
+/// At most one read and one write are outstanding. A frame is begun to be read only while fewer than `window`
+/// frames are in flight and the answers that wait hold less than `max_queued_bytes`; a frame is in flight
+/// until the last chunk of its answer, encoded when its turn comes, is written. So a client that does not
+/// read is not read from, costs what the answers of a window hold, and is cut off after
+/// `write_stall_timeout`. When the call ends, by cancellation or a lost connection too, frames that wait or
+/// are being computed are given up; the session is at the last one completed.
 class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                          public Drainable,
                          public std::enable_shared_from_this<StepStream> {
  public:
   /// Lives until gRPC calls OnDone(). `context` outlives it.
-  static StepStream* start(Context& context, const grpc::CallbackServerContext& call);
+  static StepStream* start(Context& context, grpc::CallbackServerContext& call);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -39,19 +45,23 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void notify_draining(std::chrono::system_clock::time_point deadline) override;
   void end(const Fault& fault) override;
   void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
+  void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   struct Assembly {
     std::uint64_t frame;
     PositionBuffer positions;
+    FramePass pass;
   };
-  struct Write {
-    grpc::ByteBuffer message;
+  /// What is to be written: a message, or an answer's chunks one after the other.
+  struct Outgoing {
+    std::variant<grpc::ByteBuffer, AnswerChunks> what;
     bool ends_frame;
   };
 
-  StepStream(Context& context, std::string metadata_id)
-      : context_(context), metadata_id_(std::move(metadata_id)) {}
+  StepStream(Context& context, grpc::CallbackServerContext& call);
 
   // What a message asks for. Called by OnReadDone() only, without the lock.
   void handle(v1::StreamStepsRequest request);
@@ -65,16 +75,23 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   // With the lock held.
   void end_locked(grpc::Status status);
+  /// Nothing more can be delivered: what waits is dropped and given up.
+  void break_locked();
+  void write_locked();
+  void queue_locked(Outgoing outgoing);
   void release_locked();
   void advance_locked();
 
   // Constant after construction.
   Context& context_;
+  grpc::CallbackServerContext& rpc_;
   const std::string metadata_id_;
+  const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
   // Used by start() and OnDone() only: keeps the stream alive in between.
   std::shared_ptr<StepStream> self_;
   std::optional<Lifecycle::Call> call_;
+  std::optional<Gate::Ticket> ticket_;
 
   // Used by the one outstanding read and OnReadDone() only.
   grpc::ByteBuffer incoming_;
@@ -88,14 +105,18 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   bool reading_ = false;
   bool handling_ = false;  // a message was read and is not yet counted in what follows from it
   bool writing_ = false;
-  Write current_{};  // must outlive its write
-  std::deque<Write> writes_;
+  grpc::ByteBuffer current_;  // must outlive its write
+  bool current_ends_frame_ = false;
+  Clock::time_point write_began_;
+  std::deque<Outgoing> writes_;
+  std::size_t queued_bytes_ = 0;  // of the answers among them
   std::uint32_t in_flight_ = 0;
-  std::chrono::steady_clock::time_point last_moved_ =
-      std::chrono::steady_clock::now();  // a message, either way
-  bool broken_ = false;                  // the client is gone: nothing can be delivered any more
-  bool finished_ = false;                // Finish() was called
-  std::optional<grpc::Status> end_;      // how to finish once all in flight is delivered
+  Clock::time_point last_moved_ = Clock::now();  // a message, either way
+  std::optional<Clock::time_point> awaited_since_ =
+      last_moved_;                   // for the attach, or for the rest of a frame
+  bool broken_ = false;              // the client is gone: nothing can be delivered any more
+  bool finished_ = false;            // Finish() was called
+  std::optional<grpc::Status> end_;  // how to finish once all in flight is delivered
 };
 
 }  // namespace warmfront::server

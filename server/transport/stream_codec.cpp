@@ -37,25 +37,25 @@ grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response) {
   return buffer;
 }
 
-std::vector<grpc::ByteBuffer> encode_answer(const Answer& answer, std::size_t chunk_bytes) {
-  const std::size_t rows_per_chunk = std::max<std::size_t>(chunk_bytes / Answer::kBytesPerRow, 1);
-  std::vector<grpc::ByteBuffer> chunks;
-  chunks.reserve(answer.rows() / rows_per_chunk + 1);
-  std::size_t first = 0;
-  do {
-    const std::size_t count = std::min(rows_per_chunk, answer.rows() - first);
-    v1::StreamStepsResponse response;
-    v1::StepAnswer& part = *response.mutable_answer();
-    part.set_frame(answer.frame);
-    fill_columns(answer, first, count, *part.mutable_contacts());
-    first += count;
-    if (first == answer.rows()) {
-      part.set_last(true);
-      *part.mutable_summary() = summary_of(answer);
-    }
-    chunks.push_back(serialize(response));
-  } while (first < answer.rows());
-  return chunks;
+AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)
+    : answer_(std::move(answer)),
+      rows_per_chunk_(std::max<std::size_t>(chunk_bytes / Answer::kBytesPerRow, 1)) {}
+
+grpc::ByteBuffer AnswerChunks::next() {
+  const std::size_t count = std::min(rows_per_chunk_, answer_->rows() - first_);
+  const bool last = first_ + count == answer_->rows();
+  v1::StreamStepsResponse response;
+  v1::StepAnswer& part = *response.mutable_answer();
+  part.set_frame(answer_->frame);
+  fill_columns(*answer_, first_, count, *part.mutable_contacts());
+  if (last) {
+    part.set_last(true);
+    *part.mutable_summary() = summary_of(*answer_);
+  }
+  grpc::ByteBuffer chunk = serialize(response);
+  first_ += count;
+  done_ = last;
+  return chunk;
 }
 
 grpc::ByteBuffer encode_error(std::uint64_t frame, const Fault& fault) {

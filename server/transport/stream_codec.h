@@ -5,7 +5,8 @@
 
 #include <grpcpp/support/byte_buffer.h>
 
-#include <vector>
+#include <cstdint>
+#include <memory>
 
 #include "server/session/answer.h"
 #include "server/session/fault.h"
@@ -19,9 +20,25 @@ Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer);
 
 grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response);
 
-/// The answer in chunks of at most `chunk_bytes` of contacts (at least one row each), the last one marked and
-/// with the summary. An answer without rows is one chunk.
-std::vector<grpc::ByteBuffer> encode_answer(const Answer& answer, std::size_t chunk_bytes);
+/// An answer in chunks of at most `chunk_bytes` of contacts (at least one row each), the last one marked and
+/// with the summary; each is encoded when it is taken. An answer without rows is one chunk. Used by one
+/// thread at a time.
+class AnswerChunks {
+ public:
+  AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes);
+
+  bool done() const { return done_; }
+  /// Unless done. When it throws, nothing was taken.
+  grpc::ByteBuffer next();
+  std::uint64_t frame() const { return answer_->frame; }
+  std::size_t answer_bytes() const { return answer_->memory_bytes(); }
+
+ private:
+  std::shared_ptr<const Answer> answer_;
+  std::size_t rows_per_chunk_;
+  std::size_t first_ = 0;
+  bool done_ = false;
+};
 
 grpc::ByteBuffer encode_error(std::uint64_t frame, const Fault& fault);
 

@@ -51,6 +51,10 @@ std::optional<Fault> Upload::add_faces(std::string_view bytes) {
   return std::nullopt;
 }
 
+std::size_t Upload::estimate_bytes() const {
+  return server::estimate_bytes(spec_->scene.vertex_count, face_count_, size_of(spec_->dtype), limits_);
+}
+
 std::optional<Fault> Upload::complete() const {
   if (!spec_)
     return invalid(

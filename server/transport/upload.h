@@ -23,6 +23,8 @@ class Upload {
   /// INVALID_ARGUMENT unless everything announced is there.
   std::optional<Fault> complete() const;
 
+  /// What the session is going to hold; after the header only.
+  std::size_t estimate_bytes() const;
   /// Null before the header.
   const SessionId* id() const { return spec_ ? &spec_->id : nullptr; }
   /// Once complete; leaves the upload empty.

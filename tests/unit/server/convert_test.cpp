@@ -92,7 +92,9 @@ TEST(AnswerChunksTest, AnyChunkSizeGivesTheSameRowsOnceAndOneSummary) {
     for (const std::size_t chunk_bytes : {1u, 26u, 27u, 260u, 1u << 20}) {
       client::Answer received;
       std::size_t lasts = 0;
-      for (grpc::ByteBuffer& chunk : encode_answer(answer, chunk_bytes)) {
+      AnswerChunks chunks(std::make_shared<const Answer>(make_rows(rows)), chunk_bytes);
+      while (!chunks.done()) {
+        grpc::ByteBuffer chunk = chunks.next();
         EXPECT_EQ(lasts, 0u) << "nothing comes after the last";
         v1::StreamStepsResponse response;
         ASSERT_TRUE(grpc::SerializationTraits<v1::StreamStepsResponse>::Deserialize(&chunk, &response).ok());

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <future>
 #include <latch>
 
 #include "server/session/frame_sequence.h"
@@ -109,11 +110,13 @@ class StoreTest : public ::testing::Test {
     PositionBuffer positions(Dtype::kFloat64, grids.vertex_count());
     const std::vector<double> start = grids.positions(0);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(start.data()), start.size() * 8}).ok());
-    return Session::create({id, grids.scene(), {}, Dtype::kFloat64, 0}, positions, workers_, runner_, 4,
-                           [](Session&, const Fault&) {})
+    return Session::create({id, grids.scene(), {}, Dtype::kFloat64, 0}, positions,
+                           {workers_, runner_, 4, Account::open(budget_, 1 << 30, 0).value(),
+                            [](Session&, const Fault&) {}})
         .value();
   }
   std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
+  Budget budget_{1 << 30};
   Runner runner_{1};
   const SessionId id_ = SessionId::parse(kId).value();
 };
@@ -146,6 +149,28 @@ TEST_F(StoreTest, OnlyIdleSessionsWithoutAStreamExpire) {
   session->detach(attachment.value());
   EXPECT_EQ(store.remove_idle(std::chrono::milliseconds(0)).size(), 1u);
   EXPECT_EQ(store.size(), 0u);
+}
+
+TEST_F(StoreTest, AFrameThatWasGivenUpIsLeftUndone) {
+  const std::shared_ptr<Session> session = make(id_);
+  const test::MovingGrids grids(3);
+  const auto step = [&](bool given_up) {
+    PositionBuffer positions(Dtype::kFloat64, grids.vertex_count());
+    const std::vector<double> values = grids.positions(1);
+    EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(values.data()), values.size() * 8}).ok());
+    FramePass pass;
+    pass.given_up = std::make_shared<const std::atomic<bool>>(given_up);
+    std::promise<Outcome<std::shared_ptr<const Answer>>> answer;
+    session->step(1, std::move(positions), std::move(pass), Session::Admission::kBounded,
+                  [&](const Outcome<std::shared_ptr<const Answer>>& outcome) { answer.set_value(outcome); });
+    return answer.get_future().get();
+  };
+  const auto given_up = step(true);
+  ASSERT_FALSE(given_up.ok());
+  EXPECT_EQ(given_up.fault().code, ErrorCode::kCancelled);
+  EXPECT_EQ(session->snapshot().steps, 0u);
+  EXPECT_TRUE(step(false).ok());
+  EXPECT_EQ(session->snapshot().steps, 1u);
 }
 
 }  // namespace

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who holds how much memory: a budget for the daemon, an account for each session in it, and holdings, which
+// are charged for as long as they live. Thread-safe, a holding apart, which is used by one thread at a time.
+// Charging costs atomics only.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "server/session/fault.h"
+#include "server/session/limits.h"
+
+namespace warmfront::server {
+
+/// Bytes that all sessions of a daemon are charged, and their limit.
+class Budget {
+ public:
+  explicit Budget(std::size_t limit) : limit_(limit) {}
+
+  /// False, and nothing is taken, when that would exceed the limit.
+  [[nodiscard]] bool try_take(std::size_t bytes);
+  void take(std::size_t bytes) { used_.fetch_add(bytes, std::memory_order_relaxed); }
+  void give(std::size_t bytes) { used_.fetch_sub(bytes, std::memory_order_relaxed); }
+
+  std::size_t used() const { return used_.load(std::memory_order_relaxed); }
+  std::size_t limit() const { return limit_; }
+
+ private:
+  const std::size_t limit_;
+  std::atomic<std::size_t> used_{0};
+};
+
+/// What one session holds. The budget is charged what was reserved when the session was made, or what the
+/// session holds when that is more: a session that stays within its reservation never suffers from how others
+/// grow.
+class Account {
+ public:
+  /// RESOURCE_EXHAUSTED when `reserved` is above the session's limit or does not fit into the budget any
+  /// more. `budget` outlives the account.
+  static Outcome<std::shared_ptr<Account>> open(Budget& budget, std::size_t limit, std::size_t reserved);
+  ~Account();
+  Account(const Account&) = delete;
+  Account& operator=(const Account&) = delete;
+
+  void add(std::size_t bytes);
+  void remove(std::size_t bytes);
+  std::size_t held() const { return held_.load(std::memory_order_relaxed); }
+
+  /// Why the session may not do what makes it grow: it holds more than its limit, or more than it reserved
+  /// while the daemon is beyond its own.
+  std::optional<Fault> refusal() const;
+
+ private:
+  Account(Budget& budget, std::size_t limit, std::size_t reserved)
+      : budget_(budget), limit_(limit), reserved_(reserved) {}
+  std::size_t charge(std::size_t held) const { return held > reserved_ ? held : reserved_; }
+
+  // Constant after construction.
+  Budget& budget_;
+  const std::size_t limit_;
+  const std::size_t reserved_;
+
+  std::atomic<std::size_t> held_{0};
+};
+
+/// Bytes on an account until it is destroyed. An empty one holds nothing.
+class Holding {
+ public:
+  Holding() = default;
+  explicit Holding(std::shared_ptr<Account> account, std::size_t bytes = 0);
+  Holding(Holding&& other) noexcept
+      : account_(std::move(other.account_)), bytes_(std::exchange(other.bytes_, 0)) {}
+  Holding& operator=(Holding&& other) noexcept;
+  ~Holding() { set(0); }
+
+  void set(std::size_t bytes);
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  std::shared_ptr<Account> account_;
+  std::size_t bytes_ = 0;
+};
+
+/// What a session is going to hold, measured on the built-in and recorded scenes and rounded up: scene,
+/// hierarchy, a usual front, the upload, and a window of frames that wait.
+std::size_t estimate_bytes(std::uint64_t vertices, std::uint64_t triangles, std::size_t bytes_per_number,
+                           const Limits& limits);
+
+}  // namespace warmfront::server

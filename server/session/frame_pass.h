@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame has with it from its arrival until it is computed. Used by one thread at a time.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/session/account.h"
+#include "server/session/fault.h"
+#include "server/session/gate.h"
+
+namespace warmfront::server {
+
+struct FramePass {
+  std::optional<Gate::Ticket> ticket;  ///< its place among the daemon's frames in flight
+  Holding memory;                      ///< its positions, on the session's account
+  /// Set when the client has given up; null for a frame that cannot be given up.
+  std::shared_ptr<const std::atomic<bool>> given_up;
+  std::optional<Fault> refused;  ///< the frame's answer, in its turn, instead of a step
+
+  /// The frame is computed: it takes no one's place any more.
+  void give_back() {
+    ticket.reset();
+    memory.set(0);
+  }
+  bool cancelled() const { return given_up && given_up->load(std::memory_order_relaxed); }
+};
+
+/// A pass for a frame whose positions take `bytes`; refused when `frames` lets no more in.
+inline FramePass admit_frame(Gate& frames, std::shared_ptr<Account> account, std::size_t bytes) {
+  FramePass pass{frames.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt};
+  if (!pass.ticket)
+    pass.refused = limit_met("the daemon has its limit of " + std::to_string(frames.limit()) +
+                                 " frames in flight; send the frame again, or raise --max-frames-in-flight",
+                             "max-frames-in-flight", true);
+  return pass;
+}
+
+}  // namespace warmfront::server

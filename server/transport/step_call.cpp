@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame in one message, its answer in another. Thread safety as stated in the header.
+#include "server/transport/step_call.h"
+
+#include <string>
+#include <utility>
+
+#include "server/transport/convert.h"
+#include "server/transport/errors.h"
+
+namespace warmfront::server {
+
+StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
+                          const v1::StepRequest& request, v1::StepResponse& response) {
+  auto* call = new StepCall(context, response);
+  Outcome<Lifecycle::Call> begun = context.lifecycle.begin();
+  if (!begun) {
+    call->Finish(to_grpc(begun.fault()));
+  } else if (!session) {
+    call->Finish(to_grpc(session.fault()));
+  } else {
+    call->in_flight_.emplace(std::move(begun).value());
+    call->step(*session.value(), request);
+  }
+  return call;
+}
+
+void StepCall::step(Session& session, const v1::StepRequest& request) {
+  PositionBuffer positions(session.dtype(), session.scene().vertex_count());
+  FramePass pass = admit_frame(context_.frames, session.account(), positions.expected_bytes());
+  if (pass.refused) return Finish(to_grpc(*pass.refused));
+  pass.given_up = given_up_;
+  // An overflow is kept in the buffer, for the session to answer by its rules.
+  static_cast<void>(positions.append(request.positions()));
+  session.step(request.frame(), std::move(positions), std::move(pass), Session::Admission::kBounded,
+               [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
+                 Finish(outcome ? respond(*outcome.value()) : to_grpc(outcome.fault()));
+               });
+}
+
+grpc::Status StepCall::respond(const Answer& answer) {
+  const std::size_t bytes = answer.rows() * Answer::kBytesPerRow;
+  // The rest of the message is below a kilobyte.
+  if (bytes + 1024 > context_.limits.max_message_bytes)
+    return to_grpc(
+        limit_met("frame " + std::to_string(answer.frame) + ": its answer of " + std::to_string(bytes) +
+                      " bytes does not fit into one message; send the frame again over StreamSteps for it",
+                  "max-message-bytes", false));
+  response_.set_frame(answer.frame);
+  fill_columns(answer, 0, answer.rows(), *response_.mutable_contacts());
+  *response_.mutable_summary() = summary_of(answer);
+  return grpc::Status::OK;
+}
+
+}  // namespace warmfront::server

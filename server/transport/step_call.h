@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// One unary Step call. Thread-safe.
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+
+#include "server/admin/lifecycle.h"
+#include "server/session/session.h"
+#include "server/transport/context.h"
+#include "warmfront/v1/step.pb.h"
+
+namespace warmfront::server {
+
+/// When its client gives up or its deadline passes, a frame that waits or is being computed is left undone.
+class StepCall final : public grpc::ServerUnaryReactor {
+ public:
+  /// Lives until gRPC calls OnDone(). `context` outlives it; `request` is used until start() returns,
+  /// `response` lives as long as the call.
+  static StepCall* start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
+                         const v1::StepRequest& request, v1::StepResponse& response);
+
+  void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }
+  void OnDone() override { delete this; }
+
+ private:
+  explicit StepCall(Context& context, v1::StepResponse& response) : context_(context), response_(response) {}
+
+  void step(Session& session, const v1::StepRequest& request);
+  grpc::Status respond(const Answer& answer);
+
+  // Constant after construction.
+  Context& context_;
+  v1::StepResponse& response_;
+  const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
+
+  // Used by start(), and given back when the call is done.
+  std::optional<Lifecycle::Call> in_flight_;
+};
+
+}  // namespace warmfront::server

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limits on memory, streams and frames in flight, as a client meets them: what is refused says which setting
+// and when to try again, and sessions go on.
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/unit/server/service_fixture.h"
+
+namespace warmfront::test {
+namespace {
+
+using grpc::StatusCode;
+using ::testing::HasSubstr;
+
+/// Whatever a limit refuses.
+void expect_refused(const grpc::Status& status, const char* setting, bool passing) {
+  EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_LIMIT);
+  EXPECT_EQ(detail_of(status).limit(), setting);
+  EXPECT_EQ(detail_of(status).has_retry_after_ms(), passing);
+  EXPECT_THAT(status.error_message(), HasSubstr(std::string("--") + setting));
+}
+
+class MemoryTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.max_session_bytes = 1 << 20;
+    // Room for one session of the fixture's size, not for two.
+    config.limits.max_total_bytes = 300 << 10;
+    return config;
+  }
+  MemoryTest() : ServiceTest(config()) {}
+
+  v1::GetServerInfoResponse info() {
+    Context context;
+    v1::GetServerInfoResponse info;
+    EXPECT_TRUE(stub_->GetServerInfo(&context, {}, &info).ok());
+    return info;
+  }
+};
+
+TEST_F(MemoryTest, ASessionIsRefusedBeforeItIsUploadedAndTakenWhenThereIsRoom) {
+  v1::SessionHeader large = header(kOther);
+  large.set_vertex_count(1'000'000);
+  large.set_face_count(1'000'000);
+  expect_refused(create(large, "", ""), "max-session-bytes", false);
+  ASSERT_TRUE(create().ok());
+  EXPECT_GT(info().charged_bytes(), 50u << 10);
+  expect_refused(create(kOther), "max-total-bytes", true);
+  EXPECT_EQ(info().sessions(), 1u) << "the refused one left its place";
+  ASSERT_TRUE(step(1, frame(1)).ok());
+  Context remove;
+  v1::DeleteSessionRequest request;
+  request.set_session_id(kId);
+  v1::DeleteSessionResponse deleted;
+  ASSERT_TRUE(stub_->DeleteSession(&remove, request, &deleted).ok());
+  // Freed on another thread.
+  for (int i = 0; i < 500 && info().charged_bytes() > 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(info().charged_bytes(), 0u);
+  expect_healthy();
+}
+
+TEST_F(MemoryTest, WhatIsHeldIsCountedWithAnswers) {
+  ASSERT_TRUE(create().ok());
+  const auto held = [&] {
+    Context context;
+    v1::GetSessionRequest request;
+    request.set_session_id(kId);
+    v1::GetSessionResponse response;
+    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
+    return response.session().memory_bytes();
+  };
+  const std::uint64_t before = held();
+  EXPECT_GT(before, 1000u);
+  v1::StepResponse response;
+  ASSERT_TRUE(step(1, frame(1), &response).ok());
+  EXPECT_GE(held(), before + 26 * response.summary().rows());
+}
+
+class GrownTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.max_session_bytes = 300 << 10;
+    return config;
+  }
+  GrownTest() : ServiceTest(config()) {}
+};
+
+TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
+  ASSERT_TRUE(create().ok());
+  Context context;
+  v1::GetSessionRequest request;
+  request.set_session_id(kId);
+  v1::GetSessionResponse response;
+  ASSERT_TRUE(stub_->GetSession(&context, request, &response).ok());
+  EXPECT_LE(response.session().options().max_front_bytes(), 150u << 10);
+  EXPECT_LE(response.session().options().max_contacts() * 26, 150u << 10);
+}
+
+class FewStreamsTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.max_open_streams = 1;
+    return config;
+  }
+  FewStreamsTest() : ServiceTest(config()) {}
+};
+
+TEST_F(FewStreamsTest, OneStreamTooManyIsRefusedAndTheOtherGoesOn) {
+  ASSERT_TRUE(create().ok());
+  Context first, second, third;
+  const auto holder = open(first, 1);
+  const auto refused = stub_->StreamSteps(&second);
+  v1::StreamStepsResponse response;
+  EXPECT_FALSE(refused->Read(&response));
+  expect_refused(refused->Finish(), "max-open-streams", true);
+  holder->Write(frame_message(1, frame(1)));
+  ASSERT_TRUE(holder->Read(&response));
+  EXPECT_EQ(response.answer().frame(), 1u);
+  holder->Write(detach());
+  EXPECT_FALSE(holder->Read(&response));
+  EXPECT_TRUE(holder->Finish().ok());
+}
+
+class FewFramesTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.max_frames_in_flight = 1;
+    return config;
+  }
+  FewFramesTest() : ServiceTest(config()) {}
+};
+
+TEST_F(FewFramesTest, AFrameTooManyIsAnsweredInItsTurnAndCanBeSentAgain) {
+  ASSERT_TRUE(create().ok());
+  ASSERT_TRUE(create(kOther).ok());
+  Context first, second;
+  const auto stream = open(first, 1);
+  // A frame whose rest is still to come is in flight.
+  stream->Write(frame_message(1, frame(1).substr(0, 100), true));
+  Context poll;
+  v1::GetServerInfoResponse info;
+  for (int i = 0; i < 500 && info.frames_in_flight() == 0; ++i) {
+    Context context;
+    ASSERT_TRUE(stub_->GetServerInfo(&context, {}, &info).ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const auto other = open(second, 1, kOther);
+  other->Write(frame_message(1, frame(1)));
+  v1::StreamStepsResponse response;
+  ASSERT_TRUE(other->Read(&response));
+  ASSERT_TRUE(response.has_error());
+  EXPECT_EQ(response.error().frame(), 1u);
+  EXPECT_EQ(response.error().status().code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(detail_of(response.error().status()).limit(), "max-frames-in-flight");
+  expect_refused(step(1, frame(1), nullptr, kOther), "max-frames-in-flight", true);
+  stream->Write(frame_message(1, frame(1).substr(100)));
+  ASSERT_TRUE(stream->Read(&response));
+  EXPECT_EQ(response.answer().frame(), 1u);
+  other->Write(frame_message(1, frame(1)));
+  ASSERT_TRUE(other->Read(&response));
+  EXPECT_EQ(hash_of(response.answer().contacts()), local_hashes(grids_, 0, 1).front());
+}
+
+}  // namespace
+}  // namespace warmfront::test
