@@ -29,8 +29,9 @@ class Driver {
                                 {},
                                 Dtype::kFloat64,
                                 first_},
-                               start, workers(), runner(), 4,
-                               [](Session&, const Fault&) { expect(false, "the engine does not fail"); })
+                               start,
+                               {workers(), runner(), 4, Account::open(budget(), 1 << 30, 0).value(),
+                                [](Session&, const Fault&) { expect(false, "the engine does not fail"); }})
                    .value();
   }
 
@@ -44,6 +45,10 @@ class Driver {
  private:
   static std::shared_ptr<Workers> workers() {
     static const auto shared = std::make_shared<Workers>(1);
+    return shared;
+  }
+  static Budget& budget() {
+    static Budget shared(std::size_t{1} << 40);
     return shared;
   }
   static Runner& runner() {
@@ -99,7 +104,9 @@ class Driver {
   std::future<StepOutcome> post(std::uint64_t frame, PositionBuffer positions) {
     auto promise = std::make_shared<std::promise<StepOutcome>>();
     // A second answer would throw from set_value() on the runner's thread and end the run.
-    session_->step(frame, std::move(positions), Session::Admission::kAlways,
+    FramePass pass;
+    pass.memory = Holding(session_->account(), positions.expected_bytes());
+    session_->step(frame, std::move(positions), std::move(pass), Session::Admission::kAlways,
                    [promise](const StepOutcome& outcome) { promise->set_value(outcome); });
     return promise->get_future();
   }
