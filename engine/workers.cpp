@@ -70,15 +70,34 @@ Workers::Workers(int threads) {
 }
 Workers::~Workers() = default;
 
+namespace {
+
+// The calling thread's own arena of one slot; made when it is first needed.
+Workers& own_arena() {
+  thread_local Workers workers(1);
+  return workers;
+}
+thread_local int alone = 0;  // OneThreads alive
+
+}  // namespace
+
+Workers::OneThread::OneThread() {
+  static_cast<void>(own_arena());
+  ++alone;
+}
+Workers::OneThread::~OneThread() {
+  --alone;
+}
+
 int Workers::threads() const {
-  return impl_->arena.max_concurrency();
+  return alone > 0 ? 1 : impl_->arena.max_concurrency();
 }
 
 void Workers::run(const std::function<void()>& work) {
   // Another thread of the arena may do the work. oneTBB orders it before the return; the flag says so in code
   // that the thread sanitizer can see.
   std::atomic<bool> done{false};
-  impl_->arena.execute([&] {
+  (alone > 0 ? *own_arena().impl_ : *impl_).arena.execute([&] {
     const CallerEnvironment environment;
     // Tasks of another collider in the same arena must not run inside a wait of this one: it may hold
     // thread-local state.

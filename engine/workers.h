@@ -18,10 +18,22 @@ class Workers {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
+  /// That run() would use on the calling thread.
   int threads() const;
 
   /// Runs `work` inside the arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);
+
+  /// While one lives, every run() of the thread that made it takes this thread alone, in an arena of its own
+  /// with one slot: a small step does not wait for the threads that a large one has taken. Lives on one
+  /// thread's stack.
+  class OneThread {
+   public:
+    OneThread();
+    ~OneThread();
+    OneThread(const OneThread&) = delete;
+    OneThread& operator=(const OneThread&) = delete;
+  };
 
  private:
   struct Impl;

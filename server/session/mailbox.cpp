@@ -22,7 +22,7 @@ void Mailbox::push(Job job, std::unique_lock<std::mutex>& lock) {
   jobs_.push_back(std::move(job));
   if (std::exchange(scheduled_, true)) return;
   lock.unlock();
-  runner_.post([self = shared_from_this()] { self->run_one(); });
+  runner_.post([self = shared_from_this()] { self->run_one(); }, lane_.load(std::memory_order_relaxed));
 }
 
 void Mailbox::run_one() {
@@ -35,7 +35,8 @@ void Mailbox::run_one() {
   }
   const std::lock_guard lock(mutex_);
   scheduled_ = !jobs_.empty();
-  if (scheduled_) runner_.post([self = shared_from_this()] { self->run_one(); });
+  if (scheduled_)
+    runner_.post([self = shared_from_this()] { self->run_one(); }, lane_.load(std::memory_order_relaxed));
 }
 
 }  // namespace warmfront::server

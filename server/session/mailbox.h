@@ -2,6 +2,7 @@
 // A session's queue: its jobs run one at a time, in order, on the runner's threads. Thread-safe.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -19,12 +20,15 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   using Job = std::function<void()>;
 
   /// Holds at most `capacity` jobs that have not begun. `runner` outlives the mailbox.
-  Mailbox(Runner& runner, std::size_t capacity) : runner_(runner), capacity_(capacity) {}
+  Mailbox(Runner& runner, std::size_t capacity, Lane lane = Lane::kLong)
+      : runner_(runner), capacity_(capacity), lane_(lane) {}
 
   /// False, and nothing is queued, when the mailbox is full.
   [[nodiscard]] bool post(Job job);
   /// The same, but never refused: for jobs that something else bounds.
   void post_always(Job job);
+  /// Where the next jobs run.
+  void set_lane(Lane lane) { lane_.store(lane, std::memory_order_relaxed); }
 
  private:
   void push(Job job, std::unique_lock<std::mutex>& lock);
@@ -33,6 +37,8 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   // Constant after construction.
   Runner& runner_;
   const std::size_t capacity_;
+
+  std::atomic<Lane> lane_;
 
   // Protected by mutex_.
   std::mutex mutex_;

@@ -2,13 +2,15 @@
 // A plain thread pool. Thread safety as stated in the header.
 #include "server/session/runner.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace warmfront::server {
 
 Runner::Runner(int threads) {
-  threads_.reserve(static_cast<std::size_t>(threads));
-  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  threads_.reserve(queues_.size() * static_cast<std::size_t>(threads));
+  for (Queue& queue : queues_)
+    for (int i = 0; i < threads; ++i) threads_.emplace_back([this, &queue] { work(queue); });
 }
 
 Runner::~Runner() {
@@ -16,29 +18,41 @@ Runner::~Runner() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  changed_.notify_all();
+  for (Queue& queue : queues_) queue.changed.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
-void Runner::post(std::function<void()> task) {
+void Runner::post(std::function<void()> task, Lane lane) {
+  Queue& queue = queues_[static_cast<std::size_t>(lane)];
   {
     const std::lock_guard lock(mutex_);
-    tasks_.push_back(std::move(task));
+    queue.tasks.push_back(std::move(task));
   }
-  changed_.notify_one();
+  queue.changed.notify_one();
 }
 
-void Runner::work() {
+std::function<void()> Runner::take(Queue& queue) {
+  std::function<void()> task = std::move(queue.tasks.front());
+  queue.tasks.pop_front();
+  return task;
+}
+
+void Runner::work(Queue& own) {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return stopping_ || !tasks_.empty(); });
-    if (tasks_.empty()) return;
+    own.changed.wait(lock, [&] { return stopping_ || !own.tasks.empty(); });
+    // At the end any thread runs what is left: a task may post to a lane whose own threads are gone by then.
+    const auto filled = own.tasks.empty()
+                            ? std::ranges::find_if(queues_, [](const Queue& q) { return !q.tasks.empty(); })
+                            : queues_.begin() + (&own - queues_.data());
+    if (filled == queues_.end()) return;
     // Scoped, so that what the task holds is released before the next wait.
     {
-      const std::function<void()> task = std::move(tasks_.front());
-      tasks_.pop_front();
+      const std::function<void()> task = take(*filled);
       lock.unlock();
+      busy_.fetch_add(1, std::memory_order_relaxed);
       task();
+      busy_.fetch_sub(1, std::memory_order_relaxed);
     }
     lock.lock();
   }

@@ -6,6 +6,8 @@
 #include <new>
 #include <utility>
 
+#include "server/session/step_cost.h"
+
 namespace warmfront::server {
 namespace {
 
@@ -52,11 +54,14 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
       options_(collider.options()),
       created_(std::chrono::system_clock::now()),
       lost_(std::move(host.lost)),
-      mailbox_(std::make_shared<Mailbox>(host.runner, host.mailbox_capacity)),
+      runner_(host.runner),
+      mailbox_(std::make_shared<Mailbox>(host.runner, host.mailbox_capacity,
+                                         lane_of(step_cost_ms(scene_->face_count(), {})))),
       account_(std::move(host.account)),
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
+      lane_(lane_of(step_cost_ms(scene_->face_count(), {}))),
       last_request_(std::chrono::steady_clock::now()) {
   snapshot_.last_frame = frames_.last();
 }
@@ -156,12 +161,18 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(const Request& request) 
     refusal->message = name_of(frame) + ": " + refusal->message;
     return *std::move(refusal);
   }
+  // Beside others a short step takes one thread: it would wait for as many as a long one holds.
+  std::optional<Workers::OneThread> one_thread;
+  if (lane_ == Lane::kShort && runner_.busy() > 1) one_thread.emplace();
   Result<StepResult> result = collider_.step(positions.view());
+  one_thread.reset();
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
   Answer answer = make_answer(frame, *scene_, result.value());
   answer.memory = Holding(account_, answer.memory_bytes());
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   frames_.advance();
+  lane_ = lane_of(step_cost_ms(scene_->face_count(), last_answer_->statistics.counts));
+  mailbox_->set_lane(lane_);
   return last_answer_;
 }
 

@@ -117,6 +117,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const ColliderOptions options_;
   const std::chrono::system_clock::time_point created_;
   const Lost lost_;
+  Runner& runner_;
   const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Account> account_;
 
@@ -124,6 +125,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Collider collider_;
   Holding memory_;  // of the collider
   FrameSequence frames_;
+  Lane lane_ = Lane::kLong;
   std::shared_ptr<const Answer> last_answer_;
 
   // Protected by mutex_.

@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "server/session/step_cost.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/units.h"
@@ -48,7 +49,8 @@ void CreateCall::OnReadDone(bool ok) {
   if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
   if (std::optional<Fault> fault = upload_->complete()) return fail_locked(to_grpc(*fault));
   state_ = State::kBuilding;
-  context_.runner.post([this] { build(); });
+  // Building takes some ten times as long as a step.
+  context_.runner.post([this] { build(); }, lane_of(10 * step_cost_ms(upload_->face_count(), {})));
 }
 
 void CreateCall::end(const Fault& fault) {

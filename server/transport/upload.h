@@ -23,6 +23,8 @@ class Upload {
   /// INVALID_ARGUMENT unless everything announced is there.
   std::optional<Fault> complete() const;
 
+  /// Announced; after the header only.
+  std::uint32_t face_count() const { return face_count_; }
   /// What the session is going to hold; after the header only.
   std::size_t estimate_bytes() const;
   /// Null before the header.

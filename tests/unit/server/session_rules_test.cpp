@@ -13,6 +13,7 @@
 #include "server/session/id.h"
 #include "server/session/mailbox.h"
 #include "server/session/position_buffer.h"
+#include "server/session/step_cost.h"
 #include "server/session/store.h"
 #include "tests/unit/server/moving_grids.h"
 
@@ -101,6 +102,39 @@ TEST(MailboxTest, JobsRunOneAtATimeInOrderAndAreBounded) {
   }  // the runner finishes what was posted
   EXPECT_EQ(order, (std::vector<int>{0, 1, 2}));
   EXPECT_EQ(overlaps, 0);
+}
+
+TEST(RunnerTest, AShortTaskDoesNotWaitForLongOnesAndNothingIsLeftAtTheEnd) {
+  std::atomic<int> ran{0};
+  {
+    Runner runner(1);
+    std::latch begun(1), go(1), done(1);
+    runner.post([&] {
+      begun.count_down();
+      go.wait();
+      runner.post([&] { ++ran; }, Lane::kShort);
+    });
+    begun.wait();
+    runner.post([&] { ++ran; });
+    runner.post(
+        [&] {
+          EXPECT_EQ(runner.busy(), 2);
+          done.count_down();
+        },
+        Lane::kShort);
+    done.wait();
+    EXPECT_EQ(ran, 0) << "the long lane is taken";
+    go.count_down();
+  }
+  EXPECT_EQ(ran, 2);
+}
+
+TEST(StepCostTest, IsByWhatWasDone) {
+  EXPECT_EQ(lane_of(step_cost_ms(4344, {})), Lane::kShort);
+  StepCounts busy;
+  busy.elementary_tests = 1'000'000;
+  EXPECT_EQ(lane_of(step_cost_ms(4344, busy)), Lane::kLong);
+  EXPECT_EQ(lane_of(step_cost_ms(1'000'000, {})), Lane::kLong);
 }
 
 class StoreTest : public ::testing::Test {
