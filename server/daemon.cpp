@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/admin/accept.h"
 #include "server/admin/listen.h"
 #include "server/admin/ticker.h"
 #include "server/session/expiry.h"
@@ -102,6 +103,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
       return checked.error();
 
   enable_plugins(config.reflection);
+  refuse_connections_without_files();
   auto impl = std::make_unique<Impl>(config, log);
   impl->service = make_collision_service(impl->context);
   grpc::ServerBuilder builder;

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Accepting connections when the process has no files left. Thread-safe.
+#pragma once
+
+namespace warmfront::server {
+
+/// Sets a file aside, so that connections can be refused when no other is left. gRPC 1.51 stops listening for
+/// good when accept4() fails for want of files (CVE-2023-4785); linking this in puts an accept4() before the
+/// C library's that closes such connections at once and goes on. Call it before a server is started; any
+/// number of times.
+void refuse_connections_without_files();
+
+}  // namespace warmfront::server

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Starting, watching and ending the daemon. Thread safety as stated in the header.
+#include "tests/faults/daemon_process.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+#include <thread>
+#include <utility>
+
+extern char** environ;
+
+namespace warmfront::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> result;
+  for (std::string& text : texts) result.push_back(text.data());
+  result.push_back(nullptr);
+  return result;
+}
+
+}  // namespace
+
+DaemonProcess::DaemonProcess(std::vector<std::string> flags, std::vector<std::string> environment,
+                             std::string log)
+    : flags_(std::move(flags)),
+      environment_(std::move(environment)),
+      log_(log.empty() ? (folder_.path() / "log").string() : std::move(log)) {
+  start();
+}
+
+DaemonProcess::~DaemonProcess() {
+  if (pid_ > 0) kill_hard();
+}
+
+std::string DaemonProcess::socket() const {
+  return "unix:" + (folder_.path() / "d.sock").string();
+}
+
+std::string DaemonProcess::log() const {
+  std::stringstream text;
+  text << std::ifstream(log_).rdbuf();
+  return text.str();
+}
+
+int DaemonProcess::port() const {
+  const std::string marker = "\"address\":\"127.0.0.1:";
+  for (int i = 0; i < 1000; ++i) {
+    const std::string text = log();
+    const std::size_t at = text.rfind(marker);
+    if (at != std::string::npos && text.find('\n', at) != std::string::npos)
+      return std::stoi(text.substr(at + marker.size()));
+    std::this_thread::sleep_for(10ms);
+  }
+  return -1;
+}
+
+void DaemonProcess::start() {
+  std::vector<std::string> arguments{WARMFRONTD,    "--listen",           socket(), "--listen",
+                                     "127.0.0.1:0", "--log-format",       "json",   "--threads",
+                                     "2",           "--transport-memory", "64MiB"};
+  for (const std::string& flag : flags_) arguments.push_back(flag);
+  std::vector<std::string> environment = environment_;
+  for (char** variable = environ; *variable != nullptr; ++variable) environment.emplace_back(*variable);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 2, log_.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+  ASSERT_EQ(posix_spawn(&pid_, WARMFRONTD, &actions, nullptr, pointers(arguments).data(),
+                        pointers(environment).data()),
+            0);
+  posix_spawn_file_actions_destroy(&actions);
+}
+
+std::size_t DaemonProcess::status_bytes(const char* field) const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  std::size_t kibibytes = 0;
+  for (std::string word; status >> word;)
+    if (word == field) status >> kibibytes;
+  return kibibytes << 10;
+}
+
+std::size_t DaemonProcess::resident_bytes() const {
+  return status_bytes("VmRSS:");
+}
+std::size_t DaemonProcess::peak_bytes() const {
+  return status_bytes("VmHWM:");
+}
+
+std::size_t DaemonProcess::open_files() const {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(pid_) + "/fd"))
+    ++count;
+  return count;
+}
+
+void DaemonProcess::limit(int resource, std::size_t value) const {
+  rlimit wanted{};
+  ASSERT_EQ(prlimit(pid_, static_cast<__rlimit_resource>(resource), nullptr, &wanted), 0);
+  wanted.rlim_cur = value;
+  ASSERT_EQ(prlimit(pid_, static_cast<__rlimit_resource>(resource), &wanted, nullptr), 0);
+}
+
+void DaemonProcess::terminate() const {
+  kill(pid_, SIGTERM);
+}
+
+void DaemonProcess::kill_hard() {
+  kill(pid_, SIGKILL);
+  wait();
+}
+
+int DaemonProcess::wait() {
+  int status = 0;
+  for (int i = 0; i < 6000; ++i) {
+    if (waitpid(pid_, &status, WNOHANG) == pid_) {
+      pid_ = -1;
+      return status;
+    }
+    std::this_thread::sleep_for(10ms);
+  }
+  return -1;
+}
+
+}  // namespace warmfront::test

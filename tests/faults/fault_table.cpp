@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fixture of the fault table. Thread safety as stated in the header.
+#include "tests/faults/fault_table.h"
+
+#include <cstdio>
+#include <utility>
+
+namespace warmfront::test {
+
+void FaultTable::begin(std::vector<std::string> flags, std::vector<std::string> environment,
+                       std::string log) {
+  daemon_.reset();
+  daemon_.emplace(std::move(flags), std::move(environment), std::move(log));
+  connect(daemon_->socket());
+  untouched_frame_ = 0;
+  begin_untouched();
+}
+
+void FaultTable::begin_untouched() {
+  ASSERT_EQ(health(), 1);
+  v1::SessionHeader wanted = header(kUntouched);
+  wanted.set_first_frame(untouched_frame_);
+  ASSERT_TRUE(create(wanted, faces(), frame(untouched_frame_)).ok());
+  step_untouched();
+  resident_before_ = daemon_->resident_bytes();
+}
+
+void FaultTable::step_untouched() {
+  v1::StepResponse response;
+  const grpc::Status status = step(untouched_frame_ + 1, frame(untouched_frame_ + 1), &response, kUntouched);
+  ASSERT_TRUE(status.ok()) << "the untouched session: " << status.error_message();
+  EXPECT_EQ(hash_of(response.contacts()),
+            local_hashes(grids_, untouched_frame_, untouched_frame_ + 1).front());
+  EXPECT_GT(response.summary().rows(), 0U) << "a test without contacts shows nothing";
+  ++untouched_frame_;
+}
+
+void FaultTable::TearDown() {
+  if (IsSkipped()) return;
+  EXPECT_EQ(health(), 1) << "the daemon serves";
+  step_untouched();
+  const std::size_t now = daemon_->resident_bytes();
+  const std::size_t peak = daemon_->peak_bytes();
+  const auto more = [this](std::size_t bytes) {
+    return bytes > resident_before_ ? bytes - resident_before_ : 0;
+  };
+  std::printf("memory: %.1f MiB before, %.1f more at the worst moment, %.1f more after\n",
+              static_cast<double>(resident_before_) / kMiB, static_cast<double>(more(peak)) / kMiB,
+              static_cast<double>(more(now)) / kMiB);
+  if (kSanitized) return;
+  EXPECT_LE(more(peak), allowed_peak_);
+  EXPECT_LE(more(now), allowed_growth_);
+}
+
+int FaultTable::health() {
+  // Its messages are simple enough to write here: field 1 of the request is the name, field 1 of the answer
+  // the status.
+  std::string request = "\x0a ";
+  request += "warmfront.v1.CollisionService";
+  request[1] = static_cast<char>(request.size() - 2);
+  const grpc::Slice slice(request);
+  Context context;
+  context.set_wait_for_ready(true);
+  grpc::CompletionQueue queue;
+  grpc::GenericStub stub(channel_);
+  const auto call =
+      stub.PrepareUnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::ByteBuffer(&slice, 1), &queue);
+  grpc::ByteBuffer response;
+  grpc::Status status;
+  call->StartCall();
+  call->Finish(&response, &status, nullptr);
+  void* tag = nullptr;
+  bool ok = false;
+  queue.Next(&tag, &ok);
+  grpc::Slice answer;
+  if (!status.ok() || !response.DumpToSingleSlice(&answer).ok() || answer.size() != 2) return -1;
+  return answer.begin()[1];
+}
+
+grpc::Status FaultTable::raw_call(const std::string& method, const std::vector<std::string>& messages,
+                                  bool compressed) {
+  Context context;
+  if (compressed) context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
+  grpc::CompletionQueue queue;
+  grpc::GenericStub stub(channel_);
+  const auto call = stub.PrepareCall(&context, "/warmfront.v1.CollisionService/" + method, &queue);
+  const auto wait = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  call->StartCall(nullptr);
+  bool writing = wait();
+  for (std::size_t i = 0; writing && i < messages.size(); ++i) {
+    const grpc::Slice slice(messages[i].data(), messages[i].size());
+    call->Write(grpc::ByteBuffer(&slice, 1), nullptr);
+    writing = wait();
+  }
+  if (writing) {
+    call->WritesDone(nullptr);
+    wait();
+  }
+  grpc::ByteBuffer answer;
+  do call->Read(&answer, nullptr);
+  while (wait());
+  grpc::Status status;
+  call->Finish(&status, nullptr);
+  wait();
+  return status;
+}
+
+}  // namespace warmfront::test

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every row of the fault table shares: a real daemon, a client that misbehaves, a session that nobody
+// touches meanwhile, and the end of each test: the daemon is healthy, the untouched session's next step has
+// the right contacts, and memory is bounded. Used by one thread at a time.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+
+#include <limits>
+#include <optional>
+
+#include "tests/faults/daemon_process.h"
+#include "tests/unit/server/bare_client.h"
+
+namespace warmfront::test {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;  ///< memory is the sanitizer's then
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+inline constexpr std::size_t kMiB = std::size_t{1} << 20;
+
+class FaultTable : public ::testing::Test, protected BareClient {
+ protected:
+  void SetUp() override { begin({}); }
+  void TearDown() override;
+
+  /// The daemon anew, with other flags; see DaemonProcess.
+  void begin(std::vector<std::string> flags, std::vector<std::string> environment = {}, std::string log = {});
+  /// Takes note of memory, and creates the untouched session, for a daemon that was just started.
+  void begin_untouched();
+  /// The untouched session's next frame, compared with the engine in this process.
+  void step_untouched();
+
+  /// grpc.health.v1's answer for the service: 1 is SERVING; -1 without an answer.
+  int health();
+
+  /// A call of any of the service's methods with any bytes as messages, compressed or not: how it ended.
+  grpc::Status raw_call(const std::string& method, const std::vector<std::string>& messages,
+                        bool compressed = false);
+
+  static void expect_fault(const grpc::Status& status, grpc::StatusCode code, v1::ErrorReason reason,
+                           const std::string& words) {
+    EXPECT_EQ(status.error_code(), code) << status.error_message();
+    EXPECT_EQ(detail_of(status).reason(), reason);
+    EXPECT_THAT(status.error_message(), ::testing::HasSubstr(words));
+  }
+
+  std::optional<DaemonProcess> daemon_;
+  /// What a row may cost: at its worst moment, and after it.
+  std::size_t allowed_peak_ = 64 * kMiB;
+  std::size_t allowed_growth_ = 32 * kMiB;
+
+ private:
+  static constexpr const char* kUntouched = "31234567-89ab-cdef-0123-456789abcdef";
+  std::size_t resident_before_ = 0;
+  std::uint64_t untouched_frame_ = 0;
+};
+
+}  // namespace warmfront::test
