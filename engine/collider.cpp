@@ -13,7 +13,9 @@
 #include "engine/bvh/bvh.h"
 #include "engine/elementary/narrow_phase.h"
 #include "engine/front/front.h"
-#include "engine/motion/motion.h"
+#include "engine/front/near_parts.h"
+#include "engine/motion/scene_motion.h"
+#include "engine/scene/collision_model.h"
 #include "engine/topology.h"
 
 namespace warmfront {
@@ -23,8 +25,9 @@ namespace {
 /// step, looking whether it can costs a test.
 constexpr std::int64_t kLazyPruneSteps = 8;
 
-/// The hierarchy is rebuilt when its looseness has grown this much since its build.
+/// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
 constexpr double kLoosenessLimit = 2.0;
+constexpr std::int64_t kLoosenessSteps = 4;
 
 bool is_lazy(const ColliderOptions& options) {
   return options.front == FrontMode::kWarm && options.lazy_front;
@@ -48,13 +51,9 @@ Status check(const Positions& positions, std::uint32_t vertex_count) {
   return std::visit([&](auto values) { return check_positions(values, vertex_count); }, positions);
 }
 
-void copy_to(std::vector<double>& to, const Positions& positions) {
-  std::visit([&](auto values) { to.assign(values.begin(), values.end()); }, positions);
-}
-
 std::vector<double> to_doubles(const Positions& positions) {
   std::vector<double> values;
-  copy_to(values, positions);
+  std::visit([&](auto span) { values.assign(span.begin(), span.end()); }, positions);
   return values;
 }
 
@@ -65,25 +64,43 @@ struct Core {
       : scene(std::move(the_scene)),
         options(the_options),
         workers(std::move(the_workers)),
-        current(to_doubles(positions)),
-        motion(current),
-        shape(scene->face_count() + static_cast<std::uint32_t>(scene->isolated_vertices().size()),
-              options.leaf_size) {
+        motion(*scene, to_doubles(positions)),
+        model(*scene) {
     // The cone theorem rules out meeting, not nearness.
     const bool cones = options.normal_cones && options.min_separation == 0;
-    workers->run([&] { topology = std::make_unique<Topology>(*scene, motion, shape, cones); });
+    workers->run([&] {
+      topology = std::make_unique<Topology>(*scene, motion.vertices(), options.leaf_size, cones);
+      motion.renumber(topology->numbering);
+      motion.vertices().hold(motion.vertices().frame().to_local(options.min_separation));
+      take_parts();
+    });
+  }
+
+  /// Makes room for what the scene has gained.
+  void take_parts() {
+    model = CollisionModel(*scene);
+    excluded_pairs = model.excluded_pairs();
     vertex_bounds.resize(scene->vertex_count());
     patch_culled.resize(topology->patches.count());
+    orphans.resize(topology->parts.size());
+    for (std::uint32_t p = 0; p < orphans.size(); ++p) {
+      if (!model.self_collision(p)) {
+        orphans[p].reset();
+      } else if (orphans[p] == nullptr) {
+        topology->need_orphans(p);
+        orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
+      }
+    }
   }
 
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;
   std::shared_ptr<Workers> workers;
-  std::vector<double> current;  // positions at t = 1 of the last step, in the numbers first given
-  std::vector<double> given;    // positions of the step in hand, likewise
-  Motion motion;
-  TreeShape shape;
-  std::unique_ptr<const Topology> topology;
+  SceneMotion motion;
+  CollisionModel model;
+  std::uint64_t excluded_pairs = 0;
+  std::unique_ptr<Topology> topology;
+  std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // by part; null where it is not tested against itself
   std::vector<KDop18> vertex_bounds;
   std::vector<std::uint8_t> patch_culled;
   std::vector<Contact> contacts;
@@ -93,26 +110,31 @@ struct Core {
 class Pipeline {
  public:
   virtual ~Pipeline() = default;
-  /// Tests the motion from core.current to core.given.
-  virtual Result<StepResult> step(Core& core) = 0;
+  /// Carries out a frame that was checked.
+  virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) = 0;
+  /// Parts were added or changed: which are near each other is found anew.
+  virtual void parts_changed() = 0;
   virtual std::size_t memory_bytes() const = 0;
 };
 
 template <class Bounds>
 class PipelineWith final : public Pipeline {
  public:
-  Result<StepResult> step(Core& core) override {
+  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
     StepResult result;
     NarrowPhaseOutput output;
     try {
-      core.workers->run([&] { output = run(core, result.statistics); });
+      core.workers->run([&] { output = run(core, frame, stop, result.statistics); });
+    } catch (const Stopped&) {
+      take_back(core);
+      return Error{ErrorCode::kCancelled, "the step was cancelled; the frame may be sent again"};
     } catch (...) {  // out of memory: what was half done is not built upon
-      bvh_ = {};
-      front_.clear();
+      take_back(core);
+      trees_.clear();
       throw;
     }
     if (output.over_limit) {
-      front_.clear();  // its budgets count from positions that were never taken
+      take_back(core);
       return Error{ErrorCode::kResourceExhausted,
                    "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
                        " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
@@ -125,101 +147,222 @@ class PipelineWith final : public Pipeline {
     return result;
   }
 
+  void parts_changed() override { anew_ = true; }
+
   std::size_t memory_bytes() const override {
-    return bvh_.memory_bytes() + front_.memory_bytes() + narrow_.memory_bytes();
+    std::size_t bytes = front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
+                        roots_.capacity() * sizeof(Bounds);
+    for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
+    return bytes;
   }
 
  private:
-  NarrowPhaseOutput run(Core& core, StepStatistics& statistics) {
+  // The front's budgets and what it keeps count from positions that were never taken.
+  void take_back(Core& core) {
+    core.motion.undo();
+    front_.clear();
+    front_lost_ = anew_ = true;
+    for (const auto& orphans : core.orphans) {
+      if (orphans != nullptr) orphans->forget();
+    }
+  }
+
+  NarrowPhaseOutput run(Core& core, const Frame& frame, StopSignal stop, StepStatistics& statistics) {
     Stopwatch total;
     Stopwatch stage;
-    core.motion.set(core.current, core.given, core.topology->numbering.vertices());
-    bound_vertices(core);
-    const bool rebuilt = refit_or_build(core);
+    core.motion.begin(frame);
+    const bool built = arrange_new(core);
+    refit_placed(core);
+    statistics.counts.bv_tests = find_near(core);
+    refit_near(core);
+    const bool rebuilt = rearrange_loose(core);
     cull_patches(core, statistics.counts);
-    const NarrowPhaseInput input{
-        core.topology->scene, core.topology->numbering, core.topology->ownership, core.topology->patches,
-        core.patch_culled,    core.motion.vertices(),   core.vertex_bounds,       core.options};
+    const NarrowPhaseInput input{core.topology->scene,
+                                 core.topology->numbering,
+                                 core.topology->ownership,
+                                 core.topology->patches,
+                                 core.patch_culled,
+                                 core.motion.vertices().vertices(),
+                                 core.motion.vertices().states(),
+                                 core.vertex_bounds,
+                                 core.options,
+                                 stop};
     statistics.ms.refit = stage.lap();
 
-    narrow_.begin(bvh_, input);
-    statistics.front_state = advance_front(core.options, rebuilt);
+    narrow_.begin(trees_, input);
+    statistics.front_state = advance_front(core.options, built || rebuilt, stop);
     narrow_.flush();
     const double interleaved = stage.lap();
     const double elementary =
         std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
 
-    narrow_.test_orphans(core.topology->orphans);
+    test_orphans(core);
     statistics.ms.adjacent = stage.lap();
 
     const NarrowPhaseOutput output = narrow_.finish(core.contacts);
     statistics.ms.front = interleaved - elementary;
     statistics.ms.elementary = elementary + stage.lap();
-    add(statistics.counts, output.counts);
-    statistics.counts.adjacent_pairs = core.topology->adjacent_pairs;
-    statistics.counts.bv_tests = front_.counts().bv_tests;
-    statistics.counts.front_skipped = front_.counts().skipped;
-    statistics.counts.front_sprouted = front_.counts().sprouted;
-    statistics.counts.front_pruned = front_.counts().pruned;
-    statistics.counts.front_pairs = front_.size();
-    statistics.counts.front_bytes = front_.pair_bytes();
+    count(core, output, statistics.counts);
     statistics.ms.total = total.lap();
     return output;
   }
 
-  void bound_vertices(Core& core) {
-    const auto vertices = core.motion.vertices();
-    magnitude_ = motion_magnitude(vertices, core.motion.frame(), core.options.min_separation);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
-      moving_bounds(vertices.subspan(range.begin(), range.size()), core.motion.frame(),
-                    core.options.min_separation, magnitude_, core.vertex_bounds.data() + range.begin());
+  // Parts without a hierarchy get one. Returns whether there were any.
+  bool arrange_new(Core& core) {
+    const auto& parts = core.topology->parts;
+    stale_.resize(parts.size(), 1);
+    states_.resize(parts.size());
+    roots_.resize(parts.size());
+    if (trees_.size() == parts.size()) return false;
+    std::size_t first = trees_.size();
+    trees_.resize(parts.size());
+    tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
+      trees_[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, is_lazy(core.options));
+    });
+    std::fill(stale_.begin() + static_cast<std::ptrdiff_t>(first), stale_.end(), 1);
+    anew_ = true;
+    return first == 0;
+  }
+
+  // Bounds of a part's vertices and hierarchy; `all` of them, or those that changed.
+  void refit_part(Core& core, std::uint32_t p) {
+    const Motion& motion = core.motion.vertices();
+    const FeatureRange& features = core.topology->parts[p].features;
+    const RangeMotion& range = core.motion.range(p);
+    const bool all = std::exchange(stale_[p], 0) != 0;
+    const auto bound = [&](std::size_t begin, std::size_t end) {
+      if (all) {
+        const std::vector<MotionState> every(end - begin, kChanged);
+        moving_bounds(motion.vertices().subspan(begin, end - begin), every, motion.frame(),
+                      core.options.min_separation, magnitude_, core.vertex_bounds.data() + begin);
+      } else {
+        moving_bounds(motion.vertices().subspan(begin, end - begin),
+                      motion.states().subspan(begin, end - begin), motion.frame(),
+                      core.options.min_separation, magnitude_, core.vertex_bounds.data() + begin);
+      }
+    };
+    if (range.listed && !all) {
+      for (const std::uint32_t v : range.changed) bound(v, v + 1);
+    } else {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(features.first_vertex, features.end_vertex, 4096),
+                        [&](const auto& vertices) { bound(vertices.begin(), vertices.end()); });
+    }
+    refit_nodes_ +=
+        refit({core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, all}, trees_[p]);
+    states_[p] = trees_[p].states.empty() ? 0 : trees_[p].states[0];
+    if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
+  }
+
+  // All parts but those that only their poses are known of: they wait until something comes near.
+  void refit_placed(Core& core) {
+    refit_nodes_ = 0;
+    const double magnitude = core.motion.vertices().magnitude();
+    if (magnitude != magnitude_) {  // bounds made before are with the smaller margin
+      magnitude_ = magnitude;
+      std::ranges::fill(stale_, std::uint8_t{1});
+      anew_ = true;
+    }
+    tbb::parallel_for(std::uint32_t{0}, core.motion.part_count(), [&](std::uint32_t p) {
+      if (core.model.is_removed(p)) {
+        states_[p] = 0;
+        roots_[p] = Bounds::empty();
+        trees_[p] = {};
+      } else if (core.motion.unplaced(p)) {
+        states_[p] = core.motion.state(p);
+        const SceneMotion::Ball ball = core.motion.ball(p);
+        roots_[p] = narrow<Bounds>(moving_bounds(ball.centre, ball.radius, core.motion.vertices().frame(),
+                                                 core.options.min_separation, magnitude_));
+      } else {
+        refit_part(core, p);
+      }
     });
   }
 
-  // Returns true when the hierarchy is another one than in the last step.
-  bool refit_or_build(const Core& core) {
-    if (bvh_.order.empty()) {
-      bvh_.arrange(core.topology->scene, core.shape, core.topology->first_order, is_lazy(core.options));
-    } else {
-      refit(core.topology->scene, core.vertex_bounds, magnitude_, bvh_);
-      if (!(looseness(bvh_) > kLoosenessLimit * bvh_.built_looseness)) return false;
-      bvh_.arrange(core.topology->scene, core.shape,
-                   build_order(core.topology->scene, core.motion, core.shape), is_lazy(core.options));
+  // Returns the tests that it took.
+  std::uint64_t find_near(Core& core) {
+    std::uint64_t bv_tests = 0;
+    near_pairs_ =
+        near_.find(core.model, roots_, states_, anew_ || core.options.front == FrontMode::kNone, bv_tests);
+    anew_ = false;
+    return bv_tests;
+  }
+
+  // Parts whose poses alone were known, and that have come near others.
+  void refit_near(Core& core) {
+    unplaced_.clear();
+    for (const NearPair& pair : near_pairs_) {
+      for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
+        if (core.motion.unplaced(p)) unplaced_.push_back(p);
+      }
     }
-    refit(core.topology->scene, core.vertex_bounds, magnitude_, bvh_);
-    bvh_.built_looseness = looseness(bvh_);
-    return true;
+    std::ranges::sort(unplaced_);
+    unplaced_.erase(std::unique(unplaced_.begin(), unplaced_.end()), unplaced_.end());
+    tbb::parallel_for(std::size_t{0}, unplaced_.size(), [&](std::size_t i) {
+      core.motion.place(unplaced_[i]);
+      refit_part(core, unplaced_[i]);
+    });
+  }
+
+  // Gives a part whose hierarchy has decayed a new one. Returns whether there was one.
+  bool rearrange_loose(Core& core) {
+    const bool look = ++steps_ % kLoosenessSteps == 0;
+    bool rebuilt = false;
+    for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+      Bvh<Bounds>& tree = trees_[p];
+      if (tree.nodes.empty() || core.motion.unplaced(p)) continue;
+      if (tree.built_looseness == 0) {
+        tree.built_looseness = looseness(tree);
+      } else if (look && (states_[p] & kMoving) != 0 &&
+                 looseness(tree) > kLoosenessLimit * tree.built_looseness) {
+        tree.arrange(core.topology->scene, tree.shape,
+                     build_order(core.topology->scene, core.motion.vertices(), tree.shape, tree.order),
+                     is_lazy(core.options));
+        stale_[p] = 1;
+        refit_part(core, p);
+        tree.built_looseness = looseness(tree);
+        front_.forget(p);
+        rebuilt = true;
+      }
+    }
+    return rebuilt;
   }
 
   void cull_patches(Core& core, StepCounts& counts) {
     const Patches& patches = core.topology->patches;
     tbb::parallel_for(std::size_t{0}, patches.count(), [&](std::size_t p) {
-      core.patch_culled[p] = provably_embedded(core.topology->scene, core.motion.vertices(), patches.faces[p],
-                                               patches.contours[p]);
+      core.patch_culled[p] = provably_embedded(core.topology->scene, core.motion.vertices().vertices(),
+                                               patches.faces[p], patches.contours[p]);
     });
     counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
   }
 
+  // What is found of leaves at rest serves again, unless later contacts were left out.
+  static bool retest(const ColliderOptions& options) { return options.report == Report::kEarliest; }
+
   // The front of this step: built, updated or rebuilt by the rules of its mode.
-  FrontState advance_front(const ColliderOptions& options, bool new_hierarchy) {
+  FrontState advance_front(const ColliderOptions& options, bool new_hierarchy, StopSignal stop) {
     const bool keep = options.front != FrontMode::kNone;
-    if (keep && !new_hierarchy && !front_.empty() && !due_for_rebuild(options)) {
-      const std::size_t before = front_.size();
-      ++steps_since_build_;
-      const bool lazy = is_lazy(options);
-      const bool prune =
-          options.front == FrontMode::kWarm && (!lazy || steps_since_build_ % kLazyPruneSteps == 0);
-      front_.update(bvh_, narrow_, {.prune = prune, .lazy = lazy}, options.max_front_bytes);
-      stalled_steps_ = front_.size() > before ? 0 : stalled_steps_ + 1;
-      return front_.overflowed() ? FrontState::kCapped : FrontState::kUpdated;
-    }
     const bool first = steps_since_build_ < 0;
-    front_.build(bvh_, narrow_, keep, options.max_front_bytes);
-    steps_since_build_ = 0;
-    stalled_steps_ = 0;
+    const bool update = keep && !front_lost_ && !due_for_rebuild(options);
+    if (!update) front_.clear();
+    const std::size_t before = front_.size();
+    steps_since_build_ = update ? steps_since_build_ + 1 : 0;
+    const bool lazy = is_lazy(options);
+    const bool prune =
+        options.front == FrontMode::kWarm && (!lazy || steps_since_build_ % kLazyPruneSteps == 0);
+    front_.advance(trees_, near_pairs_, narrow_,
+                   {.prune = prune,
+                    .lazy = lazy,
+                    .record = keep,
+                    .retest = retest(options),
+                    .max_bytes = options.max_front_bytes,
+                    .stop = stop});
+    front_lost_ = front_.overflowed();
+    stalled_steps_ = !update || front_.size() > before ? 0 : stalled_steps_ + 1;
     if (!keep) return FrontState::kNone;
     if (front_.overflowed()) return FrontState::kCapped;
-    return first ? FrontState::kBuilt : FrontState::kRebuilt;
+    if (first) return FrontState::kBuilt;
+    return update && !new_hierarchy ? FrontState::kUpdated : FrontState::kRebuilt;
   }
 
   // The paper's deferred rebuild (section 4.3), or every K steps (its section 8).
@@ -230,10 +373,48 @@ class PipelineWith final : public Pipeline {
            due(options.rebuild_every_steps, steps_since_build_ + 1);
   }
 
-  Bvh<Bounds> bvh_;
-  double magnitude_ = 0;  // of the step's coordinates, local
+  void test_orphans(Core& core) {
+    std::vector<OrphanBlocks*> parts;
+    for (std::uint32_t p = 0; p < core.orphans.size(); ++p) {
+      if (core.orphans[p] == nullptr) continue;
+      core.orphans[p]->range = &core.motion.range(p);
+      parts.push_back(core.orphans[p].get());
+    }
+    narrow_.test_orphans(parts, retest(core.options));
+  }
+
+  void count(const Core& core, const NarrowPhaseOutput& output, StepCounts& counts) const {
+    add(counts, output.counts);
+    counts.adjacent_pairs = core.topology->adjacent_pairs;
+    counts.bv_tests += front_.counts().bv_tests;
+    counts.front_skipped = front_.counts().skipped;
+    counts.front_rested = front_.counts().rested;
+    counts.front_sprouted = front_.counts().sprouted;
+    counts.front_pruned = front_.counts().pruned;
+    counts.front_pairs = front_.size();
+    counts.front_bytes = front_.pair_bytes();
+    counts.vertices_moved = core.motion.moved_vertices();
+    counts.nodes_refit = refit_nodes_;
+    counts.parts_moved = static_cast<std::uint64_t>(
+        std::ranges::count_if(states_, [](MotionState state) { return (state & kMoving) != 0; }));
+    counts.near_parts = near_pairs_.size();
+    counts.part_pairs_excluded = core.excluded_pairs;
+  }
+
+  std::vector<Bvh<Bounds>> trees_;    // by part
+  std::vector<Bounds> roots_;         // by part: what holds it in this step
+  std::vector<std::uint8_t> states_;  // by part: MotionState
+  std::vector<std::uint8_t> stale_;   // by part: its bounds are to be made anew as a whole
+  std::vector<std::uint32_t> unplaced_;
+  NearParts<Bounds> near_;
+  std::span<const NearPair> near_pairs_;
+  bool anew_ = true;      // nothing that is known of near parts holds
+  double magnitude_ = 0;  // that bounds were made with
   Front<Bounds> front_;
+  bool front_lost_ = true;
   NarrowPhase<Bounds> narrow_;
+  std::atomic<std::uint64_t> refit_nodes_{0};
+  std::int64_t steps_ = 0;
   std::int64_t steps_since_build_ = -1;
   std::int64_t stalled_steps_ = 0;
 };
@@ -264,13 +445,44 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
   return Collider(std::make_unique<Impl>(Impl{std::move(core), make_pipeline(options.bounds)}));
 }
 
-Result<StepResult> Collider::step(const Positions& positions) {
+Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled) {
   Core& core = impl_->core;
-  if (Status status = check(positions, core.scene->vertex_count()); !status) return status.error();
-  copy_to(core.given, positions);
-  Result<StepResult> result = impl_->pipeline->step(core);
-  if (result.ok()) core.current.swap(core.given);
-  return result;
+  if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
+  return impl_->pipeline->step(core, frame, StopSignal(cancelled));
+}
+
+Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions) {
+  Core& core = impl_->core;
+  Result<Scene> extended = core.scene->with_body(std::move(addition));
+  if (!extended) return extended.error();
+  if (Status status = check_hubs(extended.value()); !status) return status.error();
+  if (Status status = check(positions, extended.value().bodies().back().vertex_count); !status)
+    return status.error();
+  const std::uint32_t first = core.scene->vertex_count();
+  core.scene = std::make_shared<const Scene>(std::move(extended).value());
+  core.motion.append(*core.scene, to_doubles(positions));
+  core.workers->run([&] {
+    core.topology->extend(*core.scene, core.motion.vertices());
+    core.motion.renumber(core.topology->numbering, first);
+    core.take_parts();
+  });
+  impl_->pipeline->parts_changed();
+  return core.scene->body_count() - 1;
+}
+
+Status Collider::change_body(std::uint32_t index, Body body) {
+  Core& core = impl_->core;
+  if (index < core.scene->bodies().size() && core.scene->bodies()[index].kind == BodyKind::kRemoved)
+    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
+  Result<Scene> changed = core.scene->with_body_changed(index, std::move(body));
+  if (!changed) return changed.error();
+  core.scene = std::make_shared<const Scene>(std::move(changed).value());
+  core.workers->run([&] {
+    core.motion.change_kind(*core.scene, index);
+    core.take_parts();
+  });
+  impl_->pipeline->parts_changed();
+  return {};
 }
 
 const Scene& Collider::scene() const {
@@ -279,16 +491,19 @@ const Scene& Collider::scene() const {
 const ColliderOptions& Collider::options() const {
   return impl_->core.options;
 }
-std::span<const double> Collider::positions() const {
-  return impl_->core.current;
+std::vector<double> Collider::positions() const {
+  return impl_->core.motion.positions();
 }
 
 std::size_t Collider::memory_bytes() const {
   const Core& core = impl_->core;
-  return core.scene->memory_bytes() + core.topology->memory_bytes() + core.motion.memory_bytes() +
-         core.vertex_bounds.size() * sizeof(KDop18) +
-         (core.current.capacity() + core.given.capacity()) * sizeof(double) +
-         core.contacts.capacity() * sizeof(Contact) + impl_->pipeline->memory_bytes();
+  std::size_t bytes = core.scene->memory_bytes() + core.topology->memory_bytes() +
+                      core.motion.memory_bytes() + core.vertex_bounds.capacity() * sizeof(KDop18) +
+                      core.contacts.capacity() * sizeof(Contact) + impl_->pipeline->memory_bytes();
+  for (const auto& orphans : core.orphans) {
+    if (orphans != nullptr) bytes += orphans->memory_bytes();
+  }
+  return bytes;
 }
 
 }  // namespace warmfront

@@ -3,13 +3,15 @@
 // A Collider is used by one thread at a time; different colliders are independent and may share Workers.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
-#include <variant>
+#include <vector>
 
 #include "engine/contact.h"
+#include "engine/frame.h"
 #include "engine/options.h"
 #include "engine/result.h"
 #include "engine/scene/scene.h"
@@ -17,9 +19,6 @@
 #include "engine/workers.h"
 
 namespace warmfront {
-
-/// Row-major (n, 3) vertex positions in the scene's length unit; float32 is converted to double exactly.
-using Positions = std::variant<std::span<const float>, std::span<const double>>;
 
 /// One step's answer. `contacts` stays valid until the next step of the same collider.
 struct StepResult {
@@ -47,15 +46,29 @@ class Collider {
   Collider(Collider&&) noexcept;
   Collider& operator=(Collider&&) noexcept;
 
-  /// Tests the motion from the current positions to `positions` and makes them current. On an error the
-  /// collider is as it was before the call and may be stepped again: kInvalidArgument as in create(),
-  /// kResourceExhausted above max_contacts. The same holds for an exception (std::bad_alloc).
-  Result<StepResult> step(const Positions& positions);
+  /// Tests the motion from where everything is to where `frame` puts it, and makes that current. On an error
+  /// the collider is as it was before the call, but for its warmth, and may be stepped again:
+  /// kInvalidArgument as in create(), or when the frame does not fit the scene (the message names the field
+  /// and the first offender), kResourceExhausted above max_contacts, kCancelled when `cancelled` became true
+  /// on the way (looked at between grains of work; any thread may set it). The same holds for an exception
+  /// (std::bad_alloc).
+  Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr);
 
+  /// Appends a body to the scene, at rest at `positions`, (k, 3), from the next step on. Its index is the
+  /// number of bodies before, its vertices and faces come after all others; what was there stays warm. Fails
+  /// as Scene::with_body() and create() do, with the collider as it was. After an exception the collider is
+  /// only good for being destroyed.
+  Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
+  /// Describes a body anew, from the next step on: kind, self-collision, group, mask, name; the range stays.
+  /// kRemoved takes it out for good. A body that becomes rigid takes where it is for its rest shape. The rest
+  /// stays warm. kInvalidArgument for an unknown or removed body, and as Scene::create().
+  Status change_body(std::uint32_t index, Body body);
+
+  /// The scene as it is, with the bodies added and changed since.
   const Scene& scene() const;
   const ColliderOptions& options() const;
-  /// The current positions, row-major (n, 3).
-  std::span<const double> positions() const;
+  /// The current positions, row-major (n, 3); of removed bodies the last.
+  std::vector<double> positions() const;
   /// Bytes held by this collider, the scene and the front included.
   std::size_t memory_bytes() const;
 

@@ -35,6 +35,13 @@ void add(StepCounts& sum, const StepCounts& more) {
   sum.orphan_tests += more.orphan_tests;
   sum.coplanarity_passed += more.coplanarity_passed;
   sum.exact_tests += more.exact_tests;
+  sum.front_rested += more.front_rested;
+  sum.contacts_kept += more.contacts_kept;
+  sum.vertices_moved += more.vertices_moved;
+  sum.nodes_refit += more.nodes_refit;
+  sum.parts_moved += more.parts_moved;
+  sum.near_parts += more.near_parts;
+  sum.part_pairs_excluded += more.part_pairs_excluded;
 }
 
 }  // namespace warmfront

@@ -36,6 +36,7 @@ struct StepCounts {
   std::uint64_t front_pairs = 0;        ///< length of the front after the step
   std::uint64_t front_bytes = 0;        ///< memory the front holds
   std::uint64_t front_skipped = 0;      ///< front pairs that were not looked at: still apart for certain
+  std::uint64_t front_rested = 0;       ///< front pairs not looked at: neither node changed in this step
   std::uint64_t front_sprouted = 0;     ///< front pairs that were opened
   std::uint64_t front_pruned = 0;       ///< front pairs that were folded into an ancestor
   std::uint64_t triangle_pairs = 0;     ///< non-adjacent triangle pairs whose moving bounds overlap
@@ -44,9 +45,15 @@ struct StepCounts {
   std::uint64_t cone_patches = 0;       ///< patches whose self-collision was culled in this step
   /// Feature pairs whose moving bounds overlap, each given to the elementary cascade once, orphans included.
   std::uint64_t elementary_tests = 0;
-  std::uint64_t orphan_tests = 0;        ///< pairs of the orphan sets whose moving bounds were tested
-  std::uint64_t coplanarity_passed = 0;  ///< left after the coplanarity filter
-  std::uint64_t exact_tests = 0;         ///< decided by exact arithmetic
+  std::uint64_t orphan_tests = 0;         ///< pairs of the orphan sets whose moving bounds were tested
+  std::uint64_t coplanarity_passed = 0;   ///< left after the coplanarity filter
+  std::uint64_t exact_tests = 0;          ///< decided by exact arithmetic
+  std::uint64_t contacts_kept = 0;        ///< contacts between features at rest, found in an earlier step
+  std::uint64_t vertices_moved = 0;       ///< vertices that are not where they were
+  std::uint64_t nodes_refit = 0;          ///< hierarchy nodes whose bounds were made anew
+  std::uint64_t parts_moved = 0;          ///< parts (bodies) in which something moved
+  std::uint64_t near_parts = 0;           ///< pairs of parts, a part with itself included, with a front
+  std::uint64_t part_pairs_excluded = 0;  ///< pairs of parts that the model leaves out
 };
 
 /// Adds every count of `more` to `sum`.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/topology.h"
 
-#include <utility>
+#include <tbb/parallel_for.h>
 
 #include "engine/scene/adjacency.h"
 
@@ -12,29 +12,77 @@ namespace {
 /// enough that most near pairs of faces lie in one patch.
 constexpr int kPatchRings = 3;
 
-// Found in the numbers first given, so that they are the same whatever the first positions.
-Patches patches_of(const Scene& given, bool cones) {
-  Patches patches = cones ? find_patches(given, kPatchRings) : Patches{};
-  patches.of_face.resize(given.face_count(), Patches::kNone);
-  return patches;
+// The primitives of vertices [first, end), in the numbers given; faces of one body are not always a range.
+std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std::size_t first_part,
+                                                        std::size_t parts, std::uint32_t first_face) {
+  std::vector<std::vector<Primitive>> primitives(parts);
+  const auto part_of = [&](std::uint32_t v) {
+    return given.bodies().empty() ? 0 : given.body_of_vertex()[v];
+  };
+  for (std::uint32_t f = first_face; f < given.face_count(); ++f)
+    primitives[part_of(given.faces()[f][0])].push_back(f);
+  for (const std::uint32_t v : given.isolated_vertices()) {
+    if (part_of(v) >= first_part) primitives[part_of(v)].push_back(kPoint | v);
+  }
+  return primitives;
 }
 
 }  // namespace
 
-Topology::Topology(const Scene& given, const Motion& motion, const TreeShape& shape, bool cones)
-    : given_order_(build_order(given, motion, shape)),
-      numbering(given, given_order_),
-      first_order(numbering.apply(given, std::exchange(given_order_, {}))),
-      scene(numbering.apply(given)),
-      patches(numbering.apply(patches_of(given, cones))),
-      ownership(scene),
-      orphans(enumerate_orphans(scene)),
-      adjacent_pairs(count_adjacent_pairs(scene)) {}
+Topology::Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones)
+    : leaf_size_(leaf_size), ownership(scene) {
+  add_parts(given, motion);
+  // Found in the numbers first given, so that they are the same whatever the first positions.
+  if (cones) patches = numbering.apply(find_patches(given, kPatchRings));
+  patches.of_face.resize(given.face_count(), Patches::kNone);
+}
+
+void Topology::extend(const Scene& given, const Motion& motion) {
+  add_parts(given, motion);
+  patches.of_face.resize(given.face_count(), Patches::kNone);
+}
+
+void Topology::add_parts(const Scene& given, const Motion& motion) {
+  const std::size_t first = parts.size();
+  const std::size_t count = given.bodies().empty() ? 1 : given.bodies().size();
+  std::vector<std::vector<Primitive>> primitives =
+      primitives_of_parts(given, first, count, scene.face_count());
+  parts.resize(count);
+  tbb::parallel_for(first, count, [&](std::size_t p) {
+    PartTopology& part = parts[p];
+    part.features = given.bodies().empty()
+                        ? whole(given)
+                        : features_of(given, given.bodies()[p].first_vertex,
+                                      given.bodies()[p].first_vertex + given.bodies()[p].vertex_count);
+    part.shape = TreeShape(static_cast<std::uint32_t>(primitives[p].size()), leaf_size_);
+    part.order = build_order(given, motion, part.shape, primitives[p]);
+  });
+  std::vector<Primitive> order;
+  for (std::size_t p = first; p < count; ++p)
+    order.insert(order.end(), parts[p].order.begin(), parts[p].order.end());
+  numbering.extend(given, order);
+  numbering.extend(given, scene);
+  ownership.extend();
+  for (std::size_t p = first; p < count; ++p) {
+    for (Primitive& primitive : parts[p].order) primitive = numbering.apply(primitive);
+    adjacent_pairs += count_adjacent_pairs(scene, parts[p].features);
+  }
+}
+
+void Topology::need_orphans(std::uint32_t part) {
+  if (parts[part].has_orphans) return;
+  parts[part].orphans = enumerate_orphans(scene, parts[part].features);
+  parts[part].has_orphans = true;
+}
 
 std::size_t Topology::memory_bytes() const {
-  return numbering.memory_bytes() + first_order.size() * sizeof(std::uint32_t) + scene.memory_bytes() +
-         patches.memory_bytes() + ownership.memory_bytes() +
-         (orphans.vertex_face.size() + orphans.edge_edge.size()) * sizeof(FeatureIds);
+  std::size_t bytes =
+      numbering.memory_bytes() + scene.memory_bytes() + patches.memory_bytes() + ownership.memory_bytes();
+  for (const PartTopology& part : parts) {
+    bytes += sizeof(part) + part.order.size() * sizeof(Primitive) +
+             (part.orphans.vertex_face.size() + part.orphans.edge_edge.size()) * sizeof(FeatureIds);
+  }
+  return bytes;
 }
 
 }  // namespace warmfront

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that is made once of a scene's connectivity before its first step. Immutable once made; free to share.
+// All that is made of a scene's connectivity before its first step. Changed between steps only, when a body
+// is added; read by all threads during a step.
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <deque>
 #include <vector>
 
 #include "engine/bvh/bvh.h"
@@ -15,29 +16,47 @@
 
 namespace warmfront {
 
-/// In numbers along the first hierarchy (see Renumbering), edges apart. Its parts refer to each other, so it
-/// stays where it was made.
+/// A part has a hierarchy of its own: a declared body, or all of a scene that declares none. No face and no
+/// orphan pair joins two parts.
+struct PartTopology {
+  FeatureRange features;
+  TreeShape shape;
+  std::vector<Primitive> order;  ///< of the primitives, for the first hierarchy
+  Orphans orphans;               ///< only where the part is tested against itself
+  bool has_orphans = false;      ///< they were enumerated
+};
+
+/// In numbers along the first hierarchies (see Renumbering), edges apart. Its parts refer to each other, so
+/// it stays where it was made.
 class Topology {
  public:
   /// Orders the primitives by where `motion` (in the numbers first given) ends. With `cones`, finds the
   /// patches for the normal cone test. Parallel; call it inside Workers::run().
-  Topology(const Scene& given, const Motion& motion, const TreeShape& shape, bool cones);
+  Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones);
   Topology(const Topology&) = delete;
   Topology& operator=(const Topology&) = delete;
+
+  /// Takes the body that was appended to the scene; its motion is in the numbers first given. Its faces are
+  /// in no patch. Only good for being destroyed after an exception. As the constructor.
+  void extend(const Scene& given, const Motion& motion);
+
+  /// Enumerates the orphans of a part that is tested against itself.
+  void need_orphans(std::uint32_t part);
 
   std::size_t memory_bytes() const;
 
  private:
-  std::vector<std::uint32_t> given_order_;
+  void add_parts(const Scene& given, const Motion& motion);
+
+  const std::uint32_t leaf_size_;
 
  public:
-  const Renumbering numbering;
-  const std::vector<std::uint32_t> first_order;  ///< of the primitives, for the first hierarchy
-  const Scene scene;
-  const Patches patches;  ///< empty without cones; of_face is filled all the same
-  const Ownership ownership;
-  const Orphans orphans;
-  const std::uint64_t adjacent_pairs;  ///< of faces
+  std::deque<PartTopology> parts;  ///< each stays where it is
+  Renumbering numbering;
+  Scene scene;
+  Patches patches;  ///< empty without cones; of_face is filled all the same
+  Ownership ownership;
+  std::uint64_t adjacent_pairs = 0;  ///< of faces
 };
 
 }  // namespace warmfront

@@ -87,8 +87,10 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
     body.kind = BodyKind::kRigid;
   else if (kind == "static")
     body.kind = BodyKind::kStatic;
+  else if (kind == "removed")
+    body.kind = BodyKind::kRemoved;
   else
-    fields.fail("kind", "must be deformable, rigid or static, not " + in_quotes(kind));
+    fields.fail("kind", "must be deformable, rigid, static or removed, not " + in_quotes(kind));
   return fields.problem();
 }
 
@@ -113,6 +115,8 @@ std::string_view to_string(BodyKind kind) {
       return "rigid";
     case BodyKind::kStatic:
       return "static";
+    case BodyKind::kRemoved:
+      return "removed";
   }
   return "unknown";
 }

@@ -23,7 +23,7 @@ struct SceneInfo {
   std::string generator;
 };
 
-/// "deformable", "rigid" or "static".
+/// "deformable", "rigid", "static" or "removed".
 std::string_view to_string(BodyKind kind);
 
 /// Reads an object with any of the fields "name", "triangles", "vertices", "frames", "fps", "generator" and

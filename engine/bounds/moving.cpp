@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/bounds/moving.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,37 +40,14 @@ WARMFRONT_INLINE std::array<double, 3> local_position(const std::array<double, 4
   return local;
 }
 
-// The greater one; not a number counts as beyond everything.
-double at_least(double magnitude, double x) {
-  if (std::fabs(x) <= magnitude) return magnitude;
-  return std::isnan(x) ? std::numeric_limits<double>::infinity() : std::fabs(x);
-}
-
-}  // namespace
-
-double motion_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
-                        double min_separation) {
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, vertices.size(), 8192), frame.to_local(min_separation),
-      [&](const auto& range, double magnitude) {
-        for (std::size_t v = range.begin(); v < range.end(); ++v) {
-          for (const double x : local_position(vertices[v].t0, frame)) magnitude = at_least(magnitude, x);
-          for (const double x : local_position(vertices[v].t1, frame)) magnitude = at_least(magnitude, x);
-        }
-        return magnitude;
-      },
-      [](double x, double y) { return std::max(x, y); });
-}
-
-namespace {
-
 // By how much each axis' slabs are thickened, at t = 0 and again at t = 1.
 struct Thickening {
   double lane[18];
 
-  Thickening(const LocalFrame& frame, double min_separation, double magnitude) {
-    const double margin = 0x1p-44 * magnitude;
-    const double separation = 0.5 * frame.to_local(min_separation);
+  Thickening(const LocalFrame& frame, double min_separation, double magnitude, double radius = 0) {
+    // A ball's own rounding is added to that of its vertices.
+    const double margin = (radius > 0 ? 2 : 1) * 0x1p-44 * magnitude;
+    const double separation = 0.5 * frame.to_local(min_separation) + frame.to_local(radius);
     for (int k = 0; k < 18; ++k) lane[k] = (k % 9 < 3 ? separation : kSqrt2Up * separation) + margin;
   }
 };
@@ -96,17 +70,19 @@ WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& fr
 }
 
 WARMFRONT_TARGET_CLONES
-void bounds_of_all(std::span<const VertexMotion> vertices, const LocalFrame& frame,
-                   const Thickening& thickening, KDop18* bounds) {
-  for (std::size_t v = 0; v < vertices.size(); ++v) bounds_of(vertices[v], frame, thickening, bounds[v]);
+void bounds_of_all(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
+                   const LocalFrame& frame, const Thickening& thickening, KDop18* bounds) {
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    if ((states[v] & kChanged) != 0) bounds_of(vertices[v], frame, thickening, bounds[v]);
+  }
 }
 
 }  // namespace
 
-void moving_bounds(std::span<const VertexMotion> vertices, const LocalFrame& frame, double min_separation,
-                   double magnitude, KDop18* bounds) {
+void moving_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
+                   const LocalFrame& frame, double min_separation, double magnitude, KDop18* bounds) {
   if (magnitude < 1e300) {
-    bounds_of_all(vertices, frame, Thickening(frame, min_separation, magnitude), bounds);
+    bounds_of_all(vertices, states, frame, Thickening(frame, min_separation, magnitude), bounds);
     return;
   }
   // Far out of the frame's range the bounds hold everything: slower, never wrong.
@@ -116,8 +92,16 @@ void moving_bounds(std::span<const VertexMotion> vertices, const LocalFrame& fra
 
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
                      double magnitude) {
+  return moving_bounds(vertex, 0, frame, min_separation, magnitude);
+}
+
+KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame& frame,
+                     double min_separation, double magnitude) {
   KDop18 bounds;
-  moving_bounds({&vertex, 1}, frame, min_separation, magnitude, &bounds);
+  if (magnitude < 1e300)
+    bounds_of(centre, frame, Thickening(frame, min_separation, magnitude, radius), bounds);
+  else
+    bounds.lane.fill(-std::numeric_limits<float>::infinity());
   return bounds;
 }
 

@@ -9,26 +9,27 @@
 
 namespace warmfront {
 
-/// The largest magnitude that enters the bounds of a step: of all local coordinates at both times, and of the
-/// separation. Parallel inside Workers::run().
-double motion_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
-                        double min_separation);
-
 /// The vertex's 18-DOPs at t = 0 and t = 1 in the local frame, thickened so that two such bounds are apart
 /// only if the vertices stay farther apart than `min_separation` (scene units) along some axis, by a margin.
 ///
 /// The margin makes the bounds weaker than the elementary cascade's own test of the same nine axes
 /// (trim_by_kdop in elementary/query.h), which works on coordinate differences: whatever the hierarchy
 /// rejects, that test rejects too, so no answer depends on the hierarchy or its frame. Derivation: let M be
-/// the step's magnitude, common to all vertices. A local coordinate is one difference and exact scalings, so
-/// it carries u M of rounding, a diagonal sum 4 u M, its thickening 3 u M. The cascade's slack is 48 u times
-/// a query size that is at most twice the largest gap, and gaps are at most 2 M: 192 u M, to which come u
-/// times a diagonal's own threshold. 2^-44 M = 512 u M on each of two sides covers all of it.
+/// `magnitude`, common to all vertices, at least every local coordinate and the separation. A local
+/// coordinate is one difference and exact scalings, so it carries u M of rounding, a diagonal sum 4 u M, its
+/// thickening 3 u M. The cascade's slack is 48 u times a query size that is at most twice the largest gap,
+/// and gaps are at most 2 M: 192 u M, to which come u times a diagonal's own threshold. 2^-44 M = 512 u M on
+/// each of two sides covers all of it.
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
                      double magnitude);
 
-/// The same for many vertices; `bounds` has room for as many.
-void moving_bounds(std::span<const VertexMotion> vertices, const LocalFrame& frame, double min_separation,
-                   double magnitude, KDop18* bounds);
+/// The same for many vertices, where their states say that they changed; `bounds` has room for as many.
+void moving_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
+                   const LocalFrame& frame, double min_separation, double magnitude, KDop18* bounds);
+
+/// The same for a ball of the given radius (scene units) about a moving centre: it bounds whatever stays
+/// within the ball at both ends of the step, up to rounding of 2^-44 of the magnitude.
+KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame& frame,
+                     double min_separation, double magnitude);
 
 }  // namespace warmfront

@@ -15,9 +15,9 @@ TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
   while ((std::uint64_t{leaf_size} << depth_) < primitive_count) ++depth_;
 }
 
-Face primitive_vertices(const Scene& scene, std::uint32_t primitive) {
-  if (primitive < scene.face_count()) return scene.faces()[primitive];
-  const std::uint32_t v = scene.isolated_vertices()[primitive - scene.face_count()];
+Face primitive_vertices(const Scene& scene, Primitive primitive) {
+  if ((primitive & kPoint) == 0) return scene.faces()[primitive];
+  const std::uint32_t v = primitive & ~kPoint;
   return {v, v, v};
 }
 
@@ -25,11 +25,12 @@ namespace {
 
 using Centroid = std::array<double, 3>;
 
-// Where each primitive stands: its own centroid, and that of the body it belongs to.
+// Where each primitive stands, by its place in the list to be ordered: its own centroid, and that of the
+// body it belongs to. Bodies are numbered from the first one present.
 struct Places {
   std::vector<Centroid> own;
   std::vector<Centroid> of_body;    // by body
-  std::vector<std::uint32_t> body;  // by primitive
+  std::vector<std::uint32_t> body;  // by place
 };
 
 struct Splitter {
@@ -100,12 +101,11 @@ struct Splitter {
   }
 };
 
-Places find_places(const Scene& scene, const Motion& motion, std::uint32_t primitives) {
-  Places places{std::vector<Centroid>(primitives), std::vector<Centroid>(scene.body_count(), Centroid{}),
-                std::vector<std::uint32_t>(primitives)};
+Places find_places(const Scene& scene, const Motion& motion, std::span<const Primitive> primitives) {
+  Places places{std::vector<Centroid>(primitives.size()), {}, std::vector<std::uint32_t>(primitives.size())};
   const LocalFrame& frame = motion.frame();
-  tbb::parallel_for(std::uint32_t{0}, primitives, [&](std::uint32_t p) {
-    const Face vertices = primitive_vertices(scene, p);
+  tbb::parallel_for(std::size_t{0}, primitives.size(), [&](std::size_t p) {
+    const Face vertices = primitive_vertices(scene, primitives[p]);
     places.body[p] = scene.body_of_vertex()[vertices[0]];
     for (int axis = 0; axis < 3; ++axis) {
       double sum = 0;
@@ -116,13 +116,16 @@ Places find_places(const Scene& scene, const Motion& motion, std::uint32_t primi
       places.own[p][axis] = sum / 3;
     }
   });
-  std::vector<double> counts(scene.body_count(), 0);
-  for (std::uint32_t p = 0; p < primitives; ++p) {
+  const auto [least, most] = std::ranges::minmax(places.body);
+  for (std::uint32_t& body : places.body) body -= least;
+  places.of_body.resize(std::size_t{most} - least + 1);
+  std::vector<double> counts(places.of_body.size(), 0);
+  for (std::size_t p = 0; p < primitives.size(); ++p) {
     Centroid& sum = places.of_body[places.body[p]];
     for (int axis = 0; axis < 3; ++axis) sum[axis] += places.own[p][axis];
     counts[places.body[p]] += 1;
   }
-  for (std::uint32_t b = 0; b < scene.body_count(); ++b) {
+  for (std::size_t b = 0; b < counts.size(); ++b) {
     for (double& x : places.of_body[b]) x /= std::max(1.0, counts[b]);
   }
   return places;
@@ -130,22 +133,39 @@ Places find_places(const Scene& scene, const Motion& motion, std::uint32_t primi
 
 }  // namespace
 
-std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape) {
-  std::vector<std::uint32_t> order(shape.primitive_count());
+std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
+                                   std::span<const Primitive> primitives) {
+  if (primitives.empty()) return {};
+  std::vector<std::uint32_t> order(primitives.size());
   std::iota(order.begin(), order.end(), 0U);
-  const Places places = find_places(scene, motion, shape.primitive_count());
-  if (!order.empty()) Splitter{shape, places, order}.split(0, 0);
+  const Places places = find_places(scene, motion, primitives);
+  Splitter{shape, places, order}.split(0, 0);
+  for (std::uint32_t& p : order) p = primitives[p];
   return order;
 }
 
 template <class Bounds>
-void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
-                          std::vector<std::uint32_t> new_order, bool keep_travel) {
+void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+                          bool keep_travel) {
   shape = new_shape;
   order = std::move(new_order);
   nodes.resize(order.empty() ? 0 : shape.node_count());
+  states.assign(nodes.size(), 0);
+  const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(
+                                               order, [](Primitive p) { return (p & kPoint) != 0; }));
+  leaf_of_face.resize(faces);
+  first_face = 0;
+  if (faces > 0)  // points have the greater numbers
+    first_face = *std::ranges::min_element(order);
   travel.assign(keep_travel ? nodes.size() : 0, {});
   leaves.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.leaf_count());
+  if (!order.empty()) {
+    for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
+      for (std::uint32_t i = shape.begin_of_leaf(node); i < shape.begin_of_leaf(node + 1); ++i) {
+        if ((order[i] & kPoint) == 0) leaf_of_face[order[i] - first_face] = node;
+      }
+    }
+  }
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t l) {
     LeafBlock<Bounds>& leaf = leaves[l];
     const NodeId node = shape.first_leaf() + static_cast<NodeId>(l);
@@ -159,7 +179,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape,
   });
 }
 
-template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>, bool);
-template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<std::uint32_t>, bool);
+template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>, bool);
+template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>, bool);
 
 }  // namespace warmfront

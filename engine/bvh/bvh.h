@@ -10,18 +10,16 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bvh/leaf_block.h"
+#include "engine/bvh/node_set.h"
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
 #include "engine/scene/scene.h"
 
 namespace warmfront {
 
-using NodeId = std::uint32_t;
-
 /// The shape of the hierarchy. All leaves lie on one level, so a node's number says it all: children of i are
 /// 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a leaf when its number is at least
-/// first_leaf(). Primitives are faces (0 .. face_count - 1), then isolated vertices; node j of level l holds
-/// the primitives in positions [j P / 2^l, (j + 1) P / 2^l) of `order`.
+/// first_leaf(). Node j of level l holds the primitives in positions [j P / 2^l, (j + 1) P / 2^l) of `order`.
 class TreeShape {
  public:
   TreeShape() = default;
@@ -51,43 +49,58 @@ class TreeShape {
   int depth_ = 0;
 };
 
-/// A hierarchy with bounds of one kind.
+/// A hierarchy over some of a scene's primitives, with bounds of one kind.
 template <class Bounds>
 struct Bvh {
   TreeShape shape;
-  std::vector<std::uint32_t> order;  ///< primitive at each position
-  std::vector<Bounds> nodes;         ///< by NodeId
+  std::vector<Primitive> order;  ///< primitive at each position
+  std::vector<Bounds> nodes;     ///< by NodeId
   /// By leaf. Empty for leaves of one primitive, whose node says it all.
   std::vector<LeafBlock<Bounds>> leaves;
-  std::vector<NodeTravel> travel;  ///< by NodeId; empty when nobody asks
-  std::uint32_t travel_slack = 0;  ///< what rounding can hide of a node's travel, in its units
-  double built_looseness = 0;      ///< looseness() right after the build
+  std::vector<NodeTravel> travel;           ///< by NodeId; empty when nobody asks
+  std::uint32_t travel_slack = 0;           ///< what rounding can hide of a node's travel, in its units
+  double built_looseness = 0;               ///< looseness() right after the build
+  std::vector<MotionState> states;          ///< by NodeId: union over the vertices below
+  NodeSet changed;                          ///< nodes whose state has kChanged
+  std::vector<std::uint32_t> leaf_of_face;  ///< NodeId by face, from first_face on
+  std::uint32_t first_face = 0;
 
-  /// Takes a shape and an order of the scene's primitives; bounds are undefined until refit(), travel starts
-  /// anew if it is to be kept.
-  void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<std::uint32_t> new_order,
+  /// Takes a shape and an order of primitives, whose faces are a range; bounds are undefined until a refit of
+  /// all, travel starts anew if it is to be kept.
+  void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                bool keep_travel);
 
   std::size_t memory_bytes() const {
-    return order.size() * sizeof(std::uint32_t) + nodes.size() * sizeof(Bounds) +
-           leaves.size() * sizeof(LeafBlock<Bounds>) + travel.size() * sizeof(NodeTravel);
+    return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
+           nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + leaves.size() * sizeof(LeafBlock<Bounds>) +
+           travel.size() * sizeof(NodeTravel);
   }
 };
 
 /// The vertices of a primitive; an isolated vertex stands three times.
-Face primitive_vertices(const Scene& scene, std::uint32_t primitive);
+Face primitive_vertices(const Scene& scene, Primitive primitive);
 
-/// Orders the primitives by object-median splits along the widest axis of their centroids at t = 1. While a
-/// node holds more than one body, whole bodies are sorted by their own centroids, so that few nodes mix
-/// bodies, which move apart. Parallel inside Workers::run(); the result does not depend on the number of
+/// Orders primitives by object-median splits along the widest axis of their centroids at t = 1. While a node
+/// holds more than one body (or component), whole bodies are sorted by their own centroids, so that few nodes
+/// mix bodies, which move apart. Parallel inside Workers::run(); the result does not depend on the number of
 /// threads. O(P log P).
-std::vector<std::uint32_t> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape);
+std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
+                                   std::span<const Primitive> primitives);
 
-/// Recomputes all bounds from the vertices' moving bounds, bottom up, and adds the step's motion to the
-/// nodes' travel where it is kept. `magnitude` is what the vertices' bounds were made with. Parallel inside
-/// Workers::run(). O(P).
+/// What a refit reads: the step's motion, of which `range` is that of the vertices below the hierarchy.
+struct RefitInput {
+  const Scene& scene;
+  std::span<const KDop18> vertex_bounds;
+  std::span<const MotionState> vertex_states;
+  const RangeMotion& range;
+  double magnitude;  ///< what the vertices' bounds were made with
+  bool all = false;  ///< every bound is to be made anew
+};
+
+/// Recomputes, bottom up, the bounds of what changed, and adds the step's motion to these nodes' travel where
+/// it is kept. Returns how many nodes changed. Parallel inside Workers::run(). O(P) at most.
 template <class Bounds>
-void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, double magnitude, Bvh<Bounds>& bvh);
+std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh);
 
 /// How loose the hierarchy is: the sum of all nodes' extents over the root's. It grows as primitives that
 /// were neighbours at the build move apart; a rebuild pays when it has doubled.

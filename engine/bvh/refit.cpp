@@ -76,54 +76,123 @@ WARMFRONT_INLINE void refit_block(std::span<const KDop18> vertex_bounds, LeafBlo
   }
 }
 
+// The union of the vertices' states in a leaf.
 template <class Bounds>
-WARMFRONT_INLINE void refit_nodes(const Scene& scene, std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh,
-                                  NodeId begin, NodeId end) {
+MotionState leaf_state(const RefitInput& input, const Bvh<Bounds>& bvh, NodeId node) {
+  MotionState state = 0;
+  const std::uint32_t end = bvh.shape.begin_of_leaf(node + 1);
+  for (std::uint32_t i = bvh.shape.begin_of_leaf(node); i < end; ++i) {
+    for (const std::uint32_t v : primitive_vertices(input.scene, bvh.order[i]))
+      state |= input.vertex_states[v];
+  }
+  return state;
+}
+
+// Where the states of nodes come from.
+enum class States : std::uint8_t {
+  kMarked,  // they stand already
+  kGather,  // from the vertices
+  kAll,     // every vertex has the range's
+};
+
+template <class Bounds>
+WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Bounds>& bvh, NodeId begin,
+                                  NodeId end) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   for (NodeId node = begin; node < end; ++node) {
-    if (node < first_leaf) {
+    const bool leaf = node >= first_leaf;
+    if (from == States::kAll) {
+      bvh.states[node] = input.range.any;
+    } else if (from == States::kGather) {
+      bvh.states[node] = leaf ? leaf_state(input, bvh, node)
+                              : bvh.states[TreeShape::left(node)] | bvh.states[TreeShape::left(node) + 1];
+    }
+    if (input.all) bvh.states[node] |= kChanged;
+    if ((bvh.states[node] & kChanged) == 0) continue;
+    if (!leaf) {
       const NodeId left = TreeShape::left(node);
       merge_into(bvh.nodes[node], bvh.nodes[left], bvh.nodes[left + 1]);
     } else if (!bvh.leaves.empty()) {
-      refit_block(vertex_bounds, bvh.leaves[node - first_leaf], bvh.nodes[node]);
+      refit_block(input.vertex_bounds, bvh.leaves[node - first_leaf], bvh.nodes[node]);
     } else if (const std::uint32_t at = bvh.shape.begin_of_leaf(node);
                at < bvh.shape.begin_of_leaf(node + 1)) {
-      merge_vertices(vertex_bounds, primitive_vertices(scene, bvh.order[at]), bvh.nodes[node]);
+      merge_vertices(input.vertex_bounds, primitive_vertices(input.scene, bvh.order[at]), bvh.nodes[node]);
     } else {
       bvh.nodes[node] = Bounds::empty();
+      bvh.states[node] = 0;  // as it is gathered
     }
     if (!bvh.travel.empty()) advance_travel(bvh, node);
   }
 }
 
 WARMFRONT_TARGET_CLONES
-void refit_range(const Scene& scene, std::span<const KDop18> of, Bvh<Aabb>& bvh, NodeId begin, NodeId end) {
-  refit_nodes(scene, of, bvh, begin, end);
+void refit_range(const RefitInput& input, States from, Bvh<Aabb>& bvh, NodeId begin, NodeId end) {
+  refit_nodes(input, from, bvh, begin, end);
 }
 
 WARMFRONT_TARGET_CLONES
-void refit_range(const Scene& scene, std::span<const KDop18> of, Bvh<KDop18>& bvh, NodeId begin, NodeId end) {
-  refit_nodes(scene, of, bvh, begin, end);
+void refit_range(const RefitInput& input, States from, Bvh<KDop18>& bvh, NodeId begin, NodeId end) {
+  refit_nodes(input, from, bvh, begin, end);
+}
+
+// Marks the leaves around the few vertices that changed, and what is above them.
+template <class Bounds>
+void mark_states(const RefitInput& input, Bvh<Bounds>& bvh) {
+  std::ranges::fill(bvh.states, MotionState{0});
+  for (const std::uint32_t v : input.range.changed) {
+    const MotionState state = input.vertex_states[v];
+    for (const std::uint32_t f : input.scene.vertex_faces()[v]) {
+      for (NodeId node = bvh.leaf_of_face[f - bvh.first_face]; (bvh.states[node] & state) != state;
+           node = TreeShape::parent(node)) {
+        bvh.states[node] |= state;
+        if (node == 0) break;
+      }
+    }
+  }
+}
+
+bool has_points(const Scene& scene, std::span<const std::uint32_t> vertices) {
+  return std::ranges::any_of(vertices, [&](std::uint32_t v) { return scene.vertex_faces()[v].empty(); });
 }
 
 }  // namespace
 
 template <class Bounds>
-void refit(const Scene& scene, std::span<const KDop18> vertex_bounds, double magnitude, Bvh<Bounds>& bvh) {
-  bvh.travel_slack = std::max(bvh.travel_slack, travel::slack(magnitude));
-  if (bvh.shape.primitive_count() == 0) return;
+std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
+  bvh.travel_slack = std::max(bvh.travel_slack, travel::slack(input.magnitude));
+  bvh.changed = {};
+  if (bvh.order.empty()) return 0;
+  if (input.range.any == 0 && !input.all) {
+    if ((bvh.states[0] & kChanged) != 0) std::ranges::fill(bvh.states, MotionState{0});
+    return 0;
+  }
+  States from = States::kGather;
+  if (input.range.listed && !input.all && !has_points(input.scene, input.range.changed)) {
+    mark_states(input, bvh);
+    from = States::kMarked;
+  } else if (input.range.any == input.range.all) {
+    from = States::kAll;
+  }
   // Subtrees that root on one level are refit side by side, each bottom up; what is above them is small.
   const int depth = bvh.shape.levels() - 1;
   const int task_level = std::min(depth, 8);
   tbb::parallel_for(std::uint32_t{0}, 1U << task_level, [&](std::uint32_t task) {
+    const NodeId root = ((1U << task_level) - 1) + task;
+    if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
     for (int level = depth; level >= task_level; --level) {
       const std::uint32_t width = 1U << (level - task_level);
       const NodeId first = ((1U << level) - 1) + task * width;
-      refit_range(scene, vertex_bounds, bvh, first, first + width);
+      refit_range(input, from, bvh, first, first + width);
     }
   });
   for (int level = task_level; level-- > 0;)
-    refit_range(scene, vertex_bounds, bvh, (1U << level) - 1, (2U << level) - 1);
+    refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
+  for (NodeId node = (1U << task_level) - 1; node < (2U << task_level) - 1; ++node) {
+    if ((bvh.states[node] & kChanged) != 0) bvh.changed.add(node);
+  }
+  return from == States::kAll ? bvh.nodes.size()
+                              : static_cast<std::size_t>(std::ranges::count_if(
+                                    bvh.states, [](MotionState s) { return (s & kChanged) != 0; }));
 }
 
 template <class Bounds>
@@ -139,8 +208,8 @@ double looseness(const Bvh<Bounds>& bvh) {
   return root > 0 ? sum / root : 0;
 }
 
-template void refit(const Scene&, std::span<const KDop18>, double, Bvh<Aabb>&);
-template void refit(const Scene&, std::span<const KDop18>, double, Bvh<KDop18>&);
+template std::size_t refit(const RefitInput&, Bvh<Aabb>&);
+template std::size_t refit(const RefitInput&, Bvh<KDop18>&);
 template double looseness(const Bvh<Aabb>&);
 template double looseness(const Bvh<KDop18>&);
 

@@ -20,47 +20,63 @@ namespace warmfront {
 template <class Bounds>
 class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
  public:
-  void begin(const Bvh<Bounds>& bvh, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
+  void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
              std::uint64_t step) {
     if (step_ == step) return;
     step_ = step;
-    bvh_ = &bvh;
+    trees_ = trees;
     scene_ = &input.scene;
     tester.begin(input, shared);
   }
 
-  float leaf_pair(NodeId a, NodeId b) override {
-    const std::uint32_t begin_a = bvh_->shape.begin_of_leaf(a);
-    const std::uint32_t begin_b = bvh_->shape.begin_of_leaf(b);
+  float leaf_pair(const PartPair& parts, const NodePair& leaves) override {
+    const Bvh<Bounds>& a = trees_[parts.a];
+    const Bvh<Bounds>& b = trees_[parts.b];
+    const bool same = parts.a == parts.b && leaves.a == leaves.b;
+    const std::uint32_t begin_a = a.shape.begin_of_leaf(leaves.a);
+    const std::uint32_t begin_b = b.shape.begin_of_leaf(leaves.b);
     // Adjacent primitives never come apart and are never tested here.
     constexpr float kFar = std::numeric_limits<float>::max();
-    if (bvh_->leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
-      if (a == b) return kFar;
-      const std::uint32_t p = bvh_->order[begin_a];
-      const std::uint32_t q = bvh_->order[begin_b];
+    if (a.leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
+      if (same) return kFar;
+      const Primitive p = a.order[begin_a];
+      const Primitive q = b.order[begin_b];
       if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return kFar;
       tester.primitive_pair(p, q);
       return -1;
     }
-    const NodeId first_leaf = bvh_->shape.first_leaf();
-    const LeafBlock<Bounds>& leaf_a = bvh_->leaves[a - first_leaf];
-    const LeafBlock<Bounds>& leaf_b = bvh_->leaves[b - first_leaf];
+    const LeafBlock<Bounds>& leaf_a = a.leaves[leaves.a - a.shape.first_leaf()];
+    const LeafBlock<Bounds>& leaf_b = b.leaves[leaves.b - b.shape.first_leaf()];
     const float until = tester.until();
-    const LeafOverlaps overlaps = until < 1 ? leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b, until)
-                                            : leaf_overlaps(leaf_a, leaf_b, bvh_->nodes[b], a == b);
+    const LeafOverlaps overlaps = until < 1 ? leaf_overlaps(leaf_a, leaf_b, b.nodes[leaves.b], same, until)
+                                            : leaf_overlaps(leaf_a, leaf_b, b.nodes[leaves.b], same);
     tester.output().counts.primitive_tests +=
-        a == b ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
+        same ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
     for (std::uint64_t bits = overlaps.to_test; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      tester.primitive_pair(bvh_->order[begin_a + bit % 8], bvh_->order[begin_b + bit / 8]);
+      tester.primitive_pair(a.order[begin_a + bit % 8], b.order[begin_b + bit / 8]);
     }
     return overlaps.gap;
+  }
+
+  float leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, std::vector<Contact>& contacts,
+                          std::uint32_t& triangle_pairs) override {
+    float gap = 0;
+    const std::uint64_t before = tester.output().counts.triangle_pairs;
+    tester.recording(contacts, [&] { gap = leaf_pair(parts, leaves); });
+    triangle_pairs = static_cast<std::uint32_t>(tester.output().counts.triangle_pairs - before);
+    return gap;
+  }
+
+  void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) override {
+    tester.output().counts.triangle_pairs += triangle_pairs;
+    for (const Contact& contact : contacts) tester.keep(contact);
   }
 
   PairTester tester;
 
  private:
-  const Bvh<Bounds>* bvh_ = nullptr;
+  std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
   std::uint64_t step_ = 0;
 };
@@ -69,13 +85,13 @@ template <class Bounds>
 struct NarrowPhase<Bounds>::Impl {
   tbb::enumerable_thread_specific<Sink> sinks;
   NarrowPhaseShared shared;
-  const Bvh<Bounds>* bvh = nullptr;
+  std::span<const Bvh<Bounds>> trees;
   const NarrowPhaseInput* input = nullptr;
   std::uint64_t step = 0;
 
   Sink& local_sink() {
     Sink& sink = sinks.local();
-    sink.begin(*bvh, *input, shared, step);
+    sink.begin(trees, *input, shared, step);
     return sink;
   }
 };
@@ -86,13 +102,13 @@ template <class Bounds>
 NarrowPhase<Bounds>::~NarrowPhase() = default;
 
 template <class Bounds>
-void NarrowPhase<Bounds>::begin(const Bvh<Bounds>& bvh, const NarrowPhaseInput& input) {
-  impl_->bvh = &bvh;
+void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input) {
+  impl_->trees = trees;
   impl_->input = &input;
   impl_->shared.earliest.store(2, std::memory_order_relaxed);
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
   ++impl_->step;
-  for (Sink& sink : impl_->sinks) sink.begin(bvh, input, impl_->shared, impl_->step);
+  for (Sink& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
 }
 
 template <class Bounds>
@@ -115,21 +131,18 @@ double NarrowPhase<Bounds>::elementary_seconds() const {
 }
 
 template <class Bounds>
-void NarrowPhase<Bounds>::test_orphans(const Orphans& orphans) {
-  constexpr std::size_t kGrain = 1024;
-  const auto& vf = orphans.vertex_face;
-  const auto& ee = orphans.edge_edge;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vf.size() + ee.size(), kGrain),
-                    [&](const auto& range) {
-                      PairTester& tester = impl_->local_sink().tester;
-                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                        if (i < vf.size()) {
-                          tester.orphan_vf(vf[i]);
-                        } else {
-                          tester.orphan_ee(ee[i - vf.size()]);
-                        }
-                      }
-                    });
+void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, bool retest) {
+  std::vector<std::size_t> begin{0};  // of each part's blocks
+  for (const OrphanBlocks* part : parts) begin.push_back(begin.back() + part->count());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, begin.back(), 2), [&](const auto& range) {
+    impl_->input->stop.check();
+    PairTester& tester = impl_->local_sink().tester;
+    auto part = static_cast<std::size_t>(std::ranges::upper_bound(begin, range.begin()) - begin.begin()) - 1;
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      while (i >= begin[part + 1]) ++part;
+      parts[part]->test(i - begin[part], *parts[part]->range, impl_->input->states, retest, tester);
+    }
+  });
   flush();
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/elementary/orphan_blocks.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/motion/motion.h"
 #include "engine/options.h"
@@ -17,6 +18,7 @@
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
 #include "engine/statistics.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -28,8 +30,10 @@ struct NarrowPhaseInput {
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step
   std::span<const VertexMotion> vertices;
+  std::span<const MotionState> states;  ///< of the vertices
   std::span<const KDop18> vertex_bounds;
   const ColliderOptions& options;
+  StopSignal stop;
 };
 
 /// A step's answer and what it cost.
@@ -49,8 +53,8 @@ class NarrowPhase final : public LeafPairSinks {
   NarrowPhase();
   ~NarrowPhase() override;
 
-  /// Forgets the last step's answer. `bvh` and `input` must outlive the step.
-  void begin(const Bvh<Bounds>& bvh, const NarrowPhaseInput& input);
+  /// Forgets the last step's answer. `trees`, by part, and `input` must outlive the step.
+  void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input);
 
   LeafPairSink& local() override;
 
@@ -60,8 +64,9 @@ class NarrowPhase final : public LeafPairSinks {
   /// Seconds that all threads have spent in the cascade so far in this step.
   double elementary_seconds() const;
 
-  /// Tests the orphan sets, in parallel.
-  void test_orphans(const Orphans& orphans);
+  /// Tests the orphan sets of parts, in parallel. Where `retest`, also those whose vertices have not changed
+  /// since they were tested last.
+  void test_orphans(std::span<OrphanBlocks* const> parts, bool retest);
 
   /// Puts the threads' contacts together, sorted, into `contacts` (left empty for Report::kCount). Parallel.
   NarrowPhaseOutput finish(std::vector<Contact>& contacts);

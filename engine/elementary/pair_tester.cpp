@@ -38,16 +38,18 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
   contacts_.clear();
   output_ = {};
   block_.size = 0;
+  recorder_ = nullptr;
 }
 
-void PairTester::primitive_pair(std::uint32_t p, std::uint32_t q) {
-  const std::uint32_t faces = input_->scene.face_count();
-  if (p < faces && q < faces) {
+void PairTester::primitive_pair(Primitive p, Primitive q) {
+  const bool point_p = (p & kPoint) != 0;
+  const bool point_q = (q & kPoint) != 0;
+  if (!point_p && !point_q) {
     face_pair(p, q);
-  } else if (p < faces) {
-    vertex_against_face(input_->scene.isolated_vertices()[q - faces], p);
-  } else if (q < faces) {
-    vertex_against_face(input_->scene.isolated_vertices()[p - faces], q);
+  } else if (!point_p) {
+    vertex_against_face(q & ~kPoint, p);
+  } else if (!point_q) {
+    vertex_against_face(p & ~kPoint, q);
   }
 }
 
@@ -142,7 +144,7 @@ void PairTester::flush() {
     if (options.report == Report::kEarliest)
       elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
     if (const Verdict verdict = elementary_test(features, elementary, counts); verdict.contact) {
-      report(pair, verdict.status, verdict.toi);
+      report(input_->numbering.original({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
     }
   }
   output_.counts.exact_tests += counts.exact_tests;
@@ -151,24 +153,29 @@ void PairTester::flush() {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void PairTester::report(const FeaturePair& pair, ContactStatus status, double toi) {
-  (pair.kind == ContactKind::kVertexFace ? output_.vf : output_.ee) += 1;
-  output_.possible += status == ContactStatus::kPossible || status == ContactStatus::kBudget;
-  output_.earliest = std::min(output_.earliest, toi);
+void PairTester::keep(const Contact& contact) {
+  ++output_.counts.contacts_kept;
+  report(contact);
+}
+
+void PairTester::report(const Contact& contact) {
+  (contact.kind == ContactKind::kVertexFace ? output_.vf : output_.ee) += 1;
+  output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
+  output_.earliest = std::min(output_.earliest, contact.toi);
+  if (recorder_ != nullptr) recorder_->push_back(contact);
   const Report wanted = input_->options.report;
   if (wanted == Report::kCount) return;
   if (wanted == Report::kEarliest) {
     double earliest = shared_->earliest.load(std::memory_order_relaxed);
-    while (toi < earliest &&
-           !shared_->earliest.compare_exchange_weak(earliest, toi, std::memory_order_relaxed)) {
+    while (contact.toi < earliest &&
+           !shared_->earliest.compare_exchange_weak(earliest, contact.toi, std::memory_order_relaxed)) {
     }
     // Ties with the earliest are kept; what was kept before it came is dropped at the end, or here before it
     // grows.
-    if (toi > earliest) return;
-    if (!contacts_.empty() && toi < contacts_.back().toi) contacts_.clear();
+    if (contact.toi > earliest) return;
+    if (!contacts_.empty() && contact.toi < contacts_.back().toi) contacts_.clear();
     // One more than allowed is enough to refuse the answer, if these ties turn out to be the earliest.
-    if (contacts_.size() <= input_->options.max_contacts)
-      contacts_.push_back(input_->numbering.original({pair.kind, status, pair.a, pair.b, toi}));
+    if (contacts_.size() <= input_->options.max_contacts) contacts_.push_back(contact);
     return;
   }
   // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.
@@ -176,7 +183,7 @@ void PairTester::report(const FeaturePair& pair, ContactStatus status, double to
     output_.over_limit = true;
     return;
   }
-  contacts_.push_back(input_->numbering.original({pair.kind, status, pair.a, pair.b, toi}));
+  contacts_.push_back(contact);
 }
 
 }  // namespace warmfront

@@ -22,8 +22,8 @@ class PairTester {
   /// Starts a step; buffers are kept.
   void begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared);
 
-  /// Two primitives (faces, then isolated vertices) whose moving bounds overlap and that share no vertex.
-  void primitive_pair(std::uint32_t p, std::uint32_t q);
+  /// Two primitives whose moving bounds overlap and that share no vertex.
+  void primitive_pair(Primitive p, Primitive q);
 
   /// Elementary tests of the orphan sets; ids as in Orphans.
   void orphan_vf(const FeatureIds& ids);
@@ -35,6 +35,18 @@ class PairTester {
   /// Runs the elementary cascade over the block and empties it.
   void flush();
 
+  /// Runs `test`, and appends the contacts that it leads to to `found` as well. Not nested.
+  template <class Test>
+  void recording(std::vector<Contact>& found, Test&& test) {
+    flush();
+    recorder_ = &found;
+    test();
+    flush();
+    recorder_ = nullptr;
+  }
+  /// Counts and reports a contact that was found before and still holds.
+  void keep(const Contact& contact);
+
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
   std::size_t memory_bytes() const { return sizeof(*this) + contacts_.capacity() * sizeof(Contact); }
@@ -43,11 +55,12 @@ class PairTester {
   void face_pair(std::uint32_t f, std::uint32_t g);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   void push(const FeaturePair& pair);
-  void report(const FeaturePair& pair, ContactStatus status, double toi);
+  void report(const Contact& contact);
 
   const NarrowPhaseInput* input_ = nullptr;
   NarrowPhaseShared* shared_ = nullptr;
   std::vector<Contact> contacts_;
+  std::vector<Contact>* recorder_ = nullptr;
   NarrowPhaseOutput output_;
   FeatureBlock block_;
 };

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "engine/front/descend.h"
-
 namespace warmfront {
 namespace {
 
@@ -26,51 +24,47 @@ double overlap_share(const Bounds& a, const Bounds& b) {
   return share;
 }
 
+}  // namespace
+
 template <class Bounds>
-double cost(const Bvh<Bounds>& bvh, const NodePair& pair) {
-  const int depth = bvh.shape.levels() - 1;
-  const int below_a = depth - level_of(pair.a);
-  const int below_b = depth - level_of(pair.b);
-  if (pair.a == pair.b) return static_cast<double>(1U << below_a) * (below_a + 1);
-  const Bounds& a = bvh.nodes[pair.a];
-  const Bounds& b = bvh.nodes[pair.b];
+double build_cost(const TreePair<Bounds>& trees, const NodePair& pair) {
+  const int below_a = trees.a.shape.levels() - 1 - level_of(pair.a);
+  const int below_b = trees.b.shape.levels() - 1 - level_of(pair.b);
+  if (trees.bvtt().is_self(pair)) return static_cast<double>(1U << below_a) * (below_a + 1);
+  const Bounds& a = trees.a.nodes[pair.a];
+  const Bounds& b = trees.b.nodes[pair.b];
   return (static_cast<double>(1U << below_a) * overlap_share(a, b) +
           static_cast<double>(1U << below_b) * overlap_share(b, a)) *
              2 +
          below_a + below_b;
 }
 
-}  // namespace
-
 template <class Bounds>
-BuildTasks decompose(const Bvh<Bounds>& bvh) {
-  constexpr double kShare = 1.0 / 256;
+std::vector<BuildTask> decompose(const TreePair<Bounds>& trees, double most, std::uint64_t& bv_tests) {
   constexpr std::size_t kMostTasks = 8192;
-  BuildTasks result;
-  result.tasks = {{{0, 0}, -1}};
-  const double most = cost(bvh, {0, 0}) * kShare;
-  const auto is_leaf_pair = [&](const NodePair& pair) { return bvh.shape.is_leaf(pair.a); };
-  for (bool opened = true; opened && result.tasks.size() < kMostTasks;) {
+  const Bvtt bvtt = trees.bvtt();
+  std::vector<BuildTask> tasks{{Bvtt::root(), trees.gap(Bvtt::root(), bv_tests)}};
+  for (bool opened = true; opened && tasks.size() < kMostTasks;) {
     opened = false;
     std::vector<BuildTask> next;
-    for (const BuildTask& task : result.tasks) {
-      if (task.gap > 0 || is_leaf_pair(task.pair) || cost(bvh, task.pair) <= most) {
+    for (const BuildTask& task : tasks) {
+      if (task.gap > 0 || bvtt.is_leaf(task.pair) || build_cost(trees, task.pair) <= most) {
         next.push_back(task);
         continue;
       }
       opened = true;
-      for_children(task.pair, [&](const NodePair& child) {
-        const bool self = child.a == child.b;
-        if (!self) ++result.bv_tests;
-        next.push_back({child, self ? -1 : separation(bvh.nodes[child.a], bvh.nodes[child.b])});
+      bvtt.for_children(task.pair, [&](const NodePair& child) {
+        next.push_back({child, trees.gap(child, bv_tests)});
       });
     }
-    result.tasks = std::move(next);
+    tasks = std::move(next);
   }
-  return result;
+  return tasks;
 }
 
-template BuildTasks decompose(const Bvh<Aabb>&);
-template BuildTasks decompose(const Bvh<KDop18>&);
+template double build_cost(const TreePair<Aabb>&, const NodePair&);
+template double build_cost(const TreePair<KDop18>&, const NodePair&);
+template std::vector<BuildTask> decompose(const TreePair<Aabb>&, double, std::uint64_t&);
+template std::vector<BuildTask> decompose(const TreePair<KDop18>&, double, std::uint64_t&);
 
 }  // namespace warmfront

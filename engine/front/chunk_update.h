@@ -1,113 +1,201 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updating one chunk of the front. Used by one thread at a time.
+// Building and updating one chunk of the front. Used by one thread at a time.
 // Source: Tang, Manocha, Tong 2009, section 4.3 (sprouting); pruning as in Ehmann, Lin 2001, made canonical.
 #pragma once
 
 #include <cstdint>
 
-#include "engine/bounds/overlap.h"
-#include "engine/front/descend.h"
 #include "engine/front/front.h"
 
 namespace warmfront {
 
+/// A thread's room for the chunk that it works on, and its counts.
+struct ChunkScratch {
+  std::vector<FrontPair> pairs;
+  KeptAnswers kept;
+  std::vector<Contact> found;  ///< of the leaf pair in hand, with its triangle pairs
+  std::uint32_t found_pairs = 0;
+  FrontCounts counts;
+};
+
+/// Reads the answers of a chunk's pairs, asked for in ascending order.
+class KeptReader {
+ public:
+  explicit KeptReader(const KeptAnswers& kept) : kept_(kept) {}
+
+  /// Null when there are none.
+  const KeptAnswers::OfPair* of(std::uint32_t pair) {
+    for (; at_ < kept_.pairs.size() && kept_.pairs[at_].pair < pair; ++at_)
+      first_ += kept_.pairs[at_].contacts;
+    return at_ < kept_.pairs.size() && kept_.pairs[at_].pair == pair ? &kept_.pairs[at_] : nullptr;
+  }
+  /// Of the pair last asked for, which has some answers.
+  std::span<const Contact> contacts() const {
+    return std::span(kept_.contacts).subspan(first_, kept_.pairs[at_].contacts);
+  }
+
+ private:
+  const KeptAnswers& kept_;
+  std::size_t at_ = 0;
+  std::size_t first_ = 0;
+};
+
 template <class Bounds>
 class ChunkUpdate {
  public:
-  using Chunk = typename Front<Bounds>::Chunk;
-  static constexpr std::size_t kPairs = 512;  ///< in a chunk, about
+  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, LeafPairSink& sink,
+              const FrontUpdate& how, ChunkScratch& scratch)
+      : trees_(trees),
+        bvtt_(trees.bvtt()),
+        parts_(parts),
+        sink_(sink),
+        how_(how),
+        scratch_(scratch),
+        counts_(scratch.counts) {
+    scratch_.pairs.clear();
+    scratch_.kept.clear();
+    forget_found();
+  }
 
-  /// `scratch` takes the chunk's new pairs where they change; it keeps its memory for the next chunk.
-  ChunkUpdate(const Bvh<Bounds>& bvh, LeafPairSink& sink, FrontUpdate how, Chunk& scratch,
-              typename Front<Bounds>::Counts& counts)
-      : bvh_(bvh), sink_(sink), how_(how), scratch_(scratch), counts_(counts) {}
+  /// Traverses from a pair whose gap is known; the front's pairs below it are in the scratch then, no more
+  /// than `most` and one of them.
+  void build(const NodePair& from, float gap, std::size_t most) {
+    sprout(from, gap, [&] { return scratch_.pairs.size() <= most; });
+  }
 
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
   /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
-  /// pairs changed and are in the scratch now; else they are where they were, with new budgets.
-  bool run(Chunk& chunk) {
-    for (std::size_t i = 0; i < chunk.size(); ++i) {
-      FrontPair& pair = chunk[i];
-      if (how_.lazy &&
-          !pair.budget.spent(bvh_.travel[pair.nodes.a], bvh_.travel[pair.nodes.b], bvh_.travel_slack)) {
+  /// pairs changed and are in the scratch now; else they are where they were, with new budgets. The kept
+  /// contacts are in the scratch either way.
+  bool run(FrontChunk& chunk) {
+    KeptReader kept(chunk.kept);
+    for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
+      FrontPair& pair = chunk.pairs[i];
+      const MotionState state = trees_.state(pair.nodes);
+      // Nothing about the pair is other than in the last step.
+      if ((state & kChanged) == 0 && !(how_.retest && bvtt_.is_leaf(pair.nodes))) {
+        ++counts_.rested;
+        if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
+          sink_.keep(answers->triangle_pairs, kept.contacts());
+          put_kept(place(i), answers->triangle_pairs, kept.contacts());
+        }
+        how_.prune ? fold(chunk, i) : keep(chunk, i);
+        continue;
+      }
+      if (how_.lazy && !pair.budget.spent(trees_.a.travel[pair.nodes.a], trees_.b.travel[pair.nodes.b],
+                                          trees_.a.travel_slack + trees_.b.travel_slack)) {
         ++counts_.skipped;
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;
       }
-      const float gap = test(pair.nodes);
+      const float gap = trees_.gap(pair.nodes, counts_.bv_tests);
       if (gap > 0) {
         pair.budget = grant(pair.nodes, gap);
         how_.prune ? fold(chunk, i) : keep(chunk, i);
-      } else if (bvh_.shape.is_leaf(pair.nodes.a)) {
-        pair.budget = grant(pair.nodes, sink_.leaf_pair(pair.nodes.a, pair.nodes.b));
+      } else if (bvtt_.is_leaf(pair.nodes)) {
+        pair.budget = grant(pair.nodes, test_leaves(pair.nodes));
+        keep_found(place(i));
         keep(chunk, i);
       } else {
         ++counts_.sprouted;
         change(chunk, i);
-        descend(bvh_, pair.nodes, counts_.bv_tests, sink_, [this](const NodePair& end, float end_gap) {
-          scratch_.push_back({end, grant(end, end_gap)});
-        });
+        sprout(pair.nodes, gap, [] { return true; });
       }
     }
     return changed_;
   }
 
  private:
-  TravelBudget grant(const NodePair& pair, float gap) const { return grant_budget(bvh_, pair, gap); }
+  TravelBudget grant(const NodePair& pair, float gap) const { return grant_budget(trees_, pair, gap); }
 
-  // A node overlaps itself by definition (an empty leaf's bounds would say no).
-  float test(const NodePair& pair) {
-    if (pair.a == pair.b) return -1;
-    ++counts_.bv_tests;
-    return separation(bvh_.nodes[pair.a], bvh_.nodes[pair.b]);
+  template <class Wanted>
+  void sprout(const NodePair& from, float gap, Wanted&& wanted) {
+    descend(
+        trees_, from, gap, counts_.bv_tests, [this](const NodePair& pair) { return test_leaves(pair); },
+        [&](const NodePair& end, float end_gap) {
+          if (wanted()) {
+            keep_found(static_cast<std::uint32_t>(scratch_.pairs.size()));
+            scratch_.pairs.push_back({end, grant(end, end_gap)});
+          }
+          forget_found();
+        });
+  }
+
+  float test_leaves(const NodePair& pair) {
+    const bool at_rest = !how_.retest && (trees_.state(pair) & kMoving) == 0;
+    return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, scratch_.found, scratch_.found_pairs)
+                   : sink_.leaf_pair(parts_, pair);
+  }
+
+  // What was just found belongs to the pair at this place.
+  void keep_found(std::uint32_t at) {
+    if (scratch_.found_pairs > 0 || !scratch_.found.empty())
+      put_kept(at, scratch_.found_pairs, scratch_.found);
+    forget_found();
+  }
+  void forget_found() {
+    scratch_.found.clear();
+    scratch_.found_pairs = 0;
+  }
+  void put_kept(std::uint32_t at, std::uint32_t triangle_pairs, std::span<const Contact> contacts) {
+    scratch_.kept.pairs.push_back({at, triangle_pairs, static_cast<std::uint32_t>(contacts.size())});
+    scratch_.kept.contacts.insert(scratch_.kept.contacts.end(), contacts.begin(), contacts.end());
+  }
+
+  // Where pair i of the chunk will be.
+  std::uint32_t place(std::size_t i) const {
+    return static_cast<std::uint32_t>(changed_ ? scratch_.pairs.size() : i);
   }
 
   // From here on the chunk's pairs go to the scratch, those before pair i first.
-  void change(const Chunk& chunk, std::size_t i) {
+  void change(const FrontChunk& chunk, std::size_t i) {
     if (changed_) return;
     changed_ = true;
-    scratch_.assign(chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(i));
+    scratch_.pairs.assign(chunk.pairs.begin(), chunk.pairs.begin() + static_cast<std::ptrdiff_t>(i));
   }
 
-  void keep(const Chunk& chunk, std::size_t i) {
-    if (changed_) scratch_.push_back(chunk[i]);
+  void keep(const FrontChunk& chunk, std::size_t i) {
+    if (changed_) scratch_.pairs.push_back(chunk.pairs[i]);
   }
 
   // Keeps a disjoint pair unless its parent is disjoint too. Then all pairs below the highest disjoint
   // ancestor are, and of those the one on the path of first children (the front holds exactly one such) puts
   // that ancestor in their place.
-  void fold(const Chunk& chunk, std::size_t i) {
-    NodePair pair = chunk[i].nodes;
+  void fold(const FrontChunk& chunk, std::size_t i) {
+    NodePair pair = chunk.pairs[i].nodes;
     if (!(parent_gap(pair) > 0)) return keep(chunk, i);
     change(chunk, i);
     ++counts_.pruned;
     float gap = 0;
     while ((gap = parent_gap(pair)) > 0) {
-      if (!is_first_child(pair)) return;
-      pair = parent(pair);
+      if (!bvtt_.is_first_child(pair)) return;
+      pair = bvtt_.parent(pair);
       folded_gap_ = gap;
     }
-    scratch_.push_back({pair, grant(pair, folded_gap_)});
+    scratch_.pairs.push_back({pair, grant(pair, folded_gap_)});
   }
 
   // Siblings are neighbours in the front, so the last answer often serves again.
   float parent_gap(const NodePair& pair) {
-    const NodePair above = parent(pair);
-    if (above.a == above.b) return -1;  // a node overlaps itself
+    if (Bvtt::is_root(pair)) return -1;
+    const NodePair above = bvtt_.parent(pair);
+    if (bvtt_.is_self(above)) return -1;
     if (!(above == last_parent_)) {
       last_parent_ = above;
-      last_gap_ = test(above);
+      last_gap_ = trees_.gap(above, counts_.bv_tests);
     }
     return last_gap_;
   }
 
-  const Bvh<Bounds>& bvh_;
+  const TreePair<Bounds>& trees_;
+  const Bvtt bvtt_;
+  const PartPair& parts_;
   LeafPairSink& sink_;
-  const FrontUpdate how_;
-  Chunk& scratch_;
-  typename Front<Bounds>::Counts& counts_;
+  const FrontUpdate& how_;
+  ChunkScratch& scratch_;
+  FrontCounts& counts_;
   bool changed_ = false;
-  NodePair last_parent_{0, 0};
+  NodePair last_parent_{0xffffffff, 0xffffffff};
   float last_gap_ = -1;
   float folded_gap_ = -1;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth-first descent of the bounding volume test tree. Reads the hierarchy only; any number of threads may
+// Depth-first descent of the bounding volume test tree. Reads the hierarchies only; any number of threads may
 // descend.
 #pragma once
 
@@ -7,66 +7,56 @@
 #include <cstdint>
 
 #include "engine/bounds/overlap.h"
-#include "engine/front/leaf_pairs.h"
 #include "engine/front/node_pair.h"
 
 namespace warmfront {
 
-/// Calls `visit` for the children of `pair` (which is no leaf pair), in order.
-template <class Visit>
-void for_children(const NodePair& pair, Visit&& visit) {
-  const NodeId left = TreeShape::left(pair.a);
-  if (pair.a == pair.b) {
-    visit(NodePair{left, left});
-    visit(NodePair{left + 1, left + 1});
-    visit(NodePair{left, left + 1});
-  } else {
-    visit(ordered(left, pair.b));
-    visit(ordered(left + 1, pair.b));
-  }
-}
+/// Two parts' hierarchies, or one twice.
+template <class Bounds>
+struct TreePair {
+  const Bvh<Bounds>& a;
+  const Bvh<Bounds>& b;
 
-/// Traverses from `from`, whose separation() `gap` is known. In depth-first order, `terminal` is called with
-/// each pair that the front would hold and its gap: disjoint pairs with their separation, and leaf pairs that
-/// overlap with what `sink`, to which they go first, says. `bv_tests` counts the overlap tests below `from`.
-template <class Bounds, class Terminal>
-void descend_from(const Bvh<Bounds>& bvh, const NodePair& from, float gap, std::uint64_t& bv_tests,
-                  LeafPairSink& sink, Terminal&& terminal) {
+  TreePair(const Bvh<Bounds>& the_a, const Bvh<Bounds>& the_b) : a(the_a), b(the_b) {}
+
+  Bvtt bvtt() const { return {a.shape, b.shape, &a == &b}; }
+  /// Union of the two nodes' states.
+  MotionState state(const NodePair& pair) const { return a.states[pair.a] | b.states[pair.b]; }
+  /// As separation(). A node overlaps itself by definition (an empty leaf's bounds would say no).
+  float gap(const NodePair& pair, std::uint64_t& bv_tests) const {
+    if (&a == &b && pair.a == pair.b) return -1;
+    ++bv_tests;
+    return separation(a.nodes[pair.a], b.nodes[pair.b]);
+  }
+};
+
+/// Traverses from `from`, whose gap is known. In depth-first order, `terminal` is called with each pair that
+/// the front would hold and its gap: disjoint pairs with their separation, and leaf pairs that overlap with
+/// what `leaf_pair`, to which they go first, says. `bv_tests` counts the overlap tests below `from`.
+template <class Bounds, class LeafPair, class Terminal>
+void descend(const TreePair<Bounds>& trees, const NodePair& from, float gap, std::uint64_t& bv_tests,
+             LeafPair&& leaf_pair, Terminal&& terminal) {
+  const Bvtt bvtt = trees.bvtt();
   // A pair opens one level at a time and leaves at most two siblings behind: two nodes of 31 levels at most.
   std::array<NodePair, 192> stack;
   int top = 0;
-  const auto push_children = [&](const NodePair& pair) {
-    std::array<NodePair, 3> children;
-    int count = 0;
-    for_children(pair, [&](const NodePair& child) { children[count++] = child; });
-    while (count > 0) stack[top++] = children[--count];
-  };
   const auto visit = [&](const NodePair& pair, float apart) {
     if (apart > 0) {
       terminal(pair, apart);
-    } else if (bvh.shape.is_leaf(pair.a)) {  // then b is one too
-      terminal(pair, sink.leaf_pair(pair.a, pair.b));
+    } else if (bvtt.is_leaf(pair)) {
+      terminal(pair, leaf_pair(pair));
     } else {
-      push_children(pair);
+      std::array<NodePair, 3> children;
+      int count = 0;
+      bvtt.for_children(pair, [&](const NodePair& child) { children[count++] = child; });
+      while (count > 0) stack[top++] = children[--count];
     }
   };
   visit(from, gap);
   while (top > 0) {
     const NodePair pair = stack[--top];
-    if (pair.a == pair.b) {  // a node overlaps itself by definition: an empty leaf's bounds would say no
-      visit(pair, -1);
-    } else {
-      ++bv_tests;
-      visit(pair, separation(bvh.nodes[pair.a], bvh.nodes[pair.b]));
-    }
+    visit(pair, trees.gap(pair, bv_tests));
   }
-}
-
-/// The same from a pair that is known to overlap.
-template <class Bounds, class Terminal>
-void descend(const Bvh<Bounds>& bvh, const NodePair& open, std::uint64_t& bv_tests, LeafPairSink& sink,
-             Terminal&& terminal) {
-  descend_from(bvh, open, -1, bv_tests, sink, terminal);
 }
 
 }  // namespace warmfront

@@ -1,97 +1,248 @@
 // SPDX-License-Identifier: Apache-2.0
-// The front's storage: chunks of about equal size, in order.
+// The front from step to step, and its storage: segments of chunks of about equal size, in order.
 #include "engine/front/front.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 
+#include "engine/front/build_tasks.h"
 #include "engine/front/chunk_update.h"
 
 namespace warmfront {
-
-template <class Bounds>
-void Front<Bounds>::begin(std::size_t max_bytes) {
-  for (Scratch& scratch : scratch_) scratch.counts = {};
-  recorded_.store(0, std::memory_order_relaxed);
-  max_pairs_ = max_bytes / sizeof(FrontPair);
-  overflowed_ = false;
-}
-
-template <class Bounds>
-void Front<Bounds>::finish() {
-  counts_ = {};
-  for (const Scratch& scratch : scratch_) {
-    counts_.bv_tests += scratch.counts.bv_tests;
-    counts_.skipped += scratch.counts.skipped;
-    counts_.sprouted += scratch.counts.sprouted;
-    counts_.pruned += scratch.counts.pruned;
-  }
-  size_ = recorded_.load(std::memory_order_relaxed);
-  overflowed_ = size_ > max_pairs_;
-  if (overflowed_) {
-    clear();
-  } else {
-    rebalance();
-  }
-}
-
-template <class Bounds>
-void Front<Bounds>::store(const Chunk& pairs, Chunk& chunk) {
-  if (recorded_.fetch_add(pairs.size(), std::memory_order_relaxed) + pairs.size() > max_pairs_) return;
-  chunk.assign(pairs.begin(), pairs.end());
-}
+namespace {
 
 // Chunks are the unit of work, so none may be much larger than the others, and few much smaller. Chunks that
 // are left as they are only change hands.
-template <class Bounds>
-void Front<Bounds>::rebalance() {
-  constexpr std::size_t kPairs = ChunkUpdate<Bounds>::kPairs;
-  const auto too_large = [](const Chunk& chunk) { return chunk.size() > 2 * kPairs; };
-  if (chunks_.size() < 4 + 4 * (size_ / kPairs) && std::ranges::none_of(chunks_, too_large)) return;
-  std::vector<Chunk> balanced;
-  balanced.reserve(size_ / (kPairs / 2) + 1);
-  for (Chunk& chunk : chunks_) {
-    if (too_large(chunk)) {
-      for (std::size_t i = 0; i < chunk.size(); i += kPairs) {
-        const auto first = chunk.begin() + static_cast<std::ptrdiff_t>(i);
-        balanced.emplace_back(first, first + static_cast<std::ptrdiff_t>(std::min(kPairs, chunk.size() - i)));
+void rebalance(FrontSegment& segment) {
+  constexpr std::size_t kPairs = FrontChunk::kPairs;
+  auto& chunks = segment.chunks;
+  const auto too_large = [](const FrontChunk& chunk) { return chunk.pairs.size() > 2 * kPairs; };
+  if (chunks.size() < 4 + 4 * (segment.size / kPairs) && std::ranges::none_of(chunks, too_large)) return;
+  std::vector<FrontChunk> balanced;
+  balanced.reserve(segment.size / (kPairs / 2) + 1);
+  const auto append = [&](const FrontChunk& from, std::size_t begin, std::size_t end, FrontChunk& to) {
+    const auto shift = static_cast<std::uint32_t>(to.pairs.size() - begin);  // modulo 2^32
+    to.pairs.insert(to.pairs.end(), from.pairs.begin() + static_cast<std::ptrdiff_t>(begin),
+                    from.pairs.begin() + static_cast<std::ptrdiff_t>(end));
+    auto contacts = from.kept.contacts.begin();
+    for (const KeptAnswers::OfPair& kept : from.kept.pairs) {
+      const auto next = contacts + kept.contacts;
+      if (kept.pair >= begin && kept.pair < end) {
+        to.kept.pairs.push_back({kept.pair + shift, kept.triangle_pairs, kept.contacts});
+        to.kept.contacts.insert(to.kept.contacts.end(), contacts, next);
       }
-    } else if (!balanced.empty() && balanced.back().size() + chunk.size() <= kPairs) {
-      balanced.back().insert(balanced.back().end(), chunk.begin(), chunk.end());
-    } else if (!chunk.empty()) {
+      contacts = next;
+    }
+    to.find_nodes();
+  };
+  for (FrontChunk& chunk : chunks) {
+    if (too_large(chunk)) {
+      for (std::size_t i = 0; i < chunk.pairs.size(); i += kPairs)
+        append(chunk, i, std::min(i + kPairs, chunk.pairs.size()), balanced.emplace_back());
+    } else if (!balanced.empty() && balanced.back().pairs.size() + chunk.pairs.size() <= kPairs) {
+      append(chunk, 0, chunk.pairs.size(), balanced.back());
+    } else if (!chunk.pairs.empty()) {
       balanced.push_back(std::move(chunk));
     }
   }
-  chunks_ = std::move(balanced);
+  chunks = std::move(balanced);
+}
+
+}  // namespace
+
+template <class Bounds>
+struct Front<Bounds>::Impl {
+  tbb::enumerable_thread_specific<ChunkScratch> scratch;
+};
+
+/// What one task does: builds a chunk below a pair, updates a chunk, or hands over what a segment keeps.
+template <class Bounds>
+struct Front<Bounds>::Work {
+  enum Kind : std::uint8_t { kBuild, kUpdate, kRest } kind;
+  std::size_t segment;
+  std::size_t chunk;
+  BuildTask task{};
+};
+
+template <class Bounds>
+Front<Bounds>::Front() : impl_(std::make_unique<Impl>()) {}
+template <class Bounds>
+Front<Bounds>::~Front() = default;
+
+template <class Bounds>
+void Front<Bounds>::match(std::span<const NearPair> near) {
+  if (std::ranges::equal(segments_, near, {}, &FrontSegment::parts, &NearPair::parts)) return;
+  std::vector<FrontSegment> matched;
+  matched.reserve(near.size());
+  auto old = segments_.begin();
+  for (const NearPair& pair : near) {
+    while (old != segments_.end() && old->parts < pair.parts) ++old;
+    if (old != segments_.end() && old->parts == pair.parts)
+      matched.push_back(std::move(*old++));
+    else
+      matched.push_back({pair.parts, {}, 0});
+  }
+  segments_ = std::move(matched);
+}
+
+template <class Bounds>
+std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees,
+                                                              std::span<const NearPair> near,
+                                                              const FrontUpdate& how) {
+  // A task is worth its own only above a share of the whole, and above some work.
+  constexpr double kShare = 1.0 / 256;
+  constexpr double kLeastCost = 256;
+  const auto pair_of = [&](const FrontSegment& s) {
+    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b]);
+  };
+  double cost = 0;
+  for (const FrontSegment& segment : segments_) {
+    if (segment.chunks.empty()) cost += build_cost(pair_of(segment), Bvtt::root());
+  }
+  std::vector<Work> work;
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    FrontSegment& segment = segments_[s];
+    if (segment.chunks.empty()) {
+      const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
+      segment.chunks.resize(tasks.size());
+      for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
+    } else {
+      ++updated_;
+      if (near[s].rests && !how.retest) {
+        counts_.rested += segment.size;
+        recorded_ += segment.size;
+        if (std::ranges::any_of(segment.chunks, [](const FrontChunk& c) { return !c.kept.empty(); }))
+          work.push_back({Work::kRest, s, 0});
+      } else {
+        for (std::size_t c = 0; c < segment.chunks.size(); ++c) work.push_back({Work::kUpdate, s, c});
+      }
+    }
+  }
+  return work;
+}
+
+template <class Bounds>
+void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink,
+                        const FrontUpdate& how) {
+  FrontSegment& segment = segments_[work.segment];
+  const auto keep_all = [&sink](const FrontChunk& chunk) {
+    std::uint64_t triangle_pairs = 0;
+    for (const KeptAnswers::OfPair& kept : chunk.kept.pairs) triangle_pairs += kept.triangle_pairs;
+    if (!chunk.kept.empty()) sink.keep(triangle_pairs, chunk.kept.contacts);
+  };
+  if (work.kind == Work::kRest) {
+    std::ranges::for_each(segment.chunks, keep_all);
+    return;
+  }
+
+  how.stop.check();
+  FrontChunk& chunk = segment.chunks[work.chunk];
+  const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);
+  ChunkScratch& scratch = impl_->scratch.local();
+  if (work.kind == Work::kBuild) {
+    ChunkUpdate<Bounds> update(pair, segment.parts, sink, how, scratch);
+    update.build(work.task.pair, work.task.gap, how.record ? max_pairs_ : 0);
+    return store(chunk);
+  }
+  // Ancestors may have changed where the nodes have not: only a fold minds.
+  if (!how.retest && (how.lazy || !how.prune) && !chunk.nodes_a.meets(pair.a.changed) &&
+      !chunk.nodes_b.meets(pair.b.changed)) {
+    keep_all(chunk);
+    scratch.counts.rested += chunk.pairs.size();
+    recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+    return;
+  }
+  ChunkUpdate<Bounds> update(pair, segment.parts, sink, how, scratch);
+  if (update.run(chunk)) return store(chunk);
+  if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
+  recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+}
+
+template <class Bounds>
+void Front<Bounds>::store(FrontChunk& chunk) {
+  const ChunkScratch& scratch = impl_->scratch.local();
+  const std::size_t size = scratch.pairs.size();
+  if (recorded_.fetch_add(size, std::memory_order_relaxed) + size > max_pairs_) return;
+  chunk.pairs.assign(scratch.pairs.begin(), scratch.pairs.end());
+  chunk.kept = scratch.kept;
+  chunk.find_nodes();
+}
+
+template <class Bounds>
+void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
+                            LeafPairSinks& sinks, const FrontUpdate& how) {
+  for (ChunkScratch& scratch : impl_->scratch) scratch.counts = {};
+  counts_ = {};
+  updated_ = 0;
+  recorded_.store(0, std::memory_order_relaxed);
+  max_pairs_ = how.record ? how.max_bytes / sizeof(FrontPair) : 0;
+  match(near);
+  const std::vector<Work> works = plan(trees, near, how);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
+    LeafPairSink& sink = sinks.local();
+    for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sink, how);
+  });
+  for (const ChunkScratch& scratch : impl_->scratch) counts_.add(scratch.counts);
+  size_ = recorded_.load(std::memory_order_relaxed);
+  overflowed_ = how.record && size_ > max_pairs_;
+  if (!how.record || overflowed_) return clear();
+  for (std::size_t s = 0; s < segments_.size(); ++s) {
+    FrontSegment& segment = segments_[s];
+    if (near[s].rests && segment.size != 0) continue;
+    segment.size = 0;
+    for (const FrontChunk& chunk : segment.chunks) segment.size += chunk.pairs.size();
+    rebalance(segment);
+  }
 }
 
 template <class Bounds>
 void Front<Bounds>::clear() {
-  chunks_ = {};
-  scratch_.clear();
+  segments_ = {};
   size_ = 0;
+}
+
+template <class Bounds>
+void Front<Bounds>::forget(std::uint32_t part) {
+  for (FrontSegment& segment : segments_) {
+    if (segment.parts.a != part && segment.parts.b != part) continue;
+    size_ -= segment.size;
+    segment.chunks.clear();
+    segment.size = 0;
+  }
 }
 
 template <class Bounds>
 std::vector<NodePair> Front<Bounds>::pairs() const {
   std::vector<NodePair> pairs;
   pairs.reserve(size_);
-  for (const Chunk& chunk : chunks_)
-    std::ranges::transform(chunk, std::back_inserter(pairs), &FrontPair::nodes);
+  for (const FrontSegment& segment : segments_) {
+    for (const FrontChunk& chunk : segment.chunks)
+      std::ranges::transform(chunk.pairs, std::back_inserter(pairs), &FrontPair::nodes);
+  }
   return pairs;
 }
 
 template <class Bounds>
 std::size_t Front<Bounds>::pair_bytes() const {
-  std::size_t bytes = chunks_.capacity() * sizeof(Chunk);
-  for (const Chunk& chunk : chunks_) bytes += chunk.capacity() * sizeof(FrontPair);
+  if (segments_.empty()) return 0;
+  std::size_t bytes = segments_.capacity() * sizeof(FrontSegment);
+  for (const FrontSegment& segment : segments_) {
+    for (const FrontChunk& chunk : segment.chunks) bytes += chunk.memory_bytes();
+  }
   return bytes;
 }
 
 template <class Bounds>
 std::size_t Front<Bounds>::memory_bytes() const {
   std::size_t bytes = pair_bytes();
-  for (const Scratch& scratch : scratch_) bytes += scratch.pairs.capacity() * sizeof(FrontPair);
+  for (const ChunkScratch& scratch : impl_->scratch)
+    bytes += scratch.pairs.capacity() * sizeof(FrontPair) + scratch.kept.memory_bytes() +
+             scratch.found.capacity() * sizeof(Contact);
   return bytes;
 }
 

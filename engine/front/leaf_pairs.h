@@ -2,7 +2,12 @@
 // Where the front hands over: overlapping leaf pairs go to a sink, one sink a thread.
 #pragma once
 
-#include "engine/bvh/bvh.h"
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/contact.h"
+#include "engine/front/node_pair.h"
 
 namespace warmfront {
 
@@ -10,10 +15,19 @@ namespace warmfront {
 class LeafPairSink {
  public:
   virtual ~LeafPairSink() = default;
-  /// Leaves whose bounds overlap, a < b, or a leaf against itself, a == b. Returns how far apart at t = 1 the
-  /// nearest two of their primitives are that share no vertex, as separation() measures it; not positive when
-  /// some of them overlap then. What met on the way and came apart again need not be met in the next step.
-  virtual float leaf_pair(NodeId a, NodeId b) = 0;
+
+  /// Leaves of two parts whose bounds overlap; of one part, a < b, or a leaf against itself, a == b. Returns
+  /// how far apart at t = 1 the nearest two of their primitives are that share no vertex, as separation()
+  /// measures it; not positive when some of them overlap then. What met on the way and came apart again need
+  /// not be met in the next step.
+  virtual float leaf_pair(const PartPair& parts, const NodePair& leaves) = 0;
+
+  /// The same for leaves at rest; appends the contacts that it finds to `contacts`, and counts the triangle
+  /// pairs whose bounds overlap.
+  virtual float leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves,
+                                  std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) = 0;
+  /// What leaf_pair_at_rest() found in an earlier step, of leaves that have not moved since.
+  virtual void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) = 0;
 };
 
 /// Gives each thread its own sink. Thread-safe.

@@ -2,14 +2,22 @@
 #include "engine/motion/motion.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <string>
+#include <utility>
 
 namespace warmfront {
 namespace {
+
+constexpr std::size_t kGrain = 8192;
+
+/// Lists of changed vertices longer than this share of a range are no gain.
+constexpr std::size_t kListedShare = 16;
 
 LocalFrame frame_of(std::span<const double> positions) {
   LocalFrame frame;
@@ -37,39 +45,201 @@ LocalFrame frame_of(std::span<const double> positions) {
   return frame;
 }
 
-}  // namespace
-
-Motion::Motion(std::span<const double> positions)
-    : vertices_(positions.size() / 3), frame_(frame_of(positions)) {
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    const double* x = positions.data() + 3 * v;
-    vertices_[v].t0 = vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
-  }
+// The greater one; not a number counts as beyond everything.
+double at_least(double magnitude, double x) {
+  if (std::fabs(x) <= magnitude) return magnitude;
+  return std::isnan(x) ? std::numeric_limits<double>::infinity() : std::fabs(x);
 }
 
-void Motion::set(std::span<const double> x0, std::span<const double> x1,
-                 std::span<const std::uint32_t> order) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices_.size(), 8192), [&](const auto& range) {
-    for (std::size_t v = range.begin(); v < range.end(); ++v) {
-      const double* a = x0.data() + 3 * (order.empty() ? v : order[v]);
-      const double* b = x1.data() + 3 * (order.empty() ? v : order[v]);
-      vertices_[v].t0 = {a[0], a[1], a[2], 0.0};
-      vertices_[v].t1 = {b[0], b[1], b[2], 0.0};
-    }
-  });
+bool same_bits(const std::array<double, 4>& a, const std::array<double, 4>& b) {
+  return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0;
+}
+
+// What a part of a range came to.
+struct Moved {
+  MotionState any = 0;
+  MotionState all = kMoving | kChanged;
+  double magnitude = 0;
+
+  void add(MotionState state) {
+    any |= state;
+    all &= state;
+  }
+  static Moved both(const Moved& a, const Moved& b) {
+    return {static_cast<MotionState>(a.any | b.any), static_cast<MotionState>(a.all & b.all),
+            std::max(a.magnitude, b.magnitude)};
+  }
+};
+
+// Runs of_vertex(v, moved) for all vertices of a range.
+template <class OfVertex>
+Moved over_range(std::uint32_t first, std::uint32_t end, OfVertex&& of_vertex) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::uint32_t>(first, end, kGrain), Moved{},
+      [&](const auto& range, Moved moved) {
+        for (std::uint32_t v = range.begin(); v < range.end(); ++v) of_vertex(v, moved);
+        return moved;
+      },
+      Moved::both);
+}
+
+}  // namespace
+
+Motion::Motion(std::span<const double> positions) : frame_(frame_of(positions)) {
+  append(positions);
+}
+
+std::array<double, 3> Motion::local(const std::array<double, 4>& x) const {
+  std::array<double, 3> local;
+  for (int axis = 0; axis < 3; ++axis)
+    local[axis] = frame_.to_local(x[axis]) - frame_.to_local(frame_.origin[axis]);
+  return local;
+}
+
+void Motion::hold(double length) {
+  if (length <= magnitude_) return;
+  int exponent = 0;
+  std::frexp(length, &exponent);
+  magnitude_ = std::isfinite(length) ? std::ldexp(1.0, exponent) : length;
+}
+
+void Motion::append(std::span<const double> positions) {
+  const std::size_t first = vertices_.size();
+  vertices_.resize(first + positions.size() / 3);
+  states_.resize(vertices_.size(), 0);
+  double magnitude = 0;
+  for (std::size_t v = first; v < vertices_.size(); ++v) {
+    const double* x = positions.data() + 3 * (v - first);
+    vertices_[v].t0 = vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
+    for (const double y : local(vertices_[v].t1)) magnitude = at_least(magnitude, y);
+  }
+  hold(magnitude);
+}
+
+void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first) {
+  std::vector<VertexMotion> renumbered(vertices_.size() - first);
+  for (std::size_t v = 0; v < renumbered.size(); ++v) renumbered[v] = vertices_[order[first + v]];
+  std::ranges::copy(renumbered, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
 template <class Real>
-Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count) {
+void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
+                      std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range) {
+  const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) {
+    VertexMotion& vertex = vertices_[v];
+    const Real* to = positions.data() + std::size_t{3} * (order[v] - first_row);
+    const std::array<double, 4> x{to[0], to[1], to[2], 0.0};
+    MotionState state = 0;
+    if ((states_[v] & kMoving) != 0) {
+      vertex.t0 = vertex.t1;
+      state = kChanged;
+    }
+    if (!same_bits(x, vertex.t1)) {
+      vertex.t1 = x;
+      state = kMoving | kChanged;
+      for (const double y : local(x)) sum.magnitude = at_least(sum.magnitude, y);
+    }
+    states_[v] = state;
+    sum.add(state);
+  });
+  range.any = moved.any;
+  range.all = first == end ? 0 : moved.all;
+  range.changed.clear();
+  range.listed = moved.any == 0;
+  hold(moved.magnitude);
+}
+
+void Motion::rest(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
+  if (range.any == 0) return;
+  const auto settle = [this](std::uint32_t v) {
+    const bool moved = (states_[v] & kMoving) != 0;
+    if (moved) vertices_[v].t0 = vertices_[v].t1;
+    return states_[v] = moved ? kChanged : 0;
+  };
+  if (range.listed) {
+    std::erase_if(range.changed, [&](std::uint32_t v) { return settle(v) == 0; });
+    range.any = range.changed.empty() ? 0 : kChanged;
+    range.all = 0;
+    return;
+  }
+  const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) { sum.add(settle(v)); });
+  range.any = moved.any;
+  range.all = moved.all;
+  range.listed = moved.any == 0;
+}
+
+void Motion::move_one(std::uint32_t v, const std::array<double, 3>& to, RangeMotion& range) {
+  VertexMotion& vertex = vertices_[v];
+  const std::array<double, 4> x{to[0], to[1], to[2], 0.0};
+  if (same_bits(x, vertex.t1)) return;
+  vertex.t1 = x;
+  for (const double y : local(x)) hold(at_least(0, y));
+  if (range.listed && states_[v] == 0) {
+    range.changed.push_back(v);
+    if (range.changed.size() > vertices_.size() / kListedShare) {
+      range.changed.clear();
+      range.listed = false;
+    }
+  }
+  states_[v] = kMoving | kChanged;
+  range.any |= states_[v];
+  range.all = 0;
+}
+
+void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> rest,
+                        const Pose& from, const Pose& to, RangeMotion& range) {
+  const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) {
+    VertexMotion& vertex = vertices_[v];
+    const double* x = rest.data() + std::size_t{3} * (v - first);
+    const auto x0 = from.place(x);
+    const auto x1 = to.place(x);
+    vertex.t0 = {x0[0], x0[1], x0[2], 0.0};
+    vertex.t1 = {x1[0], x1[1], x1[2], 0.0};
+    states_[v] = same_bits(vertex.t0, vertex.t1) ? kChanged : kMoving | kChanged;
+    sum.add(states_[v]);
+    for (const double y : local(vertex.t0)) sum.magnitude = at_least(sum.magnitude, y);
+    for (const double y : local(vertex.t1)) sum.magnitude = at_least(sum.magnitude, y);
+  });
+  range.any = moved.any;
+  range.all = first == end ? 0 : moved.all;
+  range.changed.clear();
+  range.listed = false;
+  hold(moved.magnitude);
+}
+
+void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
+  const auto back = [this](std::uint32_t v) {
+    if (states_[v] == 0) return;
+    vertices_[v].t1 = vertices_[v].t0;
+    states_[v] = kMoving | kChanged;  // so that the next step finds it changed
+  };
+  if (range.listed) {
+    for (const std::uint32_t v : range.changed) back(v);
+  } else {
+    for (std::uint32_t v = first; v < end; ++v) back(v);
+  }
+  if (range.any != 0) range.any = kMoving | kChanged;
+}
+
+template <class Real>
+Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what) {
   const std::size_t expected = std::size_t{3} * vertex_count;
   if (positions.size() != expected) {
-    return invalid_argument("positions: " + std::to_string(positions.size()) + " values where " +
+    return invalid_argument(what + ": " + std::to_string(positions.size()) + " values where " +
                             std::to_string(expected) + " are expected (3 for each of " +
                             std::to_string(vertex_count) + " vertices)");
   }
+  // All at once first: a sum of zeros times values is zero, unless one is not finite.
+  std::array<Real, 16> sums{};
+  std::size_t at = 0;
+  for (; at + sums.size() <= expected; at += sums.size()) {
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += positions[at + k] * Real{0};
+  }
+  for (; at < expected; ++at) sums[0] += positions[at] * Real{0};
+  if (std::ranges::all_of(sums, [](Real sum) { return sum == 0; })) return {};
   for (std::size_t i = 0; i < expected; ++i) {
     if (!std::isfinite(positions[i])) {
-      return invalid_argument("positions[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + ": is " +
+      return invalid_argument(what + "[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + ": is " +
                               (std::isnan(positions[i]) ? "not a number" : "infinite") +
                               "; coordinates must be finite");
     }
@@ -77,7 +247,11 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
   return {};
 }
 
-template Status check_positions<float>(std::span<const float>, std::uint32_t);
-template Status check_positions<double>(std::span<const double>, std::uint32_t);
+template void Motion::move_all<float>(std::uint32_t, std::uint32_t, std::span<const float>,
+                                      std::span<const std::uint32_t>, std::uint32_t, RangeMotion&);
+template void Motion::move_all<double>(std::uint32_t, std::uint32_t, std::span<const double>,
+                                       std::span<const std::uint32_t>, std::uint32_t, RangeMotion&);
+template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&);
+template Status check_positions<double>(std::span<const double>, std::uint32_t, const std::string&);
 
 }  // namespace warmfront

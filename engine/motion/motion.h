@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex positions at t = 0 and t = 1 of the current step, and the power-of-two frame that bounds are
-// computed in. Written between steps by one thread, read by all during a step.
+// Vertex positions at t = 0 and t = 1 of the current step, which of them move, and the power-of-two frame
+// that bounds are computed in. Written between steps by one thread, read by all during a step.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/motion/pose.h"
 #include "engine/result.h"
 
 namespace warmfront {
@@ -17,6 +18,11 @@ struct alignas(64) VertexMotion {
   std::array<double, 4> t0;
   std::array<double, 4> t1;
 };
+
+/// What became of a vertex, or of anything bounded by some: bits.
+using MotionState = std::uint8_t;
+inline constexpr MotionState kMoving = 1;   ///< t0 and t1 differ in this step
+inline constexpr MotionState kChanged = 2;  ///< its motion is another than in the step before; kMoving too
 
 /// Bounds are float32, so they are computed in a local frame, (x - origin) * scale, in which the scene as
 /// first given has its middle at 0 and a size near 1, whatever its offset and scale. `scale` is a power of
@@ -30,27 +36,66 @@ struct LocalFrame {
   double to_local(double length) const { return length * scale_a * scale_b; }
 };
 
+/// The motion of a range of vertices within a step, in sum.
+struct RangeMotion {
+  MotionState any = 0;  ///< union over the vertices
+  MotionState all = 0;  ///< intersection
+  /// The vertices whose state is not 0, when they are few and were named one by one; else they are looked up.
+  std::vector<std::uint32_t> changed;
+  bool listed = true;
+};
+
 class Motion {
  public:
-  /// `positions` row-major (n, 3), finite: the positions at both times.
+  /// `positions` row-major (n, 3), finite: at rest.
   explicit Motion(std::span<const double> positions);
 
-  /// Positions at t = 0 and at t = 1, row-major (n, 3). With an `order`, vertex i is row order[i] of them.
-  /// Parallel inside Workers::run().
-  void set(std::span<const double> x0, std::span<const double> x1, std::span<const std::uint32_t> order = {});
+  /// Vertex i becomes what was vertex order[i], from `first` on.
+  void renumber(std::span<const std::uint32_t> order, std::size_t first = 0);
+  /// Appends vertices at rest.
+  void append(std::span<const double> positions);
+
+  /// A step of vertices [first, end) from where they are: row order[v] - first_row of `positions` is where
+  /// vertex v goes. What keeps its position, bit for bit, rests. Parallel inside Workers::run().
+  template <class Real>
+  void move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
+                std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range);
+  /// The same, where only what is named moves: begins the step of a range, ...
+  void rest(std::uint32_t first, std::uint32_t end, RangeMotion& range);
+  /// ... and moves one of its vertices.
+  void move_one(std::uint32_t vertex, const std::array<double, 3>& to, RangeMotion& range);
+  /// A step of vertices [first, end) from one pose of their rest positions, (end - first, 3), to another,
+  /// whatever they did before. Parallel inside Workers::run().
+  void move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> rest, const Pose& from,
+                  const Pose& to, RangeMotion& range);
+  /// Takes the step of a range back; the next step finds its vertices changed.
+  void undo(std::uint32_t first, std::uint32_t end, RangeMotion& range);
 
   std::span<const VertexMotion> vertices() const { return vertices_; }
+  std::span<const MotionState> states() const { return states_; }
   const LocalFrame& frame() const { return frame_; }
-  std::size_t memory_bytes() const { return vertices_.size() * sizeof(VertexMotion); }
+
+  /// At least every local coordinate so far: a power of two, and it only grows, so that bounds made with it
+  /// serve for many steps. Infinite beyond double's range.
+  double magnitude() const { return magnitude_; }
+  /// Raises the magnitude to hold a local length.
+  void hold(double local_length);
+
+  std::size_t memory_bytes() const { return vertices_.size() * (sizeof(VertexMotion) + sizeof(MotionState)); }
 
  private:
+  std::array<double, 3> local(const std::array<double, 4>& x) const;
+
   std::vector<VertexMotion> vertices_;
+  std::vector<MotionState> states_;
   LocalFrame frame_;
+  double magnitude_ = 0;
 };
 
 /// kInvalidArgument unless there are 3 * vertex_count values, all finite; names the first vertex and axis
-/// that is not.
+/// that is not. `what` names the field.
 template <class Real>
-Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count);
+Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count,
+                       const std::string& what = "positions");
 
 }  // namespace warmfront

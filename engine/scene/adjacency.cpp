@@ -5,15 +5,15 @@ namespace warmfront {
 
 // Counted at vertices, a pair that shares one is counted once, a pair that shares two (and then the edge
 // between them) twice, and a pair of duplicates three times, with three edges.
-std::uint64_t count_adjacent_pairs(const Scene& scene) {
+std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range) {
   const auto pairs = [](std::uint64_t n) { return n * (n - 1) / 2; };
   std::uint64_t at_vertices = 0;
-  for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
+  for (std::uint32_t v = range.first_vertex; v < range.end_vertex; ++v) {
     if (const std::uint64_t n = scene.vertex_faces()[v].size(); n > 0) at_vertices += pairs(n);
   }
   std::uint64_t at_edges = 0;
   std::uint64_t duplicates_at_edges = 0;
-  for (std::uint32_t e = 0; e < scene.edge_count(); ++e) {
+  for (std::uint32_t e = range.first_edge; e < range.end_edge; ++e) {
     const auto faces = scene.edge_faces()[e];
     at_edges += pairs(faces.size());
     for (std::size_t i = 0; i < faces.size(); ++i) {

@@ -21,8 +21,11 @@ inline bool share_vertex(const Edge& a, const Edge& b) {
   return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1];
 }
 
-/// How many pairs of faces are adjacent. O(sum over vertices and edges of the faces there, squared for
-/// edges).
-std::uint64_t count_adjacent_pairs(const Scene& scene);
+/// How many pairs of faces are adjacent, within a range that faces do not lead out of. O(sum over vertices
+/// and edges of the faces there, squared for edges).
+std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range);
+inline std::uint64_t count_adjacent_pairs(const Scene& scene) {
+  return count_adjacent_pairs(scene, whole(scene));
+}
 
 }  // namespace warmfront

@@ -93,11 +93,11 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
   }
 }
 
-// Runs `of_each` for all ids below `count` and returns what it finds, sorted.
+// Runs `of_each` for all ids of a range and returns what it finds, sorted.
 template <class OfEach>
-std::vector<FeatureIds> gather(std::uint32_t count, OfEach&& of_each) {
+std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, OfEach&& of_each) {
   tbb::enumerable_thread_specific<std::vector<FeatureIds>> found;
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, count, 2048), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(first, end, 2048), [&](const auto& range) {
     std::vector<FeatureIds>& mine = found.local();
     for (std::uint32_t id = range.begin(); id < range.end(); ++id) of_each(id, mine);
   });
@@ -109,10 +109,11 @@ std::vector<FeatureIds> gather(std::uint32_t count, OfEach&& of_each) {
 
 }  // namespace
 
-Orphans enumerate_orphans(const Scene& scene) {
-  return {
-      gather(scene.vertex_count(), [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); }),
-      gather(scene.edge_count(), [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); })};
+Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range) {
+  return {gather(range.first_vertex, range.end_vertex,
+                 [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); }),
+          gather(range.first_edge, range.end_edge,
+                 [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); })};
 }
 
 }  // namespace warmfront

@@ -31,8 +31,12 @@ struct Orphans {
 Status check_hubs(const Scene& scene);
 inline constexpr std::uint64_t kMostAdjacencies = 100'000'000;
 
-/// Sorted. Parallel inside Workers::run(). O(sum over edges of (faces around its first face's vertices)):
-/// quadratic in the degree of a hub vertex, as its orphans are.
-Orphans enumerate_orphans(const Scene& scene);
+/// Those whose first feature is in `range`, which faces do not lead out of. Sorted. Parallel inside
+/// Workers::run(). O(sum over edges of (faces around its first face's vertices)): quadratic in the degree of
+/// a hub vertex, as its orphans are.
+Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range);
+inline Orphans enumerate_orphans(const Scene& scene) {
+  return enumerate_orphans(scene, whole(scene));
+}
 
 }  // namespace warmfront

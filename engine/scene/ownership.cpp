@@ -22,9 +22,12 @@ bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
 
 }  // namespace
 
-Ownership::Ownership(const Scene& scene)
-    : scene_(&scene), records_(scene.face_count()), signatures_(scene.face_count(), 0) {
-  for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+void Ownership::extend() {
+  const Scene& scene = *scene_;
+  const auto first = static_cast<std::uint32_t>(records_.size());
+  records_.resize(scene.face_count());
+  signatures_.resize(scene.face_count(), 0);
+  for (std::uint32_t f = first; f < scene.face_count(); ++f) {
     Record& record = records_[f];
     record.vertices = scene.faces()[f];
     for (const std::uint32_t v : record.vertices) signatures_[f] |= std::uint64_t{1} << (v & 63U);

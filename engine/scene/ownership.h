@@ -20,7 +20,11 @@ namespace warmfront {
 /// Together with the orphan sets this covers every valid pair exactly once.
 class Ownership {
  public:
-  explicit Ownership(const Scene& scene);
+  /// The scene is referred to: it stays where it is.
+  explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
+
+  /// Takes the faces that were appended to the scene since.
+  void extend();
 
   /// Sets of feature pairs of two faces (f, g). Bits 0-2: vertex i of f against g; bits 3-5: vertex i of g
   /// against f; bits 6 + 3 i + j: edge i of f against edge j of g.

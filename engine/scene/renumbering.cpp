@@ -8,20 +8,19 @@ namespace {
 
 constexpr std::uint32_t kUnnumbered = 0xffffffff;
 
-// Row i of the result is row original[i], its items renamed by `renamed`.
-Csr permuted(const Csr& csr, std::span<const std::uint32_t> original,
-             std::span<const std::uint32_t> renamed) {
-  Csr result;
+// Appends the rows original[i], their items renamed.
+void append_rows(const Csr& csr, std::span<const std::uint32_t> original,
+                 std::span<const std::uint32_t> renamed, Csr& result) {
+  const std::size_t first = result.rows();
+  if (result.begin.empty()) result.begin.push_back(0);
   result.begin.reserve(original.size() + 1);
-  result.begin.push_back(0);
-  for (const std::uint32_t row : original)
-    result.begin.push_back(result.begin.back() + static_cast<std::uint32_t>(csr[row].size()));
+  for (std::size_t i = first; i < original.size(); ++i)
+    result.begin.push_back(result.begin.back() + static_cast<std::uint32_t>(csr[original[i]].size()));
   result.items.resize(result.begin.back());
-  tbb::parallel_for(std::size_t{0}, original.size(), [&](std::size_t i) {
+  tbb::parallel_for(first, original.size(), [&](std::size_t i) {
     std::uint32_t* to = result.items.data() + result.begin[i];
     for (const std::uint32_t item : csr[original[i]]) *to++ = renamed[item];
   });
-  return result;
 }
 
 Csr renamed_items(Csr csr, std::span<const std::uint32_t> renamed) {
@@ -30,10 +29,19 @@ Csr renamed_items(Csr csr, std::span<const std::uint32_t> renamed) {
   return csr;
 }
 
+// Appends the rows that `result` lacks, which keep their places.
+void append_same_rows(const Csr& csr, std::span<const std::uint32_t> renamed, Csr& result) {
+  const std::size_t first = result.items.size();
+  result.begin = csr.begin;
+  result.items.resize(csr.items.size());
+  tbb::parallel_for(first, csr.items.size(), [&](std::size_t i) { result.items[i] = renamed[csr.items[i]]; });
+}
+
 }  // namespace
 
-Renumbering::Renumbering(const Scene& scene, std::span<const std::uint32_t> order)
-    : new_vertex_(scene.vertex_count(), kUnnumbered), new_face_(scene.face_count(), kUnnumbered) {
+void Renumbering::extend(const Scene& scene, std::span<const Primitive> order) {
+  new_vertex_.resize(scene.vertex_count(), kUnnumbered);
+  new_face_.resize(scene.face_count(), kUnnumbered);
   original_vertex_.reserve(scene.vertex_count());
   original_face_.reserve(scene.face_count());
   const auto meet = [this](std::uint32_t vertex) {
@@ -41,9 +49,9 @@ Renumbering::Renumbering(const Scene& scene, std::span<const std::uint32_t> orde
     new_vertex_[vertex] = static_cast<std::uint32_t>(original_vertex_.size());
     original_vertex_.push_back(vertex);
   };
-  for (const std::uint32_t primitive : order) {
-    if (primitive >= scene.face_count()) {
-      meet(scene.isolated_vertices()[primitive - scene.face_count()]);
+  for (const Primitive primitive : order) {
+    if ((primitive & kPoint) != 0) {
+      meet(primitive & ~kPoint);
       continue;
     }
     new_face_[primitive] = static_cast<std::uint32_t>(original_face_.size());
@@ -52,30 +60,31 @@ Renumbering::Renumbering(const Scene& scene, std::span<const std::uint32_t> orde
   }
 }
 
-Scene Renumbering::apply(const Scene& scene) const {
-  Scene result;
+void Renumbering::extend(const Scene& scene, Scene& result) const {
+  const std::size_t first_vertex = result.vertex_count_;
+  const std::size_t first_face = result.faces_.size();
+  const std::size_t first_edge = result.edges_.size();
   result.vertex_count_ = scene.vertex_count_;
   result.body_count_ = scene.body_count_;
   result.faces_.resize(scene.face_count());
   result.face_edges_.resize(scene.face_count());
-  tbb::parallel_for(std::size_t{0}, original_face_.size(), [&](std::size_t f) {
+  tbb::parallel_for(first_face, original_face_.size(), [&](std::size_t f) {
     const Face& face = scene.faces_[original_face_[f]];
     result.faces_[f] = {new_vertex_[face[0]], new_vertex_[face[1]], new_vertex_[face[2]]};
     result.face_edges_[f] = scene.face_edges_[original_face_[f]];
   });
   result.edges_.resize(scene.edge_count());
-  tbb::parallel_for(std::size_t{0}, result.edges_.size(), [&](std::size_t e) {
+  tbb::parallel_for(first_edge, result.edges_.size(), [&](std::size_t e) {
     result.edges_[e] = {new_vertex_[scene.edges_[e][0]], new_vertex_[scene.edges_[e][1]]};
   });
-  result.vertex_faces_ = permuted(scene.vertex_faces_, original_vertex_, new_face_);
-  result.edge_faces_ = renamed_items(scene.edge_faces_, new_face_);
+  append_rows(scene.vertex_faces_, original_vertex_, new_face_, result.vertex_faces_);
+  append_same_rows(scene.edge_faces_, new_face_, result.edge_faces_);
   result.body_of_vertex_.reserve(scene.vertex_count());
-  for (const std::uint32_t v : original_vertex_) {
-    result.body_of_vertex_.push_back(scene.body_of_vertex_[v]);
-    if (scene.vertex_faces_[v].empty())
-      result.isolated_vertices_.push_back(static_cast<std::uint32_t>(result.body_of_vertex_.size() - 1));
+  for (std::size_t v = first_vertex; v < original_vertex_.size(); ++v) {
+    result.body_of_vertex_.push_back(scene.body_of_vertex_[original_vertex_[v]]);
+    if (scene.vertex_faces_[original_vertex_[v]].empty())
+      result.isolated_vertices_.push_back(static_cast<std::uint32_t>(v));
   }
-  return result;
 }
 
 Patches Renumbering::apply(const Patches& patches) const {
@@ -85,18 +94,6 @@ Patches Renumbering::apply(const Patches& patches) const {
   for (const std::uint32_t f : original_face_) result.of_face.push_back(patches.of_face[f]);
   result.faces = renamed_items(patches.faces, new_face_);
   result.contours = renamed_items(patches.contours, new_vertex_);
-  return result;
-}
-
-std::vector<std::uint32_t> Renumbering::apply(const Scene& scene,
-                                              std::span<const std::uint32_t> order) const {
-  // Both kinds of primitives are numbered in the order in which they are met.
-  std::vector<std::uint32_t> result;
-  result.reserve(order.size());
-  std::uint32_t faces = 0;
-  std::uint32_t points = scene.face_count();
-  for (const std::uint32_t primitive : order)
-    result.push_back(primitive < scene.face_count() ? faces++ : points++);
   return result;
 }
 

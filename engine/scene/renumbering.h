@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene renumbered along its hierarchy, so that what is near in space is near in memory. Immutable once
-// built; free to share.
+// A scene renumbered along its hierarchies, so that what is near in space is near in memory. Changed between
+// steps only, when a body is added; read by all threads during a step.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,30 @@
 
 namespace warmfront {
 
-/// New numbers for faces and vertices, in the order in which the hierarchy's primitives meet them. Edges keep
-/// their numbers, features keep the order of their vertices, and lists of faces their order: so owners,
-/// elementary tests and their bits are those of the scene as given.
+/// New numbers for faces and vertices, in the order in which the hierarchies' primitives meet them. Bodies
+/// keep their vertex ranges, edges their numbers, features the order of their vertices, and lists of faces
+/// their order: so owners, elementary tests and their bits are those of the scene as given.
 class Renumbering {
  public:
-  /// `order` holds each primitive of the scene once: faces, then isolated vertices, numbered as in Bvh.
-  Renumbering(const Scene& scene, std::span<const std::uint32_t> order);
+  Renumbering() = default;
+  /// `order` holds each primitive of the scene once.
+  Renumbering(const Scene& scene, std::span<const Primitive> order) { extend(scene, order); }
 
-  /// The same scene in new numbers, without the bodies' ranges, which are ranges no more.
-  Scene apply(const Scene& scene) const;
+  /// Numbers the primitives of the vertices and faces that the scene has beyond those numbered so far.
+  void extend(const Scene& scene, std::span<const Primitive> order);
+
+  /// The same scene in new numbers, without its bodies. Appends to `renumbered` what it lacks of it.
+  void extend(const Scene& scene, Scene& renumbered) const;
   Patches apply(const Patches& patches) const;
-  /// The primitives' order in new numbers.
-  std::vector<std::uint32_t> apply(const Scene& scene, std::span<const std::uint32_t> order) const;
+  /// A primitive in its new number.
+  Primitive apply(Primitive primitive) const {
+    return (primitive & kPoint) != 0 ? kPoint | new_vertex_[primitive & ~kPoint] : new_face_[primitive];
+  }
 
   /// Original number of each vertex, by new number.
   std::span<const std::uint32_t> vertices() const { return original_vertex_; }
+  /// New number of each vertex, by original number.
+  std::span<const std::uint32_t> new_vertices() const { return new_vertex_; }
   /// A contact in original numbers.
   Contact original(Contact contact) const {
     if (contact.kind == ContactKind::kVertexFace) {

@@ -29,12 +29,28 @@ Status check_faces(const SceneDescription& description) {
   return {};
 }
 
+std::string name_of(std::size_t body) {
+  return "bodies[" + std::to_string(body) + "]";
+}
+
+// What a body says of itself, its range apart.
+Status check_body(const Body& body, const std::string& where) {
+  if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
+  if (body.group == 0)
+    return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");
+  if (body.mask == 0)
+    return invalid_argument(where +
+                            ".mask: is 0, which excludes every body; set the bits of the groups to test "
+                            "against, or leave the body out");
+  return {};
+}
+
 Status check_bodies(const SceneDescription& description) {
   std::uint64_t next = 0;
   for (std::size_t i = 0; i < description.bodies.size(); ++i) {
     const Body& body = description.bodies[i];
-    const std::string where = "bodies[" + std::to_string(i) + "]";
-    if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
+    const std::string where = name_of(i);
+    if (Status status = check_body(body, where); !status) return status;
     if (body.first_vertex != next) {
       return invalid_argument(where + ".first_vertex: is " + std::to_string(body.first_vertex) + " where " +
                               std::to_string(next) +
@@ -50,6 +66,28 @@ Status check_bodies(const SceneDescription& description) {
   if (!description.bodies.empty() && next != description.vertex_count) {
     return invalid_argument("bodies: cover " + std::to_string(next) + " of " +
                             std::to_string(description.vertex_count) + " vertices; add a body for the rest");
+  }
+  for (std::size_t i = 0; i < description.excluded_pairs.size(); ++i) {
+    const auto [a, b] = description.excluded_pairs[i];
+    const std::string where = "excluded_pairs[" + std::to_string(i) + "]";
+    if (std::max(a, b) >= description.bodies.size())
+      return invalid_argument(where + ": body " + std::to_string(std::max(a, b)) + " is not in [0, " +
+                              std::to_string(description.bodies.size()) + ")");
+    if (a == b)
+      return invalid_argument(where + ": body " + std::to_string(a) +
+                              " with itself; switch its self_collision off instead");
+  }
+  return {};
+}
+
+Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex) {
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (const std::uint32_t v : faces[f]) {
+      const std::uint32_t body = body_of_vertex[faces[f][0]];
+      if (body_of_vertex[v] != body)
+        return invalid_argument("faces[" + std::to_string(f) + "]: joins " + name_of(body) + " and " +
+                                name_of(body_of_vertex[v]) + "; a face lies within one body");
+    }
   }
   return {};
 }
@@ -157,6 +195,7 @@ Result<Scene> Scene::create(SceneDescription description) {
     if (scene.vertex_faces_[v].empty()) scene.isolated_vertices_.push_back(v);
   }
   scene.bodies_ = std::move(description.bodies);
+  scene.excluded_pairs_ = std::move(description.excluded_pairs);
   if (scene.bodies_.empty()) {
     scene.body_of_vertex_ = connected_components(scene.faces_, scene.vertex_count_, scene.body_count_);
   } else {
@@ -165,7 +204,63 @@ Result<Scene> Scene::create(SceneDescription description) {
     for (std::uint32_t b = 0; b < scene.body_count_; ++b) {
       scene.body_of_vertex_.insert(scene.body_of_vertex_.end(), scene.bodies_[b].vertex_count, b);
     }
+    if (Status status = check_faces_of_bodies(scene.faces_, scene.body_of_vertex_); !status)
+      return status.error();
   }
+  return scene;
+}
+
+namespace {
+
+void append_rows(Csr& to, const Csr& rows, std::uint32_t shift) {
+  const std::uint32_t base = to.begin.empty() ? 0 : to.begin.back();
+  if (to.begin.empty()) to.begin.push_back(0);
+  for (std::size_t row = 1; row < rows.begin.size(); ++row) to.begin.push_back(base + rows.begin[row]);
+  for (const std::uint32_t item : rows.items) to.items.push_back(item + shift);
+}
+
+}  // namespace
+
+Result<Scene> Scene::with_body(BodyAddition addition) const {
+  const std::string where = name_of(bodies_.size());
+  if (bodies_.empty())
+    return Error{ErrorCode::kFailedPrecondition,
+                 "bodies: the scene declares none; declare its bodies to add one"};
+  if (Status status = check_body(addition.body, where); !status) return status.error();
+  SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {}};
+  Result<Scene> added = create(std::move(description));
+  if (!added) return Error{added.error().code, where + ": " + added.error().message};
+  const Scene& body = added.value();
+  if (faces_.size() + body.faces_.size() + std::size_t{vertex_count_} + body.vertex_count_ > 0x3fffffff)
+    return invalid_argument(where + ": the scene would have more than 2^30 - 1 faces and vertices");
+
+  Scene scene = *this;
+  const std::uint32_t vertex = vertex_count_;
+  const std::uint32_t face = face_count();
+  const std::uint32_t edge = edge_count();
+  scene.vertex_count_ += body.vertex_count_;
+  for (const Face& f : body.faces_) scene.faces_.push_back({f[0] + vertex, f[1] + vertex, f[2] + vertex});
+  for (const Edge& e : body.edges_) scene.edges_.push_back({e[0] + vertex, e[1] + vertex});
+  for (const auto& e : body.face_edges_) scene.face_edges_.push_back({e[0] + edge, e[1] + edge, e[2] + edge});
+  append_rows(scene.vertex_faces_, body.vertex_faces_, face);
+  append_rows(scene.edge_faces_, body.edge_faces_, face);
+  for (const std::uint32_t v : body.isolated_vertices_) scene.isolated_vertices_.push_back(v + vertex);
+  addition.body.first_vertex = vertex;
+  scene.bodies_.push_back(std::move(addition.body));
+  scene.body_of_vertex_.insert(scene.body_of_vertex_.end(), body.vertex_count_, body_count_);
+  ++scene.body_count_;
+  return scene;
+}
+
+Result<Scene> Scene::with_body_changed(std::uint32_t index, Body body) const {
+  if (index >= bodies_.size())
+    return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
+                            std::to_string(bodies_.size()) + ")");
+  body.first_vertex = bodies_[index].first_vertex;
+  body.vertex_count = bodies_[index].vertex_count;
+  if (Status status = check_body(body, name_of(index)); !status) return status.error();
+  Scene scene = *this;
+  scene.bodies_[index] = std::move(body);
   return scene;
 }
 
@@ -179,12 +274,22 @@ std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
   return {a[0], a[1], b[0], b[1]};
 }
 
+FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex) {
+  // Edges are sorted by their vertices as first given, and bodies are ranges of these.
+  const auto edges_before = [&](std::uint32_t vertex) {
+    return static_cast<std::uint32_t>(
+        std::ranges::partition_point(scene.edges(), [&](const Edge& e) { return e[0] < vertex; }) -
+        scene.edges().begin());
+  };
+  return {first_vertex, end_vertex, edges_before(first_vertex), edges_before(end_vertex)};
+}
+
 std::size_t Scene::memory_bytes() const {
   return faces_.size() * sizeof(Face) + edges_.size() * sizeof(Edge) +
          face_edges_.size() * sizeof(face_edges_[0]) + vertex_faces_.memory_bytes() +
          edge_faces_.memory_bytes() +
          (isolated_vertices_.size() + body_of_vertex_.size()) * sizeof(std::uint32_t) +
-         bodies_.size() * sizeof(Body);
+         bodies_.size() * sizeof(Body) + excluded_pairs_.size() * sizeof(excluded_pairs_[0]);
 }
 
 }  // namespace warmfront

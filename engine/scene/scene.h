@@ -15,9 +15,13 @@
 
 namespace warmfront {
 
-/// How a body moves. All kinds are tested as deformable until the scene modelling uses them; they are kept
-/// and reported.
-enum class BodyKind : std::uint8_t { kDeformable, kRigid, kStatic };
+/// How a body moves, which says what need not be tested (DESIGN 5).
+enum class BodyKind : std::uint8_t {
+  kDeformable,  ///< any way; tested against itself unless that is switched off
+  kRigid,       ///< as a whole, by poses or positions; never tested against itself
+  kStatic,      ///< not at all; never tested against itself or another static body
+  kRemoved,     ///< gone: its vertices and faces keep their numbers and are tested against nothing
+};
 
 /// A range of vertices that belong together.
 struct Body {
@@ -25,6 +29,12 @@ struct Body {
   std::uint32_t first_vertex = 0;
   std::uint32_t vertex_count = 0;
   BodyKind kind = BodyKind::kDeformable;
+  bool self_collision = true;  ///< of a deformable body; the others have none
+  /// Two bodies are tested against each other when the group of either has a bit in the mask of the other.
+  std::uint32_t group = 1;
+  std::uint32_t mask = 0xffffffff;
+
+  friend bool operator==(const Body&, const Body&) = default;
 };
 
 /// What a caller says of a scene.
@@ -32,20 +42,44 @@ struct SceneDescription {
   std::uint32_t vertex_count = 0;
   /// (m, 3) vertex indices, each in [0, vertex_count).
   std::vector<std::array<std::int32_t, 3>> faces;
-  /// Disjoint ranges that cover all vertices, in order. Empty: the connected components of the faces.
+  /// Disjoint ranges that cover all vertices, in order; each face lies within one. Empty: all is deformable,
+  /// and its connected components count as the bodies.
   std::vector<Body> bodies;
+  /// Pairs of bodies, by index, that are not tested against each other.
+  std::vector<std::array<std::uint32_t, 2>> excluded_pairs = {};
+};
+
+/// A body to be added to a scene: its faces count its own vertices from 0.
+struct BodyAddition {
+  Body body;  ///< the range's beginning is not looked at: it is appended
+  std::vector<std::array<std::int32_t, 3>> faces;
 };
 
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in the numbers first given
 
+/// What the hierarchy holds: a face, by its number, or an isolated vertex, by its number and this bit.
+using Primitive = std::uint32_t;
+inline constexpr Primitive kPoint = 0x80000000;
+
 /// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated
 /// vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
 class Scene {
  public:
+  /// An empty scene.
+  Scene() = default;
+
   /// Fails with kInvalidArgument, naming the first offender, when an index is out of range or repeated within
-  /// a face, or when bodies overlap or leave a gap. O((n + m) log m).
+  /// a face, when bodies overlap or leave a gap, a face joins two bodies, or a group, mask or excluded pair
+  /// says nothing. O((n + m) log m).
   static Result<Scene> create(SceneDescription description);
+
+  /// The scene with one more body, whose vertices, faces and edges come after all others; what was there
+  /// keeps its numbers. Fails as create() does, and with kFailedPrecondition for a scene without declared
+  /// bodies. O(n + m), and O(k log k) for a body of k faces.
+  Result<Scene> with_body(BodyAddition addition) const;
+  /// The scene with body `index` described anew: its range stays as it is. Fails as create() does.
+  Result<Scene> with_body_changed(std::uint32_t index, Body body) const;
 
   std::uint32_t vertex_count() const { return vertex_count_; }
   std::uint32_t face_count() const { return static_cast<std::uint32_t>(faces_.size()); }
@@ -63,6 +97,7 @@ class Scene {
 
   /// The bodies as given; empty when they default to the connected components.
   std::span<const Body> bodies() const { return bodies_; }
+  std::span<const std::array<std::uint32_t, 2>> excluded_pairs() const { return excluded_pairs_; }
   std::uint32_t body_count() const { return body_count_; }
   /// The body of each vertex.
   std::span<const std::uint32_t> body_of_vertex() const { return body_of_vertex_; }
@@ -75,7 +110,6 @@ class Scene {
 
  private:
   friend class Renumbering;  // makes another Scene of this one
-  Scene() = default;
 
   std::uint32_t vertex_count_ = 0;
   std::uint32_t body_count_ = 0;
@@ -86,7 +120,22 @@ class Scene {
   Csr edge_faces_;
   std::vector<std::uint32_t> isolated_vertices_;
   std::vector<Body> bodies_;
+  std::vector<std::array<std::uint32_t, 2>> excluded_pairs_;
   std::vector<std::uint32_t> body_of_vertex_;
 };
+
+/// A range of vertices and of edges, such as a body's.
+struct FeatureRange {
+  std::uint32_t first_vertex = 0;
+  std::uint32_t end_vertex = 0;
+  std::uint32_t first_edge = 0;
+  std::uint32_t end_edge = 0;
+};
+
+inline FeatureRange whole(const Scene& scene) {
+  return {0, scene.vertex_count(), 0, scene.edge_count()};
+}
+/// Vertices [first, end) and the edges between them, which are a range when the vertices are a body's.
+FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex);
 
 }  // namespace warmfront

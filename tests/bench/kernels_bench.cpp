@@ -42,7 +42,6 @@ class ClothStep {
 
   std::shared_ptr<const Scene> scene;
   Hierarchy<Bounds> hierarchy;
-  Motion motion;
 
   std::span<const Bounds> leaf_nodes() const {
     return std::span(hierarchy.bvh.nodes).subspan(hierarchy.bvh.shape.first_leaf());
@@ -52,10 +51,8 @@ class ClothStep {
   ClothStep() : ClothStep(testing::cloth_over_ball(kSide, 8)) {}
   explicit ClothStep(const testing::ClothOverBall& cloth)
       : scene(std::make_shared<const Scene>(Scene::create(cloth.description).value())),
-        hierarchy(scene, cloth.frames[6], kLeafSize),
-        motion(cloth.frames[6]) {
+        hierarchy(scene, cloth.frames[6], kLeafSize) {
     hierarchy.step(cloth.frames[7]);
-    motion.set(cloth.frames[6], cloth.frames[7]);
   }
 };
 
@@ -119,12 +116,12 @@ void features_of_triangles(benchmark::State& state) {
 BENCHMARK(features_of_triangles);
 
 void bounds_of_vertices(benchmark::State& state) {
-  const Motion& motion = ClothStep<KDop18>::get().motion;
+  const Motion& motion = ClothStep<KDop18>::get().hierarchy.motion();
   const auto vertices = motion.vertices();
-  const double magnitude = motion_magnitude(vertices, motion.frame(), 0);
+  const std::vector<MotionState> states(vertices.size(), kChanged);
   std::vector<KDop18> bounds(vertices.size());
   for (auto _ : state) {
-    moving_bounds(vertices, motion.frame(), 0, magnitude, bounds.data());
+    moving_bounds(vertices, states, motion.frame(), 0, motion.magnitude(), bounds.data());
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * vertices.size()));

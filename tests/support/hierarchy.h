@@ -4,12 +4,13 @@
 
 #include <atomic>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
 #include "engine/bounds/moving.h"
 #include "engine/bvh/bvh.h"
-#include "engine/front/leaf_pairs.h"
+#include "engine/front/front.h"
 
 namespace warmfront::testing {
 
@@ -17,51 +18,76 @@ namespace warmfront::testing {
 class CountingSinks final : public LeafPairSinks, public LeafPairSink {
  public:
   LeafPairSink& local() override { return *this; }
-  float leaf_pair(NodeId, NodeId) override {
+  float leaf_pair(const PartPair&, const NodePair&) override {
     ++count;
     return -1;
   }
+  float leaf_pair_at_rest(const PartPair&, const NodePair&, std::vector<Contact>&,
+                          std::uint32_t& triangle_pairs) override {
+    ++count;
+    triangle_pairs = 1;
+    return -1;
+  }
+  void keep(std::uint64_t triangle_pairs, std::span<const Contact>) override { count += triangle_pairs; }
   std::atomic<std::uint64_t> count{0};
 };
 
+/// A whole scene as one part.
 template <class Bounds>
 class Hierarchy {
  public:
   Hierarchy(std::shared_ptr<const Scene> scene, std::span<const double> positions, std::uint32_t leaf_size)
-      : scene_(std::move(scene)),
-        last_(positions.begin(), positions.end()),
-        motion_(positions),
-        bounds_(scene_->vertex_count()) {
-    const auto primitives =
-        static_cast<std::uint32_t>(scene_->face_count() + scene_->isolated_vertices().size());
-    const TreeShape shape(primitives, leaf_size);
-    bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape), true);
-    refresh();
+      : scene_(std::move(scene)), motion_(positions), bounds_(scene_->vertex_count()) {
+    order_.resize(scene_->vertex_count());
+    std::iota(order_.begin(), order_.end(), 0U);
+    std::vector<Primitive> primitives(scene_->face_count());
+    std::iota(primitives.begin(), primitives.end(), 0U);
+    for (const std::uint32_t v : scene_->isolated_vertices()) primitives.push_back(kPoint | v);
+    const TreeShape shape(static_cast<std::uint32_t>(primitives.size()), leaf_size);
+    bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape, primitives), true);
+    refresh(true);
   }
 
   void step(std::span<const double> positions) {
-    motion_.set(last_, positions);
-    last_.assign(positions.begin(), positions.end());
-    refresh();
+    motion_.move_all(0, scene_->vertex_count(), positions, order_, 0, range_);
+    refresh(motion_.magnitude() != magnitude_);
   }
 
   std::span<const KDop18> vertex_bounds() const { return bounds_; }
+  const Motion& motion() const { return motion_; }
 
   Bvh<Bounds> bvh;
 
  private:
-  void refresh() {
-    const double magnitude = motion_magnitude(motion_.vertices(), motion_.frame(), 0);
-    for (std::size_t v = 0; v < bounds_.size(); ++v) {
-      bounds_[v] = moving_bounds(motion_.vertices()[v], motion_.frame(), 0, magnitude);
-    }
-    refit(*scene_, bounds_, magnitude, bvh);
+  void refresh(bool all) {
+    magnitude_ = motion_.magnitude();
+    for (std::size_t v = 0; v < bounds_.size(); ++v)
+      bounds_[v] = moving_bounds(motion_.vertices()[v], motion_.frame(), 0, magnitude_);
+    refit({*scene_, bounds_, motion_.states(), range_, magnitude_, all}, bvh);
   }
 
   std::shared_ptr<const Scene> scene_;
-  std::vector<double> last_;
+  std::vector<std::uint32_t> order_;
   Motion motion_;
+  RangeMotion range_;
+  double magnitude_ = 0;
   std::vector<KDop18> bounds_;
 };
+
+/// Takes a front of one part to this step.
+template <class Bounds>
+void advance(Front<Bounds>& front, const Hierarchy<Bounds>& hierarchy, LeafPairSinks& sinks,
+             const FrontUpdate& how = {}) {
+  const NearPair self{{0, 0}, false};
+  front.advance({&hierarchy.bvh, 1}, {&self, 1}, sinks, how);
+}
+
+/// The front of this step from scratch.
+template <class Bounds>
+void build(Front<Bounds>& front, const Hierarchy<Bounds>& hierarchy, LeafPairSinks& sinks,
+           const FrontUpdate& how = {}) {
+  front.clear();
+  advance(front, hierarchy, sinks, how);
+}
 
 }  // namespace warmfront::testing

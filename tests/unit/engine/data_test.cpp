@@ -164,14 +164,13 @@ TEST_P(Sequences, UpdatedFrontEqualsBuiltFront) {
   testing::CountingSinks sinks;
   Front<KDop18> warm;
   Front<KDop18> cold;
-  constexpr std::size_t kNoCap = std::size_t{1} << 40;
-  workers.run([&] { warm.build(hierarchy.bvh, sinks, true, kNoCap); });
+  workers.run([&] { testing::build(warm, hierarchy, sinks); });
   std::uint64_t changed = 0;
   for (int k = 1; k < frames.count(); ++k) {
     hierarchy.step(to_doubles(frames.read(k)));
     workers.run([&] {
-      warm.update(hierarchy.bvh, sinks, {.prune = true}, kNoCap);
-      cold.build(hierarchy.bvh, sinks, true, kNoCap);
+      testing::advance(warm, hierarchy, sinks);
+      testing::build(cold, hierarchy, sinks);
     });
     ASSERT_TRUE(warm.pairs() == cold.pairs()) << "frame " << k;
     changed += warm.counts().sprouted + warm.counts().pruned;

@@ -12,26 +12,39 @@
 namespace warmfront {
 namespace {
 
-constexpr std::size_t kNoCap = std::size_t{1} << 40;
-
 // Every pair that traversal from the root can reach, with the path it came by.
-void reach(const TreeShape& shape, const NodePair& pair, int depth, int& visited) {
+void reach(const Bvtt& bvtt, const NodePair& pair, int& visited) {
   ++visited;
-  if (shape.is_leaf(pair.a) || depth == 0) return;
+  if (bvtt.is_leaf(pair)) return;
   bool first = true;
-  for_children(pair, [&](const NodePair& child) {
-    EXPECT_LE(child.a, child.b);
-    EXPECT_EQ(parent(child), pair) << child.a << " " << child.b;
-    EXPECT_EQ(is_first_child(child), first) << child.a << " " << child.b;
+  bvtt.for_children(pair, [&](const NodePair& child) {
+    if (bvtt.self()) {
+      EXPECT_LE(child.a, child.b);
+    }
+    EXPECT_EQ(bvtt.parent(child), pair) << child.a << " " << child.b;
+    EXPECT_EQ(bvtt.is_first_child(child), first) << child.a << " " << child.b;
     first = false;
-    reach(shape, child, depth - 1, visited);
+    reach(bvtt, child, visited);
   });
 }
 
-TEST(NodePair, ParentUndoesOpening) {
+TEST(Bvtt, ParentUndoesOpeningOfAPartAgainstItself) {
+  const TreeShape shape(64, 1);
   int visited = 0;
-  reach(TreeShape(64, 1), {0, 0}, 100, visited);
+  reach(Bvtt(shape, shape, true), Bvtt::root(), visited);
   EXPECT_GT(visited, 64 * 63 / 2);
+}
+
+TEST(Bvtt, ParentUndoesOpeningOfTwoParts) {
+  for (const std::uint32_t a : {1U, 2U, 8U, 64U}) {
+    for (const std::uint32_t b : {1U, 4U, 64U}) {
+      const TreeShape shape_a(a, 1);
+      const TreeShape shape_b(b, 1);
+      int visited = 0;
+      reach(Bvtt(shape_a, shape_b, false), Bvtt::root(), visited);
+      EXPECT_EQ(visited, 2 * a * b - 1) << "a tree with a leaf for each pair of leaves";
+    }
+  }
 }
 
 TEST(TreeShape, LeavesPartitionThePrimitives) {
@@ -77,16 +90,16 @@ TYPED_TEST(FrontOf, UpdateEqualsBuild) {
     testing::Hierarchy<TypeParam> hierarchy(scene, positions, 1U << (seed % 4));
     Front<TypeParam> warm;
     testing::CountingSinks sinks;
-    workers.run([&] { warm.build(hierarchy.bvh, sinks, true, kNoCap); });
+    workers.run([&] { testing::build(warm, hierarchy, sinks); });
     for (int step = 0; step < 8; ++step) {
       positions = testing::random_motion(random, *scene, positions);
       hierarchy.step(positions);
       Front<TypeParam> cold;
       workers.run([&] {
         sinks.count = 0;
-        warm.update(hierarchy.bvh, sinks, {.prune = true}, kNoCap);
+        testing::advance(warm, hierarchy, sinks);
         const std::uint64_t from_warm = sinks.count.exchange(0);
-        cold.build(hierarchy.bvh, sinks, true, kNoCap);
+        testing::build(cold, hierarchy, sinks);
         EXPECT_EQ(from_warm, sinks.count.load());
       });
       ASSERT_EQ(warm.pairs(), cold.pairs()) << "seed " << seed << " step " << step;
@@ -107,17 +120,17 @@ TYPED_TEST(FrontOf, SproutOnlyFindsTheSameLeafPairs) {
   Front<TypeParam> front;
   testing::CountingSinks sinks;
   workers.run([&] {
-    front.build(hierarchy.bvh, sinks, true, kNoCap);
+    testing::build(front, hierarchy, sinks);
     for (int step = 0; step < 10; ++step) {
       const std::size_t before = front.size();
       positions = testing::random_motion(random, *scene, positions);
       hierarchy.step(positions);
       sinks.count = 0;
-      front.update(hierarchy.bvh, sinks, {.prune = false}, kNoCap);
+      testing::advance(front, hierarchy, sinks, {.prune = false});
       EXPECT_GE(front.size(), before);
       const std::uint64_t from_front = sinks.count.exchange(0);
       Front<TypeParam> none;
-      none.build(hierarchy.bvh, sinks, false, kNoCap);
+      testing::build(none, hierarchy, sinks, {.record = false});
       EXPECT_TRUE(none.empty());
       EXPECT_EQ(from_front, sinks.count.load());
     }
@@ -133,14 +146,14 @@ TYPED_TEST(FrontOf, AboveTheCapItIsDroppedButLeafPairsAreNot) {
   testing::CountingSinks sinks;
   workers.run([&] {
     Front<TypeParam> whole;
-    whole.build(hierarchy.bvh, sinks, true, kNoCap);
+    testing::build(whole, hierarchy, sinks);
     const std::uint64_t all = sinks.count.exchange(0);
     Front<TypeParam> capped;
-    capped.build(hierarchy.bvh, sinks, true, sizeof(FrontPair) * (whole.size() - 1));
+    testing::build(capped, hierarchy, sinks, {.max_bytes = sizeof(FrontPair) * (whole.size() - 1)});
     EXPECT_TRUE(capped.overflowed());
     EXPECT_TRUE(capped.empty());
     EXPECT_EQ(sinks.count.exchange(0), all);
-    capped.build(hierarchy.bvh, sinks, true, sizeof(FrontPair) * whole.size());
+    testing::build(capped, hierarchy, sinks, {.max_bytes = sizeof(FrontPair) * whole.size()});
     EXPECT_FALSE(capped.overflowed());
     EXPECT_EQ(capped.size(), whole.size());
   });

@@ -25,13 +25,14 @@ Scene make_scene() {
 TEST(RenumberingTest, KeepsEveryFeatureAndList) {
   const Scene given = make_scene();
   std::mt19937 random(3);
-  std::vector<std::uint32_t> order(given.face_count() + given.isolated_vertices().size());
+  std::vector<Primitive> order(given.face_count());
   std::iota(order.begin(), order.end(), 0U);
+  for (const std::uint32_t v : given.isolated_vertices()) order.push_back(kPoint | v);
   for (int trial = 0; trial < 50; ++trial) {
     std::shuffle(order.begin(), order.end(), random);
     const Renumbering numbering(given, order);
-    const Scene scene = numbering.apply(given);
-    const std::vector<std::uint32_t> new_order = numbering.apply(given, order);
+    Scene scene;
+    numbering.extend(given, scene);
     const auto old_vertex = [&](std::uint32_t v) { return numbering.vertices()[v]; };
     const auto old_face = [&](std::uint32_t f) {
       return numbering.original({ContactKind::kVertexFace, ContactStatus::kHit, 0, f, 0}).b;
@@ -39,7 +40,7 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
 
     for (std::size_t i = 0; i < order.size(); ++i) {
       const Face before = primitive_vertices(given, order[i]);
-      const Face after = primitive_vertices(scene, new_order[i]);
+      const Face after = primitive_vertices(scene, numbering.apply(order[i]));
       for (int k = 0; k < 3; ++k) ASSERT_EQ(old_vertex(after[k]), before[k]);
     }
     for (std::uint32_t f = 0; f < scene.face_count(); ++f)
@@ -62,7 +63,7 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
 
 TEST(RenumberingTest, LeavesEdgesOfAContactAlone) {
   const Scene given = make_scene();
-  const std::vector<std::uint32_t> order{8, 7, 6, 5, 4, 3, 2, 1, 0, 10, 9};
+  const std::vector<Primitive> order{8, 7, 6, 5, 4, 3, 2, 1, 0, kPoint | 9, kPoint | 4};
   const Renumbering numbering(given, order);
   const Contact contact{ContactKind::kEdgeEdge, ContactStatus::kHit, 3, 4, 0.5};
   EXPECT_EQ(numbering.original(contact), contact);

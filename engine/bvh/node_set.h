@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A coarse set of a hierarchy's nodes, to tell at once that nothing of interest is among many. Plain value.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+namespace warmfront {
+
+using NodeId = std::uint32_t;
+
+/// Holds nodes by the 256 nodes of level 8 that they are, lie below or lie above (on shallower levels as if
+/// the tree went on). Of two sets of one hierarchy that do not meet, no node of one is a node of the other,
+/// or above or below it.
+class NodeSet {
+ public:
+  void add(NodeId node) {
+    const int level = std::bit_width(node + 1) - 1;
+    const std::uint32_t index = node + 1 - (1U << level);
+    if (level >= kLevel) {
+      set(index >> (level - kLevel));
+    } else {
+      const std::uint32_t width = 1U << (kLevel - level);
+      for (std::uint32_t i = 0; i < width; ++i) set(index * width + i);
+    }
+  }
+
+  bool meets(const NodeSet& other) const {
+    std::uint64_t common = 0;
+    for (std::size_t w = 0; w < words_.size(); ++w) common |= words_[w] & other.words_[w];
+    return common != 0;
+  }
+
+ private:
+  static constexpr int kLevel = 8;
+  void set(std::uint32_t bit) { words_[bit >> 6] |= std::uint64_t{1} << (bit & 63); }
+
+  std::array<std::uint64_t, 4> words_{};
+};
+
+}  // namespace warmfront

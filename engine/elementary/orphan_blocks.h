@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The orphan sets of a part in blocks, with what was found of those at rest. A block is tested by one thread
+// at a time.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/motion/motion.h"
+#include "engine/scene/orphans.h"
+
+namespace warmfront {
+
+class PairTester;
+
+class OrphanBlocks {
+ public:
+  /// `orphans` and `scene` stay where they are.
+  OrphanBlocks(const Scene& scene, const Orphans& orphans);
+
+  std::size_t count() const { return blocks_.size(); }
+  /// Tests a block in this step: the motion of all of the part's vertices is `range`. What has not changed
+  /// since it was tested is kept, unless `retest`.
+  void test(std::size_t block, const RangeMotion& range, std::span<const MotionState> states, bool retest,
+            PairTester& tester);
+
+  /// A step was taken back: what was found in it does not count.
+  void forget();
+
+  std::size_t memory_bytes() const;
+
+  /// Of the part, in this step.
+  const RangeMotion* range = nullptr;
+
+ private:
+  static constexpr std::size_t kOrphans = 512;
+
+  struct Kept {
+    std::uint32_t orphan;  ///< vertex-face pairs first
+    Contact contact;
+  };
+  struct Block {
+    std::vector<Kept> kept;  ///< ascending
+    bool tested = false;     ///< in an earlier step
+  };
+
+  MotionState state_of(std::uint32_t orphan, std::span<const MotionState> states) const;
+
+  const Scene& scene_;
+  const Orphans& orphans_;
+  std::vector<Block> blocks_;
+};
+
+}  // namespace warmfront

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// A segment of the front: the pairs below one pair of parts. Plain values; a chunk is changed by one thread
+// at a time.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/contact.h"
+#include "engine/front/descend.h"
+
+namespace warmfront {
+
+/// A pair of the front, and for how long it need not be looked at.
+struct FrontPair {
+  NodePair nodes;
+  TravelBudget budget;
+};
+
+/// The budget of a pair whose nodes are `gap` apart; none where travel is not kept.
+template <class Bounds>
+TravelBudget grant_budget(const TreePair<Bounds>& trees, const NodePair& pair, float gap) {
+  return trees.a.travel.empty() || trees.b.travel.empty()
+             ? TravelBudget{}
+             : TravelBudget::grant(trees.a.travel[pair.a], trees.b.travel[pair.b], gap);
+}
+
+/// What was found of leaf pairs at rest, which holds in every step until one of the leaves moves.
+struct KeptAnswers {
+  struct OfPair {
+    std::uint32_t pair;            ///< its place in the chunk
+    std::uint32_t triangle_pairs;  ///< whose bounds overlap
+    std::uint32_t contacts;        ///< the next so many of `contacts`
+  };
+  std::vector<OfPair> pairs;  ///< ascending; those of which there is anything to keep
+  std::vector<Contact> contacts;
+
+  bool empty() const { return pairs.empty(); }
+  void clear() {
+    pairs.clear();
+    contacts.clear();
+  }
+  std::size_t memory_bytes() const {
+    return pairs.capacity() * sizeof(OfPair) + contacts.capacity() * sizeof(Contact);
+  }
+};
+
+/// A run of pairs in depth-first order, the unit of work.
+struct FrontChunk {
+  static constexpr std::size_t kPairs = 512;  ///< about
+
+  std::vector<FrontPair> pairs;
+  KeptAnswers kept;
+  NodeSet nodes_a;  ///< of all pairs
+  NodeSet nodes_b;
+
+  /// After the pairs changed.
+  void find_nodes() {
+    nodes_a = nodes_b = {};
+    for (const FrontPair& pair : pairs) {
+      nodes_a.add(pair.nodes.a);
+      nodes_b.add(pair.nodes.b);
+    }
+  }
+  std::size_t memory_bytes() const {
+    return sizeof(*this) + pairs.capacity() * sizeof(FrontPair) + kept.memory_bytes();
+  }
+};
+
+/// Two parts that are near each other, or one that is tested against itself.
+struct NearPair {
+  PartPair parts;
+  /// Neither part changed: what was found between them last time holds.
+  bool rests = false;
+};
+
+struct FrontSegment {
+  PartPair parts;
+  std::vector<FrontChunk> chunks;
+  std::size_t size = 0;  ///< pairs
+};
+
+}  // namespace warmfront

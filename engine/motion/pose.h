@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pose of a rigid body. Plain values and pure functions.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/result.h"
+
+namespace warmfront {
+
+/// A 3x4 matrix [R t], row-major: a vertex at rest position x is at R x + t. Within a step vertices move
+/// linearly from one pose to the next.
+struct Pose {
+  std::array<double, 12> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+  /// In this order of operations, each rounded once, so that every machine places a vertex at the same bits.
+  std::array<double, 3> place(const double* x) const {
+    std::array<double, 3> placed;
+    for (int row = 0; row < 3; ++row) {
+      const double* m = matrix.data() + 4 * row;
+      placed[row] = ((m[0] * x[0] + m[1] * x[1]) + m[2] * x[2]) + m[3];
+    }
+    return placed;
+  }
+
+  friend bool operator==(const Pose&, const Pose&) = default;
+};
+
+/// How far R^T R may be from the identity, entry by entry: float32 matrices pass.
+inline constexpr double kPoseTolerance = 1e-5;
+
+/// kInvalidArgument, in words that begin with `where`, for a matrix that is not finite, or whose R is no
+/// rotation (scaled, sheared or mirrored).
+Status check_pose(const Pose& pose, const std::string& where);
+
+}  // namespace warmfront

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/scene/collision_model.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace warmfront {
+namespace {
+
+std::uint64_t key(std::uint32_t p, std::uint32_t q) {
+  return std::uint64_t{std::min(p, q)} << 32 | std::max(p, q);
+}
+
+}  // namespace
+
+CollisionModel::CollisionModel(const Scene& scene) {
+  if (scene.bodies().empty()) {
+    const bool holds_any = scene.vertex_count() > 0;
+    sets_.push_back(holds_any ? Set{1, 0xffffffff, true} : Set{});
+    self_.push_back(holds_any ? 1 : 0);
+    return;
+  }
+  for (const Body& body : scene.bodies()) {
+    const bool gone = body.kind == BodyKind::kRemoved;
+    sets_.push_back(gone ? Set{} : Set{body.group, body.mask, body.kind != BodyKind::kStatic});
+    self_.push_back(body.kind == BodyKind::kDeformable && body.self_collision ? 1 : 0);
+  }
+  for (const auto& [a, b] : scene.excluded_pairs()) excluded_.insert(key(a, b));
+}
+
+bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
+  if (p == q) return self_[p] != 0;
+  return sets_[p].may_meet(sets_[q]) && (excluded_.empty() || !excluded_.contains(key(p, q)));
+}
+
+std::uint64_t CollisionModel::excluded_pairs() const {
+  // Parts that say the same of themselves are counted together.
+  std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint64_t> classes;
+  std::uint64_t alive = 0;
+  std::uint64_t kept = 0;
+  for (std::uint32_t p = 0; p < part_count(); ++p) {
+    if (is_removed(p)) continue;
+    ++alive;
+    kept += self_[p];
+    const Set& set = sets_[p];
+    for (const auto& [other, count] : classes) {
+      const auto& [groups, masks, moving] = other;
+      if (set.may_meet({groups, masks, moving})) kept += count;
+    }
+    ++classes[{set.groups, set.masks, set.moving}];
+  }
+  for (const std::uint64_t pair : excluded_) {
+    if (sets_[pair >> 32].may_meet(sets_[pair & 0xffffffff])) --kept;
+  }
+  return alive * (alive + 1) / 2 - kept;
+}
+
+}  // namespace warmfront

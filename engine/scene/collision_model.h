@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may meet whom: what a scene's bodies say of it (DESIGN 5). Immutable once built; free to share.
+#pragma once
+
+#include <cstdint>
+#include <unordered_set>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace warmfront {
+
+/// Bodies as the hierarchy's parts see them. A scene that declares no bodies is one part, tested against
+/// itself.
+class CollisionModel {
+ public:
+  explicit CollisionModel(const Scene& scene);
+
+  /// What a set of parts can meet: the union of its members' groups and masks, and whether it holds anything
+  /// that moves. Two sets that cannot meet hold no two parts that may.
+  struct Set {
+    std::uint32_t groups = 0;
+    std::uint32_t masks = 0;
+    bool moving = false;
+
+    void add(const Set& other) {
+      groups |= other.groups;
+      masks |= other.masks;
+      moving |= other.moving;
+    }
+    bool may_meet(const Set& other) const {
+      return (groups & other.masks) != 0 && (other.groups & masks) != 0 && (moving || other.moving);
+    }
+  };
+
+  std::uint32_t part_count() const { return static_cast<std::uint32_t>(sets_.size()); }
+  /// Of one part; a removed one is empty and meets nothing.
+  const Set& set_of(std::uint32_t part) const { return sets_[part]; }
+  bool is_static(std::uint32_t part) const { return !sets_[part].moving; }
+  bool is_removed(std::uint32_t part) const { return sets_[part].groups == 0; }
+  bool self_collision(std::uint32_t part) const { return self_[part] != 0; }
+  /// Are two parts tested against each other (p != q), or a part against itself (p == q)?
+  bool may_meet(std::uint32_t p, std::uint32_t q) const;
+  /// Pairs of parts that the model leaves out, a part with itself included.
+  std::uint64_t excluded_pairs() const;
+
+ private:
+  std::vector<Set> sets_;
+  std::vector<std::uint8_t> self_;
+  std::unordered_set<std::uint64_t> excluded_;  // smaller number in the upper half
+};
+
+}  // namespace warmfront
