@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever a scene says of its bodies, and however its frames are given, the contacts are those of the
+// all-deformable model, less the pairs that the model leaves out.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/collider.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+const std::shared_ptr<Workers>& workers() {
+  static const auto shared = std::make_shared<Workers>(2);
+  return shared;
+}
+
+/// A world and what is true of it, kept the simplest way.
+class World {
+ public:
+  explicit World(std::uint64_t seed) : random_(seed) {
+    const int bodies = 1 + below(5);
+    for (int b = 0; b < bodies; ++b) {
+      auto [scene, positions] = draw_shape();
+      for (const Face& face : scene->faces()) {
+        std::array<std::int32_t, 3> moved;
+        for (int k = 0; k < 3; ++k) moved[k] = static_cast<std::int32_t>(face[k] + description.vertex_count);
+        description.faces.push_back(moved);
+      }
+      Body body = random_body(static_cast<std::uint32_t>(positions.size() / 3));
+      body.first_vertex = description.vertex_count;
+      description.vertex_count += body.vertex_count;
+      description.bodies.push_back(body);
+      x.insert(x.end(), positions.begin(), positions.end());
+    }
+    std::ranges::shuffle(description.faces, random_);  // faces of a body need not be neighbours
+    if (bodies > 1 && below(2) == 0)
+      description.excluded_pairs.push_back({0, static_cast<std::uint32_t>(1 + below(bodies - 1))});
+    rest = x;
+  }
+
+  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
+  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
+
+  testing::RandomScene draw_shape() { return testing::random_scene(random_); }
+
+  Body random_body(std::uint32_t vertex_count) {
+    Body body{"", 0, vertex_count, static_cast<BodyKind>(below(3))};
+    body.self_collision = below(3) != 0;
+    if (below(3) == 0) {
+      body.group = 1U << below(2);
+      body.mask = 1U + static_cast<std::uint32_t>(below(3));
+    }
+    return body;
+  }
+
+  bool fixed(std::size_t b) const {
+    return description.bodies[b].kind == BodyKind::kStatic ||
+           description.bodies[b].kind == BodyKind::kRemoved;
+  }
+
+  /// Where a frame puts things, in the world and in `frame`, whose views point into this.
+  Frame draw_frame() {
+    next = x;
+    poses_.clear();
+    bodies_.clear();
+    vertices_.clear();
+    placed_.clear();
+    const double step = below(6) == 0 ? 1.5 : below(4) == 0 ? 0 : 0.15;
+    const bool whole = below(3) == 0;
+    std::vector<std::size_t> given;
+    for (std::size_t b = 0; b < description.bodies.size(); ++b) {
+      const Body& body = description.bodies[b];
+      if (fixed(b) || below(3) == 0) continue;
+      const auto row = [&](std::uint32_t v) { return next.begin() + 3 * v; };
+      const std::uint32_t end = body.first_vertex + body.vertex_count;
+      if (!whole && body.kind == BodyKind::kRigid && below(4) != 0) {
+        const Pose pose = draw_pose(step);
+        for (std::uint32_t v = body.first_vertex; v < end; ++v)
+          std::ranges::copy(pose.place(rest.data() + 3 * v), row(v));
+        poses_.push_back({static_cast<std::uint32_t>(b), pose});
+      } else if (whole || body.kind == BodyKind::kRigid || below(2) == 0) {
+        const double drift[3] = {uniform(step), uniform(step), uniform(step)};
+        for (std::uint32_t v = body.first_vertex; v < end; ++v) {
+          for (int axis = 0; axis < 3; ++axis)
+            row(v)[axis] += drift[axis] + (below(3) == 0 ? uniform(step) : 0);
+        }
+        given.push_back(b);
+      } else {
+        for (std::uint32_t v = body.first_vertex; v < end; ++v) {
+          if (below(4) != 0) continue;
+          for (int axis = 0; axis < 3; ++axis) placed_.push_back(row(v)[axis] += uniform(step));
+          vertices_.push_back(v);
+        }
+      }
+    }
+    if (whole) return Frame(std::span<const double>(next));
+    for (const std::size_t b : given) {
+      const Body& body = description.bodies[b];
+      bodies_.push_back({static_cast<std::uint32_t>(b),
+                         std::span<const double>(next).subspan(3 * std::size_t{body.first_vertex},
+                                                               3 * std::size_t{body.vertex_count})});
+    }
+    Frame frame;
+    frame.bodies = bodies_;
+    frame.poses = poses_;
+    frame.vertices = vertices_;
+    frame.vertex_positions = std::span<const double>(placed_);
+    return frame;
+  }
+
+  Pose draw_pose(double step) {
+    const double angle = uniform(step == 0 ? 0.1 : step);
+    Pose pose;
+    const int axis = below(3);
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    pose.matrix[4 * u + u] = pose.matrix[4 * v + v] = std::cos(angle);
+    pose.matrix[4 * u + v] = -std::sin(angle);
+    pose.matrix[4 * v + u] = std::sin(angle);
+    for (int row = 0; row < 3; ++row) pose.matrix[4 * row + 3] = uniform(step);
+    return pose;
+  }
+
+  bool allowed(std::uint32_t p, std::uint32_t q) const {
+    const Body& a = description.bodies[p];
+    const Body& b = description.bodies[q];
+    if (a.kind == BodyKind::kRemoved || b.kind == BodyKind::kRemoved) return false;
+    if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
+    if (a.kind == BodyKind::kStatic && b.kind == BodyKind::kStatic) return false;
+    if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
+    return std::ranges::none_of(description.excluded_pairs, [&](const auto& pair) {
+      return (pair[0] == p && pair[1] == q) || (pair[0] == q && pair[1] == p);
+    });
+  }
+
+  std::vector<Contact> expected(const Scene& scene, const ColliderOptions& options) const {
+    std::vector<Contact> contacts = testing::brute_force(
+        scene, x, next, {.tolerance = options.tolerance, .min_separation = options.min_separation});
+    std::erase_if(contacts, [&](const Contact& contact) {
+      const auto v = scene.vertices_of(contact);
+      return !allowed(scene.body_of_vertex()[v[0]], scene.body_of_vertex()[v[3]]);
+    });
+    return contacts;
+  }
+
+  SceneDescription description;
+  std::vector<double> x;
+  std::vector<double> next;
+  std::vector<double> rest;
+
+ private:
+  std::mt19937_64 random_;
+  std::vector<BodyPose> poses_;
+  std::vector<BodyPositions> bodies_;
+  std::vector<std::uint32_t> vertices_;
+  std::vector<double> placed_;
+};
+
+ColliderOptions draw_options(World& world) {
+  ColliderOptions options;
+  options.front = static_cast<FrontMode>(world.below(3));
+  options.bounds = static_cast<BoundsKind>(world.below(2));
+  options.leaf_size = 1U << world.below(4);
+  options.min_separation = world.below(3) == 0 ? 0.02 : 0;
+  options.lazy_front = world.below(2) == 0;
+  return options;
+}
+
+Collider make(const World& world, const ColliderOptions& options) {
+  Result<Scene> scene = Scene::create(world.description);
+  RC_ASSERT(scene.ok());
+  auto collider = Collider::create(std::make_shared<const Scene>(std::move(scene).value()),
+                                   std::span<const double>(world.x), options, workers());
+  RC_ASSERT(collider.ok());
+  return std::move(collider).value();
+}
+
+// Between two steps the scene changes: in all colliders and in the world alike.
+void change_scene(World& world, std::span<Collider> colliders) {
+  const auto bodies = static_cast<std::uint32_t>(world.description.bodies.size());
+  if (world.below(3) == 0 && bodies < 8) {
+    auto [scene, positions] = world.draw_shape();
+    BodyAddition addition{world.random_body(scene->vertex_count()), {}};
+    for (const Face& face : scene->faces()) {
+      addition.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
+                                static_cast<std::int32_t>(face[2])});
+    }
+    for (Collider& collider : colliders) {
+      const Result<std::uint32_t> index = collider.add_body(addition, std::span<const double>(positions));
+      RC_ASSERT(index.ok());
+      RC_ASSERT(index.value() == bodies);
+    }
+    addition.body.first_vertex = world.description.vertex_count;
+    for (auto face : addition.faces) {
+      for (auto& v : face) v += static_cast<std::int32_t>(world.description.vertex_count);
+      world.description.faces.push_back(face);
+    }
+    world.description.vertex_count += addition.body.vertex_count;
+    world.description.bodies.push_back(addition.body);
+    world.x.insert(world.x.end(), positions.begin(), positions.end());
+    world.rest.insert(world.rest.end(), positions.begin(), positions.end());
+    return;
+  }
+  const auto index = static_cast<std::uint32_t>(world.below(static_cast<int>(bodies)));
+  Body& body = world.description.bodies[index];
+  if (body.kind == BodyKind::kRemoved) return;
+  Body changed = world.random_body(body.vertex_count);
+  changed.first_vertex = body.first_vertex;
+  if (world.below(4) == 0) changed.kind = BodyKind::kRemoved;
+  for (Collider& collider : colliders) RC_ASSERT(collider.change_body(index, changed).ok());
+  if (changed.kind == BodyKind::kRigid && body.kind != BodyKind::kRigid) {
+    const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
+    std::copy_n(world.x.begin() + first, 3 * body.vertex_count, world.rest.begin() + first);
+  }
+  body = changed;
+}
+
+RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExcludes, ()) {
+  const auto seed = *rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>());
+  for (int repetition = 0; repetition < 4; ++repetition) {
+    World world(seed + static_cast<std::uint64_t>(repetition));
+    ColliderOptions options = draw_options(world);
+    std::vector<Collider> colliders;
+    for (const Report report : {Report::kAll, Report::kCount, Report::kEarliest}) {
+      options.report = report;
+      colliders.push_back(make(world, options));
+    }
+    for (int step = 0; step < 8; ++step) {
+      if (world.below(4) == 0) change_scene(world, colliders);
+      const Frame frame = world.draw_frame();
+      const std::vector<Contact> expected = world.expected(colliders[0].scene(), options);
+      if (world.below(5) == 0) {
+        // A step that is stopped on the way leaves no trace; one without work may be done before it looks.
+        const std::atomic<bool> cancelled = true;
+        for (Collider& collider : colliders) {
+          const auto before = collider.positions();
+          const auto result = collider.step(frame, &cancelled);
+          if (result.ok()) continue;
+          RC_ASSERT(result.error().code == ErrorCode::kCancelled);
+          RC_ASSERT(collider.positions() == before);
+        }
+      }
+      const auto all = colliders[0].step(frame);
+      RC_ASSERT(all.ok());
+      RC_ASSERT(std::ranges::equal(all.value().contacts, expected));
+      const auto counted = colliders[1].step(frame);
+      RC_ASSERT(counted.ok());
+      RC_ASSERT(counted.value().vf + counted.value().ee == expected.size());
+      RC_ASSERT(counted.value().earliest_toi == all.value().earliest_toi);
+      const auto earliest = colliders[2].step(frame);
+      RC_ASSERT(earliest.ok());
+      std::vector<Contact> ties;
+      std::ranges::copy_if(expected, std::back_inserter(ties),
+                           [&](const Contact& c) { return c.toi == all.value().earliest_toi; });
+      RC_ASSERT(std::ranges::equal(earliest.value().contacts, ties));
+      world.x = world.next;
+      RC_ASSERT(colliders[0].positions() == world.x);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace warmfront
