@@ -22,6 +22,8 @@ enum class ErrorCode {
   kAlreadyExists,     ///< the id is taken
   kAborted,           ///< someone else holds what was asked for, or changed it
   kDeadlineExceeded,  ///< not done in the time stated
+  kUnauthenticated,   ///< it is not known who asks
+  kPermissionDenied,  ///< it is known, and may not
   kUnavailable,       ///< the service cannot be reached, or is about to stop; trying again may help
 };
 

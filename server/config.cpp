@@ -73,7 +73,7 @@ Status apply(const Layer& layer, ResolvedConfig& resolved) {
     const auto found = layer.values.find(setting.name);
     if (found == layer.values.end()) continue;
     const std::vector<std::string>& values = found->second;
-    if (values.empty() || (setting.kind != Setting::Kind::kList && values.size() != 1))
+    if (setting.kind != Setting::Kind::kList && values.size() != 1)
       return invalid_argument(layer.where(setting.name) + ": one value is expected");
     if (!std::ranges::all_of(values, is_plain_text))
       return invalid_argument(layer.where(setting.name) +
@@ -138,7 +138,7 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
       continue;
     }
     std::vector<std::string> defaults = setting.get(Config{});
-    help += " [" + defaults.front() + "]";
+    help += " [" + (defaults.empty() ? "" : defaults.front()) + "]";
     app.add_option_function<std::vector<std::string>>(
            flag, [&flags, &setting](const std::vector<std::string>& values) { flags[setting.name] = values; },
            help)

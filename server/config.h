@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/result.h"
+#include "server/admin/tls.h"
 #include "server/log.h"
 #include "server/session/limits.h"
 
@@ -21,9 +22,12 @@ namespace warmfront::server {
 
 struct Config {
   std::vector<std::string> listen{"127.0.0.1:50051"};
-  bool insecure = false;    ///< listen beyond this machine without encryption
-  bool reflection = false;  ///< serve grpc.reflection, so that generic tools can call the daemon
-  int threads = 0;          ///< that steps run on; 0: as many as the machine has
+  bool insecure = false;            ///< listen beyond this machine without encryption
+  TlsFiles tls;                     ///< of TCP addresses; Unix sockets stay plain
+  std::string token_file;           ///< who may call; empty: whoever can connect
+  std::vector<std::string> admins;  ///< principals that administer, besides those that the token file says
+  bool reflection = false;          ///< serve grpc.reflection, so that generic tools can call the daemon
+  int threads = 0;                  ///< that steps run on; 0: as many as the machine has
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
   Limits limits;

@@ -8,6 +8,9 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/impl/codegen/service_type.h>
 #include <grpcpp/resource_quota.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 
 #include <algorithm>
 #include <chrono>
@@ -19,6 +22,7 @@
 #include "server/admin/listen.h"
 #include "server/admin/ticker.h"
 #include "server/session/expiry.h"
+#include "server/transport/admin_service.h"
 #include "server/transport/context.h"
 #include "server/transport/service.h"
 
@@ -71,6 +75,25 @@ void enable_plugins(bool reflection) {
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 }
 
+bool uses_tls(const std::string& address, const TlsFiles& tls) {
+  return tls.enabled() && !address.starts_with("unix:");
+}
+
+/// Files that change are noticed within a second, SIGHUP or not.
+std::shared_ptr<grpc::ServerCredentials> credentials_for(const std::string& address, const TlsFiles& tls) {
+  if (!uses_tls(address, tls)) return grpc::InsecureServerCredentials();
+  constexpr unsigned kReloadSeconds = 1;
+  using namespace grpc::experimental;
+  TlsServerCredentialsOptions options(std::make_shared<FileWatcherCertificateProvider>(
+      tls.key, tls.certificate, tls.client_ca, kReloadSeconds));
+  options.watch_identity_key_cert_pairs();
+  if (!tls.client_ca.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return TlsServerCredentials(options);
+}
+
 std::string with_port(const std::string& address, int port) {
   return address.starts_with("unix:") ? address
                                       : address.substr(0, address.rfind(':') + 1) + std::to_string(port);
@@ -79,18 +102,22 @@ std::string with_port(const std::string& address, int port) {
 }  // namespace
 
 struct Daemon::Impl {
-  Impl(const Config& config, Log& log)
-      : drain_timeout(config.drain_timeout), context(config.limits, config.threads, log) {}
+  Impl(const Config& config, Log& log, std::unique_ptr<Guard> the_guard)
+      : drain_timeout(config.drain_timeout),
+        guard(std::move(the_guard)),
+        context(config.limits, config.threads, log, *guard) {}
 
   // Constant after start().
   const milliseconds drain_timeout;
   std::vector<std::string> addresses;
 
   // Thread-safe. In this order: the server uses the service, which uses the context.
+  const std::unique_ptr<Guard> guard;
   Context context;
   std::unique_ptr<Expiry> expiry;
   std::unique_ptr<Ticker> timeouts;
   std::unique_ptr<grpc::Service> service;
+  std::unique_ptr<grpc::Service> admin_service;
   std::unique_ptr<grpc::Server> server;
 };
 
@@ -99,19 +126,24 @@ Daemon::Daemon(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   if (config.listen.empty()) return invalid_argument("listen: at least one address is expected");
   for (const std::string& address : config.listen)
-    if (const Status checked = check_listen_address(address, config.insecure); !checked)
+    if (const Status checked = check_listen_address(address, config.insecure || config.tls.enabled());
+        !checked)
       return checked.error();
+  Result<std::unique_ptr<Guard>> guard = Guard::create({config.token_file, config.tls, config.admins});
+  if (!guard) return guard.error();
 
   enable_plugins(config.reflection);
   refuse_connections_without_files();
-  auto impl = std::make_unique<Impl>(config, log);
+  auto impl = std::make_unique<Impl>(config, log, std::move(guard).value());
   impl->service = make_collision_service(impl->context);
+  impl->admin_service = make_admin_service(impl->context);
   grpc::ServerBuilder builder;
   set_arguments(builder, config);
   std::vector<int> ports(config.listen.size(), 0);
   for (std::size_t i = 0; i < ports.size(); ++i)
-    builder.AddListeningPort(config.listen[i], grpc::InsecureServerCredentials(), &ports[i]);
+    builder.AddListeningPort(config.listen[i], credentials_for(config.listen[i], config.tls), &ports[i]);
   builder.RegisterService(impl->service.get());
+  builder.RegisterService(impl->admin_service.get());
   impl->server = builder.BuildAndStart();
   if (!impl->server) {
     // gRPC does not say why; the first port that it did not get is the reason.
@@ -122,11 +154,17 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   }
   for (std::size_t i = 0; i < ports.size(); ++i) {
     impl->addresses.push_back(with_port(config.listen[i], ports[i]));
-    log.write(LogLevel::kInfo, "listening", {{"address", impl->addresses.back()}, {"encrypted", false}});
-    if (!is_local(config.listen[i]))
-      log.write(LogLevel::kWarning, "insecure",
-                {{"address", impl->addresses.back()},
-                 {"reason", "others can reach this address and nothing is encrypted or authenticated"}});
+    const bool encrypted = uses_tls(config.listen[i], config.tls);
+    log.write(LogLevel::kInfo, "listening",
+              {{"address", impl->addresses.back()},
+               {"encrypted", encrypted},
+               {"authenticated", impl->guard->authenticates()}});
+    if (is_local(config.listen[i]) || (encrypted && impl->guard->authenticates())) continue;
+    log.write(
+        LogLevel::kWarning, "insecure",
+        {{"address", impl->addresses.back()},
+         {"reason", encrypted ? "whoever reaches this address may call; set --token-file or --tls-client-ca"
+                              : "others can reach this address and nothing is encrypted"}});
   }
   impl->expiry = std::make_unique<Expiry>(
       impl->context.store, config.limits.idle_timeout, [&log](const Session& session) {
@@ -148,6 +186,13 @@ Daemon::~Daemon() {
 
 const std::vector<std::string>& Daemon::addresses() const {
   return impl_->addresses;
+}
+
+bool Daemon::reload() {
+  const Status reloaded = impl_->guard->reload();
+  impl_->context.log.write(reloaded ? LogLevel::kInfo : LogLevel::kError, "reloaded",
+                           {{"ok", reloaded.ok()}, {"reason", reloaded ? "" : reloaded.error().message}});
+  return reloaded.ok();
 }
 
 bool Daemon::drain() {

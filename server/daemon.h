@@ -26,6 +26,10 @@ class Daemon {
   /// Where it listens, with the ports that were picked.
   const std::vector<std::string>& addresses() const;
 
+  /// Reads the token file again and checks the certificates; what cannot be used is logged and changes
+  /// nothing. False then.
+  bool reload();
+
   /// Stops in good order: reports NOT_SERVING, refuses new calls, notifies streams, delivers the frames in
   /// hand, stops listening. True when all was delivered within the drain timeout; what was not is cancelled.
   /// Call it once.

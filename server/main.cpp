@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// warmfrontd: reads its configuration, serves, and drains on SIGTERM or SIGINT. Exit codes: 0 drained, 2
+// warmfrontd: reads its configuration, serves, reads its token file again on SIGHUP, and drains on SIGTERM or
+// SIGINT. Exit codes: 0 drained, 2
 // failed (it could not listen, or frames in hand were cut off by the drain timeout), 3 usage.
 #include <signal.h>
 
@@ -54,7 +55,9 @@ int main(int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  sigset_t handled = signals;
+  sigaddset(&handled, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &handled, nullptr);
 
   Log log(config.log_level, config.log_format);
   log.write(LogLevel::kInfo, "starting", {{"version", kVersion}, {"threads", std::int64_t{config.threads}}});
@@ -64,7 +67,7 @@ int main(int argc, char** argv) {
     return kExitFailed;
   }
   int signal = 0;
-  sigwait(&signals, &signal);
+  while (sigwait(&handled, &signal) == 0 && signal == SIGHUP) daemon.value()->reload();
   // A little more than the drain's own limit, which cuts off calls; this is for a step that cannot be cut
   // off.
   force_exit_later(signals, config.drain_timeout + std::chrono::seconds(1));

@@ -90,6 +90,38 @@ const Setting kSettings[] = {
     {"insecure", Kind::kSwitch, "Allow addresses beyond this machine although nothing is encrypted",
      [](Config& c, const Values& v) { return set_switch(c.insecure, v.back()); },
      [](const Config& c) { return get_switch(c.insecure); }},
+    {"tls-cert", Kind::kValue,
+     "Certificate of the daemon, PEM, chain included; TCP addresses are served with TLS then",
+     [](Config& c, const Values& v) -> Status {
+       c.tls.certificate = v.back();
+       return {};
+     },
+     [](const Config& c) { return Values{c.tls.certificate}; }},
+    {"tls-key", Kind::kValue, "Key of the certificate, PEM",
+     [](Config& c, const Values& v) -> Status {
+       c.tls.key = v.back();
+       return {};
+     },
+     [](const Config& c) { return Values{c.tls.key}; }},
+    {"tls-client-ca", Kind::kValue, "Signers of client certificates, PEM; each client must show one then",
+     [](Config& c, const Values& v) -> Status {
+       c.tls.client_ca = v.back();
+       return {};
+     },
+     [](const Config& c) { return Values{c.tls.client_ca}; }},
+    {"token-file", Kind::kValue,
+     "File of who may call: lines of TOKEN PRINCIPAL, or TOKEN PRINCIPAL admin; read again on SIGHUP",
+     [](Config& c, const Values& v) -> Status {
+       c.token_file = v.back();
+       return {};
+     },
+     [](const Config& c) { return Values{c.token_file}; }},
+    {"admins", Kind::kList, "Principals that administer, besides those of the token file; may be repeated",
+     [](Config& c, const Values& v) -> Status {
+       c.admins = v;
+       return {};
+     },
+     [](const Config& c) { return c.admins; }},
     {"reflection", Kind::kSwitch, "Serve gRPC reflection, so that generic tools can call the daemon",
      [](Config& c, const Values& v) { return set_switch(c.reflection, v.back()); },
      [](const Config& c) { return get_switch(c.reflection); }},

@@ -15,6 +15,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/remote_stepper.h"
 #include "client/cli/report_json.h"
+#include "client/cli/server_options.h"
 #include "client/cli/stepper.h"
 #include "client/io/contact_writer.h"
 #include "client/io/input.h"
@@ -27,6 +28,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> inputs;
   std::string server;
+  ClientSecurity security;
   std::string tier{to_string(ColliderOptions{}.tier)};
   std::string report{to_string(ColliderOptions{}.report)};
   std::string front{to_string(ColliderOptions{}.front)};
@@ -164,7 +166,8 @@ int detect(Arguments arguments) {
   Result<std::unique_ptr<Stepper>> stepper =
       arguments.server.empty()
           ? make_local_stepper(input.scene(), first, arguments.options, arguments.threads)
-          : make_remote_stepper(arguments.server, input.scene(), first, arguments.options);
+          : make_remote_stepper(arguments.server, arguments.security, input.scene(), first,
+                                arguments.options);
   if (!stepper) return failure(stepper.error().message);
 
   std::unique_ptr<ContactWriter> writer;
@@ -203,8 +206,9 @@ Verb add_detect(CLI::App& app) {
                  "files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] (see "
                  "'scene --list')")
       ->required();
-  app.add_option("--server", a.server,
-                 "Step on the daemon at this address (HOST:PORT or unix:PATH), not in this process");
+  add_server_options(app, a.server, a.security,
+                     "Step on the daemon at this address (HOST:PORT or unix:PATH), not in this process",
+                     false);
   app.add_option("--tier", a.tier, "How an elementary test decides")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
       ->capture_default_str();

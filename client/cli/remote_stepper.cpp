@@ -79,10 +79,11 @@ class RemoteStepper final : public Stepper {
 }  // namespace
 
 Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
+                                                     const ClientSecurity& security,
                                                      const SceneDescription& scene,
                                                      const Positions& positions,
                                                      const ColliderOptions& options) {
-  Result<Client> client = Client::connect(address);
+  Result<Client> client = Client::connect(address, {.security = security});
   if (!client) return client.error();
   const Result<ServerInfo> server = client.value().server_info();
   if (!server) return server.error();

@@ -6,12 +6,14 @@
 #include <string>
 
 #include "client/cli/stepper.h"
+#include "client/lib/client.h"
 
 namespace warmfront::client {
 
-/// A session on the daemon at `address` (`HOST:PORT` or `unix:PATH`), made with `scene` and the positions of
-/// frame 0.
+/// A session on the daemon at `address` (`HOST:PORT` or `unix:PATH`), reached as `security` says and made
+/// with `scene` and the positions of frame 0.
 Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
+                                                     const ClientSecurity& security,
                                                      const SceneDescription& scene,
                                                      const Positions& positions,
                                                      const ColliderOptions& options);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/server_options.h"
 #include "client/lib/client.h"
 #include "engine/options.h"
 
@@ -23,6 +24,8 @@ using Json = nlohmann::ordered_json;
 
 struct Arguments {
   std::string server;
+  ClientSecurity security;
+  bool all = false;
   std::string action = "list";
   std::string id;
   std::string json_file;
@@ -40,6 +43,7 @@ std::string format_time(std::chrono::system_clock::time_point time) {
 
 Json to_json(const SessionInfo& info) {
   return {{"id", info.id},
+          {"principal", info.principal},
           {"vertices", info.vertex_count},
           {"triangles", info.face_count},
           {"edges", info.edge_count},
@@ -99,7 +103,9 @@ int show(const Arguments& arguments, const std::vector<SessionInfo>& sessions) {
 }
 
 int close_session(const Arguments& arguments, Client& client) {
-  if (const Status closed = client.delete_session(arguments.id); !closed)
+  if (const Status closed =
+          arguments.all ? client.delete_any_session(arguments.id) : client.delete_session(arguments.id);
+      !closed)
     return failure(closed.error().message);
   if (!arguments.json_file.empty()) {
     const Json json{{"closed", arguments.id}};
@@ -115,15 +121,18 @@ int sessions(const Arguments& arguments) {
     return usage_error("sessions " + arguments.action + ": an ID is needed; 'sessions list' shows them");
   if (arguments.action == "list" && !arguments.id.empty())
     return usage_error("sessions list takes no ID; 'sessions show ID' shows one");
-  Result<Client> client = Client::connect(arguments.server);
+  Result<Client> client = Client::connect(arguments.server, {.security = arguments.security});
   if (!client) return failure(client.error().message);
   if (arguments.action == "close") return close_session(arguments, client.value());
   if (arguments.action == "show") {
+    if (arguments.all)
+      return usage_error("sessions show takes no --all; 'sessions list --all --json -' shows all");
     Result<SessionInfo> info = client.value().get_session(arguments.id);
     if (!info) return failure(info.error().message);
     return show(arguments, {std::move(info).value()});
   }
-  Result<std::vector<SessionInfo>> list = client.value().list_sessions();
+  Result<std::vector<SessionInfo>> list =
+      arguments.all ? client.value().list_all_sessions() : client.value().list_sessions();
   if (!list) return failure(list.error().message);
   return show(arguments, list.value());
 }
@@ -137,7 +146,8 @@ Verb add_sessions(CLI::App& app) {
       ->check(CLI::IsMember({"list", "show", "close"}))
       ->capture_default_str();
   app.add_option("ID", a.id, "The session to show or close");
-  app.add_option("--server", a.server, "The daemon's address (HOST:PORT or unix:PATH)")->required();
+  add_server_options(app, a.server, a.security, "The daemon's address (HOST:PORT or unix:PATH)", true);
+  app.add_flag("--all", a.all, "Sessions of every principal, for administrators");
   app.add_option("--json", a.json_file, "Write as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");
   return [arguments] { return sessions(*arguments); };

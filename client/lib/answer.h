@@ -62,6 +62,7 @@ struct ServerInfo {
 /// A session as it stands in the daemon.
 struct SessionInfo {
   std::string id;
+  std::string principal;  ///< who made it, as administrators are told; else empty
   std::uint32_t vertex_count = 0;
   std::uint32_t face_count = 0;
   std::uint32_t edge_count = 0;

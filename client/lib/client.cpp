@@ -28,8 +28,8 @@ std::string random_uuid() {
 }  // namespace
 
 struct Client::Impl {
-  Impl(const std::string& address, const ClientOptions& options)
-      : connection(std::make_shared<Connection>(address, options)) {}
+  Impl(const std::string& address, const ClientOptions& options, const Credentials& credentials)
+      : connection(std::make_shared<Connection>(address, options, credentials)) {}
   const std::shared_ptr<Connection> connection;
 };
 
@@ -39,7 +39,9 @@ Client::Client(Client&&) noexcept = default;
 Client& Client::operator=(Client&&) noexcept = default;
 
 Result<Client> Client::connect(const std::string& address, const ClientOptions& options) {
-  auto impl = std::make_shared<Impl>(address, options);
+  const Result<Credentials> credentials = read_credentials(address, options.security);
+  if (!credentials) return credentials.error();
+  auto impl = std::make_shared<Impl>(address, options, credentials.value());
   v1::GetServerInfoResponse response;
   if (const auto error = impl->connection->server_info(response)) return error->error;
   return Client(std::move(impl));
@@ -82,6 +84,22 @@ Result<SessionInfo> Client::get_session(const std::string& id) {
 
 Status Client::delete_session(const std::string& id) {
   if (const auto error = impl_->connection->remove(id)) return error->error;
+  return {};
+}
+
+Result<std::vector<SessionInfo>> Client::list_all_sessions() {
+  v1::ListAllSessionsResponse response;
+  if (const auto error = impl_->connection->list_all(response)) return error->error;
+  std::vector<SessionInfo> sessions;
+  for (const v1::OwnedSession& owned : response.sessions()) {
+    sessions.push_back(session_info_from(owned.session()));
+    sessions.back().principal = owned.principal();
+  }
+  return sessions;
+}
+
+Status Client::delete_any_session(const std::string& id) {
+  if (const auto error = impl_->connection->remove_any(id)) return error->error;
   return {};
 }
 

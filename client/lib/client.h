@@ -17,8 +17,20 @@
 
 namespace warmfront::client {
 
-/// How long to wait for what. All times are positive.
+/// How a daemon is known, and who the client is. Files are PEM and read when the client connects.
+struct ClientSecurity {
+  bool tls = false;       ///< encrypt; any of the next three files sets it
+  std::string ca_file;    ///< who signed the daemon's certificate; empty: whom the system trusts
+  std::string cert_file;  ///< the client's own certificate and its key, for daemons that demand one
+  std::string key_file;
+  std::string server_name;  ///< that the daemon's certificate must bear; empty: the address's host
+  /// A file that holds the token to send, and nothing else. Without TLS only to this machine.
+  std::string token_file;
+};
+
+/// How to reach a daemon, and how long to wait for what. All times are positive.
 struct ClientOptions {
+  ClientSecurity security = {};
   std::chrono::milliseconds call_timeout = std::chrono::seconds(10);   ///< connecting, and small calls
   std::chrono::milliseconds create_timeout = std::chrono::minutes(5);  ///< uploading and building a scene
   std::chrono::milliseconds answer_timeout =
@@ -80,7 +92,9 @@ class Session {
 
 class Client {
  public:
-  /// Connects to `HOST:PORT` or `unix:PATH`. kUnavailable when no daemon answers within the call timeout.
+  /// Connects to `HOST:PORT` or `unix:PATH`. kUnavailable when no daemon answers within the call timeout,
+  /// which is also what a failed TLS handshake looks like; kUnauthenticated for a token that it does not
+  /// know; kInvalidArgument for files that cannot be read, and for a token that would travel in the clear.
   static Result<Client> connect(const std::string& address, const ClientOptions& options = {});
   ~Client();
   Client(Client&&) noexcept;
@@ -92,10 +106,14 @@ class Client {
   Result<Session> create_session(SceneDescription scene, const Positions& positions,
                                  const ColliderOptions& options = {}, const SessionOptions& session = {});
 
+  /// Those of this principal.
   Result<std::vector<SessionInfo>> list_sessions();
   /// kNotFound for an unknown session.
   Result<SessionInfo> get_session(const std::string& id);
   Status delete_session(const std::string& id);
+  /// For administrators, kPermissionDenied for others: the sessions of all principals.
+  Result<std::vector<SessionInfo>> list_all_sessions();
+  Status delete_any_session(const std::string& id);
   Result<ServerInfo> server_info();
 
  private:

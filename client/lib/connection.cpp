@@ -12,7 +12,7 @@ namespace {
 /// the limit.
 constexpr std::size_t kUploadChunk = 60 << 10;
 
-grpc::ChannelArguments channel_arguments() {
+grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   grpc::ChannelArguments arguments;
   // Answers come in chunks of the daemon's choosing.
   arguments.SetMaxReceiveMessageSize(-1);
@@ -26,6 +26,7 @@ grpc::ChannelArguments channel_arguments() {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   // The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  if (!server_name.empty()) arguments.SetSslTargetNameOverride(server_name);
   return arguments;
 }
 
@@ -35,20 +36,31 @@ void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeou
 
 }  // namespace
 
-Connection::Connection(const std::string& address, const ClientOptions& options)
+Connection::Connection(const std::string& address, const ClientOptions& options,
+                       const Credentials& credentials)
     : address_(address),
       options_(options),
-      stub_(v1::CollisionService::NewStub(
-          grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), channel_arguments()))) {}
+      authorization_(credentials.authorization),
+      channel_(grpc::CreateCustomChannel(address, credentials.channel,
+                                         channel_arguments(credentials.server_name))),
+      stub_(v1::CollisionService::NewStub(channel_)),
+      admin_(v1::AdminService::NewStub(channel_)) {}
+
+void Connection::prepare(grpc::ClientContext& context, const std::string& session_id) const {
+  if (!authorization_.empty()) context.AddMetadata("authorization", authorization_);
+  if (!session_id.empty()) context.AddMetadata("warmfront-session", session_id);
+}
 
 std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& response) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);
   context.set_wait_for_ready(true);
+  prepare(context);
   const grpc::Status status = stub_->GetServerInfo(&context, {}, &response);
   if (status.ok()) return std::nullopt;
   RemoteError remote = remote_error_from(status);
   if (remote.error.code == ErrorCode::kDeadlineExceeded) remote.error.code = ErrorCode::kUnavailable;
+  if (remote.error.code != ErrorCode::kUnavailable) return remote;
   remote.error.message =
       address_ + ": no Warmfront daemon answers (" + remote.error.message + "); is it running there?";
   return remote;
@@ -59,7 +71,7 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
   context.set_wait_for_ready(true);
-  context.AddMetadata("warmfront-session", header.session_id());
+  prepare(context, header.session_id());
   v1::CreateSessionResponse response;
   const std::unique_ptr<grpc::ClientWriter<v1::CreateSessionRequest>> upload =
       stub_->CreateSession(&context, &response);
@@ -87,6 +99,7 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);
+  prepare(context);
   const grpc::Status status = stub_->ListSessions(&context, {}, &response);
   if (!status.ok()) return remote_error_from(status);
   return std::nullopt;
@@ -95,7 +108,7 @@ std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) 
 std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSessionResponse& response) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);
-  context.AddMetadata("warmfront-session", id);
+  prepare(context, id);
   v1::GetSessionRequest request;
   request.set_session_id(id);
   const grpc::Status status = stub_->GetSession(&context, request, &response);
@@ -106,11 +119,32 @@ std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSession
 std::optional<RemoteError> Connection::remove(const std::string& id) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);
-  context.AddMetadata("warmfront-session", id);
+  prepare(context, id);
   v1::DeleteSessionRequest request;
   request.set_session_id(id);
   v1::DeleteSessionResponse response;
   const grpc::Status status = stub_->DeleteSession(&context, request, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::list_all(v1::ListAllSessionsResponse& response) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  prepare(context);
+  const grpc::Status status = admin_->ListAllSessions(&context, {}, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::remove_any(const std::string& id) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  prepare(context, id);
+  v1::DeleteAnySessionRequest request;
+  request.set_session_id(id);
+  v1::DeleteAnySessionResponse response;
+  const grpc::Status status = admin_->DeleteAnySession(&context, request, &response);
   if (!status.ok()) return remote_error_from(status);
   return std::nullopt;
 }

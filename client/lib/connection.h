@@ -11,17 +11,21 @@
 #include <vector>
 
 #include "client/lib/client.h"
+#include "client/lib/security.h"
 #include "client/lib/wire.h"
+#include "warmfront/v1/admin_service.grpc.pb.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 namespace warmfront::client {
 
 class Connection {
  public:
-  Connection(const std::string& address, const ClientOptions& options);
+  Connection(const std::string& address, const ClientOptions& options, const Credentials& credentials);
 
   const ClientOptions& options() const { return options_; }
   v1::CollisionService::Stub& stub() { return *stub_; }
+  /// Every call's context comes by here: says who calls, and which session it is about, if any.
+  void prepare(grpc::ClientContext& context, const std::string& session_id = {}) const;
 
   /// Both wait for a daemon that is not there yet, up to their timeout.
   std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response);
@@ -32,12 +36,17 @@ class Connection {
   std::optional<RemoteError> list(v1::ListSessionsResponse& response);
   std::optional<RemoteError> get(const std::string& id, v1::GetSessionResponse& response);
   std::optional<RemoteError> remove(const std::string& id);
+  std::optional<RemoteError> list_all(v1::ListAllSessionsResponse& response);
+  std::optional<RemoteError> remove_any(const std::string& id);
 
  private:
   // Constant after construction.
   const std::string address_;
   const ClientOptions options_;
-  std::unique_ptr<v1::CollisionService::Stub> stub_;
+  const std::string authorization_;
+  const std::shared_ptr<grpc::Channel> channel_;
+  const std::unique_ptr<v1::CollisionService::Stub> stub_;
+  const std::unique_ptr<v1::AdminService::Stub> admin_;
 };
 
 }  // namespace warmfront::client

@@ -108,7 +108,7 @@ std::optional<RemoteError> Session::Impl::create() {
 
 std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
   const RemoteError timeout{{ErrorCode::kUnavailable, "no daemon answers"}};
-  stream_ = std::make_unique<StepStream>(connection_->stub(), id());
+  stream_ = std::make_unique<StepStream>(*connection_, id());
   if (stream_->start(deadline) != StepStream::Event::kDone) return timeout;
   v1::StreamStepsRequest request;
   request.mutable_attach()->set_session_id(id());

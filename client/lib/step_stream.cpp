@@ -7,11 +7,11 @@
 
 namespace warmfront::client {
 
-StepStream::StepStream(v1::CollisionService::Stub& stub, const std::string& session_id) {
-  context_.AddMetadata("warmfront-session", session_id);
+StepStream::StepStream(Connection& connection, const std::string& session_id) {
+  connection.prepare(context_, session_id);
   // A daemon that is about to come back is waited for, up to the deadline of start().
   context_.set_wait_for_ready(true);
-  call_ = stub.PrepareAsyncStreamSteps(&context_, &queue_);
+  call_ = connection.stub().PrepareAsyncStreamSteps(&context_, &queue_);
   call_->StartCall(tag(kStart));
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "client/lib/connection.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 namespace warmfront::client {
@@ -22,8 +23,8 @@ class StepStream {
     kTimeout,  ///< the stream is of no use any more
   };
 
-  /// Begins the call; `stub` outlives the stream.
-  StepStream(v1::CollisionService::Stub& stub, const std::string& session_id);
+  /// Begins the call; `connection` outlives the stream.
+  StepStream(Connection& connection, const std::string& session_id);
   /// Cancels what is left of the call.
   ~StepStream();
   StepStream(const StepStream&) = delete;

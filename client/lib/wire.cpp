@@ -105,6 +105,10 @@ ErrorCode code_from(int code) {
       return ErrorCode::kAborted;
     case grpc::StatusCode::DEADLINE_EXCEEDED:
       return ErrorCode::kDeadlineExceeded;
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return ErrorCode::kUnauthenticated;
+    case grpc::StatusCode::PERMISSION_DENIED:
+      return ErrorCode::kPermissionDenied;
     case grpc::StatusCode::UNAVAILABLE:
       return ErrorCode::kUnavailable;
     default:

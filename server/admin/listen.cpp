@@ -51,7 +51,7 @@ bool is_local(const std::string& address) {
   return host == "localhost" || host == "::1" || is_loopback_ipv4(host);
 }
 
-Status check_listen_address(const std::string& address, bool insecure) {
+Status check_listen_address(const std::string& address, bool secured) {
   if (address.starts_with(kUnix)) {
     const std::string path = address.substr(kUnix.size());
     if (path.empty() || path.size() >= sizeof(sockaddr_un::sun_path))
@@ -66,11 +66,13 @@ Status check_listen_address(const std::string& address, bool insecure) {
     return invalid_argument(
         "listen " + address +
         ": HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [0, 65535]");
-  if (!is_local(address) && !insecure)
-    return Error{ErrorCode::kFailedPrecondition,
-                 "listen " + address +
-                     ": others can reach this address and nothing is encrypted or authenticated; "
-                     "listen on 127.0.0.1 or unix:PATH behind a proxy, or state --insecure"};
+  if (!is_local(address) && !secured)
+    return Error{
+        ErrorCode::kFailedPrecondition,
+        "listen " + address +
+            ": others can reach this address and nothing is encrypted or authenticated; "
+            "set --tls-cert and --tls-key, listen on 127.0.0.1 or unix:PATH behind a proxy, or state "
+            "--insecure"};
   return {};
 }
 

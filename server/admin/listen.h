@@ -12,8 +12,8 @@ namespace warmfront::server {
 bool is_local(const std::string& address);
 
 /// INVALID_ARGUMENT for an address that is neither HOST:PORT nor unix:PATH; FAILED_PRECONDITION for one that
-/// others can reach unless `insecure`, and for a Unix socket on which another daemon listens (gRPC would take
-/// it away silently).
-Status check_listen_address(const std::string& address, bool insecure);
+/// others can reach unless `secured`, by TLS or because the user says so, and for a Unix socket on which
+/// another daemon listens (gRPC would take it away silently).
+Status check_listen_address(const std::string& address, bool secured);
 
 }  // namespace warmfront::server

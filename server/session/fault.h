@@ -28,6 +28,8 @@ enum class Reason : std::uint8_t {
   kEngine,
   kTimeout,
   kCancelled,
+  kUnauthenticated,
+  kPermissionDenied,
 };
 
 struct Fault {

@@ -49,6 +49,7 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
 
 Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host)
     : id_(std::move(spec.id)),
+      owner_(std::move(host.owner)),
       dtype_(spec.dtype),
       scene_(std::move(scene)),
       options_(collider.options()),

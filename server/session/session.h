@@ -58,6 +58,7 @@ class Session : public std::enable_shared_from_this<Session> {
     std::size_t mailbox_capacity;      ///< frames that may wait
     std::shared_ptr<Account> account;  ///< what the session holds is charged to it
     Lost lost;
+    std::string owner = {};  ///< the principal that makes it
   };
   /// Builds the hierarchy: slow, so call it on the runner. Fails as Scene::create() and Collider::create()
   /// do; RESOURCE_EXHAUSTED when memory runs out.
@@ -65,6 +66,7 @@ class Session : public std::enable_shared_from_this<Session> {
                                                   Host host);
 
   const SessionId& id() const { return id_; }
+  const std::string& owner() const { return owner_; }
   Dtype dtype() const { return dtype_; }
   const Scene& scene() const { return *scene_; }
   const ColliderOptions& options() const { return options_; }
@@ -112,6 +114,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // Constant after construction.
   const SessionId id_;
+  const std::string owner_;
   const Dtype dtype_;
   const std::shared_ptr<const Scene> scene_;
   const ColliderOptions options_;

@@ -2,6 +2,7 @@
 // A map under a lock. Thread safety as stated in the header.
 #include "server/session/store.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace warmfront::server {
@@ -21,10 +22,10 @@ Store::Reservation::~Reservation() {
 void Store::Reservation::fill(std::shared_ptr<Session> session) {
   Store* store = std::exchange(store_, nullptr);
   const std::lock_guard lock(store->mutex_);
-  store->sessions_[id_] = std::move(session);
+  store->sessions_.at(id_).session = std::move(session);
 }
 
-Outcome<Store::Reservation> Store::reserve(const SessionId& id) {
+Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::string& owner) {
   const std::lock_guard lock(mutex_);
   if (sessions_.contains(id))
     return Fault{ErrorCode::kAlreadyExists, Reason::kSessionExists,
@@ -33,30 +34,44 @@ Outcome<Store::Reservation> Store::reserve(const SessionId& id) {
     return limit_met("the daemon holds its limit of " + std::to_string(max_sessions_) +
                          " sessions; close one, or raise --max-sessions",
                      "max-sessions", true);
-  sessions_.emplace(id, nullptr);
+  const auto owned =
+      std::ranges::count_if(sessions_, [&](const auto& at) { return at.second.owner == owner; });
+  if (static_cast<std::uint64_t>(owned) >= max_sessions_per_owner_)
+    return limit_met("principal " + owner + " has its limit of " + std::to_string(max_sessions_per_owner_) +
+                         " sessions; close one, or raise --max-sessions-per-principal",
+                     "max-sessions-per-principal", true);
+  sessions_.emplace(id, Place{owner, nullptr});
   return Reservation(*this, id);
 }
 
-Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id) const {
+Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id, const std::string& owner) const {
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second) return not_found(id);
-  return found->second;
+  if (found == sessions_.end() || !found->second.session || found->second.owner != owner)
+    return not_found(id);
+  return found->second.session;
+}
+
+Outcome<std::shared_ptr<Session>> Store::find_any(const SessionId& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(id);
+  if (found == sessions_.end() || !found->second.session) return not_found(id);
+  return found->second.session;
 }
 
 std::vector<std::shared_ptr<Session>> Store::list() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::shared_ptr<Session>> sessions;
-  for (const auto& [id, session] : sessions_)
-    if (session) sessions.push_back(session);
+  for (const auto& [id, place] : sessions_)
+    if (place.session) sessions.push_back(place.session);
   return sessions;
 }
 
 std::shared_ptr<Session> Store::remove(const SessionId& id) {
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second) return nullptr;
-  std::shared_ptr<Session> session = std::move(found->second);
+  if (found == sessions_.end() || !found->second.session) return nullptr;
+  std::shared_ptr<Session> session = std::move(found->second.session);
   sessions_.erase(found);
   return session;
 }
@@ -65,8 +80,8 @@ void Store::forget(const Session& session) {
   std::shared_ptr<Session> doomed;  // released outside the lock
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(session.id());
-  if (found == sessions_.end() || found->second.get() != &session) return;
-  doomed = std::move(found->second);
+  if (found == sessions_.end() || found->second.session.get() != &session) return;
+  doomed = std::move(found->second.session);
   sessions_.erase(found);
 }
 
@@ -75,15 +90,15 @@ std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::millisecon
   const std::lock_guard lock(mutex_);
   for (auto it = sessions_.begin(); it != sessions_.end();) {
     const bool stays = [&] {
-      if (!it->second) return true;
-      const SessionSnapshot snapshot = it->second->snapshot();
+      if (!it->second.session) return true;
+      const SessionSnapshot snapshot = it->second.session->snapshot();
       return snapshot.attached || snapshot.idle < timeout;
     }();
     if (stays) {
       ++it;
       continue;
     }
-    idle.push_back(std::move(it->second));
+    idle.push_back(std::move(it->second.session));
     it = sessions_.erase(it);
   }
   return idle;

@@ -17,7 +17,9 @@ namespace warmfront::server {
 
 class Store {
  public:
-  explicit Store(std::uint32_t max_sessions) : max_sessions_(max_sessions) {}
+  explicit Store(std::uint32_t max_sessions) : Store(max_sessions, max_sessions) {}
+  Store(std::uint32_t max_sessions, std::uint32_t max_sessions_per_owner)
+      : max_sessions_(max_sessions), max_sessions_per_owner_(max_sessions_per_owner) {}
 
   /// A place in the store, held while a session is uploaded and built; given back unless it is filled.
   /// Movable; outlived by the store.
@@ -37,12 +39,14 @@ class Store {
     SessionId id_;
   };
 
-  /// ALREADY_EXISTS for an id in use, RESOURCE_EXHAUSTED when the store is full.
-  Outcome<Reservation> reserve(const SessionId& id);
+  /// ALREADY_EXISTS for an id in use, RESOURCE_EXHAUSTED when the store is full or its owner has too many.
+  Outcome<Reservation> reserve(const SessionId& id, const std::string& owner = {});
 
-  /// NOT_FOUND for an id unknown, or still being built.
-  Outcome<std::shared_ptr<Session>> find(const SessionId& id) const;
-  /// In the order of their ids.
+  /// NOT_FOUND for an id unknown, or still being built, or of a session that belongs to another.
+  Outcome<std::shared_ptr<Session>> find(const SessionId& id, const std::string& owner = {}) const;
+  /// The same, whoever owns it.
+  Outcome<std::shared_ptr<Session>> find_any(const SessionId& id) const;
+  /// In the order of their ids, whoever owns them.
   std::vector<std::shared_ptr<Session>> list() const;
   /// Takes a session out; null when there is none.
   std::shared_ptr<Session> remove(const SessionId& id);
@@ -55,14 +59,19 @@ class Store {
   std::size_t size() const;
 
  private:
+  struct Place {
+    std::string owner;
+    std::shared_ptr<Session> session;  ///< null: reserved
+  };
   static Fault not_found(const SessionId& id);
 
   // Constant after construction.
   const std::uint32_t max_sessions_;
+  const std::uint32_t max_sessions_per_owner_;
 
-  // Protected by mutex_. Null: reserved.
+  // Protected by mutex_.
   mutable std::mutex mutex_;
-  std::map<SessionId, std::shared_ptr<Session>> sessions_;
+  std::map<SessionId, Place> sessions_;
 };
 
 }  // namespace warmfront::server

@@ -15,23 +15,26 @@
 #include "server/session/limits.h"
 #include "server/session/runner.h"
 #include "server/session/store.h"
+#include "server/transport/guard.h"
 
 namespace warmfront::server {
 
 struct Context {
-  Context(const Limits& limits_in, int threads, Log& log_in)
+  Context(const Limits& limits_in, int threads, Log& log_in, Guard& guard_in)
       : limits(limits_in),
         log(log_in),
+        guard(guard_in),
         workers(std::make_shared<Workers>(threads)),
         budget(limits.max_total_bytes),
         streams(limits.max_open_streams),
         frames(limits.max_frames_in_flight),
-        store(limits.max_sessions),
+        store(limits.max_sessions, limits.max_sessions_per_principal),
         // Two at least, so that a long step does not hold up the building of a session.
         runner(std::max(2, workers->threads())) {}
 
   const Limits limits;
   Log& log;
+  Guard& guard;
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   const std::shared_ptr<Workers> workers;
   Lifecycle lifecycle;

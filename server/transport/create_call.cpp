@@ -17,12 +17,14 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
   const std::shared_ptr<CreateCall> create(new CreateCall(context, call, response));
   create->self_ = create;
   Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
+  Outcome<Principal> principal = context.guard.identify(call);
   const std::lock_guard lock(create->mutex_);
-  if (begun) {
-    create->in_flight_.emplace(std::move(begun).value());
-    create->StartRead(&create->incoming_);
+  if (begun) create->in_flight_.emplace(std::move(begun).value());
+  if (!begun || !principal) {
+    create->fail_locked(to_grpc(begun ? principal.fault() : begun.fault()));
   } else {
-    create->fail_locked(to_grpc(begun.fault()));
+    create->owner_ = std::move(principal).value().name;
+    create->StartRead(&create->incoming_);
   }
   return create.get();
 }
@@ -97,7 +99,7 @@ std::optional<Fault> CreateCall::add() {
 }
 
 std::optional<Fault> CreateCall::reserve() {
-  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id());
+  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), owner_);
   if (!place) return place.fault();
   Outcome<std::shared_ptr<Account>> account =
       Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes());
@@ -113,9 +115,9 @@ void CreateCall::build() {
     context.log.write(LogLevel::kError, "session_failed",
                       {{"session", session.id().text()}, {"reason", fault.message}});
   };
-  Outcome<std::shared_ptr<Session>> built =
-      Session::create(upload_->take_spec(), upload_->take_positions(),
-                      {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost});
+  Outcome<std::shared_ptr<Session>> built = Session::create(
+      upload_->take_spec(), upload_->take_positions(),
+      {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost, owner_});
   if (!built) {
     reservation_.reset();
     return Finish(to_grpc(built.fault()));
@@ -126,6 +128,7 @@ void CreateCall::build() {
   *response_.mutable_limits() = to_proto(context_.limits);
   context_.log.write(LogLevel::kInfo, "session_created",
                      {{"session", session->id().text()},
+                      {"principal", owner_},
                       {"vertices", std::uint64_t{session->scene().vertex_count()}},
                       {"triangles", std::uint64_t{session->scene().face_count()}},
                       {"bytes", std::uint64_t{session->snapshot().memory_bytes}},

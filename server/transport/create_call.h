@@ -53,6 +53,9 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   v1::CreateSessionResponse& response_;
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 
+  // Set by start(), then constant.
+  std::string owner_;
+
   // Used by start() and OnDone() only: keeps the call alive in between.
   std::shared_ptr<CreateCall> self_;
   std::optional<Lifecycle::Call> in_flight_;

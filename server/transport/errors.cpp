@@ -31,6 +31,10 @@ v1::ErrorReason to_proto(Reason reason) {
       return v1::ERROR_REASON_TIMEOUT;
     case Reason::kCancelled:
       return v1::ERROR_REASON_CANCELLED;
+    case Reason::kUnauthenticated:
+      return v1::ERROR_REASON_UNAUTHENTICATED;
+    case Reason::kPermissionDenied:
+      return v1::ERROR_REASON_PERMISSION_DENIED;
   }
   return v1::ERROR_REASON_UNSPECIFIED;
 }
@@ -59,6 +63,10 @@ grpc::StatusCode to_grpc_code(ErrorCode code) {
       return grpc::StatusCode::ABORTED;
     case ErrorCode::kDeadlineExceeded:
       return grpc::StatusCode::DEADLINE_EXCEEDED;
+    case ErrorCode::kUnauthenticated:
+      return grpc::StatusCode::UNAUTHENTICATED;
+    case ErrorCode::kPermissionDenied:
+      return grpc::StatusCode::PERMISSION_DENIED;
     case ErrorCode::kUnavailable:
       return grpc::StatusCode::UNAVAILABLE;
   }

@@ -8,6 +8,7 @@
 
 #include "server/transport/convert.h"
 #include "server/transport/create_call.h"
+#include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/step_call.h"
@@ -51,8 +52,10 @@ class CollisionService final : public Base {
 
   grpc::ServerUnaryReactor* ListSessions(grpc::CallbackServerContext* call, const v1::ListSessionsRequest*,
                                          v1::ListSessionsResponse* response) override {
+    const Outcome<Principal> principal = context_.guard.identify(*call);
+    if (!principal) return finish(call, to_grpc(principal.fault()));
     for (const std::shared_ptr<Session>& session : context_.store.list())
-      *response->add_sessions() = to_proto(*session);
+      if (session->owner() == principal.value().name) *response->add_sessions() = to_proto(*session);
     return finish(call, grpc::Status::OK);
   }
 
@@ -61,14 +64,7 @@ class CollisionService final : public Base {
                                           v1::DeleteSessionResponse*) override {
     Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
     if (!found) return finish(call, to_grpc(found.fault()));
-    std::shared_ptr<Session> session = std::move(found).value();
-    context_.store.forget(*session);
-    session->close({ErrorCode::kNotFound, Reason::kSessionNotFound,
-                    "session " + session->id().text() + " was deleted; create it again"});
-    context_.log.write(LogLevel::kInfo, "session_closed",
-                       {{"session", session->id().text()}, {"reason", "deleted"}});
-    // A large session takes a while to free: not in a reaction.
-    context_.runner.post([doomed = std::move(session)] {});
+    delete_session(context_, std::move(found).value(), "deleted");
     return finish(call, grpc::Status::OK);
   }
 
@@ -84,6 +80,8 @@ class CollisionService final : public Base {
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call, const v1::GetServerInfoRequest*,
                                           v1::GetServerInfoResponse* response) override {
+    if (const Outcome<Principal> principal = context_.guard.identify(*call); !principal)
+      return finish(call, to_grpc(principal.fault()));
     response->set_version(kVersion);
     *response->mutable_limits() = to_proto(context_.limits);
     response->set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
@@ -101,9 +99,11 @@ class CollisionService final : public Base {
  private:
   Outcome<std::shared_ptr<Session>> find(const grpc::CallbackServerContext& call,
                                          const std::string& message_id) const {
+    const Outcome<Principal> principal = context_.guard.identify(call);
+    if (!principal) return principal.fault();
     Outcome<SessionId> id = session_id_of(message_id, session_metadata(call));
     if (!id) return id.fault();
-    return context_.store.find(id.value());
+    return context_.store.find(id.value(), principal.value().name);
   }
 
   Context& context_;

@@ -29,8 +29,13 @@ StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& cal
   std::shared_ptr<StepStream> stream(new StepStream(context, call));
   stream->self_ = stream;
   Outcome<Lifecycle::Call> begun = context.lifecycle.begin(stream);
+  Outcome<Principal> principal = context.guard.identify(call);
   const std::lock_guard lock(stream->mutex_);
   stream->ticket_ = context.streams.enter();
+  if (principal)
+    stream->owner_ = std::move(principal).value().name;
+  else
+    stream->end_locked(to_grpc(principal.fault()));
   if (!begun)
     stream->end_locked(to_grpc(begun.fault()));
   else
@@ -92,7 +97,7 @@ void StepStream::attach(const v1::Attach& request) {
   }
   Outcome<SessionId> id = session_id_of(request.session_id(), metadata_id_);
   if (!id) return end(id.fault());
-  Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value());
+  Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), owner_);
   if (!session) return end(session.fault());
   {
     const std::lock_guard lock(mutex_);

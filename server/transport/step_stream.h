@@ -88,6 +88,9 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   const std::string metadata_id_;
   const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
+  // Set by start(), then constant.
+  std::string owner_;
+
   // Used by start() and OnDone() only: keeps the stream alive in between.
   std::shared_ptr<StepStream> self_;
   std::optional<Lifecycle::Call> call_;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Server options: see server_options.h.
+#include "client/cli/server_options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace warmfront::client {
+
+void add_server_options(CLI::App& app, std::string& address, ClientSecurity& security,
+                        const std::string& server_help, bool required) {
+  CLI::Option* server = app.add_option("--server", address, server_help)->required(required);
+  const auto add_file = [&](const char* name, std::string& value, const char* help) {
+    return app.add_option(name, value, help)->type_name("FILE")->needs(server);
+  };
+  app.add_flag("--tls", security.tls, "Encrypt, and trust whom this system trusts")->needs(server);
+  add_file("--tls-ca", security.ca_file, "Encrypt, and trust who is in this file (PEM) alone");
+  CLI::Option* cert = add_file("--tls-cert", security.cert_file, "This client's certificate (PEM)");
+  CLI::Option* key = add_file("--tls-key", security.key_file, "The key of --tls-cert (PEM)");
+  cert->needs(key);
+  key->needs(cert);
+  app.add_option("--tls-server-name", security.server_name,
+                 "Name that the daemon's certificate must bear, when it is not the address's")
+      ->type_name("NAME")
+      ->needs(server);
+  add_file("--token-file", security.token_file, "File with the token to send");
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading credentials. Thread safety as stated in the header.
+#include "client/lib/security.h"
+
+#include <fstream>
+#include <sstream>
+
+namespace warmfront::client {
+namespace {
+
+/// The file's content; empty for no file.
+Result<std::string> read(const char* what, const std::string& path) {
+  if (path.empty()) return std::string();
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf()))
+    return invalid_argument(std::string(what) + " " + path + ": it cannot be read, or is empty");
+  return text.str();
+}
+
+/// Without the blanks and line ends around it.
+std::string trimmed(const std::string& text) {
+  constexpr const char* kBlank = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(kBlank) + 1 - first);
+}
+
+bool stays_here(const std::string& address) {
+  return address.starts_with("unix:") || address.starts_with("localhost:") || address.starts_with("[::1]:") ||
+         address.starts_with("127.");
+}
+
+}  // namespace
+
+Result<Credentials> read_credentials(const std::string& address, const ClientSecurity& security) {
+  if (security.cert_file.empty() != security.key_file.empty())
+    return invalid_argument(
+        "a client certificate needs its key, and a key its certificate: state both files");
+  const Result<std::string> ca = read("CA file", security.ca_file);
+  if (!ca) return ca.error();
+  const Result<std::string> certificate = read("certificate file", security.cert_file);
+  if (!certificate) return certificate.error();
+  const Result<std::string> key = read("key file", security.key_file);
+  if (!key) return key.error();
+  const Result<std::string> token = read("token file", security.token_file);
+  if (!token) return token.error();
+
+  const bool tls = security.tls || !ca.value().empty() || !certificate.value().empty();
+  Credentials credentials;
+  credentials.server_name = security.server_name;
+  credentials.channel = tls ? grpc::SslCredentials({ca.value(), key.value(), certificate.value()})
+                            : grpc::InsecureChannelCredentials();
+  if (security.token_file.empty()) return credentials;
+  const std::string secret = trimmed(token.value());
+  if (secret.find_first_of(" \t\r\n") != std::string::npos)
+    return invalid_argument("token file " + security.token_file +
+                            ": one token is expected, and nothing else");
+  if (!tls && !stays_here(address))
+    return invalid_argument("the token would travel to " + address + " in the clear; use TLS");
+  credentials.authorization = "Bearer " + secret;
+  return credentials;
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// A client's credentials from files. Thread-safe.
+#pragma once
+
+#include <grpcpp/security/credentials.h>
+
+#include <memory>
+#include <string>
+
+#include "client/lib/client.h"
+#include "engine/result.h"
+
+namespace warmfront::client {
+
+struct Credentials {
+  std::shared_ptr<grpc::ChannelCredentials> channel;
+  std::string server_name;    ///< that is expected instead of the address's host; may be empty
+  std::string authorization;  ///< the metadata's value; may be empty
+};
+
+/// kInvalidArgument for files that cannot be read, half a pair of certificate and key, and a token that would
+/// leave this machine in the clear.
+Result<Credentials> read_credentials(const std::string& address, const ClientSecurity& security);
+
+}  // namespace warmfront::client

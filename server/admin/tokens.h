@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may call the daemon, by the secret that they send. Immutable once read, so thread-safe.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+
+namespace warmfront::server {
+
+/// Who calls. Sessions belong to the principal that made them; an administrator sees and ends those of
+/// others, by calls of their own.
+struct Principal {
+  std::string name;
+  bool admin = false;
+};
+
+class Tokens {
+ public:
+  /// A line is TOKEN PRINCIPAL, or TOKEN PRINCIPAL admin; blank lines and those that begin with # mean
+  /// nothing. A token has at least 16 printable characters, and stands once. INVALID_ARGUMENT names the line,
+  /// never what stands in it.
+  static Result<Tokens> parse(std::string_view text);
+  static Result<Tokens> read(const std::string& path);
+
+  /// Compares with every token, and every character of it, so that the time taken tells nothing but lengths.
+  std::optional<Principal> find(std::string_view token) const;
+  std::size_t size() const { return entries_.size(); }
+
+ private:
+  struct Entry {
+    std::string token;
+    Principal principal;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace warmfront::server

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The door: tells who makes a call, or refuses it. Thread-safe.
+#pragma once
+
+#include <grpcpp/server_context.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "server/admin/tls.h"
+#include "server/admin/tokens.h"
+#include "server/session/fault.h"
+
+namespace warmfront::server {
+
+/// With a token file, the token in the metadata `authorization: Bearer TOKEN` says who calls. Without one,
+/// the client's certificate does where a client CA is set: its first subject alternative name, or its common
+/// name; over a Unix socket, which has no certificates, the caller is the administrator `local`, whom the
+/// file system let in. With neither, all callers are one principal without a name, and it administers the
+/// daemon.
+class Guard {
+ public:
+  struct Settings {
+    std::string token_file;  ///< empty: none
+    TlsFiles tls;
+    std::vector<std::string> admins;  ///< principals that administer, besides those that the token file says
+  };
+
+  /// Fails for a token file that cannot be used, or certificates that cannot.
+  static Result<std::unique_ptr<Guard>> create(Settings settings);
+
+  /// UNAUTHENTICATED for a call of nobody known.
+  Outcome<Principal> identify(const grpc::ServerContextBase& call) const;
+  /// The same; PERMISSION_DENIED for one who is no administrator.
+  Outcome<Principal> identify_admin(const grpc::ServerContextBase& call) const;
+
+  /// Reads the token file again and checks the certificates, which gRPC itself reads again within a second.
+  /// On an error what was read before stays in force.
+  Status reload();
+
+  const Settings& settings() const { return settings_; }
+  /// Whether callers are told apart.
+  bool authenticates() const { return !settings_.token_file.empty() || !settings_.tls.client_ca.empty(); }
+
+ private:
+  explicit Guard(Settings settings) : settings_(std::move(settings)) {}
+  std::shared_ptr<const Tokens> tokens() const;
+  Outcome<Principal> by_token(const grpc::ServerContextBase& call, const Tokens& tokens) const;
+  Outcome<Principal> by_certificate(const grpc::ServerContextBase& call) const;
+
+  // Constant after construction.
+  const Settings settings_;
+
+  // Protected by mutex_.
+  mutable std::mutex mutex_;
+  std::shared_ptr<const Tokens> tokens_;  // null: no token file
+};
+
+}  // namespace warmfront::server

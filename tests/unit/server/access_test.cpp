@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may do what: tokens, certificates, sessions that belong to their principal, administrators, and files
+// read again.
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "client/lib/client.h"
+#include "server/admin/tls.h"
+#include "server/admin/tokens.h"
+#include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/moving_grids.h"
+#include "tests/unit/server/test_certificates.h"
+#include "warmfront/v1/collision_service.grpc.pb.h"
+
+namespace warmfront::test {
+namespace {
+
+using client::Client;
+using client::ClientOptions;
+using server::Tokens;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kAlice = "alice-0123456789abcdef";
+constexpr const char* kBob = "bob-0123456789abcdef";
+constexpr const char* kRoot = "root-0123456789abcdef";
+
+TEST(TokensTest, AreReadLineByLineAndMistakesAreNamedWithoutThem) {
+  const Tokens tokens =
+      Tokens::parse(std::string("# who\n\n") + kAlice + " alice\r\n" + kRoot + "  root admin\n").value();
+  EXPECT_EQ(tokens.size(), 2u);
+  EXPECT_EQ(tokens.find(kAlice)->name, "alice");
+  EXPECT_FALSE(tokens.find(kAlice)->admin);
+  EXPECT_TRUE(tokens.find(kRoot)->admin);
+  EXPECT_FALSE(tokens.find(std::string(kAlice) + "x"));
+  EXPECT_FALSE(tokens.find(""));
+  for (const std::string& bad :
+       {std::string("secret alice"), std::string(kAlice), std::string(kAlice) + " alice boss",
+        std::string(kAlice) + " a\n" + kAlice + " b", std::string()}) {
+    const auto read = Tokens::parse(bad);
+    ASSERT_FALSE(read.ok()) << bad;
+    EXPECT_THAT(read.error().message, Not(HasSubstr("alice-")));
+  }
+  EXPECT_THAT(Tokens::parse("\nsecret alice").error().message, HasSubstr("line 2"));
+  EXPECT_FALSE(Tokens::read("/nonexistent").ok());
+}
+
+Result<client::Session> open(Client& client) {
+  const MovingGrids grids(4);
+  const std::vector<double> start = grids.positions(0);
+  return client.create_session(grids.scene(), std::span<const double>(start));
+}
+
+class TokenTest : public ::testing::Test {
+ protected:
+  static void write(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path) << text;
+  }
+
+  server::Config config() {
+    write(folder_.path() / "tokens",
+          std::string(kAlice) + " alice\n" + kBob + " bob\n" + kRoot + " root admin\n");
+    server::Config config;
+    config.token_file = (folder_.path() / "tokens").string();
+    return config;
+  }
+  Result<Client> connect(const std::string& token) {
+    ClientOptions options;
+    if (!token.empty()) {
+      write(folder_.path() / "mine", token + "\n");
+      options.security.token_file = (folder_.path() / "mine").string();
+    }
+    return Client::connect(daemon_.address(), options);
+  }
+
+  const TemporaryFolder folder_;
+  LocalDaemon daemon_{config()};
+};
+
+TEST_F(TokenTest, NobodyUnknownComesIn) {
+  EXPECT_EQ(connect("").error().code, ErrorCode::kUnauthenticated);
+  EXPECT_EQ(connect("wrong-0123456789abcdef").error().code, ErrorCode::kUnauthenticated);
+  EXPECT_TRUE(connect(kAlice).ok());
+  // No way round: every method asks.
+  const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
+  const auto stub = v1::CollisionService::NewStub(channel);
+  const auto context = [] {
+    auto context = std::make_unique<grpc::ClientContext>();
+    context->set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+    context->AddMetadata("authorization", "Basic 0123");
+    return context;
+  };
+  const auto expect = [](const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << status.error_message();
+  };
+  v1::GetSessionResponse got;
+  v1::ListSessionsResponse listed;
+  v1::DeleteSessionResponse deleted;
+  v1::StepResponse stepped;
+  v1::CreateSessionResponse created;
+  v1::StreamStepsResponse streamed;
+  expect(stub->GetSession(context().get(), {}, &got));
+  expect(stub->ListSessions(context().get(), {}, &listed));
+  expect(stub->DeleteSession(context().get(), {}, &deleted));
+  expect(stub->Step(context().get(), {}, &stepped));
+  const auto create_context = context(), stream_context = context();
+  expect(stub->CreateSession(create_context.get(), &created)->Finish());
+  const auto stream = stub->StreamSteps(stream_context.get());
+  EXPECT_FALSE(stream->Read(&streamed));
+  expect(stream->Finish());
+}
+
+TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndAdministratorsHaveCallsOfTheirOwn) {
+  Client alice = connect(kAlice).value(), bob = connect(kBob).value(), root = connect(kRoot).value();
+  client::Session session = open(alice).value();
+  EXPECT_EQ(alice.list_sessions().value().size(), 1u);
+  EXPECT_TRUE(bob.list_sessions().value().empty());
+  EXPECT_TRUE(root.list_sessions().value().empty()) << "an administrator's own are as anyone's";
+  EXPECT_EQ(bob.get_session(session.id()).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(bob.delete_session(session.id()).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(bob.list_all_sessions().error().code, ErrorCode::kPermissionDenied);
+  EXPECT_EQ(bob.delete_any_session(session.id()).error().code, ErrorCode::kPermissionDenied);
+  const auto all = root.list_all_sessions();
+  ASSERT_TRUE(all.ok()) << all.error().message;
+  ASSERT_EQ(all.value().size(), 1u);
+  EXPECT_EQ(all.value()[0].principal, "alice");
+  const std::vector<double> next = MovingGrids(4).positions(1);
+  EXPECT_TRUE(session.step(std::span<const double>(next)).ok());
+  EXPECT_TRUE(root.delete_any_session(session.id()).ok());
+  EXPECT_TRUE(alice.list_sessions().value().empty());
+  EXPECT_THAT(daemon_.log(), HasSubstr("\"principal\":\"alice\""));
+  for (const char* secret : {kAlice, kBob, kRoot}) EXPECT_THAT(daemon_.log(), Not(HasSubstr(secret)));
+}
+
+TEST_F(TokenTest, TheFileIsReadAgainAndAMistakeInItChangesNothing) {
+  Client alice = connect(kAlice).value();
+  write(folder_.path() / "tokens", "short bob\n");
+  EXPECT_FALSE(daemon_->reload());
+  EXPECT_TRUE(alice.list_sessions().ok());
+  write(folder_.path() / "tokens", std::string(kBob) + " bob\n");
+  EXPECT_TRUE(daemon_->reload());
+  EXPECT_EQ(alice.list_sessions().error().code, ErrorCode::kUnauthenticated);
+  EXPECT_TRUE(connect(kBob).ok());
+}
+
+TEST(ClientSecurityTest, ATokenDoesNotLeaveTheMachineInTheClear) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "t").string();
+  std::ofstream(path) << kAlice;
+  ClientOptions options;
+  options.security.token_file = path;
+  const auto refused = Client::connect("warmfront.example.org:1", options);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(refused.error().message, HasSubstr("in the clear"));
+  options.security.token_file = "/nonexistent";
+  EXPECT_THAT(Client::connect("127.0.0.1:1", options).error().message, HasSubstr("/nonexistent"));
+}
+
+class TlsTest : public ::testing::Test {
+ protected:
+  TlsTest() {
+    ca_.write(folder_.path(), "ca");
+    Certificate("wrong", nullptr).write(folder_.path(), "wrong");
+    Certificate("daemon", &ca_, "DNS:localhost,IP:127.0.0.1").write(folder_.path(), "daemon");
+    Certificate("carol", &ca_).write(folder_.path(), "carol");
+    Certificate("dave", &ca_).write(folder_.path(), "dave");
+    config_.listen = {"127.0.0.1:0"};
+    config_.threads = 2;
+    config_.tls = {file("daemon.pem"), file("daemon.key"), ""};
+  }
+  std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
+  void start() {
+    auto started = server::Daemon::start(config_, log_);
+    ASSERT_TRUE(started.ok()) << started.error().message;
+    daemon_ = std::move(started).value();
+  }
+  Result<Client> connect(const std::string& ca, const std::string& name = {}) {
+    ClientOptions options;
+    options.call_timeout = std::chrono::seconds(ca == "ca.pem" ? 20 : 2);
+    if (!ca.empty()) options.security.ca_file = file(ca);
+    if (!name.empty()) {
+      options.security.cert_file = file(name + ".pem");
+      options.security.key_file = file(name + ".key");
+    }
+    return Client::connect(daemon_->addresses().front(), options);
+  }
+
+  const TemporaryFolder folder_;
+  const Certificate ca_{"ca", nullptr};
+  server::Config config_;
+  std::ostringstream log_text_;
+  server::Log log_{server::LogLevel::kDebug, server::LogFormat::kJson, &log_text_};
+  std::unique_ptr<server::Daemon> daemon_;
+};
+
+TEST_F(TlsTest, OnlyWhoTrustsTheDaemonTalksToItAndItsCertificateCanChange) {
+  start();
+  auto client = connect("ca.pem");
+  ASSERT_TRUE(client.ok()) << client.error().message;
+  EXPECT_TRUE(open(client.value()).ok());
+  EXPECT_EQ(connect("wrong.pem").error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(connect("").error().code, ErrorCode::kUnavailable) << "plain text";
+  // Another authority takes over.
+  const Certificate other("other", nullptr);
+  other.write(folder_.path(), "other");
+  Certificate("daemon", &other, "IP:127.0.0.1").write(folder_.path(), "daemon");
+  EXPECT_TRUE(daemon_->reload());
+  Result<Client> changed = connect("other.pem");
+  for (int i = 0; i < 10 && !changed.ok(); ++i) changed = connect("other.pem");
+  EXPECT_TRUE(changed.ok()) << changed.error().message;
+  // Broken files are said so, and what was in force stays.
+  std::ofstream(file("daemon.key")) << other.key();
+  EXPECT_FALSE(daemon_->reload());
+  EXPECT_THAT(log_text_.str(), HasSubstr("daemon.key"));
+}
+
+TEST_F(TlsTest, CertificatesSayWhoCalls) {
+  config_.tls.client_ca = file("ca.pem");
+  config_.admins = {"dave"};
+  start();
+  auto carol = connect("ca.pem", "carol"), dave = connect("ca.pem", "dave");
+  ASSERT_TRUE(carol.ok()) << carol.error().message;
+  ASSERT_TRUE(dave.ok()) << dave.error().message;
+  auto session = open(carol.value());
+  ASSERT_TRUE(session.ok()) << session.error().message;
+  EXPECT_TRUE(dave.value().list_sessions().value().empty());
+  EXPECT_EQ(carol.value().list_all_sessions().error().code, ErrorCode::kPermissionDenied);
+  const auto all = dave.value().list_all_sessions();
+  ASSERT_TRUE(all.ok()) << all.error().message;
+  ASSERT_EQ(all.value().size(), 1u);
+  EXPECT_EQ(all.value()[0].principal, "carol");
+  ClientOptions anonymous;
+  anonymous.call_timeout = std::chrono::seconds(2);
+  anonymous.security.ca_file = file("ca.pem");
+  EXPECT_FALSE(Client::connect(daemon_->addresses().front(), anonymous).ok())
+      << "no certificate, no connection";
+}
+
+TEST_F(TlsTest, FilesThatDoNotFitAreRefusedAtTheStartAndOthersMayListenAnywhere) {
+  using server::check_tls_files;
+  EXPECT_TRUE(check_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.pem")}).ok());
+  EXPECT_FALSE(check_tls_files({file("daemon.pem"), "", ""}).ok());
+  EXPECT_THAT(check_tls_files({file("daemon.pem"), file("carol.key"), ""}).error().message,
+              HasSubstr("carol.key"));
+  EXPECT_THAT(check_tls_files({file("nothing.pem"), file("carol.key"), ""}).error().message,
+              HasSubstr("nothing.pem"));
+  EXPECT_THAT(check_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.key")}).error().message,
+              HasSubstr("ca.key"));
+  config_.listen = {"0.0.0.0:0"};
+  start();
+  EXPECT_THAT(log_text_.str(), HasSubstr("whoever reaches this address may call"));
+  config_.tls = {};
+  EXPECT_EQ(server::Daemon::start(config_, log_).error().code, ErrorCode::kFailedPrecondition);
+}
+
+}  // namespace
+}  // namespace warmfront::test
