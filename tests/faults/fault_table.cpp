@@ -37,7 +37,11 @@ void FaultTable::step_untouched() {
 
 void FaultTable::TearDown() {
   if (IsSkipped()) return;
-  EXPECT_EQ(health(), 1) << "the daemon serves";
+  // In a rush gRPC may tell an idle connection to go away, and a call that begins just then fails: a client
+  // tries again.
+  int answer = health();
+  for (int i = 0; i < 10 && answer != 1; ++i) answer = health();
+  EXPECT_EQ(answer, 1) << "the daemon serves";
   step_untouched();
   const std::size_t now = daemon_->resident_bytes();
   const std::size_t peak = daemon_->peak_bytes();
