@@ -68,7 +68,9 @@ class Churn : public BareClient {
       case 1:  // breaks the rules, then vanishes
         stream->Write(frame_message(99, "short"));
         stream->Write(attach(id));
-        stream->Finish();
+        while (stream->Read(&response)) {
+        }
+        if (stream->Finish().error_code() != grpc::StatusCode::FAILED_PRECONDITION) ++wrong_;
         return;
       default: {
         Context remove;
