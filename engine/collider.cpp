@@ -451,6 +451,15 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   return impl_->pipeline->step(core, frame, StopSignal(cancelled));
 }
 
+Status Collider::place(std::span<const BodyPose> poses) {
+  Core& core = impl_->core;
+  Frame frame;
+  frame.poses = poses;
+  if (Status status = core.motion.check(*core.scene, frame); !status) return status;
+  core.motion.set_poses(poses);
+  return {};
+}
+
 Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions) {
   Core& core = impl_->core;
   Result<Scene> extended = core.scene->with_body(std::move(addition));

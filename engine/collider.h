@@ -54,6 +54,10 @@ class Collider {
   /// (std::bad_alloc).
   Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr);
 
+  /// Puts rigid bodies at poses of their rest shapes, at rest, before the first step: a scene as it was left.
+  /// kInvalidArgument as in step().
+  Status place(std::span<const BodyPose> poses);
+
   /// Appends a body to the scene, at rest at `positions`, (k, 3), from the next step on. Its index is the
   /// number of bodies before, its vertices and faces come after all others; what was there stays warm. Fails
   /// as Scene::with_body() and create() do, with the collider as it was. After an exception the collider is

@@ -51,19 +51,10 @@ Result<Session> Client::create_session(SceneDescription scene, const Positions& 
                                        const ColliderOptions& options, const SessionOptions& session) {
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
-  header.set_vertex_count(scene.vertex_count);
-  header.set_face_count(static_cast<std::uint32_t>(scene.faces.size()));
   header.set_first_frame(session.first_frame);
   *header.mutable_options() = to_proto(options);
-  for (const Body& body : scene.bodies) *header.add_bodies() = to_proto(body);
-  std::string bytes = std::visit(
-      [&](auto span) {
-        header.set_dtype(sizeof(span[0]) == 4 ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
-        return std::string(reinterpret_cast<const char*>(span.data()), span.size_bytes());
-      },
-      positions);
-  auto impl = std::make_unique<Session::Impl>(impl_->connection, std::move(header), std::move(scene),
-                                              std::move(bytes));
+  auto impl = std::make_unique<Session::Impl>(impl_->connection, std::move(header),
+                                              SceneState(std::move(scene), positions));
   if (const Status opened = impl->open(); !opened) return opened.error();
   return Session(std::move(impl));
 }
@@ -124,17 +115,23 @@ std::uint64_t Session::resumes() const {
   return impl_->resumes();
 }
 
-Result<Answer> Session::step(const Positions& positions) {
+Result<Answer> Session::step(const Frame& frame) {
   if (!impl_->idle())
     return Error{ErrorCode::kFailedPrecondition,
                  "frames are unanswered; take their answers before a single step"};
-  const Result<std::uint64_t> frame = impl_->submit(positions);
-  if (!frame) return frame.error();
+  const Result<std::uint64_t> number = impl_->submit(frame);
+  if (!number) return number.error();
   return impl_->next_answer();
 }
 
-Result<std::uint64_t> Session::submit(const Positions& positions) {
-  return impl_->submit(positions);
+Result<std::uint64_t> Session::submit(const Frame& frame) {
+  return impl_->submit(frame);
+}
+Result<std::uint32_t> Session::add_body(BodyAddition addition, const Positions& positions) {
+  return impl_->add_body(std::move(addition), positions);
+}
+Status Session::change_body(std::uint32_t index, Body body) {
+  return impl_->change_body(index, std::move(body));
 }
 Result<Answer> Session::next_answer() {
   return impl_->next_answer();

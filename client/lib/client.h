@@ -67,12 +67,19 @@ class Session {
   std::uint64_t resumes() const;
 
   /// Submits a frame and takes its answer. kFailedPrecondition while earlier answers were not taken.
-  Result<Answer> step(const Positions& positions);
+  Result<Answer> step(const Frame& frame);
 
-  /// Sends the next frame and returns its number. The positions are of the kind (float or double) and number
-  /// that the session was created with, else kInvalidArgument. kFailedPrecondition when `window` frames are
-  /// unanswered, or when a frame failed and answers to frames after it were not taken yet.
-  Result<std::uint64_t> submit(const Positions& positions);
+  /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
+  /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where
+  /// something does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
+  /// frame failed and answers to frames after it were not taken yet.
+  Result<std::uint64_t> submit(const Frame& frame);
+
+  /// Adds a body at rest at `positions`, (k, 3), of the session's kind, and returns its index; as
+  /// Collider::add_body(). kFailedPrecondition while frames are unanswered.
+  Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
+  /// Describes a body anew, as Collider::change_body(). kFailedPrecondition while frames are unanswered.
+  Status change_body(std::uint32_t index, Body body);
 
   /// Waits for the answer to the oldest unanswered frame. An error in the frame itself (kInvalidArgument,
   /// kResourceExhausted) does not count as a step: frames sent after it fail with kFailedPrecondition, and

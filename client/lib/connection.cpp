@@ -96,6 +96,16 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
   return std::nullopt;
 }
 
+std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.create_timeout);
+  prepare(context, request.session_id());
+  v1::ChangeSceneResponse response;
+  const grpc::Status status = stub_->ChangeScene(&context, request, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);

@@ -7,12 +7,6 @@
 namespace warmfront::client {
 namespace {
 
-std::string bytes_of(const Positions& positions) {
-  return std::visit(
-      [](auto span) { return std::string(reinterpret_cast<const char*>(span.data()), span.size_bytes()); },
-      positions);
-}
-
 std::string name_of(std::uint64_t frame) {
   return "frame " + std::to_string(frame);
 }
@@ -23,28 +17,18 @@ StepStream::Deadline after(std::chrono::milliseconds timeout) {
 
 }  // namespace
 
-Session::Impl::Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneDescription scene,
-                    std::string positions)
-    : connection_(std::move(connection)),
-      scene_(std::move(scene)),
-      header_(std::move(header)),
-      last_positions_(std::move(positions)) {}
+Session::Impl::Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state)
+    : connection_(std::move(connection)), header_(std::move(header)), state_(std::move(state)) {}
 
 Session::Impl::~Impl() {
   static_cast<void>(close());
 }
 
-Result<std::uint64_t> Session::Impl::submit(const Positions& positions) {
+Result<std::uint64_t> Session::Impl::submit(const Frame& frame) {
   if (failed_) return *failed_;
-  const bool float32 = std::holds_alternative<std::span<const float>>(positions);
-  if (float32 != (header_.dtype() == v1::DTYPE_FLOAT32))
-    return invalid_argument(std::string("positions: the session was created with ") +
-                            (float32 ? "float64" : "float32") + " positions; give every frame the same kind");
   const std::uint64_t number = header_.first_frame() + 1 + unanswered_.size();
-  const std::size_t count = std::visit([](auto span) { return span.size(); }, positions);
-  if (count != std::size_t{3} * header_.vertex_count())
-    return invalid_argument(name_of(number) + ": positions: " + std::to_string(count) + " numbers, but 3 x " +
-                            std::to_string(header_.vertex_count()) + " are expected");
+  Result<SentFrame> sent = state_.encode(frame);
+  if (!sent) return Error{sent.error().code, name_of(number) + ": " + sent.error().message};
   if (frame_failed_)
     return Error{ErrorCode::kFailedPrecondition,
                  "a frame failed, and frames were sent after it; take their answers before sending more"};
@@ -53,7 +37,8 @@ Result<std::uint64_t> Session::Impl::submit(const Positions& positions) {
                  std::to_string(window_) +
                      " frames are unanswered, which is the daemon's window; take an "
                      "answer before sending more"};
-  unanswered_.push_back({number, bytes_of(positions)});
+  sent.value().number = number;
+  unanswered_.push_back(std::move(sent).value());
   send_frames();
   return number;
 }
@@ -68,19 +53,90 @@ void Session::Impl::send_frames() {
   }
 }
 
-bool Session::Impl::send_frame(const Frame& frame) {
+bool Session::Impl::send_frame(const SentFrame& frame) {
   v1::StreamStepsRequest request;
   v1::StepFrame& step = *request.mutable_step();
   step.set_frame(frame.number);
-  std::size_t at = 0;
-  do {
-    step.set_positions(frame.positions.substr(at, chunk_bytes_));
-    at += chunk_bytes_;
-    step.set_more(at < frame.positions.size());
-    if (stream_->write(request, after(connection_->options().answer_timeout)) != StepStream::Event::kDone)
-      return false;
-  } while (step.more());
-  return true;
+  const auto write = [&](bool more) {
+    step.set_more(more);
+    return stream_->write(request, after(connection_->options().answer_timeout)) == StepStream::Event::kDone;
+  };
+  if (!frame.moved) {
+    std::size_t at = 0;
+    do {
+      step.set_positions(frame.positions.substr(at, chunk_bytes_));
+      at += chunk_bytes_;
+      if (!write(at < frame.positions.size())) return false;
+    } while (step.more());
+    return true;
+  }
+  const v1::MovedParts& moved = *frame.moved;
+  if (moved.ByteSizeLong() <= chunk_bytes_) {
+    *step.mutable_moved() = moved;
+    return write(false);
+  }
+  // Field by field, piece by piece; an empty last part ends the frame.
+  using Parts = v1::MovedParts;
+  const auto send = [&](const std::string& bytes, auto set) {
+    for (std::size_t at = 0; at < bytes.size(); at += chunk_bytes_) {
+      step.clear_moved();
+      set(*step.mutable_moved(), bytes.substr(at, chunk_bytes_));
+      if (!write(true)) return false;
+    }
+    return true;
+  };
+  if (!send(moved.bodies(), [](Parts& to, std::string piece) { to.set_bodies(std::move(piece)); }) ||
+      !send(moved.body_positions(),
+            [](Parts& to, std::string piece) { to.set_body_positions(std::move(piece)); }) ||
+      !send(moved.pose_bodies(),
+            [](Parts& to, std::string piece) { to.set_pose_bodies(std::move(piece)); }) ||
+      !send(moved.poses(), [](Parts& to, std::string piece) { to.set_poses(std::move(piece)); }) ||
+      !send(moved.vertices(), [](Parts& to, std::string piece) { to.set_vertices(std::move(piece)); }) ||
+      !send(moved.vertex_positions(),
+            [](Parts& to, std::string piece) { to.set_vertex_positions(std::move(piece)); }))
+    return false;
+  step.clear_moved();
+  return write(false);
+}
+
+Status Session::Impl::change(v1::SceneChange change, const std::function<void()>& taken) {
+  if (failed_) return *failed_;
+  if (!unanswered_.empty())
+    return Error{ErrorCode::kFailedPrecondition,
+                 "frames are unanswered; take their answers before changing the scene"};
+  v1::ChangeSceneRequest request;
+  request.set_session_id(id());
+  request.set_next_frame(header_.first_frame() + 1);
+  *request.add_changes() = std::move(change);
+  const std::optional<RemoteError> error = connection_->change(request);
+  if (error && !error->lost_session_or_daemon()) return error->error;
+  taken();
+  if (!error) return {};
+  stream_.reset();
+  ++resumes_;
+  recreate_ = true;
+  return establish();
+}
+
+Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Positions& positions) {
+  Result<v1::SceneChange> encoded = state_.encode(addition, positions);
+  if (!encoded) return encoded.error();
+  const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
+  if (Status changed =
+          change(std::move(encoded).value(), [&] { state_.take(std::move(addition), positions); });
+      !changed)
+    return changed.error();
+  return index;
+}
+
+Status Session::Impl::change_body(std::uint32_t index, Body body) {
+  if (Status status = state_.check_change(index, body); !status) return status;
+  v1::SceneChange encoded;
+  encoded.mutable_change()->set_index(index);
+  *encoded.mutable_change()->mutable_body() = to_proto(body);
+  // The daemon keeps the range, whatever is said of it here; it must not be empty.
+  encoded.mutable_change()->mutable_body()->set_vertex_count(state_.scene().bodies[index].vertex_count);
+  return change(std::move(encoded), [&] { state_.take(index, std::move(body)); });
 }
 
 Result<Answer> Session::Impl::next_answer() {
@@ -127,7 +183,7 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
 }
 
 std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& part) {
-  Frame& frame = unanswered_.front();
+  SentFrame& frame = unanswered_.front();
   if (part.frame() != frame.number)
     return fail({ErrorCode::kInternal, "the daemon answered " + name_of(part.frame()) + " where " +
                                            name_of(frame.number) + " is due"});
@@ -136,7 +192,7 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   if (!part.last()) return std::nullopt;
   if (const Status finished = finish_answer(part, partial_); !finished) return fail(finished.error());
   header_.set_first_frame(frame.number);
-  last_positions_ = std::move(frame.positions);
+  state_.take(frame);
   unanswered_.pop_front();
   --sent_;
   resumes_without_answer_ = 0;

@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "client/lib/client.h"
 #include "client/lib/connection.h"
+#include "client/lib/scene_state.h"
 #include "client/lib/step_stream.h"
 
 namespace warmfront::client {
@@ -18,13 +20,14 @@ namespace warmfront::client {
 /// frames unanswered. A frame leaves `unanswered_` only when its answer is complete, so each gets exactly
 /// one.
 struct Session::Impl {
-  Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneDescription scene,
-       std::string positions);
+  Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state);
   ~Impl();
 
   /// Creates the session in the daemon and attaches to it.
   Status open();
-  Result<std::uint64_t> submit(const Positions& positions);
+  Result<std::uint64_t> submit(const Frame& frame);
+  Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
+  Status change_body(std::uint32_t index, Body body);
   Result<Answer> next_answer();
   Status close();
 
@@ -34,11 +37,6 @@ struct Session::Impl {
   bool idle() const { return unanswered_.empty(); }
 
  private:
-  struct Frame {
-    std::uint64_t number;
-    std::string positions;
-  };
-
   /// Attaches, creating the session anew where it is unknown or too far ahead; tries until the resume
   /// timeout.
   Status establish();
@@ -54,7 +52,10 @@ struct Session::Impl {
   /// Sends what may be sent. A stream that cannot be written to may still have answers: it is read to its end
   /// first.
   void send_frames();
-  bool send_frame(const Frame& frame);
+  bool send_frame(const SentFrame& frame);
+  /// Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the
+  /// session is created again with the change made.
+  Status change(v1::SceneChange change, const std::function<void()>& taken);
   /// The frame's answer or error when the message completes one.
   std::optional<Result<Answer>> take(v1::StreamStepsResponse& response);
   std::optional<Result<Answer>> take_answer(const v1::StepAnswer& part);
@@ -64,11 +65,10 @@ struct Session::Impl {
 
   // Constant after construction.
   const std::shared_ptr<Connection> connection_;
-  const SceneDescription scene_;
 
-  v1::SessionHeader header_;    ///< first_frame: the frame last answered
-  std::string last_positions_;  ///< of that frame
-  std::deque<Frame> unanswered_;
+  v1::SessionHeader header_;  ///< first_frame: the frame last answered
+  SceneState state_;          ///< at that frame
+  std::deque<SentFrame> unanswered_;
   std::size_t sent_ = 0;       ///< of these, on the present stream
   bool frame_failed_ = false;  ///< and answers to frames after it are outstanding
   Answer partial_;             ///< the chunks so far of the oldest unanswered frame
@@ -79,6 +79,7 @@ struct Session::Impl {
   std::size_t chunk_bytes_ = 0;  ///< of positions in one message
   bool writable_ = false;        ///< the stream takes frames: it neither broke nor drains
   bool draining_ = false;
+  bool recreate_ = false;  ///< what the daemon has may not be this scene
 
   std::uint64_t resumes_ = 0;
   int resumes_without_answer_ = 0;

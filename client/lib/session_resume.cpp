@@ -73,6 +73,11 @@ Status Session::Impl::establish() {
 }
 
 std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {
+  if (recreate_) {
+    std::optional<RemoteError> removed = connection_->remove(id());
+    if (removed && removed->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return removed;
+    recreate_ = false;
+  }
   std::optional<RemoteError> error = attach(deadline);
   const std::uint64_t due = header_.first_frame() + 1;
   if (!error && !(expected_ == due || (expected_ == due + 1 && !unanswered_.empty()))) {
@@ -103,7 +108,8 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
 }
 
 std::optional<RemoteError> Session::Impl::create() {
-  return connection_->create(header_, scene_, last_positions_);
+  state_.describe(header_);
+  return connection_->create(header_, state_.scene(), state_.positions());
 }
 
 std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {

@@ -59,6 +59,13 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   to.coplanarity_passed = from.coplanarity_passed();
   to.exact_tests = from.exact_tests();
   to.primitive_tests = from.primitive_tests();
+  to.front_rested = from.front_rested();
+  to.contacts_kept = from.contacts_kept();
+  to.vertices_moved = from.vertices_moved();
+  to.nodes_refit = from.nodes_refit();
+  to.parts_moved = from.parts_moved();
+  to.near_parts = from.near_parts();
+  to.part_pairs_excluded = from.part_pairs_excluded();
   statistics.front_state = front_state_from(message.front_state());
   return statistics;
 }
@@ -143,6 +150,9 @@ v1::Body to_proto(const Body& body) {
   message.set_first_vertex(body.first_vertex);
   message.set_vertex_count(body.vertex_count);
   message.set_kind(static_cast<v1::BodyKind>(static_cast<int>(body.kind) + 1));
+  message.set_self_collision(body.self_collision);
+  message.set_group(body.group);
+  message.set_mask(body.mask);
   return message;
 }
 

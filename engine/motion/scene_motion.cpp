@@ -110,6 +110,7 @@ void SceneMotion::settle(Part& part) {
   if (!part.posed) return;
   if (!part.placed) {
     motion_.move_posed(part.first, part.end, part.rest, part.pose, part.pose, part.range);
+    motion_.undo(part.first, part.end, part.range);  // for the step to come they are news
     part.placed = true;
   }
   part.posed = false;
@@ -123,6 +124,14 @@ void SceneMotion::change_kind(const Scene& scene, std::uint32_t body) {
   part.kind = kind;
   part.rest.clear();
   if (kind == BodyKind::kRigid) make_rigid(part);
+}
+
+void SceneMotion::set_poses(std::span<const BodyPose> poses) {
+  for (const BodyPose& pose : poses) {
+    Part& part = parts_[pose.body];
+    part.pose = part.last_pose = pose.pose;
+    part.placed = false;
+  }
 }
 
 std::uint32_t SceneMotion::part_of(std::uint32_t vertex) const {
@@ -240,7 +249,6 @@ void SceneMotion::begin(const Frame& frame) {
   for (const BodyPose& pose : frame.poses) given[pose.body] = 2;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = parts_[p];
-    part.turned = false;
     part.moved = part.posed && !(part.pose == part.last_pose);
     part.last_pose = part.pose;
     // Static and removed bodies were checked to stay, or are of no interest.
@@ -257,14 +265,7 @@ void SceneMotion::begin(const Frame& frame) {
   }
   for (const BodyPose& pose : frame.poses) {
     Part& part = parts_[pose.body];
-    if (!part.posed) {  // its positions were given last: from there it goes to the pose, vertex by vertex
-      for (std::uint32_t v = part.first; v < part.end; ++v)
-        motion_.move_one(v, pose.pose.place(part.rest.data() + std::size_t{3} * (v - part.first)),
-                         part.range);
-      part.posed = part.placed = part.turned = true;
-      part.pose = part.last_pose = pose.pose;
-      continue;
-    }
+    if (!part.posed) make_rigid(part);  // its positions were given last
     part.pose = pose.pose;
   }
   for (Part& part : parts_) {
@@ -298,7 +299,6 @@ void SceneMotion::place(std::uint32_t index) {
 
 void SceneMotion::undo() {
   for (Part& part : parts_) {
-    if (part.turned) part.posed = part.turned = false;
     if (part.posed) {
       // Its vertices are placed anew when they are needed.
       if (!(part.pose == part.last_pose) || part.moved) part.placed = false;

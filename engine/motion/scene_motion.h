@@ -27,6 +27,9 @@ class SceneMotion {
   /// The body's kind is another one now; where it is becomes its rest shape.
   void change_kind(const Scene& scene, std::uint32_t body);
 
+  /// Puts parts at checked poses, at rest, before the first step.
+  void set_poses(std::span<const BodyPose> poses);
+
   /// kInvalidArgument, naming the field and the first offender, for a frame that does not fit the scene:
   /// wrong lengths, coordinates that are not finite, poses that are not rigid or not of a rigid body, indices
   /// out of range or named twice, static or removed bodies that move.
@@ -75,10 +78,9 @@ class SceneMotion {
     double radius = 0;
     Pose pose;
     Pose last_pose;
-    bool posed = false;   // where it is, is where `pose` puts its rest shape
-    bool placed = true;   // its vertices are there, too
-    bool moved = false;   // in the step before this one
-    bool turned = false;  // posed since this step's beginning
+    bool posed = false;  // where it is, is where `pose` puts its rest shape
+    bool placed = true;  // its vertices are there, too
+    bool moved = false;  // in the step before this one
   };
 
   void find_parts(const Scene& scene);

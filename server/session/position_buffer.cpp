@@ -2,9 +2,9 @@
 // Positions from bytes. Thread safety as stated in the header.
 #include "server/session/position_buffer.h"
 
-#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 namespace warmfront::server {
 
@@ -51,15 +51,16 @@ Positions PositionBuffer::view() const {
   return std::span<const double>(std::get<std::vector<double>>(values_));
 }
 
-bool PositionBuffer::same_as(std::span<const double> current) const {
+bool operator==(const PositionBuffer& a, const PositionBuffer& b) {
+  if (a.received_ != b.received_ || a.values_.index() != b.values_.index()) return false;
   return std::visit(
       [&](const auto& values) {
-        return std::equal(values.begin(), values.end(), current.begin(), current.end(),
-                          [](double a, double b) {
-                            return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-                          });
+        const auto& others = std::get<std::decay_t<decltype(values)>>(b.values_);
+        return values.size() == others.size() &&
+               (values.empty() ||
+                std::memcmp(values.data(), others.data(), values.size() * sizeof(values[0])) == 0);
       },
-      values_);
+      a.values_);
 }
 
 }  // namespace warmfront::server

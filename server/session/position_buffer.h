@@ -38,8 +38,8 @@ class PositionBuffer {
   std::size_t expected_bytes() const { return expected_; }
   /// The positions, once complete; valid while the buffer is.
   Positions view() const;
-  /// Bit for bit the same as `current`, (n, 3)? The buffer is complete.
-  bool same_as(std::span<const double> current) const;
+  /// The same bytes?
+  friend bool operator==(const PositionBuffer& a, const PositionBuffer& b);
 
  private:
   std::string shape() const;

@@ -24,7 +24,7 @@ std::string name_of(std::uint64_t frame) {
 
 Fault cancelled(std::uint64_t frame) {
   return {ErrorCode::kCancelled, Reason::kCancelled,
-          name_of(frame) + ": given up by its client before it was computed; the session is as before it"};
+          name_of(frame) + ": given up by its client; the session is as before it"};
 }
 
 }  // namespace
@@ -38,6 +38,7 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
     Result<Collider> collider =
         Collider::create(shared, positions.view(), spec.options, std::move(host.workers));
     if (!collider) return fault_from(collider.error());
+    if (Status placed = collider.value().place(spec.poses); !placed) return fault_from(placed.error());
     return std::shared_ptr<Session>(
         new Session(std::move(spec), std::move(shared), std::move(collider).value(), std::move(host)));
   } catch (const std::bad_alloc&) {
@@ -51,18 +52,18 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
     : id_(std::move(spec.id)),
       owner_(std::move(host.owner)),
       dtype_(spec.dtype),
-      scene_(std::move(scene)),
       options_(collider.options()),
       created_(std::chrono::system_clock::now()),
       lost_(std::move(host.lost)),
       runner_(host.runner),
       mailbox_(std::make_shared<Mailbox>(host.runner, host.mailbox_capacity,
-                                         lane_of(step_cost_ms(scene_->face_count(), {})))),
+                                         lane_of(step_cost_ms(scene->face_count(), {})))),
       account_(std::move(host.account)),
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
-      lane_(lane_of(step_cost_ms(scene_->face_count(), {}))),
+      lane_(lane_of(step_cost_ms(scene->face_count(), {}))),
+      scene_(std::move(scene)),
       last_request_(std::chrono::steady_clock::now()) {
   snapshot_.last_frame = frames_.last();
 }
@@ -83,7 +84,12 @@ std::optional<Fault> Session::closed() const {
   return closed_;
 }
 
-void Session::step(std::uint64_t frame, PositionBuffer positions, FramePass pass, Admission admission,
+std::shared_ptr<const Scene> Session::scene() const {
+  const std::lock_guard lock(mutex_);
+  return scene_;
+}
+
+void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
                    StepDone done) {
   {
     const std::lock_guard lock(mutex_);
@@ -92,7 +98,7 @@ void Session::step(std::uint64_t frame, PositionBuffer positions, FramePass pass
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
   auto request =
-      std::make_shared<Request>(Request{frame, std::move(positions), std::move(pass), std::move(done)});
+      std::make_shared<Request>(Request{frame, std::move(contents), std::move(pass), std::move(done)});
   Mailbox::Job job = [self = shared_from_this(), request] {
     Outcome<std::shared_ptr<const Answer>> outcome = self->compute_guarded(*request);
     // The frame is computed: what it held is free before its client hears of it.
@@ -108,16 +114,31 @@ void Session::step(std::uint64_t frame, PositionBuffer positions, FramePass pass
   }
 }
 
-Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(const Request& request) {
-  Outcome<std::shared_ptr<const Answer>> outcome = [&]() -> Outcome<std::shared_ptr<const Answer>> {
+void Session::change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done) {
+  auto shared = std::make_shared<std::vector<SceneChange>>(std::move(changes));
+  auto reply = std::make_shared<ChangeDone>(std::move(done));
+  const bool posted = mailbox_->post([self = shared_from_this(), next_frame, shared, reply] {
+    const Outcome<bool> outcome = self->guarded<bool>("changing the scene", [&]() -> Outcome<bool> {
+      if (std::optional<Fault> fault = self->apply(next_frame, *shared)) return *std::move(fault);
+      return true;
+    });
+    (*reply)(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
+  });
+  if (!posted)
+    (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer",
+                       "window", true));
+}
+
+template <class T>
+Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome<T>()>& work) {
+  Outcome<T> outcome = [&]() -> Outcome<T> {
     if (std::optional<Fault> fault = closed()) return *std::move(fault);
     try {
-      return compute(request);
+      return work();
     } catch (const std::bad_alloc&) {
-      return out_of_memory(name_of(request.frame));
+      return out_of_memory(what);
     } catch (const std::exception& error) {
-      return Fault{ErrorCode::kInternal, Reason::kEngine,
-                   name_of(request.frame) + ": the engine failed: " + error.what()};
+      return Fault{ErrorCode::kInternal, Reason::kEngine, what + ": the engine failed: " + error.what()};
     }
   }();
   if (!outcome && outcome.fault().reason == Reason::kEngine) {
@@ -126,20 +147,55 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(const Request& r
     lost_(*this, outcome.fault());
     return outcome;
   }
-  memory_.set(collider_.memory_bytes());
+  take_stock();
+  return outcome;
+}
+
+void Session::take_stock() {
+  memory_.set(collider_.memory_bytes() + (last_frame_ ? last_frame_->memory_bytes() : 0));
   const std::lock_guard lock(mutex_);
   snapshot_.last_frame = frames_.last();
   snapshot_.steps = frames_.steps();
   last_request_ = std::chrono::steady_clock::now();
-  return outcome;
 }
 
-Outcome<std::shared_ptr<const Answer>> Session::compute(const Request& request) {
+Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request) {
+  return guarded<std::shared_ptr<const Answer>>(name_of(request.frame), [&] { return compute(request); });
+}
+
+std::optional<Fault> Session::apply(std::uint64_t next_frame, std::vector<SceneChange>& changes) {
+  if (next_frame != frames_.expected())
+    return Fault{ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
+                 "next_frame: " + name_of(next_frame) + " is out of order: frame " +
+                     std::to_string(frames_.expected()) + " is expected",
+                 frames_.expected()};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (std::optional<Fault> refusal = account_->refusal()) return refusal;
+    const auto carry_out = [&]() -> Status {
+      if (auto* add = std::get_if<AddBody>(&changes[i])) {
+        const Result<std::uint32_t> added =
+            collider_.add_body(std::move(add->addition), std::span<const double>(add->positions));
+        return added ? Status{} : Status{added.error()};
+      }
+      auto& change = std::get<ChangeBody>(changes[i]);
+      return collider_.change_body(change.index, std::move(change.body));
+    };
+    const Status status = carry_out();
+    {
+      const std::lock_guard lock(mutex_);
+      scene_ = std::make_shared<const Scene>(collider_.scene());
+    }
+    if (!status) return fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
+  }
+  return std::nullopt;
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   const std::uint64_t frame = request.frame;
-  const PositionBuffer& positions = request.positions;
+  const Scene& scene = collider_.scene();
   if (request.pass.cancelled()) return cancelled(frame);
   if (request.pass.refused) return *request.pass.refused;
-  if (Status complete = positions.complete(); !complete)
+  if (Status complete = request.contents.complete(scene); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
   switch (frames_.classify(frame)) {
     case FrameSequence::Verdict::kOutOfOrder:
@@ -148,7 +204,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(const Request& request) 
           name_of(frame) + " is out of order: frame " + std::to_string(frames_.expected()) + " is expected",
           frames_.expected()};
     case FrameSequence::Verdict::kRepeat:
-      if (!positions.same_as(collider_.positions()))
+      if (!(request.contents == *last_frame_))
         return Fault{ErrorCode::kAborted, Reason::kFrameChanged,
                      name_of(frame) +
                          " was already answered for other positions; number frames upwards, frame " +
@@ -165,14 +221,16 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(const Request& request) 
   // Beside others a short step takes one thread: it would wait for as many as a long one holds.
   std::optional<Workers::OneThread> one_thread;
   if (lane_ == Lane::kShort && runner_.busy() > 1) one_thread.emplace();
-  Result<StepResult> result = collider_.step(positions.view());
+  Result<StepResult> result = collider_.step(request.contents.view(), request.pass.given_up.get());
   one_thread.reset();
+  if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
-  Answer answer = make_answer(frame, *scene_, result.value());
+  Answer answer = make_answer(frame, scene, result.value());
   answer.memory = Holding(account_, answer.memory_bytes());
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
+  last_frame_ = std::move(request.contents);
   frames_.advance();
-  lane_ = lane_of(step_cost_ms(scene_->face_count(), last_answer_->statistics.counts));
+  lane_ = lane_of(step_cost_ms(scene.face_count(), last_answer_->statistics.counts));
   mailbox_->set_lane(lane_);
   return last_answer_;
 }

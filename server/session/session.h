@@ -9,16 +9,19 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <variant>
+#include <vector>
 
 #include "engine/collider.h"
 #include "server/session/account.h"
 #include "server/session/answer.h"
 #include "server/session/fault.h"
+#include "server/session/frame_buffer.h"
 #include "server/session/frame_pass.h"
 #include "server/session/frame_sequence.h"
 #include "server/session/id.h"
 #include "server/session/mailbox.h"
-#include "server/session/position_buffer.h"
 
 namespace warmfront::server {
 
@@ -29,7 +32,19 @@ struct SessionSpec {
   ColliderOptions options;
   Dtype dtype = Dtype::kFloat64;
   std::uint64_t first_frame = 0;
+  std::vector<BodyPose> poses;  ///< at first_frame, of the rigid bodies that are not at rest
 };
+
+/// One change of a scene between two frames.
+struct AddBody {
+  BodyAddition addition;
+  std::vector<double> positions;  ///< (k, 3)
+};
+struct ChangeBody {
+  std::uint32_t index;
+  Body body;
+};
+using SceneChange = std::variant<AddBody, ChangeBody>;
 
 /// A session as it stands; see SessionInfo on the wire.
 struct SessionSnapshot {
@@ -44,6 +59,7 @@ struct SessionSnapshot {
 class Session : public std::enable_shared_from_this<Session> {
  public:
   using StepDone = std::function<void(Outcome<std::shared_ptr<const Answer>>)>;
+  using ChangeDone = std::function<void(std::optional<Fault>)>;
   using AttachDone = std::function<void(Outcome<std::uint64_t>)>;
   /// Told once, on a runner's thread, when the engine failed and the session must be forgotten.
   using Lost = std::function<void(Session&, const Fault&)>;
@@ -68,7 +84,8 @@ class Session : public std::enable_shared_from_this<Session> {
   const SessionId& id() const { return id_; }
   const std::string& owner() const { return owner_; }
   Dtype dtype() const { return dtype_; }
-  const Scene& scene() const { return *scene_; }
+  /// As it is now.
+  std::shared_ptr<const Scene> scene() const;
   const ColliderOptions& options() const { return options_; }
   const std::shared_ptr<Account>& account() const { return account_; }
   SessionSnapshot snapshot() const;
@@ -83,8 +100,11 @@ class Session : public std::enable_shared_from_this<Session> {
   /// is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for a frame
   /// that is refused. A frame whose client gives up is left undone, CANCELLED: the session is then as it was
   /// before it.
-  void step(std::uint64_t frame, PositionBuffer positions, FramePass pass, Admission admission,
-            StepDone done);
+  void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done);
+
+  /// Carries out the changes in order, up to the first that fails, if `next_frame` is the frame expected
+  /// then. `done` is called as in step().
+  void change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done);
 
   /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
   /// evicted then. `done` gets the frame expected next, on a runner's thread, once all earlier frames are
@@ -101,22 +121,26 @@ class Session : public std::enable_shared_from_this<Session> {
   /// A frame on its way.
   struct Request {
     std::uint64_t frame;
-    PositionBuffer positions;
+    FrameBuffer contents;
     FramePass pass;
     StepDone done;
   };
 
   Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host);
 
-  Outcome<std::shared_ptr<const Answer>> compute(const Request& request);
-  Outcome<std::shared_ptr<const Answer>> compute_guarded(const Request& request);
+  Outcome<std::shared_ptr<const Answer>> compute(Request& request);
+  Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request);
+  std::optional<Fault> apply(std::uint64_t next_frame, std::vector<SceneChange>& changes);
+  // Runs work on the collider; what it throws becomes a fault, and the session is lost then.
+  template <class T>
+  Outcome<T> guarded(const std::string& what, const std::function<Outcome<T>()>& work);
+  void take_stock();
   std::optional<Fault> closed() const;
 
   // Constant after construction.
   const SessionId id_;
   const std::string owner_;
   const Dtype dtype_;
-  const std::shared_ptr<const Scene> scene_;
   const ColliderOptions options_;
   const std::chrono::system_clock::time_point created_;
   const Lost lost_;
@@ -130,9 +154,11 @@ class Session : public std::enable_shared_from_this<Session> {
   FrameSequence frames_;
   Lane lane_ = Lane::kLong;
   std::shared_ptr<const Answer> last_answer_;
+  std::optional<FrameBuffer> last_frame_;  // what it answers
 
   // Protected by mutex_.
   mutable std::mutex mutex_;
+  std::shared_ptr<const Scene> scene_;
   SessionSnapshot snapshot_;
   std::chrono::steady_clock::time_point last_request_;
   std::optional<Fault> closed_;

@@ -3,6 +3,7 @@
 #include "server/transport/convert.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -61,12 +62,19 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
   counts.set_coplanarity_passed(statistics.counts.coplanarity_passed);
   counts.set_exact_tests(statistics.counts.exact_tests);
   counts.set_primitive_tests(statistics.counts.primitive_tests);
+  counts.set_front_rested(statistics.counts.front_rested);
+  counts.set_contacts_kept(statistics.counts.contacts_kept);
+  counts.set_vertices_moved(statistics.counts.vertices_moved);
+  counts.set_nodes_refit(statistics.counts.nodes_refit);
+  counts.set_parts_moved(statistics.counts.parts_moved);
+  counts.set_near_parts(statistics.counts.near_parts);
+  counts.set_part_pairs_excluded(statistics.counts.part_pairs_excluded);
   message.set_front_state(to_proto(statistics.front_state));
   return message;
 }
 
-Outcome<Body> body_from(const v1::Body& message, int index) {
-  Body body{message.name(), message.first_vertex(), message.vertex_count(), BodyKind::kDeformable};
+Outcome<Body> body_from(const v1::Body& message, const std::string& where) {
+  Body body{message.name(), message.first_vertex(), message.vertex_count()};
   switch (message.kind()) {
     case v1::BODY_KIND_UNSPECIFIED:
     case v1::BODY_KIND_DEFORMABLE:
@@ -77,10 +85,55 @@ Outcome<Body> body_from(const v1::Body& message, int index) {
     case v1::BODY_KIND_STATIC:
       body.kind = BodyKind::kStatic;
       break;
+    case v1::BODY_KIND_REMOVED:
+      body.kind = BodyKind::kRemoved;
+      break;
     default:
-      return bad_enum("bodies[" + std::to_string(index) + "].kind", message.kind());
+      return bad_enum(where + ".kind", message.kind());
   }
+  if (message.has_self_collision()) body.self_collision = message.self_collision();
+  if (message.has_group()) body.group = message.group();
+  if (message.has_mask()) body.mask = message.mask();
   return body;
+}
+
+Fault bad_bytes(const std::string& field, std::size_t bytes, std::size_t expected, const std::string& of) {
+  return {ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+          field + ": " + std::to_string(bytes) + " bytes, but " + std::to_string(expected) +
+              " are expected for " + of};
+}
+
+Outcome<std::vector<BodyPose>> poses_from(const v1::SessionHeader& header) {
+  if (header.pose_bodies().size() % 4 != 0)
+    return bad_bytes("pose_bodies", header.pose_bodies().size(), header.pose_bodies().size() / 4 * 4,
+                     "a whole number of uint32");
+  std::vector<BodyPose> poses(header.pose_bodies().size() / 4);
+  constexpr std::size_t kPoseBytes = 12 * sizeof(double);
+  if (header.poses().size() != kPoseBytes * poses.size())
+    return bad_bytes("poses", header.poses().size(), kPoseBytes * poses.size(),
+                     std::to_string(poses.size()) + " bodies");
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    std::memcpy(&poses[i].body, header.pose_bodies().data() + 4 * i, 4);
+    std::memcpy(poses[i].pose.matrix.data(), header.poses().data() + kPoseBytes * i, kPoseBytes);
+  }
+  return poses;
+}
+
+Outcome<SceneChange> addition_from(const v1::BodyAddition& message, Dtype dtype, const std::string& where) {
+  Outcome<Body> body = body_from(message.body(), where + ".body");
+  if (!body) return body.fault();
+  if (message.faces().size() % 12 != 0)
+    return bad_bytes(where + ".faces", message.faces().size(), message.faces().size() / 12 * 12,
+                     "a whole number of faces");
+  AddBody add{{std::move(body).value(), {}}, {}};
+  add.addition.faces.resize(message.faces().size() / 12);
+  if (!add.addition.faces.empty())
+    std::memcpy(add.addition.faces.data(), message.faces().data(), message.faces().size());
+  PositionBuffer positions(dtype, add.addition.body.vertex_count);
+  static_cast<void>(positions.append(message.positions()));
+  if (Status complete = positions.complete(); !complete) return fault_from(complete.error(), where + ".");
+  std::visit([&](auto values) { add.positions.assign(values.begin(), values.end()); }, positions.view());
+  return SceneChange(std::move(add));
 }
 
 template <class T>
@@ -254,15 +307,50 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  "first_frame: " + std::to_string(header.first_frame()) + " is not below 2^63"};
 
-  SessionSpec spec{std::move(id).value(), {}, options.value(), dtype.value(), header.first_frame()};
+  SessionSpec spec{std::move(id).value(), {}, options.value(), dtype.value(), header.first_frame(), {}};
   spec.scene.vertex_count = header.vertex_count();
   spec.scene.bodies.reserve(static_cast<std::size_t>(header.bodies_size()));
   for (int i = 0; i < header.bodies_size(); ++i) {
-    Outcome<Body> body = body_from(header.bodies(i), i);
+    Outcome<Body> body = body_from(header.bodies(i), "bodies[" + std::to_string(i) + "]");
     if (!body) return body.fault();
     spec.scene.bodies.push_back(std::move(body).value());
   }
+  for (const v1::BodyPair& pair : header.excluded_pairs())
+    spec.scene.excluded_pairs.push_back({pair.a(), pair.b()});
+  Outcome<std::vector<BodyPose>> poses = poses_from(header);
+  if (!poses) return poses.fault();
+  spec.poses = std::move(poses).value();
   return spec;
+}
+
+Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype,
+                                               const Scene& scene, const Limits& limits) {
+  std::vector<SceneChange> changes;
+  std::uint64_t vertices = scene.vertex_count();
+  std::uint64_t faces = scene.face_count();
+  for (int i = 0; i < request.changes_size(); ++i) {
+    const v1::SceneChange& message = request.changes(i);
+    const std::string where = "changes[" + std::to_string(i) + "]";
+    if (message.has_add()) {
+      vertices += message.add().body().vertex_count();
+      faces += message.add().faces().size() / 12;
+      if (vertices > limits.max_vertices)
+        return too_large(where + ": vertices of the scene", vertices, limits.max_vertices, "max-vertices");
+      if (faces > limits.max_triangles)
+        return too_large(where + ": faces of the scene", faces, limits.max_triangles, "max-triangles");
+      Outcome<SceneChange> change = addition_from(message.add(), dtype, where + ".add");
+      if (!change) return change.fault();
+      changes.push_back(std::move(change).value());
+    } else if (message.has_change()) {
+      Outcome<Body> body = body_from(message.change().body(), where + ".change.body");
+      if (!body) return body.fault();
+      changes.emplace_back(ChangeBody{message.change().index(), std::move(body).value()});
+    } else {
+      return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                   where + ": carries neither add nor change"};
+    }
+  }
+  return changes;
 }
 
 v1::SessionInfo to_proto(const Session& session) {
@@ -271,10 +359,11 @@ v1::SessionInfo to_proto(const Session& session) {
   using std::chrono::milliseconds;
   v1::SessionInfo info;
   info.set_session_id(session.id().text());
-  info.set_vertex_count(session.scene().vertex_count());
-  info.set_face_count(session.scene().face_count());
-  info.set_edge_count(session.scene().edge_count());
-  info.set_body_count(session.scene().body_count());
+  const std::shared_ptr<const Scene> scene = session.scene();
+  info.set_vertex_count(scene->vertex_count());
+  info.set_face_count(scene->face_count());
+  info.set_edge_count(scene->edge_count());
+  info.set_body_count(scene->body_count());
   info.set_dtype(session.dtype() == Dtype::kFloat32 ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
   *info.mutable_options() = to_proto(session.options());
   info.set_last_frame(snapshot.last_frame);

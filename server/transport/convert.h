@@ -26,6 +26,21 @@ Outcome<Dtype> dtype_from(v1::Dtype dtype);
 /// limits.
 Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits);
 
+/// The changes of a request. INVALID_ARGUMENT and RESOURCE_EXHAUSTED as above; `scene` is the session's.
+Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype,
+                                               const Scene& scene, const Limits& limits);
+
+/// Appends a message of a frame (v1::StepFrame or v1::StepRequest). What is too much is kept in the buffer as
+/// an error, for the session to answer by its rules.
+template <class Message>
+void append(const Message& message, FrameBuffer& contents) {
+  static_cast<void>(contents.append(message.positions()));
+  if (!message.has_moved()) return;
+  const v1::MovedParts& moved = message.moved();
+  static_cast<void>(contents.append(MovedPiece{moved.bodies(), moved.body_positions(), moved.pose_bodies(),
+                                               moved.poses(), moved.vertices(), moved.vertex_positions()}));
+}
+
 v1::SessionInfo to_proto(const Session& session);
 v1::Limits to_proto(const Limits& limits);
 v1::StepSummary summary_of(const Answer& answer);

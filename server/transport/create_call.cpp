@@ -129,8 +129,8 @@ void CreateCall::build() {
   context_.log.write(LogLevel::kInfo, "session_created",
                      {{"session", session->id().text()},
                       {"principal", owner_},
-                      {"vertices", std::uint64_t{session->scene().vertex_count()}},
-                      {"triangles", std::uint64_t{session->scene().face_count()}},
+                      {"vertices", std::uint64_t{session->scene()->vertex_count()}},
+                      {"triangles", std::uint64_t{session->scene()->face_count()}},
                       {"bytes", std::uint64_t{session->snapshot().memory_bytes}},
                       {"first_frame", session->snapshot().last_frame}});
   Finish(grpc::Status::OK);

@@ -22,9 +22,12 @@ namespace {
 /// StreamSteps takes its messages raw; the rest are typed.
 using Base = v1::CollisionService::WithCallbackMethod_CreateSession<
     v1::CollisionService::WithCallbackMethod_GetSession<v1::CollisionService::WithCallbackMethod_ListSessions<
-        v1::CollisionService::WithCallbackMethod_DeleteSession<v1::CollisionService::WithCallbackMethod_Step<
-            v1::CollisionService::WithCallbackMethod_GetServerInfo<
-                v1::CollisionService::WithRawCallbackMethod_StreamSteps<v1::CollisionService::Service>>>>>>>;
+        v1::CollisionService::WithCallbackMethod_DeleteSession<
+            v1::CollisionService::WithCallbackMethod_ChangeScene<
+                v1::CollisionService::WithCallbackMethod_Step<
+                    v1::CollisionService::WithCallbackMethod_GetServerInfo<
+                        v1::CollisionService::WithRawCallbackMethod_StreamSteps<
+                            v1::CollisionService::Service>>>>>>>>;
 
 grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, const grpc::Status& status) {
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
@@ -66,6 +69,28 @@ class CollisionService final : public Base {
     if (!found) return finish(call, to_grpc(found.fault()));
     delete_session(context_, std::move(found).value(), "deleted");
     return finish(call, grpc::Status::OK);
+  }
+
+  grpc::ServerUnaryReactor* ChangeScene(grpc::CallbackServerContext* call,
+                                        const v1::ChangeSceneRequest* request,
+                                        v1::ChangeSceneResponse* response) override {
+    Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
+    if (!begun) return finish(call, to_grpc(begun.fault()));
+    Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
+    if (!found) return finish(call, to_grpc(found.fault()));
+    const std::shared_ptr<Session> session = std::move(found).value();
+    Outcome<std::vector<SceneChange>> changes =
+        changes_from(*request, session->dtype(), *session->scene(), context_.limits);
+    if (!changes) return finish(call, to_grpc(changes.fault()));
+    grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+    // Shared, because a std::function must be copyable; released after the reactor was finished.
+    auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
+    session->change(request->next_frame(), std::move(changes).value(),
+                    [reactor, response, session, in_flight](const std::optional<Fault>& fault) {
+                      if (!fault) *response->mutable_session() = to_proto(*session);
+                      reactor->Finish(fault ? to_grpc(*fault) : grpc::Status::OK);
+                    });
+    return reactor;
   }
 
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const v1::StepRequest* request,

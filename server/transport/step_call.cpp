@@ -26,13 +26,13 @@ StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Sessio
 }
 
 void StepCall::step(Session& session, const v1::StepRequest& request) {
-  PositionBuffer positions(session.dtype(), session.scene().vertex_count());
-  FramePass pass = admit_frame(context_.frames, session.account(), positions.expected_bytes());
+  FrameBuffer contents(session.dtype(), *session.scene());
+  FramePass pass = admit_frame(context_.frames, session.account(), contents.expected_bytes());
   if (pass.refused) return Finish(to_grpc(*pass.refused));
   pass.given_up = given_up_;
   // An overflow is kept in the buffer, for the session to answer by its rules.
-  static_cast<void>(positions.append(request.positions()));
-  session.step(request.frame(), std::move(positions), std::move(pass), Session::Admission::kBounded,
+  append(request, contents);
+  session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
                [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
                  Finish(outcome ? respond(*outcome.value()) : to_grpc(outcome.fault()));
                });

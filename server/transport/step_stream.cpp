@@ -133,10 +133,10 @@ void StepStream::take(v1::StepFrame part) {
   }
   if (!session) return end(out_of_place("a step before attach; name the session first"));
   if (!assembly_) {
-    PositionBuffer positions(session->dtype(), session->scene().vertex_count());
-    FramePass pass = admit_frame(context_.frames, session->account(), positions.expected_bytes());
+    FrameBuffer contents(session->dtype(), *session->scene());
+    FramePass pass = admit_frame(context_.frames, session->account(), contents.expected_bytes());
     pass.given_up = given_up_;
-    assembly_.emplace(Assembly{part.frame(), std::move(positions), std::move(pass)});
+    assembly_.emplace(Assembly{part.frame(), std::move(contents), std::move(pass)});
   }
   if (assembly_->frame != part.frame())
     return end(out_of_place("frame " + std::to_string(part.frame()) + " begins within frame " +
@@ -144,7 +144,7 @@ void StepStream::take(v1::StepFrame part) {
                             "; mark a frame's last part with more = false"));
   // An overflow is kept in the buffer and answered in the frame's turn, so that answers keep their order; of
   // a frame that is refused nothing is kept.
-  if (!assembly_->pass.refused) static_cast<void>(assembly_->positions.append(part.positions()));
+  if (!assembly_->pass.refused) append(part, assembly_->contents);
   {
     const std::lock_guard lock(mutex_);
     if (!part.more()) {
@@ -157,7 +157,7 @@ void StepStream::take(v1::StepFrame part) {
   if (part.more()) return;
 
   const std::uint64_t frame = part.frame();
-  session->step(frame, std::move(assembly_->positions), std::move(assembly_->pass),
+  session->step(frame, std::move(assembly_->contents), std::move(assembly_->pass),
                 Session::Admission::kAlways,
                 [weak = weak_from_this(), frame](const Outcome<std::shared_ptr<const Answer>>& outcome) {
                   if (const auto stream = weak.lock()) stream->answered(frame, outcome);

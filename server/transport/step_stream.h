@@ -52,7 +52,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   struct Assembly {
     std::uint64_t frame;
-    PositionBuffer positions;
+    FrameBuffer contents;
     FramePass pass;
   };
   /// What is to be written: a message, or an answer's chunks one after the other.

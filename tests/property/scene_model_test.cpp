@@ -90,7 +90,7 @@ class World {
           for (int axis = 0; axis < 3; ++axis)
             row(v)[axis] += drift[axis] + (below(3) == 0 ? uniform(step) : 0);
         }
-        given.push_back(b);
+        if (!whole) given.push_back(b);
       } else {
         for (std::uint32_t v = body.first_vertex; v < end; ++v) {
           if (below(4) != 0) continue;
@@ -98,6 +98,14 @@ class World {
           vertices_.push_back(v);
         }
       }
+    }
+    // The positions last given of a rigid body are its rest shape.
+    next_rest = rest;
+    for (std::size_t b = 0; b < description.bodies.size(); ++b) {
+      const Body& body = description.bodies[b];
+      if (body.kind != BodyKind::kRigid || (!whole && std::ranges::find(given, b) == given.end())) continue;
+      const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
+      std::copy_n(next.begin() + first, 3 * body.vertex_count, next_rest.begin() + first);
     }
     if (whole) return Frame(std::span<const double>(next));
     for (const std::size_t b : given) {
@@ -153,6 +161,7 @@ class World {
   std::vector<double> x;
   std::vector<double> next;
   std::vector<double> rest;
+  std::vector<double> next_rest;
 
  private:
   std::mt19937_64 random_;
@@ -260,6 +269,7 @@ RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExclu
                            [&](const Contact& c) { return c.toi == all.value().earliest_toi; });
       RC_ASSERT(std::ranges::equal(earliest.value().contacts, ties));
       world.x = world.next;
+      world.rest = world.next_rest;
       RC_ASSERT(colliders[0].positions() == world.x);
     }
   }

@@ -57,13 +57,13 @@ TEST(PositionBufferTest, AnOverflowIsRememberedAndNamesTheLengths) {
 }
 
 TEST(PositionBufferTest, SamenessIsOfBits) {
-  const std::vector<double> zeros{0.0, 0.0, 0.0};
-  PositionBuffer same(Dtype::kFloat32, 1), other(Dtype::kFloat32, 1);
+  PositionBuffer zeros(Dtype::kFloat32, 1), same(Dtype::kFloat32, 1), other(Dtype::kFloat32, 1);
   const float plus[3] = {0, 0, 0}, minus[3] = {0, -0.0f, 0};
+  ASSERT_TRUE(zeros.append({reinterpret_cast<const char*>(plus), 12}).ok());
   ASSERT_TRUE(same.append({reinterpret_cast<const char*>(plus), 12}).ok());
   ASSERT_TRUE(other.append({reinterpret_cast<const char*>(minus), 12}).ok());
-  EXPECT_TRUE(same.same_as(zeros));
-  EXPECT_FALSE(other.same_as(zeros));
+  EXPECT_TRUE(same == zeros);
+  EXPECT_FALSE(other == zeros);
 }
 
 TEST(FrameSequenceTest, NextRepeatAndOutOfOrder) {
@@ -144,7 +144,7 @@ class StoreTest : public ::testing::Test {
     PositionBuffer positions(Dtype::kFloat64, grids.vertex_count());
     const std::vector<double> start = grids.positions(0);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(start.data()), start.size() * 8}).ok());
-    return Session::create({id, grids.scene(), {}, Dtype::kFloat64, 0}, positions,
+    return Session::create({id, grids.scene(), {}, Dtype::kFloat64, 0, {}}, positions,
                            {workers_, runner_, 4, Account::open(budget_, 1 << 30, 0).value(),
                             [](Session&, const Fault&) {}})
         .value();
@@ -189,7 +189,7 @@ TEST_F(StoreTest, AFrameThatWasGivenUpIsLeftUndone) {
   const std::shared_ptr<Session> session = make(id_);
   const test::MovingGrids grids(3);
   const auto step = [&](bool given_up) {
-    PositionBuffer positions(Dtype::kFloat64, grids.vertex_count());
+    FrameBuffer positions(Dtype::kFloat64, *session->scene());
     const std::vector<double> values = grids.positions(1);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(values.data()), values.size() * 8}).ok());
     FramePass pass;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/lib/scene_state.h"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "client/lib/wire.h"
+
+namespace warmfront::client {
+namespace {
+
+std::string_view bytes_of(const Positions& positions) {
+  return std::visit(
+      [](auto span) {
+        return std::string_view(reinterpret_cast<const char*>(span.data()), span.size_bytes());
+      },
+      positions);
+}
+
+bool is_float32(const Positions& positions) {
+  return std::holds_alternative<std::span<const float>>(positions);
+}
+
+std::string at(const char* field, std::size_t index) {
+  return std::string(field) + "[" + std::to_string(index) + "]";
+}
+
+template <class T>
+void append_value(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class T>
+T value_at(const std::string& bytes, std::size_t index) {
+  T value;
+  std::memcpy(&value, bytes.data() + index * sizeof(T), sizeof value);
+  return value;
+}
+
+}  // namespace
+
+SceneState::SceneState(SceneDescription scene, const Positions& positions)
+    : scene_(std::move(scene)),
+      float32_(is_float32(positions)),
+      positions_(bytes_of(positions)),
+      poses_(scene_.bodies.size()) {}
+
+void SceneState::describe(v1::SessionHeader& header) const {
+  header.set_vertex_count(scene_.vertex_count);
+  header.set_face_count(static_cast<std::uint32_t>(scene_.faces.size()));
+  header.set_dtype(float32_ ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
+  header.clear_bodies();
+  header.clear_excluded_pairs();
+  header.clear_pose_bodies();
+  header.clear_poses();
+  for (const Body& body : scene_.bodies) *header.add_bodies() = to_proto(body);
+  for (const auto& [a, b] : scene_.excluded_pairs) {
+    v1::BodyPair& pair = *header.add_excluded_pairs();
+    pair.set_a(a);
+    pair.set_b(b);
+  }
+  for (std::uint32_t b = 0; b < poses_.size(); ++b) {
+    if (!poses_[b]) continue;
+    append_value(*header.mutable_pose_bodies(), b);
+    append_value(*header.mutable_poses(), poses_[b]->matrix);
+  }
+}
+
+Status SceneState::check_kind(const Positions& positions, std::size_t vertices,
+                              const std::string& where) const {
+  const std::size_t count = std::visit([](auto span) { return span.size(); }, positions);
+  if (count != 3 * vertices)
+    return invalid_argument(where + ": " + std::to_string(count) + " numbers, but 3 x " +
+                            std::to_string(vertices) + " are expected");
+  if (count > 0 && is_float32(positions) != float32_)
+    return invalid_argument(where + ": the session was created with " + (float32_ ? "float32" : "float64") +
+                            " positions; give every frame the same kind");
+  return {};
+}
+
+Result<SentFrame> SceneState::encode(const Frame& frame) const {
+  SentFrame sent;
+  if (frame.positions) {
+    if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
+      return invalid_argument("positions: the frame gives all vertices, and parts besides; give either");
+    if (Status status = check_kind(*frame.positions, scene_.vertex_count, "positions"); !status)
+      return status.error();
+    sent.positions = bytes_of(*frame.positions);
+    return sent;
+  }
+  v1::MovedParts& moved = sent.moved.emplace();
+  for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
+    const auto& [body, positions] = frame.bodies[i];
+    if (body >= scene_.bodies.size())
+      return invalid_argument(at("bodies", i) + ": body " + std::to_string(body) + " is not in [0, " +
+                              std::to_string(scene_.bodies.size()) + ")");
+    if (Status status = check_kind(positions, scene_.bodies[body].vertex_count, at("bodies", i)); !status)
+      return status.error();
+    append_value(*moved.mutable_bodies(), body);
+    moved.mutable_body_positions()->append(bytes_of(positions));
+  }
+  std::vector<std::uint32_t> posed;
+  for (const auto& [body, pose] : frame.poses) {
+    posed.push_back(body);
+    for (const double number : pose.matrix) {
+      if (float32_)
+        append_value(*moved.mutable_poses(), static_cast<float>(number));
+      else
+        append_value(*moved.mutable_poses(), number);
+    }
+  }
+  // All rigid bodies in their order need not be named.
+  std::vector<std::uint32_t> rigid;
+  for (std::uint32_t b = 0; b < scene_.bodies.size(); ++b) {
+    if (scene_.bodies[b].kind == BodyKind::kRigid) rigid.push_back(b);
+  }
+  if (posed != rigid) {
+    for (const std::uint32_t body : posed) append_value(*moved.mutable_pose_bodies(), body);
+  }
+  if (Status status = check_kind(frame.vertex_positions, frame.vertices.size(), "vertex_positions"); !status)
+    return status.error();
+  moved.mutable_vertices()->assign(reinterpret_cast<const char*>(frame.vertices.data()),
+                                   frame.vertices.size_bytes());
+  moved.mutable_vertex_positions()->assign(bytes_of(frame.vertex_positions));
+  return sent;
+}
+
+void SceneState::put_rows(std::uint32_t first, const char* bytes, std::size_t vertices) {
+  std::memcpy(positions_.data() + 3 * number_size() * first, bytes, 3 * number_size() * vertices);
+}
+
+void SceneState::take(const SentFrame& frame) {
+  if (!frame.moved) {
+    positions_ = frame.positions;
+    std::ranges::fill(poses_, std::nullopt);
+    return;
+  }
+  const v1::MovedParts& moved = *frame.moved;
+  const char* rows = moved.body_positions().data();
+  for (std::size_t i = 0; i < moved.bodies().size() / 4; ++i) {
+    const auto b = value_at<std::uint32_t>(moved.bodies(), i);
+    const Body& body = scene_.bodies[b];
+    put_rows(body.first_vertex, rows, body.vertex_count);
+    rows += 3 * number_size() * body.vertex_count;
+    poses_[b].reset();
+  }
+  const std::size_t poses = moved.poses().size() / (12 * number_size());
+  std::size_t next = 0;  // of all rigid bodies
+  for (std::size_t i = 0; i < poses; ++i) {
+    std::uint32_t body = 0;
+    if (!moved.pose_bodies().empty()) {
+      body = value_at<std::uint32_t>(moved.pose_bodies(), i);
+    } else {
+      while (scene_.bodies[next].kind != BodyKind::kRigid) ++next;
+      body = static_cast<std::uint32_t>(next++);
+    }
+    Pose& pose = poses_[body].emplace();
+    for (std::size_t k = 0; k < 12; ++k)
+      pose.matrix[k] =
+          float32_ ? value_at<float>(moved.poses(), 12 * i + k) : value_at<double>(moved.poses(), 12 * i + k);
+  }
+  for (std::size_t i = 0; i < moved.vertices().size() / 4; ++i)
+    put_rows(value_at<std::uint32_t>(moved.vertices(), i),
+             moved.vertex_positions().data() + 3 * number_size() * i, 1);
+}
+
+Result<v1::SceneChange> SceneState::encode(const BodyAddition& addition, const Positions& positions) const {
+  if (Status status = check_kind(positions, addition.body.vertex_count, "positions"); !status)
+    return status.error();
+  v1::SceneChange change;
+  *change.mutable_add()->mutable_body() = to_proto(addition.body);
+  change.mutable_add()->set_faces(std::string(reinterpret_cast<const char*>(addition.faces.data()),
+                                              addition.faces.size() * sizeof(addition.faces[0])));
+  change.mutable_add()->set_positions(std::string(bytes_of(positions)));
+  return change;
+}
+
+void SceneState::take(BodyAddition addition, const Positions& positions) {
+  const auto first = static_cast<std::int32_t>(scene_.vertex_count);
+  for (const auto& face : addition.faces)
+    scene_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  addition.body.first_vertex = scene_.vertex_count;
+  scene_.vertex_count += addition.body.vertex_count;
+  scene_.bodies.push_back(std::move(addition.body));
+  positions_ += bytes_of(positions);
+  poses_.emplace_back();
+}
+
+Status SceneState::check_change(std::uint32_t index, const Body& body) const {
+  if (index >= scene_.bodies.size())
+    return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
+                            std::to_string(scene_.bodies.size()) + ")");
+  const bool stays = body.kind == BodyKind::kRigid || body.kind == BodyKind::kRemoved;
+  if (float32_ && poses_[index] && !stays)
+    return Error{ErrorCode::kFailedPrecondition,
+                 "body " + std::to_string(index) +
+                     " is at a pose, and its vertices are not known in the session's float32; give its "
+                     "positions in a frame before it becomes another kind"};
+  return {};
+}
+
+void SceneState::take(std::uint32_t index, Body body) {
+  Body& old = scene_.bodies[index];
+  body.first_vertex = old.first_vertex;
+  body.vertex_count = old.vertex_count;
+  if (poses_[index] && body.kind != BodyKind::kRigid) {
+    for (std::uint32_t v = 0; v < old.vertex_count && !float32_; ++v) {
+      char* row = positions_.data() + 3 * sizeof(double) * (old.first_vertex + v);
+      std::array<double, 3> x;
+      std::memcpy(x.data(), row, sizeof x);
+      x = poses_[index]->place(x.data());
+      std::memcpy(row, x.data(), sizeof x);
+    }
+    poses_[index].reset();
+  }
+  old = std::move(body);
+}
+
+}  // namespace warmfront::client
