@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/explain.h"
+#include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
 #include "client/cli/progress.h"
 #include "client/cli/remote_stepper.h"
@@ -38,6 +40,9 @@ struct Arguments {
   ColliderOptions options;
   int threads = 0;
   std::uint32_t substeps = 1;
+  std::string bodies = "declared";
+  std::string send = "all";
+  bool explain = false;
   std::string frames;
   std::string contacts_file;
   std::string json_file;
@@ -64,6 +69,12 @@ Status read_names(Arguments& arguments) {
 Status check_usage(Arguments& arguments) {
   if (Status status = check_input_arguments(arguments.inputs); !status) return status;
   if (Status status = read_names(arguments); !status) return status;
+  if (Result<BodiesMode> bodies = parse_bodies_mode(arguments.bodies); !bodies) return bodies.error();
+  if (Result<SendMode> send = parse_send_mode(arguments.send); !send) return send.error();
+  if (arguments.explain && arguments.options.report != Report::kAll)
+    return invalid_argument("--explain needs --report all: it compares the contacts");
+  if (arguments.explain && !arguments.server.empty())
+    return invalid_argument("--explain steps in this process; leave --server out");
   if (arguments.contacts_file.empty()) return {};
   if (!is_contact_file_name(arguments.contacts_file))
     return invalid_argument("--contacts " + arguments.contacts_file +
@@ -106,17 +117,25 @@ void print_summary(const DetectReport& report) {
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 
+/// Frames between frames are in double, so with substeps all are.
+std::span<const double> widen(const Positions& positions, std::vector<double>& wide) {
+  std::visit([&](auto values) { wide.assign(values.begin(), values.end()); }, positions);
+  return wide;
+}
+
 /// Steps through everything; fills in the report.
-Status step_through(const Arguments& arguments, FrameSteps& steps, Stepper& stepper, ContactWriter* writer,
-                    DetectReport& report) {
+Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& frames, Stepper& stepper,
+                    Explanation* explanation, ContactWriter* writer, DetectReport& report) {
   const bool with_contacts = arguments.options.report != Report::kCount;
   const bool table = arguments.json_file.empty();
   ContactHash hash;
+  std::vector<double> wide;
   Progress progress("step", steps.step_count());
   if (table) print_header();
   for (std::uint64_t step = 1; step <= steps.step_count(); ++step) {
     if (Status status = steps.next(); !status) return status;
-    Result<StepAnswer> result = stepper.step(steps.end());
+    const Positions end = arguments.substeps > 1 ? Positions(widen(steps.end(), wide)) : steps.end();
+    Result<StepAnswer> result = stepper.step(frames.next(end));
     if (!result) {
       Error error = result.error();
       error.message = "step to frame " + std::to_string(steps.number()) + ": " + error.message;
@@ -127,12 +146,17 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, Stepper& step
       hash.begin_step(answer.contacts.size());
       for (const ContactRecord& c : answer.contacts) hash.add(c.kind, c.status, c.vertices, c.toi);
     }
+    if (explanation) {
+      const std::uint64_t all_bytes = std::visit([](auto span) { return span.size_bytes(); }, end);
+      if (Status status = explanation->step(frames.placed(), answer, frames.bytes(), all_bytes); !status)
+        return status;
+    }
     if (writer) {
       if (Status status = writer->write(steps.number(), steps.start(), steps.end(), answer.contacts); !status)
         return status;
     }
-    report.frames.push_back(
-        {steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi, answer.statistics});
+    report.frames.push_back({steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi,
+                             answer.statistics, frames.bytes()});
     if (table) {
       progress.clear();
       print_row(report.frames.back());
@@ -162,13 +186,25 @@ int detect(Arguments arguments) {
   Result<FrameSteps> steps = FrameSteps::open(input, range, arguments.substeps);
   if (!steps) return failure(steps.error().message);
 
-  const Positions first = steps.value().end();
+  std::vector<double> wide;
+  const Positions first =
+      arguments.substeps > 1 ? Positions(widen(steps.value().end(), wide)) : steps.value().end();
+  Result<SceneDescription> scene = with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
+  if (!scene) return failure(scene.error().message);
+  FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
   Result<std::unique_ptr<Stepper>> stepper =
       arguments.server.empty()
-          ? make_local_stepper(input.scene(), first, arguments.options, arguments.threads)
-          : make_remote_stepper(arguments.server, arguments.security, input.scene(), first,
+          ? make_local_stepper(scene.value(), first, arguments.options, arguments.threads)
+          : make_remote_stepper(arguments.server, arguments.security, scene.value(), first,
                                 arguments.options);
   if (!stepper) return failure(stepper.error().message);
+  std::optional<Explanation> explanation;
+  if (arguments.explain) {
+    Result<Explanation> started =
+        Explanation::start(scene.value(), frames.placed(), arguments.options, arguments.threads);
+    if (!started) return failure(started.error().message);
+    explanation.emplace(std::move(started).value());
+  }
 
   std::unique_ptr<ContactWriter> writer;
   if (!arguments.contacts_file.empty()) {
@@ -182,7 +218,8 @@ int detect(Arguments arguments) {
   report.triangles = input.scene().faces.size();
   report.options = arguments.options;
   report.threads = stepper.value()->threads();
-  const Status stepped = step_through(arguments, steps.value(), *stepper.value(), writer.get(), report);
+  const Status stepped = step_through(arguments, steps.value(), frames, *stepper.value(),
+                                      explanation ? &*explanation : nullptr, writer.get(), report);
   if (!stepped) return failure(stepped.error().message);
   if (writer) {
     if (Status status = writer->close(); !status) return failure(status.error().message);
@@ -191,7 +228,12 @@ int detect(Arguments arguments) {
     if (Status status = write_text(arguments.json_file, format_json(report)); !status)
       return failure(status.error().message);
   }
-  if (arguments.json_file != "-") print_summary(report);
+  if (arguments.json_file != "-") {
+    print_summary(report);
+    if (arguments.send == "poses")
+      std::printf("poses put no vertex farther than %.3g from where the input has it\n", frames.residual());
+    if (explanation) explanation->print();
+  }
   return finish_output();
 }
 
@@ -235,6 +277,18 @@ Verb add_detect(CLI::App& app) {
                  "Split each step in so many, linearly; 'frame' then counts substeps")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  app.add_option("--bodies", a.bodies,
+                 "The scene's model: as the input declares it (info.json), all deformable as one, or its "
+                 "connected components")
+      ->check(CLI::IsMember({"declared", "deformable", "components"}))
+      ->capture_default_str();
+  app.add_option("--send", a.send,
+                 "What a frame carries: all positions; what moved; or poses fitted to rigid bodies, and what "
+                 "else moved")
+      ->check(CLI::IsMember({"all", "moved", "poses"}))
+      ->capture_default_str();
+  app.add_flag("--explain", a.explain,
+               "Step an all-deformable scene beside, compare the contacts, and say what the model saves");
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
   app.add_option("--contacts", a.contacts_file,

@@ -11,8 +11,8 @@ class LocalStepper final : public Stepper {
  public:
   LocalStepper(Collider collider, int threads) : collider_(std::move(collider)), threads_(threads) {}
 
-  Result<StepAnswer> step(const Positions& positions) override {
-    Result<StepResult> result = collider_.step(positions);
+  Result<StepAnswer> step(const Frame& frame) override {
+    Result<StepResult> result = collider_.step(frame);
     if (!result) return result.error();
     const StepResult& step = result.value();
     StepAnswer answer{step.vf, step.ee, step.possible, step.earliest_toi, {}, step.statistics};

@@ -38,7 +38,15 @@ Json format_frame(const FrameReport& frame) {
             {"cone_patches", counts.cone_patches},
             {"orphan_tests", counts.orphan_tests},
             {"primitive_tests", counts.primitive_tests},
-            {"coplanarity_passed", counts.coplanarity_passed}}},
+            {"coplanarity_passed", counts.coplanarity_passed},
+            {"front_rested", counts.front_rested},
+            {"contacts_kept", counts.contacts_kept},
+            {"vertices_moved", counts.vertices_moved},
+            {"nodes_refit", counts.nodes_refit},
+            {"parts_moved", counts.parts_moved},
+            {"near_parts", counts.near_parts},
+            {"part_pairs_excluded", counts.part_pairs_excluded}}},
+          {"frame_bytes", frame.frame_bytes},
           {"front_state", to_string(frame.statistics.front_state)}};
 }
 

@@ -21,6 +21,7 @@ struct FrameReport {
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;
+  std::uint64_t frame_bytes = 0;  ///< that the frame took, or would have taken, on the wire
 };
 
 struct DetectReport {

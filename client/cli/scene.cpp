@@ -48,6 +48,7 @@ SceneInfo describe(const scenes::SceneSpec& spec, const SceneDescription& scene)
   info.vertices = scene.vertex_count;
   info.frames = spec.frames;
   info.bodies = scene.bodies;
+  info.excluded_pairs = scene.excluded_pairs;
   info.generator = "warmfront scene; " + std::string(spec.entry->description);
   return info;
 }

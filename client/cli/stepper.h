@@ -33,9 +33,9 @@ class Stepper {
  public:
   virtual ~Stepper() = default;
 
-  /// Tests the motion from the positions last given to `positions`, (n, 3) row-major, and makes them current.
-  /// Errors as Collider::step() gives them; a remote stepper adds those of its connection.
-  virtual Result<StepAnswer> step(const Positions& positions) = 0;
+  /// Tests the motion to where `frame` puts everything. Errors as Collider::step() gives them; a remote
+  /// stepper adds those of its connection.
+  virtual Result<StepAnswer> step(const Frame& frame) = 0;
 
   /// How many threads answer.
   virtual int threads() const = 0;

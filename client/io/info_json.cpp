@@ -35,6 +35,15 @@ class Fields {
     }
   }
 
+  void flag(const char* key, bool& value) {
+    if (const Json* field = find(key)) {
+      if (field->is_boolean())
+        value = field->get<bool>();
+      else
+        fail(key, "must be true or false");
+    }
+  }
+
   void number(const char* key, double& value) {
     if (const Json* field = find(key)) {
       if (field->is_number())
@@ -79,6 +88,13 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
   fields.count("first_vertex", kMost, first);
   fields.count("vertex_count", kMost, count);
   fields.text("kind", kind);
+  fields.flag("self_collision", body.self_collision);
+  std::uint64_t group = body.group;
+  std::uint64_t mask = body.mask;
+  fields.count("group", kMost, group);
+  fields.count("mask", kMost, mask);
+  body.group = static_cast<std::uint32_t>(group);
+  body.mask = static_cast<std::uint32_t>(mask);
   body.first_vertex = static_cast<std::uint32_t>(first);
   body.vertex_count = static_cast<std::uint32_t>(count);
   if (kind == "deformable")
@@ -152,24 +168,42 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
       info.bodies.push_back(std::move(body));
     }
   }
+  if (const auto pairs = root.find("excluded_pairs"); pairs != root.end()) {
+    const auto is_index = [](const Json& value) {
+      return value.is_number_unsigned() && value.get<std::uint64_t>() <= kMost;
+    };
+    if (!pairs->is_array()) return invalid_argument(prefix + "'excluded_pairs' must be a list");
+    for (const Json& pair : *pairs) {
+      if (!pair.is_array() || pair.size() != 2 || !is_index(pair[0]) || !is_index(pair[1]))
+        return invalid_argument(prefix + "'excluded_pairs' must hold pairs of body indices");
+      info.excluded_pairs.push_back({pair[0].get<std::uint32_t>(), pair[1].get<std::uint32_t>()});
+    }
+  }
   if (!fields.problem().empty()) return invalid_argument(prefix + fields.problem());
   return info;
 }
 
 std::string format_info_json(const SceneInfo& info) {
   Json bodies = Json::array();
-  for (const Body& body : info.bodies)
-    bodies.push_back(Json{{"name", body.name},
-                          {"first_vertex", body.first_vertex},
-                          {"vertex_count", body.vertex_count},
-                          {"kind", to_string(body.kind)}});
-  const Json root{{"name", info.name},
-                  {"triangles", info.triangles},
-                  {"vertices", info.vertices},
-                  {"frames", info.frames},
-                  {"fps", info.fps},
-                  {"bodies", std::move(bodies)},
-                  {"generator", info.generator}};
+  for (const Body& body : info.bodies) {
+    Json item{{"name", body.name},
+              {"first_vertex", body.first_vertex},
+              {"vertex_count", body.vertex_count},
+              {"kind", to_string(body.kind)}};
+    const Body plain;
+    if (body.self_collision != plain.self_collision) item["self_collision"] = body.self_collision;
+    if (body.group != plain.group) item["group"] = body.group;
+    if (body.mask != plain.mask) item["mask"] = body.mask;
+    bodies.push_back(std::move(item));
+  }
+  Json root{{"name", info.name},
+            {"triangles", info.triangles},
+            {"vertices", info.vertices},
+            {"frames", info.frames},
+            {"fps", info.fps},
+            {"bodies", std::move(bodies)},
+            {"generator", info.generator}};
+  if (!info.excluded_pairs.empty()) root["excluded_pairs"] = info.excluded_pairs;
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

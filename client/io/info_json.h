@@ -3,6 +3,7 @@
 // body. Pure functions over bytes.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -20,6 +21,7 @@ struct SceneInfo {
   std::uint64_t frames = 0;
   double fps = 30;
   std::vector<Body> bodies;
+  std::vector<std::array<std::uint32_t, 2>> excluded_pairs;
   std::string generator;
 };
 
@@ -27,9 +29,9 @@ struct SceneInfo {
 std::string_view to_string(BodyKind kind);
 
 /// Reads an object with any of the fields "name", "triangles", "vertices", "frames", "fps", "generator" and
-/// "bodies", a list of {"name", "first_vertex", "vertex_count", "kind"}; other fields are ignored. Errors
-/// name `file` and the byte, or the field and body. Whether the ranges fit together is for Scene::create() to
-/// say.
+/// "bodies", a list of {"name", "first_vertex", "vertex_count", "kind", "self_collision", "group", "mask"},
+/// and "excluded_pairs", a list of pairs of indices of bodies; other fields are ignored. Errors name `file`
+/// and the byte, or the field and body. Whether the ranges fit together is for Scene::create() to say.
 Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file);
 
 /// All fields, indented, with a line end at the end.

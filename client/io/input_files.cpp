@@ -110,6 +110,7 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
     Result<SceneInfo> info = parse_info_json(bytes.value(), info_path.string());
     if (!info) return info.error();
     scene.bodies = std::move(info.value().bodies);
+    scene.excluded_pairs = std::move(info.value().excluded_pairs);
   }
   return std::unique_ptr<Input>(
       std::make_unique<CacheInput>(folder.string(), std::move(scene), std::move(cache).value()));

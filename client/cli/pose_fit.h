@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pose that brings a rest shape nearest to where its vertices are. Pure function.
+#pragma once
+
+#include <span>
+
+#include "engine/motion/pose.h"
+
+namespace warmfront::client {
+
+struct PoseFit {
+  Pose pose;
+  double residual = 0;  ///< the farthest that any vertex is from where the pose puts it
+};
+
+/// The rotation and translation with the least sum of squared distances (Kabsch 1976; Umeyama 1991). `rest`
+/// and `placed`: (k, 3), k >= 1.
+PoseFit fit_pose(std::span<const double> rest, std::span<const double> placed);
+
+}  // namespace warmfront::client
