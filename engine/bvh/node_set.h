@@ -19,10 +19,17 @@ class NodeSet {
     const int level = std::bit_width(node + 1) - 1;
     const std::uint32_t index = node + 1 - (1U << level);
     if (level >= kLevel) {
-      set(index >> (level - kLevel));
+      const std::uint32_t bit = index >> (level - kLevel);
+      words_[bit >> 6] |= std::uint64_t{1} << (bit & 63);
+      return;
+    }
+    const std::uint32_t width = 1U << (kLevel - level);
+    const std::uint32_t first = index * width;
+    if (width < 64) {
+      words_[first >> 6] |= ((std::uint64_t{1} << width) - 1) << (first & 63);
     } else {
-      const std::uint32_t width = 1U << (kLevel - level);
-      for (std::uint32_t i = 0; i < width; ++i) set(index * width + i);
+      for (std::uint32_t word = first >> 6; word < (first + width) >> 6; ++word)
+        words_[word] = ~std::uint64_t{0};
     }
   }
 
@@ -34,7 +41,6 @@ class NodeSet {
 
  private:
   static constexpr int kLevel = 8;
-  void set(std::uint32_t bit) { words_[bit >> 6] |= std::uint64_t{1} << (bit & 63); }
 
   std::array<std::uint64_t, 4> words_{};
 };

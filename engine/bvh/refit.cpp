@@ -175,7 +175,9 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   }
   // Subtrees that root on one level are refit side by side, each bottom up; what is above them is small.
   const int depth = bvh.shape.levels() - 1;
-  const int task_level = std::min(depth, 8);
+  // A small hierarchy is one task: there are many more of its kind.
+  constexpr int kSmallDepth = 7;
+  const int task_level = depth <= kSmallDepth ? 0 : std::min(depth, 8);
   tbb::parallel_for(std::uint32_t{0}, 1U << task_level, [&](std::uint32_t task) {
     const NodeId root = ((1U << task_level) - 1) + task;
     if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
@@ -187,7 +189,8 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   });
   for (int level = task_level; level-- > 0;)
     refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
-  for (NodeId node = (1U << task_level) - 1; node < (2U << task_level) - 1; ++node) {
+  const int mark_level = std::min(depth, 8);
+  for (NodeId node = (1U << mark_level) - 1; node < (2U << mark_level) - 1; ++node) {
     if ((bvh.states[node] & kChanged) != 0) bvh.changed.add(node);
   }
   return from == States::kAll ? bvh.nodes.size()

@@ -197,14 +197,11 @@ void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const 
     vertex.t1 = {x1[0], x1[1], x1[2], 0.0};
     states_[v] = same_bits(vertex.t0, vertex.t1) ? kChanged : kMoving | kChanged;
     sum.add(states_[v]);
-    for (const double y : local(vertex.t0)) sum.magnitude = at_least(sum.magnitude, y);
-    for (const double y : local(vertex.t1)) sum.magnitude = at_least(sum.magnitude, y);
   });
   range.any = moved.any;
   range.all = first == end ? 0 : moved.all;
   range.changed.clear();
   range.listed = false;
-  hold(moved.magnitude);
 }
 
 void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
