@@ -46,8 +46,8 @@ Json format_frame(const FrameReport& frame) {
             {"parts_moved", counts.parts_moved},
             {"near_parts", counts.near_parts},
             {"part_pairs_excluded", counts.part_pairs_excluded}}},
-          {"frame_bytes", frame.frame_bytes},
-          {"front_state", to_string(frame.statistics.front_state)}};
+          {"front_state", to_string(frame.statistics.front_state)},
+          {"frame_bytes", frame.frame_bytes}};
 }
 
 }  // namespace

@@ -17,12 +17,12 @@ namespace warmfront::server {
 
 /// A piece of a frame that carries only what moved; see MovedParts on the wire.
 struct MovedPiece {
-  std::string_view bodies;
-  std::string_view body_positions;
-  std::string_view pose_bodies;
-  std::string_view poses;
-  std::string_view vertices;
-  std::string_view vertex_positions;
+  std::string_view bodies = {};
+  std::string_view body_positions = {};
+  std::string_view pose_bodies = {};
+  std::string_view poses = {};
+  std::string_view vertices = {};
+  std::string_view vertex_positions = {};
 };
 
 class FrameBuffer {

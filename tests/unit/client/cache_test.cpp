@@ -79,7 +79,9 @@ TEST(Pc2, HostileHeadersAreRefused) {
 constexpr std::string_view kInfo =
     R"({"name": "n", "triangles": 2, "vertices": 7, "frames": 3, "fps": 24, "generator": "g", "other": [1],
     "bodies": [{"name": "a", "first_vertex": 0, "vertex_count": 4, "kind": "rigid"},
-               {"name": "b", "first_vertex": 4, "vertex_count": 3, "kind": "static"}]})";
+               {"name": "b", "first_vertex": 4, "vertex_count": 3, "kind": "static", "group": 6, "mask": 5,
+                "self_collision": false}],
+    "excluded_pairs": [[1, 0]]})";
 
 TEST(InfoJson, RoundTrips) {
   const Result<SceneInfo> info = parse_info_json(kInfo, "info.json");
@@ -96,6 +98,11 @@ TEST(InfoJson, RoundTrips) {
     EXPECT_EQ(i.bodies[1].name, "b");
     EXPECT_EQ(i.bodies[1].first_vertex, 4U);
     EXPECT_EQ(i.bodies[1].kind, BodyKind::kStatic);
+    EXPECT_EQ(i.bodies[1].group, 6U);
+    EXPECT_EQ(i.bodies[1].mask, 5U);
+    EXPECT_FALSE(i.bodies[1].self_collision);
+    EXPECT_TRUE(i.bodies[0].self_collision);
+    EXPECT_EQ(i.excluded_pairs, (std::vector<std::array<std::uint32_t, 2>>{{1, 0}}));
   }
 }
 
@@ -109,6 +116,7 @@ TEST(InfoJson, ErrorsNameTheField) {
   EXPECT_THAT(error("[]"), HasSubstr("i: must be an object"));
   EXPECT_THAT(error(R"({"frames": -1})"), HasSubstr("'frames' must be a whole number"));
   EXPECT_THAT(error(R"({"bodies": {}})"), HasSubstr("'bodies' must be a list"));
+  EXPECT_THAT(error(R"({"excluded_pairs": [[0]]})"), HasSubstr("'excluded_pairs' must hold pairs"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0}]})"), HasSubstr("body 0: 'vertex_count' is missing"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 4294967296}]})"),
               HasSubstr("'vertex_count'"));

@@ -56,6 +56,9 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --normal-cones maybe",
                                 "detect builtin:bart --threads -1",
                                 "detect builtin:bart --substeps 0",
+                                "detect builtin:bart --bodies some",
+                                "detect builtin:bart --send little",
+                                "detect builtin:bart --explain --report count",
                                 "detect builtin:bart --frames 3",
                                 "detect builtin:bart --frames 4:2",
                                 "detect builtin:bart --frames 0:999",
@@ -132,8 +135,8 @@ TEST(Cli, DetectJsonHasTheFieldsThatToolsRead) {
   std::uint64_t number = 0;
   for (const Json& frame : report["frames"]) {
     EXPECT_EQ(frame["frame"], ++number);
-    EXPECT_THAT(keys(frame),
-                ElementsAre("frame", "vf", "ee", "possible", "earliest_toi", "ms", "counts", "front_state"));
+    EXPECT_THAT(keys(frame), ElementsAre("frame", "vf", "ee", "possible", "earliest_toi", "ms", "counts",
+                                         "front_state", "frame_bytes"));
     EXPECT_THAT(keys(frame["ms"]), ElementsAre("total", "refit", "front", "elementary", "adjacent"));
     std::vector<std::string> counts = keys(frame["counts"]);
     ASSERT_GE(counts.size(), 6U);
@@ -160,6 +163,33 @@ TEST(Cli, TheHashIsTheSameForFrontsBoundsAndThreads) {
   const Outcome count =
       run(std::string("detect ") + kScene + " --frames 0:8 --report count --json -", "2>/dev/null");
   EXPECT_EQ(Json::parse(count.out)["contacts_hash"], "") << "no list, no hash";
+}
+
+TEST(Cli, TheModelLeavesOutWhatItSaysAndFramesMayCarryWhatMoved) {
+  const auto report = [](const std::string& flags) {
+    const Outcome outcome =
+        run(std::string("detect ") + kScene + " --frames 0:8 --json - " + flags, "2>/dev/null");
+    EXPECT_EQ(outcome.code, kExitOk) << flags;
+    return Json::parse(outcome.out);
+  };
+  const Json all = report("");
+  const Json moved = report("--send moved");
+  const Json deformable = report("--bodies deformable");
+  const Json components = report("--bodies components");
+  const Json poses = report("--send poses");
+  EXPECT_EQ(moved["contacts_hash"], all["contacts_hash"]);
+  EXPECT_EQ(components["contacts_hash"], deformable["contacts_hash"]);
+  const Json& frame = all["frames"][4];
+  EXPECT_LT(moved["frames"][4]["frame_bytes"], frame["frame_bytes"]) << "some bodies are static";
+  EXPECT_LT(4 * poses["frames"][4]["frame_bytes"].get<int>(), frame["frame_bytes"].get<int>());
+  EXPECT_GT(frame["counts"]["part_pairs_excluded"], 0);
+  EXPECT_LT(frame["counts"]["bv_tests"], deformable["frames"][4]["counts"]["bv_tests"]);
+
+  for (const char* flags : {"", "--send moved", "--send poses", "--substeps 3 --send poses"}) {
+    const Outcome explained = run(std::string("detect ") + kScene + " --frames 0:8 --explain " + flags);
+    EXPECT_EQ(explained.code, kExitOk) << explained.out;
+    EXPECT_THAT(explained.out, HasSubstr("pairs of bodies left out: "));
+  }
 }
 
 TEST(Cli, ContactsFileAgreesWithTheReport) {

@@ -44,6 +44,18 @@ TEST(Scene, ChecksBodies) {
   EXPECT_THAT(with({{"a", 0, 3, {}}}), HasSubstr("cover 3 of 6"));
   EXPECT_THAT(with({{"a", 0, 7, {}}}), HasSubstr("ends at vertex 7 of 6"));
   EXPECT_THAT(with({{"a", 0, 0, {}}}), HasSubstr("bodies[0].vertex_count"));
+  EXPECT_THAT(with({{"a", 0, 2}, {"b", 2, 4}}), HasSubstr("faces[0]: joins bodies[0] and bodies[1]"));
+  EXPECT_THAT(with({{"a", 0, 3, {}, true, 0}, {"b", 3, 3}}), HasSubstr("bodies[0].group: is 0"));
+  EXPECT_THAT(with({{"a", 0, 3}, {"b", 3, 3, {}, true, 1, 0}}), HasSubstr("bodies[1].mask: is 0"));
+  const auto excluding = [](std::uint32_t a, std::uint32_t b) {
+    return error_of({.vertex_count = 6,
+                     .faces = {{0, 1, 2}, {3, 4, 5}},
+                     .bodies = {{"a", 0, 3}, {"b", 3, 3}},
+                     .excluded_pairs = {{a, b}}});
+  };
+  EXPECT_EQ(excluding(1, 0), "");
+  EXPECT_THAT(excluding(0, 2), HasSubstr("excluded_pairs[0]: body 2 is not in [0, 2)"));
+  EXPECT_THAT(excluding(1, 1), HasSubstr("switch its self_collision off"));
 }
 
 TEST(Scene, FindsEdgesAndIncidence) {

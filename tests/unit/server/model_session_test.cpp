@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene's model over the wire: partial frames, poses, bodies added and changed, and all of it again after
+// the session was lost.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <type_traits>
+
+#include "client/lib/client.h"
+#include "server/session/frame_buffer.h"
+#include "tests/support/scenes.h"
+#include "tests/unit/server/local_daemon.h"
+
+namespace warmfront::test {
+namespace {
+
+using client::Answer;
+using client::Client;
+using client::Session;
+using ::testing::HasSubstr;
+
+/// Five octahedra in a heap: static, two rigid, two deformable.
+template <class Real>
+struct Heap {
+  Heap() {
+    const BodyKind kinds[]{BodyKind::kStatic, BodyKind::kRigid, BodyKind::kRigid, BodyKind::kDeformable,
+                           BodyKind::kDeformable};
+    for (std::uint32_t b = 0; b < 5; ++b) {
+      for (auto face : testing::octahedron()) {
+        for (auto& v : face) v += static_cast<std::int32_t>(6 * b);
+        description.faces.push_back(face);
+      }
+      description.bodies.push_back({"", 6 * b, 6, kinds[b]});
+      append_octahedron(0.7 * b, 0.3 * b, x);
+    }
+    description.vertex_count = 30;
+    description.excluded_pairs = {{1, 4}};
+  }
+  static void append_octahedron(double at_x, double at_z, std::vector<Real>& to) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sign : {-1.0, 1.0}) {
+        const double at[3] = {at_x, 0, at_z};
+        for (int k = 0; k < 3; ++k) to.push_back(static_cast<Real>(at[k] + (k == axis ? sign : 0)));
+      }
+    }
+  }
+  SceneDescription description;
+  std::vector<Real> x;
+};
+
+/// A frame that mixes everything, of step k.
+template <class Real>
+struct Mixture {
+  explicit Mixture(int k, const Heap<Real>& heap) {
+    for (std::uint32_t b : {1U, 2U}) {
+      const double angle = 0.1 * k + b;
+      Pose pose;
+      pose.matrix = {
+          std::cos(angle), -std::sin(angle), 0, 0.1 * k, std::sin(angle), std::cos(angle), 0, 0, 0, 0, 1,
+          0.05 * k};
+      for (double& number : pose.matrix) number = static_cast<Real>(number);  // as it travels
+      if (b == 1 || k % 3 != 0) poses.push_back({b, pose});
+    }
+    body.assign(heap.x.begin() + 54, heap.x.begin() + 72);
+    for (Real& value : body) value += static_cast<Real>(0.1 * std::sin(0.7 * k));
+    bodies.push_back({3, std::span<const Real>(body)});
+    vertices = {24, static_cast<std::uint32_t>(25 + k % 5)};
+    for (int i = 0; i < 6; ++i) rows.push_back(static_cast<Real>(0.3 * i - 0.05 * k));
+    frame.poses = poses;
+    frame.bodies = bodies;
+    frame.vertices = vertices;
+    frame.vertex_positions = std::span<const Real>(rows);
+  }
+  std::vector<BodyPose> poses;
+  std::vector<Real> body;
+  std::vector<BodyPositions> bodies;
+  std::vector<std::uint32_t> vertices;
+  std::vector<Real> rows;
+  Frame frame;
+};
+
+template <class Real>
+class ModelSessionTest : public ::testing::Test {
+ protected:
+  void expect_same(const Result<Answer>& remote, const Result<StepResult>& local) {
+    ASSERT_TRUE(remote.ok()) << remote.error().message;
+    ASSERT_TRUE(local.ok()) << local.error().message;
+    const std::span<const Contact> expected = local.value().contacts;
+    const client::ContactTable& table = remote.value().contacts;
+    ASSERT_EQ(table.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(table.kind[i], expected[i].kind);
+      EXPECT_EQ(table.vertices[i], collider_.scene().vertices_of(expected[i]));
+      EXPECT_EQ(table.toi[i], expected[i].toi);
+    }
+    contacts_ += expected.size();
+  }
+
+  Heap<Real> heap_;
+  std::uint64_t contacts_ = 0;
+  Collider collider_ =
+      Collider::create(std::make_shared<const Scene>(Scene::create(heap_.description).value()),
+                       std::span<const Real>(heap_.x), {}, std::make_shared<Workers>(1))
+          .value();
+  LocalDaemon daemon_;
+  Client client_ = Client::connect(daemon_.address()).value();
+  Session session_ = client_.create_session(heap_.description, std::span<const Real>(heap_.x)).value();
+};
+using Reals = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(ModelSessionTest, Reals);
+
+TYPED_TEST(ModelSessionTest, TheSameBitsAsInThisProcessThroughChangesAndLosses) {
+  using Real = TypeParam;
+  for (int k = 1; k <= 24; ++k) {
+    const Mixture<Real> mixture(k, this->heap_);
+    this->expect_same(this->session_.step(mixture.frame), this->collider_.step(mixture.frame));
+    if (k == 6) {
+      std::vector<Real> fresh;
+      Heap<Real>::append_octahedron(0.5, 0.5, fresh);
+      BodyAddition addition;
+      addition.body.vertex_count = 6;
+      addition.body.kind = BodyKind::kRigid;
+      addition.faces = testing::octahedron();
+      ASSERT_EQ(this->session_.add_body(addition, std::span<const Real>(fresh)).value(), 5U);
+      ASSERT_EQ(this->collider_.add_body(addition, std::span<const Real>(fresh)).value(), 5U);
+    }
+    if (k == 12) {
+      for (const auto& [index, kind] : {std::pair{0U, BodyKind::kRigid}, std::pair{5U, BodyKind::kRemoved}}) {
+        ASSERT_TRUE(this->session_.change_body(index, {"", 0, 6, kind}).ok());
+        ASSERT_TRUE(this->collider_.change_body(index, {"", 0, 6, kind}).ok());
+      }
+    }
+    // The session is gone: what the client keeps makes the same one again.
+    if (k % 5 == 0) {
+      ASSERT_TRUE(this->client_.delete_session(this->session_.id()).ok());
+    }
+  }
+  EXPECT_EQ(this->session_.resumes(), 4U);
+  EXPECT_GT(this->contacts_, 200U);
+}
+
+TYPED_TEST(ModelSessionTest, BadFramesAreNamedAndTheSessionGoesOn) {
+  using Real = TypeParam;
+  const auto refused = [&](const Frame& frame) {
+    const Result<Answer> answer = this->session_.step(frame);
+    EXPECT_FALSE(answer.ok());
+    if (answer.ok()) return std::string();
+    EXPECT_EQ(answer.error().code, ErrorCode::kInvalidArgument) << answer.error().message;
+    return answer.error().message;
+  };
+  BodyPose pose{3, {}};
+  Frame frame;
+  frame.poses = {&pose, 1};
+  EXPECT_THAT(refused(frame), HasSubstr("poses[0]: body 3 is not rigid"));
+  pose = {1, {}};
+  pose.pose.matrix[5] = 2;
+  EXPECT_THAT(refused(frame), HasSubstr("is not rigid"));
+  const std::vector<Real> row{0, 0, 0};
+  const std::uint32_t vertex[]{99};
+  Frame sparse;
+  sparse.vertices = vertex;
+  sparse.vertex_positions = std::span<const Real>(row);
+  EXPECT_THAT(refused(sparse), HasSubstr("vertex 99 is not in [0, 30)"));
+  EXPECT_EQ(this->session_.change_body(2, {"", 0, 6, BodyKind::kRigid, true, 1, 0}).error().code,
+            ErrorCode::kInvalidArgument);
+  const Mixture<Real> mixture(1, this->heap_);
+  this->expect_same(this->session_.step(mixture.frame), this->collider_.step(mixture.frame));
+}
+
+TEST(FrameBufferTest, PiecesAreCheckedAgainstTheScene) {
+  const Heap<float> heap;
+  const Scene scene = Scene::create(heap.description).value();
+  const auto complain = [&](const server::MovedPiece& piece) {
+    server::FrameBuffer buffer(server::Dtype::kFloat32, scene);
+    static_cast<void>(buffer.append(piece));
+    const Status status = buffer.complete(scene);
+    return status.ok() ? std::string() : status.error().message;
+  };
+  const auto bytes = [](std::initializer_list<std::uint32_t> values) {
+    return std::string(reinterpret_cast<const char*>(values.begin()), 4 * values.size());
+  };
+  EXPECT_EQ(complain({}), "") << "nothing moved";
+  EXPECT_THAT(complain({.bodies = "abc"}), HasSubstr("moved.bodies: 3 bytes are no whole number"));
+  EXPECT_THAT(complain({.bodies = bytes({7})}), HasSubstr("body 7 is not in [0, 5)"));
+  EXPECT_THAT(complain({.bodies = bytes({3}), .body_positions = "12345678"}),
+              HasSubstr("moved.body_positions"));
+  EXPECT_THAT(complain({.poses = std::string(48, 'x')}),
+              HasSubstr("96 bytes are expected for 2 rigid bodies"));
+  EXPECT_THAT(complain({.vertices = bytes({1})}), HasSubstr("12 bytes are expected for 1 vertices"));
+  EXPECT_THAT(complain({.vertices = std::string(1000, 'x')}), HasSubstr("more than the scene could use"));
+  server::FrameBuffer both(server::Dtype::kFloat32, scene);
+  static_cast<void>(both.append(std::string(4, 'x')));
+  static_cast<void>(both.append(server::MovedPiece{.vertices = bytes({1})}));
+  EXPECT_THAT(both.complete(scene).error().message, HasSubstr("give either"));
+}
+
+}  // namespace
+}  // namespace warmfront::test
