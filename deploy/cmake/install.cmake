@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # `cmake --install`: binaries, libraries, public headers, the wire contract, and a package config, so that
-# find_package(warmfront) gives warmfront::engine and, where the service is built, warmfront::client.
+# find_package(warmfront) gives warmfront::engine and, where the service is built, warmfront::client; the unit and its settings.
 include(CMakePackageConfigHelpers)
 
 if(PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/warmfront)
   set(libraries warmfront_engine)
   # Headers keep their paths from the root, so that #include "engine/collider.h" reads the same here and there.
@@ -11,7 +12,13 @@ if(PROJECT_IS_TOP_LEVEL)
   if(WARMFRONT_SERVICE)
     # A static library needs what it is made of at link time: the contract comes along, gRPC is found again.
     list(APPEND libraries warmfront_proto warmfront_client)
-    install(TARGETS warmfrontd warmfront RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(TARGETS warmfrontd warmfront RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT service)
+    install(FILES deploy/systemd/warmfrontd.service DESTINATION lib/systemd/system COMPONENT service)
+    install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT service)
+    # As GNUInstallDirs has it: /etc for the prefix /usr, and PREFIX/etc for others; but known only when installing.
+    install(CODE "string(REGEX REPLACE \"/usr/*\\$\" \"\" root \"\${CMAKE_INSTALL_PREFIX}\")
+                  file(INSTALL \"${PROJECT_SOURCE_DIR}/deploy/systemd/warmfrontd.toml\" DESTINATION \"\${root}/etc/warmfront\")"
+            COMPONENT service)
     install(FILES client/lib/answer.h client/lib/client.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/lib)
     install(DIRECTORY proto/warmfront DESTINATION ${CMAKE_INSTALL_DATADIR}/warmfront/proto
             FILES_MATCHING PATTERN "*.proto")
@@ -27,4 +34,7 @@ if(PROJECT_IS_TOP_LEVEL)
                 ${CMAKE_CURRENT_BINARY_DIR}/warmfrontConfigVersion.cmake
                 deploy/cmake/FindGMP.cmake
           DESTINATION ${package_dir})
+  if(WARMFRONT_SERVICE)
+    include(deploy/cmake/package.cmake)
+  endif()
 endif()
