@@ -104,6 +104,7 @@ struct Core {
   std::vector<KDop18> vertex_bounds;
   std::vector<std::uint8_t> patch_culled;
   std::vector<Contact> contacts;
+  std::vector<ContactGeometry> geometry;  // of these, when asked for
 };
 
 /// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds.
@@ -144,6 +145,7 @@ class PipelineWith final : public Pipeline {
     result.possible = output.possible;
     if (output.vf + output.ee > 0) result.earliest_toi = output.earliest;
     result.contacts = core.contacts;
+    result.geometry = core.geometry;
     return result;
   }
 
@@ -200,6 +202,7 @@ class PipelineWith final : public Pipeline {
     statistics.ms.adjacent = stage.lap();
 
     const NarrowPhaseOutput output = narrow_.finish(core.contacts);
+    describe_contacts(core);
     statistics.ms.front = interleaved - elementary;
     statistics.ms.elementary = elementary + stage.lap();
     count(core, output, statistics.counts);
@@ -383,6 +386,21 @@ class PipelineWith final : public Pipeline {
     narrow_.test_orphans(parts, retest(core.options));
   }
 
+  static void describe_contacts(Core& core) {
+    core.geometry.clear();
+    if (!core.options.fields.any()) return;
+    core.geometry.resize(core.contacts.size());
+    const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
+    const std::span<const std::uint32_t> renumbered = core.topology->numbering.new_vertices();
+    tbb::parallel_for(std::size_t{0}, core.contacts.size(), [&](std::size_t i) {
+      const Contact& contact = core.contacts[i];
+      std::array<const VertexMotion*, 4> four;
+      const auto ids = core.scene->vertices_of(contact);
+      for (int k = 0; k < 4; ++k) four[k] = &vertices[renumbered[ids[k]]];
+      core.geometry[i] = contact_geometry(contact.kind, four, contact.toi);
+    });
+  }
+
   void count(const Core& core, const NarrowPhaseOutput& output, StepCounts& counts) const {
     add(counts, output.counts);
     counts.adjacent_pairs = core.topology->adjacent_pairs;
@@ -508,7 +526,8 @@ std::size_t Collider::memory_bytes() const {
   const Core& core = impl_->core;
   std::size_t bytes = core.scene->memory_bytes() + core.topology->memory_bytes() +
                       core.motion.memory_bytes() + core.vertex_bounds.capacity() * sizeof(KDop18) +
-                      core.contacts.capacity() * sizeof(Contact) + impl_->pipeline->memory_bytes();
+                      core.contacts.capacity() * sizeof(Contact) +
+                      core.geometry.capacity() * sizeof(ContactGeometry) + impl_->pipeline->memory_bytes();
   for (const auto& orphans : core.orphans) {
     if (orphans != nullptr) bytes += orphans->memory_bytes();
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/elementary/contact_geometry.h"
 #include "engine/frame.h"
 #include "engine/options.h"
 #include "engine/result.h"
@@ -28,6 +29,8 @@ struct StepResult {
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// Sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge). Empty for Report::kCount.
   std::span<const Contact> contacts;
+  /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
+  std::span<const ContactGeometry> geometry = {};
   StepStatistics statistics;
 };
 

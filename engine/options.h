@@ -30,6 +30,16 @@ enum class Report : std::uint8_t {
   kCount,     ///< how many, without the list
 };
 
+/// What is told of a contact besides its features, status and time; what is not asked for is not computed.
+struct ContactFields {
+  bool weights = false;  ///< barycentric coordinates of the closest points
+  bool normal = false;
+  bool points = false;  ///< the closest points themselves
+
+  bool any() const { return weights || normal || points; }
+  friend bool operator==(const ContactFields&, const ContactFields&) = default;
+};
+
 struct ColliderOptions {
   Tier tier = Tier::kCertified;
   /// Certified tier: a pair may be reported when it comes this close, relative to the query's own size (the
@@ -40,6 +50,7 @@ struct ColliderOptions {
   /// Finite, >= 0; 0 in the other tiers, which decide touching.
   double min_separation = 0.0;
   Report report = Report::kAll;
+  ContactFields fields = {};
   FrontMode front = FrontMode::kWarm;
   /// `warm` mode: do not look at pairs that cannot have come together since they were last tested.
   bool lazy_front = true;

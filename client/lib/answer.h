@@ -23,6 +23,10 @@ struct ContactTable {
   /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
   std::vector<std::array<std::uint32_t, 4>> vertices;
   std::vector<double> toi;  ///< in [0, 1]
+  // Those that ColliderOptions::fields ask for; see ContactGeometry.
+  std::vector<std::array<double, 4>> weights;
+  std::vector<std::array<double, 3>> normal;
+  std::vector<std::array<double, 6>> points;
 
   std::size_t size() const { return kind.size(); }
   friend bool operator==(const ContactTable&, const ContactTable&) = default;

@@ -137,6 +137,9 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_normal_cones(options.normal_cones);
   message.set_lazy_front(options.lazy_front);
   message.set_leaf_size(options.leaf_size);
+  message.mutable_fields()->set_weights(options.fields.weights);
+  message.mutable_fields()->set_normal(options.fields.normal);
+  message.mutable_fields()->set_points(options.fields.points);
   message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
   message.set_rebuild_every_steps(options.rebuild_every_steps);
   message.set_max_front_bytes(options.max_front_bytes);
@@ -189,6 +192,11 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
   const std::size_t rows = message.kind().size();
   if (message.status().size() != rows || message.v().size() != 16 * rows || message.toi().size() != 8 * rows)
     return malformed("columns of unequal length");
+  const auto fits = [rows](const std::string& column, std::size_t size) {
+    return column.empty() || column.size() == size * rows;
+  };
+  if (!fits(message.weights(), 32) || !fits(message.normal(), 24) || !fits(message.points(), 48))
+    return malformed("columns of unequal length");
   for (const char kind : message.kind())
     if (kind != 0 && kind != 1) return malformed("a contact of unknown kind");
   for (const char status : message.status())
@@ -197,6 +205,9 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
   append(message.status(), contacts.status);
   append(message.v(), contacts.vertices);
   append(message.toi(), contacts.toi);
+  append(message.weights(), contacts.weights);
+  append(message.normal(), contacts.normal);
+  append(message.points(), contacts.points);
   return {};
 }
 

@@ -4,7 +4,8 @@
 
 namespace warmfront::server {
 
-Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result) {
+Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result,
+                   const ContactFields& fields) {
   Answer answer;
   answer.frame = frame;
   answer.vf = result.vf;
@@ -22,6 +23,11 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
     answer.status.push_back(static_cast<std::uint8_t>(contact.status));
     answer.vertices.push_back(scene.vertices_of(contact));
     answer.toi.push_back(contact.toi);
+  }
+  for (const ContactGeometry& geometry : result.geometry) {
+    if (fields.weights) answer.weights.push_back(geometry.weights);
+    if (fields.normal) answer.normal.push_back(geometry.normal);
+    if (fields.points) answer.points.push_back(geometry.points);
   }
   return answer;
 }

@@ -25,15 +25,24 @@ struct Answer {
   std::vector<std::uint8_t> status;
   std::vector<std::array<std::uint32_t, 4>> vertices;
   std::vector<double> toi;
+  // Those that were asked for.
+  std::vector<std::array<double, 4>> weights;
+  std::vector<std::array<double, 3>> normal;
+  std::vector<std::array<double, 6>> points;
   /// On the session's account for as long as anyone has the answer: the session, or a stream that sends it.
   Holding memory;
 
   std::size_t rows() const { return kind.size(); }
-  std::size_t memory_bytes() const { return sizeof(*this) + rows() * kBytesPerRow; }
+  std::size_t memory_bytes() const { return sizeof(*this) + rows() * bytes_per_row(); }
+  /// In memory and on the wire.
+  std::size_t bytes_per_row() const {
+    return kBytesPerRow + (weights.empty() ? 0 : 32) + (normal.empty() ? 0 : 24) + (points.empty() ? 0 : 48);
+  }
 
-  static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< in memory and on the wire
+  static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< of the columns that are always there
 };
 
-Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result);
+Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result,
+                   const ContactFields& fields);
 
 }  // namespace warmfront::server

@@ -225,7 +225,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   one_thread.reset();
   if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
-  Answer answer = make_answer(frame, scene, result.value());
+  Answer answer = make_answer(frame, scene, result.value(), options_.fields);
   answer.memory = Holding(account_, answer.memory_bytes());
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   last_frame_ = std::move(request.contents);

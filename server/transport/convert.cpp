@@ -206,6 +206,7 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   if (message.has_min_separation()) options.min_separation = message.min_separation();
   if (message.has_normal_cones()) options.normal_cones = message.normal_cones();
   if (message.has_lazy_front()) options.lazy_front = message.lazy_front();
+  options.fields = {message.fields().weights(), message.fields().normal(), message.fields().points()};
   if (message.has_leaf_size()) options.leaf_size = message.leaf_size();
   if (message.has_rebuild_after_stalled_steps())
     options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
@@ -271,6 +272,9 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_normal_cones(options.normal_cones);
   message.set_lazy_front(options.lazy_front);
   message.set_leaf_size(options.leaf_size);
+  message.mutable_fields()->set_weights(options.fields.weights);
+  message.mutable_fields()->set_normal(options.fields.normal);
+  message.mutable_fields()->set_points(options.fields.points);
   message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
   message.set_rebuild_every_steps(options.rebuild_every_steps);
   message.set_max_front_bytes(options.max_front_bytes);
@@ -412,6 +416,9 @@ void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1
   set_bytes(*columns.mutable_status(), answer.status, first, count);
   set_bytes(*columns.mutable_v(), answer.vertices, first, count);
   set_bytes(*columns.mutable_toi(), answer.toi, first, count);
+  if (!answer.weights.empty()) set_bytes(*columns.mutable_weights(), answer.weights, first, count);
+  if (!answer.normal.empty()) set_bytes(*columns.mutable_normal(), answer.normal, first, count);
+  if (!answer.points.empty()) set_bytes(*columns.mutable_points(), answer.points, first, count);
 }
 
 }  // namespace warmfront::server

@@ -39,7 +39,7 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
 }
 
 grpc::Status StepCall::respond(const Answer& answer) {
-  const std::size_t bytes = answer.rows() * Answer::kBytesPerRow;
+  const std::size_t bytes = answer.rows() * answer.bytes_per_row();
   // The rest of the message is below a kilobyte.
   if (bytes + 1024 > context_.limits.max_message_bytes)
     return to_grpc(

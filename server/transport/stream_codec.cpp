@@ -39,7 +39,7 @@ grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response) {
 
 AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)
     : answer_(std::move(answer)),
-      rows_per_chunk_(std::max<std::size_t>(chunk_bytes / Answer::kBytesPerRow, 1)) {}
+      rows_per_chunk_(std::max<std::size_t>(chunk_bytes / answer_->bytes_per_row(), 1)) {}
 
 grpc::ByteBuffer AnswerChunks::next() {
   const std::size_t count = std::min(rows_per_chunk_, answer_->rows() - first_);

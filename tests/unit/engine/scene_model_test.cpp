@@ -138,6 +138,43 @@ TEST(SceneModel, ABodyThatIsAddedLeavesTheRestWarm) {
   EXPECT_THAT(collider.change_body(40, {"new", 0, 6}).error().message, HasSubstr("was removed"));
 }
 
+TEST(SceneModel, ContactsAreDescribedWhereAsked) {
+  Row row(6);
+  EXPECT_TRUE(row.collider().step(Doubles(row.shifted(2, 0.3))).value().geometry.empty());
+  ColliderOptions options;
+  options.fields.normal = true;
+  Collider collider = row.collider(options);
+  const std::vector<double> end = row.shifted(2, 0.9);
+  const StepResult step = collider.step(Doubles(end)).value();
+  ASSERT_EQ(step.geometry.size(), step.contacts.size());
+  ASSERT_GT(step.contacts.size(), 10U);
+  for (std::size_t i = 0; i < step.contacts.size(); ++i) {
+    const Contact& contact = step.contacts[i];
+    const ContactGeometry& geometry = step.geometry[i];
+    const auto v = collider.scene().vertices_of(contact);
+    const std::size_t of_a = contact.kind == ContactKind::kVertexFace ? 1 : 2;
+    double weights_a = 0;
+    double weights_b = 0;
+    double length = 0;
+    for (std::size_t k = 0; k < 4; ++k) (k < of_a ? weights_a : weights_b) += geometry.weights[k];
+    EXPECT_NEAR(weights_a, 1, 1e-12);
+    EXPECT_NEAR(weights_b, 1, 1e-12);
+    for (int axis = 0; axis < 3; ++axis) {
+      double a = 0;
+      double b = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::size_t at = 3 * v[k] + axis;
+        (k < of_a ? a : b) += geometry.weights[k] * (row.x[at] + contact.toi * (end[at] - row.x[at]));
+      }
+      EXPECT_NEAR(a, geometry.points[axis], 1e-12);
+      EXPECT_NEAR(b, geometry.points[3 + axis], 1e-12);
+      EXPECT_NEAR(a, b, 1e-5) << "they touch";
+      length += geometry.normal[axis] * geometry.normal[axis];
+    }
+    EXPECT_TRUE(std::fabs(length - 1) < 1e-12 || length == 0) << length;
+  }
+}
+
 TEST(SceneModel, WhatDoesNotFitIsNamedAndTheSceneGoesOn) {
   Row row(4, BodyKind::kRigid);
   row.description.bodies[0].kind = BodyKind::kStatic;

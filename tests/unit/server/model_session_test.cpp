@@ -93,19 +93,29 @@ class ModelSessionTest : public ::testing::Test {
       EXPECT_EQ(table.kind[i], expected[i].kind);
       EXPECT_EQ(table.vertices[i], collider_.scene().vertices_of(expected[i]));
       EXPECT_EQ(table.toi[i], expected[i].toi);
+      EXPECT_EQ(table.normal.at(i), local.value().geometry[i].normal);
+      EXPECT_EQ(table.points.at(i), local.value().geometry[i].points);
     }
+    EXPECT_TRUE(table.weights.empty()) << "not asked for";
     contacts_ += expected.size();
+  }
+
+  static ColliderOptions options() {
+    ColliderOptions options;
+    options.fields.normal = options.fields.points = true;
+    return options;
   }
 
   Heap<Real> heap_;
   std::uint64_t contacts_ = 0;
   Collider collider_ =
       Collider::create(std::make_shared<const Scene>(Scene::create(heap_.description).value()),
-                       std::span<const Real>(heap_.x), {}, std::make_shared<Workers>(1))
+                       std::span<const Real>(heap_.x), options(), std::make_shared<Workers>(1))
           .value();
   LocalDaemon daemon_;
   Client client_ = Client::connect(daemon_.address()).value();
-  Session session_ = client_.create_session(heap_.description, std::span<const Real>(heap_.x)).value();
+  Session session_ =
+      client_.create_session(heap_.description, std::span<const Real>(heap_.x), options()).value();
 };
 using Reals = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(ModelSessionTest, Reals);
