@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a collider keeps between steps whatever its bounds: the scene, its motion, and what was made of both.
+// Used by one thread at a time; read by all threads during a step.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/collider.h"
+#include "engine/elementary/orphan_blocks.h"
+#include "engine/motion/scene_motion.h"
+#include "engine/scene/collision_model.h"
+#include "engine/topology.h"
+
+namespace warmfront {
+
+struct Core {
+  /// At rest at `positions`, which were checked. Parallel.
+  Core(std::shared_ptr<const Scene> scene, const Positions& positions, const ColliderOptions& options,
+       std::shared_ptr<Workers> workers);
+
+  /// Makes room for what the scene has gained. Parallel; call it inside Workers::run().
+  void take_parts();
+
+  std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
+  ColliderOptions options;
+  std::shared_ptr<Workers> workers;
+  SceneMotion motion;
+  CollisionModel model;
+  std::uint64_t excluded_pairs = 0;
+  std::unique_ptr<Topology> topology;
+  std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // by part; null where it is not tested against itself
+  std::vector<KDop18> vertex_bounds;
+  std::vector<std::uint8_t> patch_culled;
+  std::vector<Contact> contacts;
+  std::vector<ContactGeometry> geometry;  // of these, when asked for
+};
+
+/// Row-major (n, 3), converted exactly.
+std::vector<double> to_doubles(const Positions& positions);
+
+}  // namespace warmfront

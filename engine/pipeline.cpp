@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/pipeline.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <utility>
+
+#include "engine/bounds/moving.h"
+#include "engine/bounds/normal_cone.h"
+#include "engine/bvh/bvh.h"
+#include "engine/elementary/narrow_phase.h"
+#include "engine/front/front.h"
+#include "engine/front/near_parts.h"
+
+namespace warmfront {
+namespace {
+
+/// A lazy front looks for pairs to fold every this many steps: a pair that could be folded costs a compare a
+/// step, looking whether it can costs a test.
+constexpr std::int64_t kLazyPruneSteps = 8;
+
+/// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
+constexpr double kLoosenessLimit = 2.0;
+constexpr std::int64_t kLoosenessSteps = 4;
+
+bool is_lazy(const ColliderOptions& options) {
+  return options.front == FrontMode::kWarm && options.lazy_front;
+}
+
+class Stopwatch {
+ public:
+  /// Milliseconds since the last lap.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+template <class Bounds>
+class PipelineWith final : public Pipeline {
+ public:
+  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
+    StepResult result;
+    NarrowPhaseOutput output;
+    try {
+      core.workers->run([&] { output = run(core, frame, stop, result.statistics); });
+    } catch (const Stopped&) {
+      take_back(core);
+      return Error{ErrorCode::kCancelled, "the step was cancelled; the frame may be sent again"};
+    } catch (...) {  // out of memory: what was half done is not built upon
+      take_back(core);
+      trees_.clear();
+      throw;
+    }
+    if (output.over_limit) {
+      take_back(core);
+      return Error{ErrorCode::kResourceExhausted,
+                   "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
+                       " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
+    }
+    result.vf = output.vf;
+    result.ee = output.ee;
+    result.possible = output.possible;
+    if (output.vf + output.ee > 0) result.earliest_toi = output.earliest;
+    result.contacts = core.contacts;
+    result.geometry = core.geometry;
+    return result;
+  }
+
+  void parts_changed() override { anew_ = true; }
+
+  std::size_t memory_bytes() const override {
+    std::size_t bytes = front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
+                        roots_.capacity() * sizeof(Bounds);
+    for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
+    return bytes;
+  }
+
+ private:
+  // The front's budgets and what it keeps count from positions that were never taken.
+  void take_back(Core& core) {
+    core.motion.undo();
+    front_.clear();
+    front_lost_ = anew_ = true;
+    for (const auto& orphans : core.orphans) {
+      if (orphans != nullptr) orphans->forget();
+    }
+  }
+
+  NarrowPhaseOutput run(Core& core, const Frame& frame, StopSignal stop, StepStatistics& statistics) {
+    Stopwatch total;
+    Stopwatch stage;
+    core.motion.begin(frame);
+    const bool built = arrange_new(core);
+    refit_placed(core);
+    statistics.counts.bv_tests = find_near(core);
+    refit_near(core);
+    const bool rebuilt = rearrange_loose(core);
+    cull_patches(core, statistics.counts);
+    const NarrowPhaseInput input{core.topology->scene,
+                                 core.topology->numbering,
+                                 core.topology->ownership,
+                                 core.topology->patches,
+                                 core.patch_culled,
+                                 core.motion.vertices().vertices(),
+                                 core.motion.vertices().states(),
+                                 core.vertex_bounds,
+                                 core.options,
+                                 stop};
+    statistics.ms.refit = stage.lap();
+
+    narrow_.begin(trees_, input);
+    statistics.front_state = advance_front(core.options, built || rebuilt, stop);
+    narrow_.flush();
+    const double interleaved = stage.lap();
+    const double elementary =
+        std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
+
+    test_orphans(core);
+    statistics.ms.adjacent = stage.lap();
+
+    const NarrowPhaseOutput output = narrow_.finish(core.contacts);
+    describe_contacts(core);
+    statistics.ms.front = interleaved - elementary;
+    statistics.ms.elementary = elementary + stage.lap();
+    count(core, output, statistics.counts);
+    statistics.ms.total = total.lap();
+    return output;
+  }
+
+  // Parts without a hierarchy get one. Returns whether there were any.
+  bool arrange_new(Core& core) {
+    const auto& parts = core.topology->parts;
+    stale_.resize(parts.size(), 1);
+    states_.resize(parts.size());
+    roots_.resize(parts.size());
+    if (trees_.size() == parts.size()) return false;
+    std::size_t first = trees_.size();
+    trees_.resize(parts.size());
+    tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
+      trees_[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, is_lazy(core.options));
+    });
+    std::fill(stale_.begin() + static_cast<std::ptrdiff_t>(first), stale_.end(), 1);
+    anew_ = true;
+    return first == 0;
+  }
+
+  // Bounds of a part's vertices and hierarchy; `all` of them, or those that changed.
+  void refit_part(Core& core, std::uint32_t p) {
+    const Motion& motion = core.motion.vertices();
+    const FeatureRange& features = core.topology->parts[p].features;
+    const RangeMotion& range = core.motion.range(p);
+    const bool all = std::exchange(stale_[p], 0) != 0;
+    const auto bound = [&](std::size_t begin, std::size_t end) {
+      if (all) {
+        const std::vector<MotionState> every(end - begin, kChanged);
+        moving_bounds(motion.vertices().subspan(begin, end - begin), every, motion.frame(),
+                      core.options.min_separation, magnitude_, core.vertex_bounds.data() + begin);
+      } else {
+        moving_bounds(motion.vertices().subspan(begin, end - begin),
+                      motion.states().subspan(begin, end - begin), motion.frame(),
+                      core.options.min_separation, magnitude_, core.vertex_bounds.data() + begin);
+      }
+    };
+    if (range.listed && !all) {
+      for (const std::uint32_t v : range.changed) bound(v, v + 1);
+    } else {
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(features.first_vertex, features.end_vertex, 4096),
+                        [&](const auto& vertices) { bound(vertices.begin(), vertices.end()); });
+    }
+    refit_nodes_ +=
+        refit({core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, all}, trees_[p]);
+    states_[p] = trees_[p].states.empty() ? 0 : trees_[p].states[0];
+    if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
+  }
+
+  // All parts but those that only their poses are known of: they wait until something comes near.
+  void refit_placed(Core& core) {
+    refit_nodes_ = 0;
+    const double magnitude = core.motion.vertices().magnitude();
+    if (magnitude != magnitude_) {  // bounds made before are with the smaller margin
+      magnitude_ = magnitude;
+      std::ranges::fill(stale_, std::uint8_t{1});
+      anew_ = true;
+    }
+    tbb::parallel_for(std::uint32_t{0}, core.motion.part_count(), [&](std::uint32_t p) {
+      if (core.model.is_removed(p)) {
+        states_[p] = 0;
+        roots_[p] = Bounds::empty();
+        trees_[p] = {};
+      } else if (core.motion.unplaced(p)) {
+        states_[p] = core.motion.state(p);
+        const SceneMotion::Ball ball = core.motion.ball(p);
+        roots_[p] = narrow<Bounds>(moving_bounds(ball.centre, ball.radius, core.motion.vertices().frame(),
+                                                 core.options.min_separation, magnitude_));
+      } else {
+        refit_part(core, p);
+      }
+    });
+  }
+
+  // Returns the tests that it took.
+  std::uint64_t find_near(Core& core) {
+    std::uint64_t bv_tests = 0;
+    near_pairs_ =
+        near_.find(core.model, roots_, states_, anew_ || core.options.front == FrontMode::kNone, bv_tests);
+    anew_ = false;
+    return bv_tests;
+  }
+
+  // Parts whose poses alone were known, and that have come near others.
+  void refit_near(Core& core) {
+    unplaced_.clear();
+    for (const NearPair& pair : near_pairs_) {
+      for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
+        if (core.motion.unplaced(p)) unplaced_.push_back(p);
+      }
+    }
+    std::ranges::sort(unplaced_);
+    unplaced_.erase(std::unique(unplaced_.begin(), unplaced_.end()), unplaced_.end());
+    tbb::parallel_for(std::size_t{0}, unplaced_.size(), [&](std::size_t i) {
+      core.motion.place(unplaced_[i]);
+      refit_part(core, unplaced_[i]);
+    });
+  }
+
+  // Gives a part whose hierarchy has decayed a new one. Returns whether there was one.
+  bool rearrange_loose(Core& core) {
+    const bool look = ++steps_ % kLoosenessSteps == 0;
+    bool rebuilt = false;
+    for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+      Bvh<Bounds>& tree = trees_[p];
+      if (tree.nodes.empty() || core.motion.unplaced(p)) continue;
+      if (tree.built_looseness == 0) {
+        tree.built_looseness = looseness(tree);
+      } else if (look && (states_[p] & kMoving) != 0 &&
+                 looseness(tree) > kLoosenessLimit * tree.built_looseness) {
+        tree.arrange(core.topology->scene, tree.shape,
+                     build_order(core.topology->scene, core.motion.vertices(), tree.shape, tree.order),
+                     is_lazy(core.options));
+        stale_[p] = 1;
+        refit_part(core, p);
+        tree.built_looseness = looseness(tree);
+        front_.forget(p);
+        rebuilt = true;
+      }
+    }
+    return rebuilt;
+  }
+
+  void cull_patches(Core& core, StepCounts& counts) {
+    const Patches& patches = core.topology->patches;
+    tbb::parallel_for(std::size_t{0}, patches.count(), [&](std::size_t p) {
+      core.patch_culled[p] = provably_embedded(core.topology->scene, core.motion.vertices().vertices(),
+                                               patches.faces[p], patches.contours[p]);
+    });
+    counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
+  }
+
+  // What is found of leaves at rest serves again, unless later contacts were left out.
+  static bool retest(const ColliderOptions& options) { return options.report == Report::kEarliest; }
+
+  // The front of this step: built, updated or rebuilt by the rules of its mode.
+  FrontState advance_front(const ColliderOptions& options, bool new_hierarchy, StopSignal stop) {
+    const bool keep = options.front != FrontMode::kNone;
+    const bool first = steps_since_build_ < 0;
+    const bool update = keep && !front_lost_ && !due_for_rebuild(options);
+    if (!update) front_.clear();
+    const std::size_t before = front_.size();
+    steps_since_build_ = update ? steps_since_build_ + 1 : 0;
+    const bool lazy = is_lazy(options);
+    const bool prune =
+        options.front == FrontMode::kWarm && (!lazy || steps_since_build_ % kLazyPruneSteps == 0);
+    front_.advance(trees_, near_pairs_, narrow_,
+                   {.prune = prune,
+                    .lazy = lazy,
+                    .record = keep,
+                    .retest = retest(options),
+                    .max_bytes = options.max_front_bytes,
+                    .stop = stop});
+    front_lost_ = front_.overflowed();
+    stalled_steps_ = !update || front_.size() > before ? 0 : stalled_steps_ + 1;
+    if (!keep) return FrontState::kNone;
+    if (front_.overflowed()) return FrontState::kCapped;
+    if (first) return FrontState::kBuilt;
+    return update && !new_hierarchy ? FrontState::kUpdated : FrontState::kRebuilt;
+  }
+
+  // The paper's deferred rebuild (section 4.3), or every K steps (its section 8).
+  bool due_for_rebuild(const ColliderOptions& options) const {
+    if (options.front != FrontMode::kPaper) return false;
+    const auto due = [](std::uint32_t limit, std::int64_t count) { return limit > 0 && count >= limit; };
+    return due(options.rebuild_after_stalled_steps, stalled_steps_) ||
+           due(options.rebuild_every_steps, steps_since_build_ + 1);
+  }
+
+  void test_orphans(Core& core) {
+    std::vector<OrphanBlocks*> parts;
+    for (std::uint32_t p = 0; p < core.orphans.size(); ++p) {
+      if (core.orphans[p] == nullptr) continue;
+      core.orphans[p]->range = &core.motion.range(p);
+      parts.push_back(core.orphans[p].get());
+    }
+    narrow_.test_orphans(parts, retest(core.options));
+  }
+
+  static void describe_contacts(Core& core) {
+    core.geometry.clear();
+    if (!core.options.fields.any()) return;
+    core.geometry.resize(core.contacts.size());
+    const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
+    const std::span<const std::uint32_t> renumbered = core.topology->numbering.new_vertices();
+    tbb::parallel_for(std::size_t{0}, core.contacts.size(), [&](std::size_t i) {
+      const Contact& contact = core.contacts[i];
+      std::array<const VertexMotion*, 4> four;
+      const auto ids = core.scene->vertices_of(contact);
+      for (int k = 0; k < 4; ++k) four[k] = &vertices[renumbered[ids[k]]];
+      core.geometry[i] = contact_geometry(contact.kind, four, contact.toi);
+    });
+  }
+
+  void count(const Core& core, const NarrowPhaseOutput& output, StepCounts& counts) const {
+    add(counts, output.counts);
+    counts.adjacent_pairs = core.topology->adjacent_pairs;
+    counts.bv_tests += front_.counts().bv_tests;
+    counts.front_skipped = front_.counts().skipped;
+    counts.front_rested = front_.counts().rested;
+    counts.front_sprouted = front_.counts().sprouted;
+    counts.front_pruned = front_.counts().pruned;
+    counts.front_pairs = front_.size();
+    counts.front_bytes = front_.pair_bytes();
+    counts.vertices_moved = core.motion.moved_vertices();
+    counts.nodes_refit = refit_nodes_;
+    counts.parts_moved = static_cast<std::uint64_t>(
+        std::ranges::count_if(states_, [](MotionState state) { return (state & kMoving) != 0; }));
+    counts.near_parts = near_pairs_.size();
+    counts.part_pairs_excluded = core.excluded_pairs;
+  }
+
+  std::vector<Bvh<Bounds>> trees_;    // by part
+  std::vector<Bounds> roots_;         // by part: what holds it in this step
+  std::vector<std::uint8_t> states_;  // by part: MotionState
+  std::vector<std::uint8_t> stale_;   // by part: its bounds are to be made anew as a whole
+  std::vector<std::uint32_t> unplaced_;
+  NearParts<Bounds> near_;
+  std::span<const NearPair> near_pairs_;
+  bool anew_ = true;      // nothing that is known of near parts holds
+  double magnitude_ = 0;  // that bounds were made with
+  Front<Bounds> front_;
+  bool front_lost_ = true;
+  NarrowPhase<Bounds> narrow_;
+  std::atomic<std::uint64_t> refit_nodes_{0};
+  std::int64_t steps_ = 0;
+  std::int64_t steps_since_build_ = -1;
+  std::int64_t stalled_steps_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Pipeline> make_pipeline(BoundsKind bounds) {
+  if (bounds == BoundsKind::kAabb) return std::make_unique<PipelineWith<Aabb>>();
+  return std::make_unique<PipelineWith<KDop18>>();
+}
+
+}  // namespace warmfront

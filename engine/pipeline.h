@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step, from a frame to its contacts, stage by stage. Used by one thread at a time.
+#pragma once
+
+#include <memory>
+
+#include "engine/core.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds.
+class Pipeline {
+ public:
+  virtual ~Pipeline() = default;
+  /// Carries out a frame that was checked.
+  virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) = 0;
+  /// Parts were added or changed: which are near each other is found anew.
+  virtual void parts_changed() = 0;
+  virtual std::size_t memory_bytes() const = 0;
+};
+
+std::unique_ptr<Pipeline> make_pipeline(BoundsKind bounds);
+
+}  // namespace warmfront
