@@ -62,6 +62,7 @@ struct Bvh {
   double built_looseness = 0;               ///< looseness() right after the build
   std::vector<MotionState> states;          ///< by NodeId: union over the vertices below
   NodeSet changed;                          ///< nodes whose state has kChanged
+  bool all_moving = false;                  ///< every node's state is kMoving and kChanged
   std::vector<std::uint32_t> leaf_of_face;  ///< NodeId by face, from first_face on
   std::uint32_t first_face = 0;
 

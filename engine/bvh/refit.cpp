@@ -82,8 +82,10 @@ MotionState leaf_state(const RefitInput& input, const Bvh<Bounds>& bvh, NodeId n
   MotionState state = 0;
   const std::uint32_t end = bvh.shape.begin_of_leaf(node + 1);
   for (std::uint32_t i = bvh.shape.begin_of_leaf(node); i < end; ++i) {
-    for (const std::uint32_t v : primitive_vertices(input.scene, bvh.order[i]))
+    for (const std::uint32_t v : primitive_vertices(input.scene, bvh.order[i])) {
       state |= input.vertex_states[v];
+      if (state == (kMoving | kChanged)) return state;  // most often the first says it all
+    }
   }
   return state;
 }
@@ -161,6 +163,7 @@ template <class Bounds>
 std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   bvh.travel_slack = std::max(bvh.travel_slack, travel::slack(input.magnitude));
   bvh.changed = {};
+  bvh.all_moving = false;
   if (bvh.order.empty()) return 0;
   if (input.range.any == 0 && !input.all) {
     if ((bvh.states[0] & kChanged) != 0) std::ranges::fill(bvh.states, MotionState{0});
@@ -193,9 +196,14 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   for (NodeId node = (1U << mark_level) - 1; node < (2U << mark_level) - 1; ++node) {
     if ((bvh.states[node] & kChanged) != 0) bvh.changed.add(node);
   }
-  return from == States::kAll ? bvh.nodes.size()
-                              : static_cast<std::size_t>(std::ranges::count_if(
-                                    bvh.states, [](MotionState s) { return (s & kChanged) != 0; }));
+  std::size_t changed = 0;
+  std::size_t moving = 0;
+  for (const MotionState state : bvh.states) {
+    changed += (state & kChanged) != 0;
+    moving += (state & kMoving) != 0;
+  }
+  bvh.all_moving = moving == bvh.states.size();
+  return changed;
 }
 
 template <class Bounds>

@@ -21,7 +21,11 @@ struct TreePair {
 
   Bvtt bvtt() const { return {a.shape, b.shape, &a == &b}; }
   /// Union of the two nodes' states.
-  MotionState state(const NodePair& pair) const { return a.states[pair.a] | b.states[pair.b]; }
+  MotionState state(const NodePair& pair) const {
+    // Most often everything moves, and there is nothing to look up.
+    if (a.all_moving || b.all_moving) return kMoving | kChanged;
+    return a.states[pair.a] | b.states[pair.b];
+  }
   /// As separation(). A node overlaps itself by definition (an empty leaf's bounds would say no).
   float gap(const NodePair& pair, std::uint64_t& bv_tests) const {
     if (&a == &b && pair.a == pair.b) return -1;
