@@ -27,6 +27,8 @@ struct Config {
   std::string token_file;           ///< who may call; empty: whoever can connect
   std::vector<std::string> admins;  ///< principals that administer, besides those that the token file says
   bool reflection = false;          ///< serve grpc.reflection, so that generic tools can call the daemon
+  bool channelz = false;            ///< serve grpc.channelz, which shows connections and calls
+  std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none
   int threads = 0;                  ///< that steps run on; 0: as many as the machine has
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;

@@ -3,6 +3,7 @@
 #include "server/daemon.h"
 
 #include <google/protobuf/stubs/logging.h>
+#include <grpcpp/ext/channelz_service_plugin.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -19,7 +20,9 @@
 #include <utility>
 
 #include "server/admin/accept.h"
+#include "server/admin/http.h"
 #include "server/admin/listen.h"
+#include "server/admin/metrics_text.h"
 #include "server/admin/ticker.h"
 #include "server/session/expiry.h"
 #include "server/transport/admin_service.h"
@@ -63,9 +66,9 @@ void set_arguments(grpc::ServerBuilder& builder, const Config& config) {
 }
 
 /// These plugins are switches of the whole process in gRPC: once on, every server built later has them.
-void enable_plugins(bool reflection) {
+void enable_plugins(bool reflection, bool channelz) {
   static std::mutex mutex;
-  static bool reflecting = false;
+  static bool reflecting = false, channels = false;
   const std::lock_guard lock(mutex);
   grpc::EnableDefaultHealthCheckService(true);
   // It writes what clients send wrong to standard error in lines of its own; the status that they get says it
@@ -73,6 +76,7 @@ void enable_plugins(bool reflection) {
   google::protobuf::SetLogHandler(nullptr);
   if (reflection && !std::exchange(reflecting, true))
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  if (channelz && !std::exchange(channels, true)) grpc::channelz::experimental::InitChannelzService();
 }
 
 bool uses_tls(const std::string& address, const TlsFiles& tls) {
@@ -119,6 +123,17 @@ struct Daemon::Impl {
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Service> admin_service;
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<Http> http;
+
+  std::string metrics() const {
+    return metrics_text(context.metrics, {.sessions = context.store.size(),
+                                          .charged_bytes = context.budget.used(),
+                                          .max_bytes = context.budget.limit(),
+                                          .open_streams = context.streams.inside(),
+                                          .frames_in_flight = context.frames.inside(),
+                                          .threads = static_cast<std::uint64_t>(context.workers->threads()),
+                                          .draining = context.lifecycle.draining()});
+  }
 };
 
 Daemon::Daemon(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -132,7 +147,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   Result<std::unique_ptr<Guard>> guard = Guard::create({config.token_file, config.tls, config.admins});
   if (!guard) return guard.error();
 
-  enable_plugins(config.reflection);
+  enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
   auto impl = std::make_unique<Impl>(config, log, std::move(guard).value());
   impl->service = make_collision_service(impl->context);
@@ -167,7 +182,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
                               : "others can reach this address and nothing is encrypted"}});
   }
   impl->expiry = std::make_unique<Expiry>(
-      impl->context.store, config.limits.idle_timeout, [&log](const Session& session) {
+      impl->context.store, config.limits.idle_timeout,
+      [&log, &context = impl->context](const Session& session) {
+        ++context.metrics.sessions_ended[Metrics::kExpired];
         log.write(LogLevel::kInfo, "session_closed", {{"session", session.id().text()}, {"reason", "idle"}});
       });
   // Often enough that what a client is given is exceeded by a quarter at most.
@@ -175,17 +192,38 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   impl->timeouts =
       std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
                                [&lifecycle = impl->context.lifecycle] { lifecycle.enforce_timeouts(); });
+  if (!config.metrics_listen.empty()) {
+    Result<std::unique_ptr<Http>> http = Http::start(
+        config.metrics_listen, {[all = impl.get()] { return all->metrics(); },
+                                [all = impl.get()] { return !all->context.lifecycle.draining(); }});
+    if (!http) {
+      impl->server->Shutdown(std::chrono::system_clock::now());
+      return http.error();
+    }
+    impl->http = std::move(http).value();
+    log.write(LogLevel::kInfo, "metrics_listening",
+              {{"address", with_port(config.metrics_listen, impl->http->port())}});
+  }
   impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
   return std::unique_ptr<Daemon>(new Daemon(std::move(impl)));
 }
 
 Daemon::~Daemon() {
+  impl_->http.reset();
   // Cancels what is in flight; the reactors end themselves when they hear of it.
   impl_->server->Shutdown(std::chrono::system_clock::now());
 }
 
 const std::vector<std::string>& Daemon::addresses() const {
   return impl_->addresses;
+}
+
+int Daemon::metrics_port() const {
+  return impl_->http ? impl_->http->port() : 0;
+}
+
+void Daemon::when_runner_moves(std::function<void()> task) {
+  impl_->context.runner.post(std::move(task), Lane::kShort);
 }
 
 bool Daemon::reload() {

@@ -3,6 +3,7 @@
 // Thread-safe.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +26,12 @@ class Daemon {
 
   /// Where it listens, with the ports that were picked.
   const std::vector<std::string>& addresses() const;
+
+  /// Of /metrics; 0 when there is none.
+  int metrics_port() const;
+
+  /// Does this soon, on a thread that steps run on; not when these threads hang: for a watchdog.
+  void when_runner_moves(std::function<void()> task);
 
   /// Reads the token file again and checks the certificates; what cannot be used is logged and changes
   /// nothing. False then.

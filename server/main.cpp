@@ -9,9 +9,12 @@
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
 #include <thread>
 #include <variant>
 
+#include "server/admin/systemd.h"
+#include "server/admin/ticker.h"
 #include "server/config.h"
 #include "server/daemon.h"
 #include "server/log.h"
@@ -66,12 +69,22 @@ int main(int argc, char** argv) {
     log.write(LogLevel::kError, "failed", {{"reason", daemon.error().message}});
     return kExitFailed;
   }
+  notify_systemd("READY=1");
+  // Fed by the threads that steps run on, so that a daemon whose steps hang is started again.
+  std::unique_ptr<Ticker> watchdog;
+  if (const auto interval = watchdog_interval())
+    watchdog = std::make_unique<Ticker>(
+        std::max(std::chrono::duration_cast<std::chrono::milliseconds>(*interval),
+                 std::chrono::milliseconds(1)),
+        [&daemon] { daemon.value()->when_runner_moves([] { notify_systemd("WATCHDOG=1"); }); });
   int signal = 0;
   while (sigwait(&handled, &signal) == 0 && signal == SIGHUP) daemon.value()->reload();
   // A little more than the drain's own limit, which cuts off calls; this is for a step that cannot be cut
   // off.
   force_exit_later(signals, config.drain_timeout + std::chrono::seconds(1));
+  notify_systemd("STOPPING=1");
   const bool delivered = daemon.value()->drain();
+  watchdog.reset();
   daemon.value().reset();
   log.write(LogLevel::kInfo, "stopped");
   return delivered ? 0 : kExitFailed;

@@ -125,6 +125,17 @@ const Setting kSettings[] = {
     {"reflection", Kind::kSwitch, "Serve gRPC reflection, so that generic tools can call the daemon",
      [](Config& c, const Values& v) { return set_switch(c.reflection, v.back()); },
      [](const Config& c) { return get_switch(c.reflection); }},
+    {"channelz", Kind::kSwitch,
+     "Serve gRPC channelz, which shows connections and calls to whoever can connect",
+     [](Config& c, const Values& v) { return set_switch(c.channelz, v.back()); },
+     [](const Config& c) { return get_switch(c.channelz); }},
+    {"metrics-listen", Kind::kValue,
+     "HOST:PORT of /metrics (Prometheus), /healthz and /readyz over plain HTTP; none by default",
+     [](Config& c, const Values& v) -> Status {
+       c.metrics_listen = v.back();
+       return {};
+     },
+     [](const Config& c) { return Values{c.metrics_listen}; }},
     {"threads", Kind::kValue, "Threads that steps run on; 0: as many as the machine has",
      [](Config& c, const Values& v) { return set_integer(c.threads, v.back(), 0, 1024); },
      [](const Config& c) { return Values{std::to_string(c.threads)}; }},

@@ -51,6 +51,7 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
 Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host)
     : id_(std::move(spec.id)),
       owner_(std::move(host.owner)),
+      metrics_(host.metrics),
       dtype_(spec.dtype),
       options_(collider.options()),
       created_(std::chrono::system_clock::now()),
@@ -221,6 +222,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   // Beside others a short step takes one thread: it would wait for as many as a long one holds.
   std::optional<Workers::OneThread> one_thread;
   if (lane_ == Lane::kShort && runner_.busy() > 1) one_thread.emplace();
+  const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
   Result<StepResult> result = collider_.step(request.contents.view(), request.pass.given_up.get());
   one_thread.reset();
   if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
@@ -230,6 +232,8 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   last_frame_ = std::move(request.contents);
   frames_.advance();
+  if (metrics_ != nullptr)
+    metrics_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
   lane_ = lane_of(step_cost_ms(scene.face_count(), last_answer_->statistics.counts));
   mailbox_->set_lane(lane_);
   return last_answer_;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/collider.h"
+#include "server/admin/metrics.h"
 #include "server/session/account.h"
 #include "server/session/answer.h"
 #include "server/session/fault.h"
@@ -74,7 +75,8 @@ class Session : public std::enable_shared_from_this<Session> {
     std::size_t mailbox_capacity;      ///< frames that may wait
     std::shared_ptr<Account> account;  ///< what the session holds is charged to it
     Lost lost;
-    std::string owner = {};  ///< the principal that makes it
+    std::string owner = {};      ///< the principal that makes it
+    Metrics* metrics = nullptr;  ///< where its steps are counted, if anywhere; outlives the session
   };
   /// Builds the hierarchy: slow, so call it on the runner. Fails as Scene::create() and Collider::create()
   /// do; RESOURCE_EXHAUSTED when memory runs out.
@@ -124,6 +126,7 @@ class Session : public std::enable_shared_from_this<Session> {
     FrameBuffer contents;
     FramePass pass;
     StepDone done;
+    std::chrono::steady_clock::time_point arrived = std::chrono::steady_clock::now();
   };
 
   Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host);
@@ -140,6 +143,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // Constant after construction.
   const SessionId id_;
   const std::string owner_;
+  Metrics* const metrics_;
   const Dtype dtype_;
   const ColliderOptions options_;
   const std::chrono::system_clock::time_point created_;

@@ -51,7 +51,7 @@ class AdminService final : public v1::AdminService::CallbackService {
     grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
     const Outcome<Principal> admin = context_.guard.identify_admin(*call);
     const std::optional<Fault> fault = admin ? work() : admin.fault();
-    reactor->Finish(fault ? to_grpc(*fault) : grpc::Status::OK);
+    reactor->Finish(fault ? context_.refuse(*fault) : grpc::Status::OK);
     return reactor;
   }
 

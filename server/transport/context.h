@@ -9,12 +9,14 @@
 
 #include "engine/workers.h"
 #include "server/admin/lifecycle.h"
+#include "server/admin/metrics.h"
 #include "server/log.h"
 #include "server/session/account.h"
 #include "server/session/gate.h"
 #include "server/session/limits.h"
 #include "server/session/runner.h"
 #include "server/session/store.h"
+#include "server/transport/errors.h"
 #include "server/transport/guard.h"
 
 namespace warmfront::server {
@@ -32,12 +34,19 @@ struct Context {
         // Two at least, so that a long step does not hold up the building of a session.
         runner(std::max(2, workers->threads())) {}
 
+  /// The status that ends a call or a frame; counted.
+  grpc::Status refuse(const Fault& fault) {
+    metrics.refused_with(fault);
+    return to_grpc(fault);
+  }
+
   const Limits limits;
   Log& log;
   Guard& guard;
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   const std::shared_ptr<Workers> workers;
   Lifecycle lifecycle;
+  Metrics metrics;
   Budget budget;
   Gate streams;  ///< StreamSteps calls
   Gate frames;   ///< accepted and not yet computed

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/session/step_cost.h"
+#include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/units.h"
@@ -21,7 +22,7 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
   const std::lock_guard lock(create->mutex_);
   if (begun) create->in_flight_.emplace(std::move(begun).value());
   if (!begun || !principal) {
-    create->fail_locked(to_grpc(begun ? principal.fault() : begun.fault()));
+    create->fail_locked(context.refuse(begun ? principal.fault() : begun.fault()));
   } else {
     create->owner_ = std::move(principal).value().name;
     create->StartRead(&create->incoming_);
@@ -45,36 +46,32 @@ void CreateCall::OnReadDone(bool ok) {
   if (state_ != State::kUploading) return;  // it was ended meanwhile
   last_moved_ = std::chrono::steady_clock::now();
   if (ok) {
-    if (std::optional<Fault> fault = add()) return fail_locked(to_grpc(*fault));
+    if (std::optional<Fault> fault = add()) return fail_locked(context_.refuse(*fault));
     return StartRead(&incoming_);
   }
   if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
-  if (std::optional<Fault> fault = upload_->complete()) return fail_locked(to_grpc(*fault));
+  if (std::optional<Fault> fault = upload_->complete()) return fail_locked(context_.refuse(*fault));
   state_ = State::kBuilding;
   // Building takes some ten times as long as a step.
   context_.runner.post([this] { build(); }, lane_of(10 * step_cost_ms(upload_->face_count(), {})));
 }
 
 void CreateCall::end(const Fault& fault) {
-  fail(to_grpc(fault));
+  const std::lock_guard lock(mutex_);
+  if (state_ == State::kUploading) fail_locked(context_.refuse(fault));
 }
 
 void CreateCall::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
   const std::lock_guard lock(mutex_);
-  if (std::chrono::steady_clock::now() - last_moved_ >= quiet) fail_locked(to_grpc(fault));
+  if (state_ == State::kUploading && std::chrono::steady_clock::now() - last_moved_ >= quiet)
+    fail_locked(context_.refuse(fault));
 }
 
 void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
   if (now - began_ < context_.limits.upload_timeout) return;
-  fail(to_grpc({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
-                "CreateSession: the upload did not end within " +
-                    format_duration(context_.limits.upload_timeout) +
-                    "; send it faster, or raise --upload-timeout"}));
-}
-
-void CreateCall::fail(const grpc::Status& status) {
-  const std::lock_guard lock(mutex_);
-  fail_locked(status);
+  end({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+       "CreateSession: the upload did not end within " + format_duration(context_.limits.upload_timeout) +
+           "; send it faster, or raise --upload-timeout"});
 }
 
 void CreateCall::fail_locked(const grpc::Status& status) {
@@ -112,27 +109,33 @@ std::optional<Fault> CreateCall::reserve() {
 void CreateCall::build() {
   const auto lost = [&context = context_](Session& session, const Fault& fault) {
     context.store.forget(session);
+    ++context.metrics.sessions_ended[Metrics::kFailed];
     context.log.write(LogLevel::kError, "session_failed",
                       {{"session", session.id().text()}, {"reason", fault.message}});
   };
-  Outcome<std::shared_ptr<Session>> built = Session::create(
-      upload_->take_spec(), upload_->take_positions(),
-      {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost, owner_});
+  Outcome<std::shared_ptr<Session>> built =
+      Session::create(upload_->take_spec(), upload_->take_positions(),
+                      {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost,
+                       owner_, &context_.metrics});
   if (!built) {
     reservation_.reset();
-    return Finish(to_grpc(built.fault()));
+    return Finish(context_.refuse(built.fault()));
   }
   const std::shared_ptr<Session>& session = built.value();
   reservation_->fill(session);
   *response_.mutable_session() = to_proto(*session);
   *response_.mutable_limits() = to_proto(context_.limits);
+  ++context_.metrics.sessions_created;
+  const CallTag tag = call_tag(call_);
   context_.log.write(LogLevel::kInfo, "session_created",
                      {{"session", session->id().text()},
                       {"principal", owner_},
                       {"vertices", std::uint64_t{session->scene()->vertex_count()}},
                       {"triangles", std::uint64_t{session->scene()->face_count()}},
                       {"bytes", std::uint64_t{session->snapshot().memory_bytes}},
-                      {"first_frame", session->snapshot().last_frame}});
+                      {"first_frame", session->snapshot().last_frame},
+                      {"request_id", tag.request_id},
+                      {"traceparent", tag.traceparent}});
   Finish(grpc::Status::OK);
 }
 

@@ -44,7 +44,6 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   void build();
   /// Ends the call with this, unless the upload is over. The upload's memory and its place in the store are
   /// given back first: the client may try again as soon as it hears of it.
-  void fail(const grpc::Status& status);
   void fail_locked(const grpc::Status& status);
 
   // Constant after construction.

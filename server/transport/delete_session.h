@@ -14,6 +14,7 @@ inline void delete_session(Context& context, std::shared_ptr<Session> session, c
   context.store.forget(*session);
   session->close({ErrorCode::kNotFound, Reason::kSessionNotFound,
                   "session " + session->id().text() + " was deleted; create it again"});
+  ++context.metrics.sessions_ended[Metrics::kDeleted];
   context.log.write(LogLevel::kInfo, "session_closed",
                     {{"session", session->id().text()}, {"principal", session->owner()}, {"reason", reason}});
   // A large session takes a while to free: not in a reaction.

@@ -48,7 +48,7 @@ class CollisionService final : public Base {
                                        const v1::GetSessionRequest* request,
                                        v1::GetSessionResponse* response) override {
     Outcome<std::shared_ptr<Session>> session = find(*call, request->session_id());
-    if (!session) return finish(call, to_grpc(session.fault()));
+    if (!session) return finish(call, context_.refuse(session.fault()));
     *response->mutable_session() = to_proto(*session.value());
     return finish(call, grpc::Status::OK);
   }
@@ -56,7 +56,7 @@ class CollisionService final : public Base {
   grpc::ServerUnaryReactor* ListSessions(grpc::CallbackServerContext* call, const v1::ListSessionsRequest*,
                                          v1::ListSessionsResponse* response) override {
     const Outcome<Principal> principal = context_.guard.identify(*call);
-    if (!principal) return finish(call, to_grpc(principal.fault()));
+    if (!principal) return finish(call, context_.refuse(principal.fault()));
     for (const std::shared_ptr<Session>& session : context_.store.list())
       if (session->owner() == principal.value().name) *response->add_sessions() = to_proto(*session);
     return finish(call, grpc::Status::OK);
@@ -66,7 +66,7 @@ class CollisionService final : public Base {
                                           const v1::DeleteSessionRequest* request,
                                           v1::DeleteSessionResponse*) override {
     Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
-    if (!found) return finish(call, to_grpc(found.fault()));
+    if (!found) return finish(call, context_.refuse(found.fault()));
     delete_session(context_, std::move(found).value(), "deleted");
     return finish(call, grpc::Status::OK);
   }
@@ -75,21 +75,22 @@ class CollisionService final : public Base {
                                         const v1::ChangeSceneRequest* request,
                                         v1::ChangeSceneResponse* response) override {
     Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-    if (!begun) return finish(call, to_grpc(begun.fault()));
+    if (!begun) return finish(call, context_.refuse(begun.fault()));
     Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
-    if (!found) return finish(call, to_grpc(found.fault()));
+    if (!found) return finish(call, context_.refuse(found.fault()));
     const std::shared_ptr<Session> session = std::move(found).value();
     Outcome<std::vector<SceneChange>> changes =
         changes_from(*request, session->dtype(), *session->scene(), context_.limits);
-    if (!changes) return finish(call, to_grpc(changes.fault()));
+    if (!changes) return finish(call, context_.refuse(changes.fault()));
     grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
     // Shared, because a std::function must be copyable; released after the reactor was finished.
     auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-    session->change(request->next_frame(), std::move(changes).value(),
-                    [reactor, response, session, in_flight](const std::optional<Fault>& fault) {
-                      if (!fault) *response->mutable_session() = to_proto(*session);
-                      reactor->Finish(fault ? to_grpc(*fault) : grpc::Status::OK);
-                    });
+    session->change(
+        request->next_frame(), std::move(changes).value(),
+        [&context = context_, reactor, response, session, in_flight](const std::optional<Fault>& fault) {
+          if (!fault) *response->mutable_session() = to_proto(*session);
+          reactor->Finish(fault ? context.refuse(*fault) : grpc::Status::OK);
+        });
     return reactor;
   }
 
@@ -106,7 +107,7 @@ class CollisionService final : public Base {
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call, const v1::GetServerInfoRequest*,
                                           v1::GetServerInfoResponse* response) override {
     if (const Outcome<Principal> principal = context_.guard.identify(*call); !principal)
-      return finish(call, to_grpc(principal.fault()));
+      return finish(call, context_.refuse(principal.fault()));
     response->set_version(kVersion);
     *response->mutable_limits() = to_proto(context_.limits);
     response->set_threads(static_cast<std::uint32_t>(context_.workers->threads()));

@@ -15,9 +15,9 @@ StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Sessio
   auto* call = new StepCall(context, response);
   Outcome<Lifecycle::Call> begun = context.lifecycle.begin();
   if (!begun) {
-    call->Finish(to_grpc(begun.fault()));
+    call->Finish(context.refuse(begun.fault()));
   } else if (!session) {
-    call->Finish(to_grpc(session.fault()));
+    call->Finish(context.refuse(session.fault()));
   } else {
     call->in_flight_.emplace(std::move(begun).value());
     call->step(*session.value(), request);
@@ -28,13 +28,13 @@ StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Sessio
 void StepCall::step(Session& session, const v1::StepRequest& request) {
   FrameBuffer contents(session.dtype(), *session.scene());
   FramePass pass = admit_frame(context_.frames, session.account(), contents.expected_bytes());
-  if (pass.refused) return Finish(to_grpc(*pass.refused));
+  if (pass.refused) return Finish(context_.refuse(*pass.refused));
   pass.given_up = given_up_;
   // An overflow is kept in the buffer, for the session to answer by its rules.
   append(request, contents);
   session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
                [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                 Finish(outcome ? respond(*outcome.value()) : to_grpc(outcome.fault()));
+                 Finish(outcome ? respond(*outcome.value()) : context_.refuse(outcome.fault()));
                });
 }
 
@@ -42,7 +42,7 @@ grpc::Status StepCall::respond(const Answer& answer) {
   const std::size_t bytes = answer.rows() * answer.bytes_per_row();
   // The rest of the message is below a kilobyte.
   if (bytes + 1024 > context_.limits.max_message_bytes)
-    return to_grpc(
+    return context_.refuse(
         limit_met("frame " + std::to_string(answer.frame) + ": its answer of " + std::to_string(bytes) +
                       " bytes does not fit into one message; send the frame again over StreamSteps for it",
                   "max-message-bytes", false));

@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/session_metadata.h"
@@ -35,16 +36,16 @@ StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& cal
   if (principal)
     stream->owner_ = std::move(principal).value().name;
   else
-    stream->end_locked(to_grpc(principal.fault()));
+    stream->end_locked(context.refuse(principal.fault()));
   if (!begun)
-    stream->end_locked(to_grpc(begun.fault()));
+    stream->end_locked(context.refuse(begun.fault()));
   else
     stream->call_.emplace(std::move(begun).value());
   if (!stream->ticket_)
-    stream->end_locked(to_grpc(limit_met("StreamSteps: the daemon has its limit of " +
-                                             std::to_string(context.streams.limit()) +
-                                             " streams open; try again later, or raise --max-open-streams",
-                                         "max-open-streams", true)));
+    stream->end_locked(context.refuse(
+        limit_met("StreamSteps: the daemon has its limit of " + std::to_string(context.streams.limit()) +
+                      " streams open; try again later, or raise --max-open-streams",
+                  "max-open-streams", true)));
   stream->advance_locked();
   return stream.get();
 }
@@ -93,7 +94,8 @@ void StepStream::attach(const v1::Attach& request) {
   {
     const std::lock_guard lock(mutex_);
     if (session_)
-      return end_locked(to_grpc(out_of_place("a second attach; open another stream for another session")));
+      return end_locked(
+          context_.refuse(out_of_place("a second attach; open another stream for another session")));
   }
   Outcome<SessionId> id = session_id_of(request.session_id(), metadata_id_);
   if (!id) return end(id.fault());
@@ -121,7 +123,7 @@ void StepStream::attach(const v1::Attach& request) {
     if (finished_) release_locked();  // the client left meanwhile
   } else {
     attaching_ = false;
-    end_locked(to_grpc(attachment.fault()));
+    end_locked(context_.refuse(attachment.fault()));
   }
 }
 
@@ -174,13 +176,14 @@ void StepStream::attached(const Outcome<std::uint64_t>& expected_frame) {
     *response.mutable_attached()->mutable_limits() = to_proto(context_.limits);
     queue_locked({serialize(response), false});
   } else {
-    end_locked(to_grpc(expected_frame.fault()));
+    end_locked(context_.refuse(expected_frame.fault()));
   }
   advance_locked();
 }
 
 void StepStream::answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
   const std::lock_guard lock(mutex_);
+  if (!outcome) context_.metrics.refused_with(outcome.fault());
   if (outcome)
     queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
   else
@@ -200,7 +203,7 @@ void StepStream::notify_draining(std::chrono::system_clock::time_point deadline)
 
 void StepStream::end(const Fault& fault) {
   const std::lock_guard lock(mutex_);
-  end_locked(to_grpc(fault));
+  end_locked(context_.refuse(fault));
   advance_locked();
 }
 
@@ -208,7 +211,7 @@ void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quie
   const std::lock_guard lock(mutex_);
   // With frames in hand, more may wait unread behind them.
   if (in_flight_ > 0 || attaching_ || std::chrono::steady_clock::now() - last_moved_ < quiet) return;
-  end_locked(to_grpc(fault));
+  end_locked(context_.refuse(fault));
   advance_locked();
 }
 
@@ -220,17 +223,18 @@ void StepStream::enforce_timeouts(std::chrono::steady_clock::time_point now) {
     const std::string message = "StreamSteps: the client has not taken a message for " +
                                 format_duration(limits.write_stall_timeout) +
                                 "; read answers as they come, or raise --write-stall-timeout";
+    context_.metrics.refused_with("write-stall-timeout");
     end_ = grpc::Status(grpc::StatusCode::UNAVAILABLE, message);
     break_locked();
     // Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
     // ends with.
     grpc_call_cancel_with_status(rpc_.c_call(), GRPC_STATUS_UNAVAILABLE, message.c_str(), nullptr);
   } else if (awaited_since_ && reading_ && now - *awaited_since_ >= limits.upload_timeout) {
-    end_locked(to_grpc({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
-                        std::string("StreamSteps: ") +
-                            (session_ ? "the rest of a frame" : "the message that attaches") +
-                            " did not come within " + format_duration(limits.upload_timeout) +
-                            "; send it faster, or raise --upload-timeout"}));
+    end_locked(context_.refuse({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+                                std::string("StreamSteps: ") +
+                                    (session_ ? "the rest of a frame" : "the message that attaches") +
+                                    " did not come within " + format_duration(limits.upload_timeout) +
+                                    "; send it faster, or raise --upload-timeout"}));
   } else {
     return;
   }
@@ -246,6 +250,17 @@ void StepStream::break_locked() {
   given_up_->store(true, std::memory_order_relaxed);
   writes_.clear();
   queued_bytes_ = 0;
+}
+
+void StepStream::log_end_locked(const grpc::Status& status) {
+  const CallTag tag = call_tag(rpc_);
+  context_.log.write(status.ok() ? LogLevel::kDebug : LogLevel::kInfo, "stream_ended",
+                     {{"session", session_ ? session_->id().text() : std::string()},
+                      {"principal", owner_},
+                      {"code", std::int64_t{status.error_code()}},
+                      {"reason", status.error_message()},
+                      {"request_id", tag.request_id},
+                      {"traceparent", tag.traceparent}});
 }
 
 void StepStream::release_locked() {
@@ -265,10 +280,10 @@ void StepStream::write_locked() {
     try {
       current_ = answer->next();
     } catch (const std::bad_alloc&) {
-      end_locked(
-          to_grpc(limit_met("frame " + std::to_string(answer->frame()) +
-                                ": no memory to send its answer; attach and send the frame again for it",
-                            "max-total-bytes", true)));
+      end_locked(context_.refuse(
+          limit_met("frame " + std::to_string(answer->frame()) +
+                        ": no memory to send its answer; attach and send the frame again for it",
+                    "max-total-bytes", true)));
       return break_locked();
     }
     current_ends_frame_ = answer->done();
@@ -296,7 +311,9 @@ void StepStream::advance_locked() {
     given_up_->store(true, std::memory_order_relaxed);
     // First, so that a client that has seen its stream end finds the session free for the next one.
     release_locked();
-    Finish(end_.value_or(grpc::Status::CANCELLED));
+    const grpc::Status status = end_.value_or(grpc::Status::CANCELLED);
+    log_end_locked(status);
+    Finish(status);
   } else if (!end_ && !broken_ && !reading_ && !handling_ && !attaching_ &&
              (awaited_since_ || may_begin_frame)) {
     reading_ = true;

@@ -80,6 +80,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void write_locked();
   void queue_locked(Outgoing outgoing);
   void release_locked();
+  void log_end_locked(const grpc::Status& status);
   void advance_locked();
 
   // Constant after construction.

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// HTTP by CivetWeb. Thread safety as stated in the header.
+#include "server/admin/http.h"
+
+#include <civetweb.h>
+
+#include <array>
+#include <utility>
+
+namespace warmfront::server {
+namespace {
+
+int answer(mg_connection* connection, int status, const char* type, const std::string& body) {
+  mg_printf(connection,
+            "HTTP/1.1 %d %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nCache-Control: no-store\r\n"
+            "Connection: close\r\n\r\n",
+            status, status == 200 ? "OK" : "Service Unavailable", type, body.size());
+  mg_write(connection, body.data(), body.size());
+  return status;
+}
+
+constexpr const char* kText = "text/plain; charset=utf-8";
+
+}  // namespace
+
+struct Http::Impl {
+  Pages pages;
+  mg_context* server = nullptr;
+};
+
+Http::Http(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Http::~Http() {
+  mg_stop(impl_->server);
+}
+
+int Http::port() const {
+  std::array<mg_server_port, 1> ports{};
+  return mg_get_server_ports(impl_->server, 1, ports.data()) == 1 ? ports[0].port : 0;
+}
+
+Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages pages) {
+  auto impl = std::make_unique<Impl>(Impl{std::move(pages)});
+  // Few threads and short waits: a slow or silent scraper costs one of two threads for two seconds.
+  const std::array<const char*, 9> options{"listening_ports",
+                                           address.c_str(),
+                                           "num_threads",
+                                           "2",
+                                           "request_timeout_ms",
+                                           "2000",
+                                           "enable_keep_alive",
+                                           "no",
+                                           nullptr};
+  mg_callbacks callbacks{};
+  callbacks.log_message = [](const mg_connection*, const char*) { return 1; };  // the reason is told below
+  impl->server = mg_start(&callbacks, nullptr, const_cast<const char**>(options.data()));
+  if (impl->server == nullptr)
+    return Error{
+        ErrorCode::kUnavailable,
+        "metrics-listen " + address + ": HOST:PORT is expected, and a port that this process may bind"};
+  Impl* const all = impl.get();
+  mg_set_request_handler(
+      all->server, "/metrics$",
+      [](mg_connection* connection, void* data) {
+        return answer(connection, 200, "text/plain; version=0.0.4; charset=utf-8",
+                      static_cast<Impl*>(data)->pages.metrics());
+      },
+      all);
+  mg_set_request_handler(
+      all->server, "/healthz$",
+      [](mg_connection* connection, void*) { return answer(connection, 200, kText, "ok\n"); }, all);
+  mg_set_request_handler(
+      all->server, "/readyz$",
+      [](mg_connection* connection, void* data) {
+        const bool ready = static_cast<Impl*>(data)->pages.ready();
+        return answer(connection, ready ? 200 : 503, kText, ready ? "ready\n" : "draining\n");
+      },
+      all);
+  return std::unique_ptr<Http>(new Http(std::move(impl)));
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Metrics to text by prometheus-cpp. Thread-safe.
+#include "server/admin/metrics_text.h"
+
+#include <prometheus/metric_family.h>
+#include <prometheus/text_serializer.h>
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "server/version.h"
+
+namespace warmfront::server {
+namespace {
+
+using prometheus::ClientMetric;
+using prometheus::MetricFamily;
+using prometheus::MetricType;
+
+double value_of(const Counter& counter) {
+  return static_cast<double>(counter.load(std::memory_order_relaxed));
+}
+
+class Families {
+ public:
+  void gauge(const char* name, const char* help, double value, std::vector<ClientMetric::Label> labels = {}) {
+    ClientMetric metric;
+    metric.label = std::move(labels);
+    metric.gauge.value = value;
+    add(name, help, MetricType::Gauge, {std::move(metric)});
+  }
+  void counter(const char* name, const char* help, const Counter& counter) {
+    ClientMetric metric;
+    metric.counter.value = value_of(counter);
+    add(name, help, MetricType::Counter, {std::move(metric)});
+  }
+  void counters(const char* name, const char* help, const char* label, std::span<const char* const> values,
+                std::span<const Counter> counters) {
+    std::vector<ClientMetric> metrics(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      metrics[i].label = {{label, values[i]}};
+      metrics[i].counter.value = value_of(counters[i]);
+    }
+    add(name, help, MetricType::Counter, std::move(metrics));
+  }
+  void histograms(const char* name, const char* help, const char* label, std::span<const char* const> values,
+                  std::span<const DurationHistogram> histograms) {
+    std::vector<ClientMetric> metrics(histograms.size());
+    for (std::size_t i = 0; i < histograms.size(); ++i) {
+      if (!values.empty()) metrics[i].label = {{label, values[i]}};
+      ClientMetric::Histogram& histogram = metrics[i].histogram;
+      for (std::size_t b = 0; b < DurationHistogram::kBuckets; ++b) {
+        histogram.sample_count += histograms[i].count(b);
+        histogram.bucket.push_back({histogram.sample_count, b + 1 < DurationHistogram::kBuckets
+                                                                ? DurationHistogram::upper_bound_seconds(b)
+                                                                : std::numeric_limits<double>::infinity()});
+      }
+      histogram.sample_sum = histograms[i].sum_seconds();
+    }
+    add(name, help, MetricType::Histogram, std::move(metrics));
+  }
+
+  std::string text() const { return prometheus::TextSerializer().Serialize(families_); }
+
+ private:
+  void add(const char* name, const char* help, MetricType type, std::vector<ClientMetric> metrics) {
+    families_.push_back({name, help, type, std::move(metrics)});
+  }
+  std::vector<MetricFamily> families_;
+};
+
+}  // namespace
+
+std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
+  Families f;
+  const auto number = [](std::uint64_t n) { return static_cast<double>(n); };
+  f.gauge("warmfront_build_info", "Constant 1; the version is a label", 1, {{"version", kVersion}});
+  f.gauge("warmfront_threads", "Threads that steps run on", number(gauges.threads));
+  f.gauge("warmfront_draining", "1 while the daemon is about to stop", gauges.draining ? 1 : 0);
+  f.gauge("warmfront_sessions", "Sessions open", number(gauges.sessions));
+  f.gauge("warmfront_session_memory_bytes", "Memory charged to sessions: held, or reserved when that is more",
+          number(gauges.charged_bytes));
+  f.gauge("warmfront_session_memory_limit_bytes", "The limit of that", number(gauges.max_bytes));
+  f.gauge("warmfront_open_streams", "StreamSteps calls open", number(gauges.open_streams));
+  f.gauge("warmfront_frames_in_flight", "Frames accepted and not yet computed",
+          number(gauges.frames_in_flight));
+  f.counter("warmfront_sessions_created_total", "Sessions created", metrics.sessions_created);
+  f.counters("warmfront_sessions_ended_total", "Sessions ended, by reason", "reason", Metrics::kEndNames,
+             metrics.sessions_ended);
+  f.histograms("warmfront_step_duration_seconds", "Time of a step in the engine, by stage", "stage",
+               Metrics::kStageNames, metrics.step_seconds);
+  f.histograms("warmfront_queue_duration_seconds", "Time that a frame waited for its step", "", {},
+               std::span(&metrics.queue_seconds, 1));
+  f.counters("warmfront_steps_total", "Steps computed, by what became of the front (rebuilt: its rebuilds)",
+             "front", Metrics::kFrontNames, metrics.steps_by_front);
+  f.counter("warmfront_contacts_total", "Contacts found", metrics.contacts);
+  f.counter("warmfront_front_pairs_total", "Pairs that the front held, over all steps", metrics.front_pairs);
+  f.counter("warmfront_front_pairs_skipped_total", "Of these, pairs that needed no look: the front's reuse",
+            metrics.front_pairs_skipped);
+  f.counters("warmfront_rejected_total", "Requests refused, by limit or kind of fault", "reason",
+             Metrics::kRefusals, metrics.refused);
+  return f.text();
+}
+
+}  // namespace warmfront::server

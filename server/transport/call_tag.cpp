@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading and making ids. Thread-safe.
+#include "server/transport/call_tag.h"
+
+#include <algorithm>
+#include <random>
+#include <string_view>
+
+namespace warmfront::server {
+namespace {
+
+std::string_view metadata(const grpc::ServerContextBase& call, const char* name) {
+  const auto found = call.client_metadata().find(name);
+  if (found == call.client_metadata().end()) return {};
+  return {found->second.data(), found->second.size()};
+}
+
+bool is_request_id(std::string_view text) {
+  return !text.empty() && text.size() <= 128 && std::ranges::all_of(text, [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
+           c == '_' || c == '.' || c == '/' || c == '+' || c == '=' || c == ':';
+  });
+}
+
+/// 00-<32>-<16>-<2>, lower-case hexadecimal digits.
+bool is_traceparent(std::string_view text) {
+  constexpr std::string_view kShape = "xx-xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx-xxxxxxxxxxxxxxxx-xx";
+  return std::ranges::equal(text, kShape, [](char c, char shape) {
+    const bool hexadecimal = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+    return shape == '-' ? c == '-' : hexadecimal;
+  });
+}
+
+std::string made_up_id() {
+  thread_local std::mt19937_64 random{std::random_device{}()};
+  std::string id(16, '0');
+  std::uint64_t bits = random();
+  for (char& c : id) {
+    c = "0123456789abcdef"[bits & 15];
+    bits >>= 4;
+  }
+  return id;
+}
+
+}  // namespace
+
+CallTag call_tag(const grpc::ServerContextBase& call) {
+  const std::string_view request = metadata(call, "x-request-id"), trace = metadata(call, "traceparent");
+  return {is_request_id(request) ? std::string(request) : made_up_id(),
+          is_traceparent(trace) ? std::string(trace) : std::string()};
+}
+
+}  // namespace warmfront::server

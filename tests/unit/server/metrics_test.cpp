@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the daemon shows of itself: metrics, health and readiness over HTTP, and what it tells systemd.
+#include "server/admin/metrics.h"
+
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstring>
+#include <future>
+#include <regex>
+
+#include "server/admin/metrics_text.h"
+#include "server/admin/systemd.h"
+#include "tests/unit/server/service_fixture.h"
+
+namespace warmfront::test {
+namespace {
+
+using server::DurationHistogram;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(DurationHistogramTest, EachDurationIsInTheFirstBucketThatHoldsIt) {
+  for (const double seconds : {0.0, 1e-6, 1e-5, 1.1e-5, 2e-5, 3e-4, 0.05, 1.0, 41.0, 1e6}) {
+    DurationHistogram histogram;
+    histogram.observe(seconds);
+    std::size_t expected = 0;
+    while (expected + 1 < DurationHistogram::kBuckets &&
+           seconds > DurationHistogram::upper_bound_seconds(expected))
+      ++expected;
+    EXPECT_EQ(histogram.count(expected), 1u) << seconds;
+    EXPECT_NEAR(histogram.sum_seconds(), seconds, 1e-9 + 1e-9 * seconds);
+  }
+}
+
+TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
+  server::Metrics metrics;
+  StepStatistics statistics;
+  statistics.ms.total = 3;
+  statistics.front_state = FrontState::kUpdated;
+  metrics.step_done(statistics, 7, 0.5);
+  metrics.refused_with(server::limit_met("full", "max-sessions", true));
+  metrics.refused_with("nothing known");
+  const std::string text = server::metrics_text(metrics, {.sessions = 3});
+  EXPECT_THAT(text, HasSubstr("\nwarmfront_sessions 3\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_contacts_total 7\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_steps_total{front=\"updated\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"max-sessions\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"other\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_count{stage=\"total\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_bucket{stage=\"total\",le=\"+Inf\"} 1\n"));
+  std::istringstream lines(text);
+  const std::regex shape("(# (HELP|TYPE) )?warmfront_[a-z_]+.*");
+  for (std::string line; std::getline(lines, line);) EXPECT_TRUE(std::regex_match(line, shape)) << line;
+}
+
+/// The whole answer to a GET.
+std::string get(int port, const std::string& path) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::string answer;
+  if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) {
+    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    static_cast<void>(::send(socket, request.data(), request.size(), MSG_NOSIGNAL));
+    std::array<char, 4096> part{};
+    for (ssize_t n = 0; (n = ::recv(socket, part.data(), part.size(), 0)) > 0;)
+      answer.append(part.data(), static_cast<std::size_t>(n));
+  }
+  ::close(socket);
+  return answer;
+}
+
+class MetricsTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.metrics_listen = "127.0.0.1:0";
+    return config;
+  }
+  MetricsTest() : ServiceTest(config()) {}
+};
+
+TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
+  const int port = daemon_->metrics_port();
+  ASSERT_GT(port, 0);
+  ASSERT_TRUE(create().ok());
+  for (std::uint64_t k = 1; k <= 3; ++k) ASSERT_TRUE(step(k, frame(k)).ok());
+  EXPECT_FALSE(step(9, frame(9)).ok());
+  const std::string text = get(port, "/metrics");
+  EXPECT_THAT(text, HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(text, HasSubstr("\nwarmfront_sessions 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_count{stage=\"total\"} 3\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_queue_duration_seconds_count 3\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"frame_out_of_order\"} 1\n"));
+  EXPECT_THAT(text, Not(HasSubstr(kId))) << "no session stands in a label";
+  EXPECT_THAT(get(port, "/healthz"), HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(get(port, "/readyz"), HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(get(port, "/else"), HasSubstr("HTTP/1.1 404"));
+  EXPECT_TRUE(daemon_->drain());
+  EXPECT_THAT(get(port, "/healthz"), HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(get(port, "/readyz"), HasSubstr("HTTP/1.1 503"));
+}
+
+TEST_F(MetricsTest, LogsCarryTheCallersIds) {
+  Context context;
+  const std::string trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
+  context.AddMetadata("x-request-id", "job-17");
+  context.AddMetadata("traceparent", trace);
+  const auto stream = stub_->StreamSteps(&context);
+  stream->Write(attach(kOther));
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(daemon_.log(), HasSubstr("\"request_id\":\"job-17\",\"traceparent\":\"" + trace + "\""));
+  Context bad;
+  bad.AddMetadata("x-request-id", "no \"id\"");
+  bad.AddMetadata("traceparent", "00-xyz");
+  const auto other = stub_->StreamSteps(&bad);
+  other->Write(attach(kOther));
+  EXPECT_EQ(other->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(daemon_.log(), Not(HasSubstr("xyz")));
+  EXPECT_THAT(daemon_.log(), Not(HasSubstr("no \\\"id")));
+}
+
+TEST_F(MetricsTest, TheWatchdogIsFedByTheThreadsOfTheSteps) {
+  std::promise<void> fed;
+  daemon_->when_runner_moves([&] { fed.set_value(); });
+  EXPECT_EQ(fed.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+}
+
+TEST(SystemdTest, IsToldOverItsSocket) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "notify").string();
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  ASSERT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
+  EXPECT_TRUE(server::notify_systemd("READY=1"));
+  std::array<char, 64> got{};
+  EXPECT_EQ(::recv(socket, got.data(), got.size(), 0), 7);
+  EXPECT_STREQ(got.data(), "READY=1");
+  ::unsetenv("NOTIFY_SOCKET");
+  EXPECT_FALSE(server::notify_systemd("READY=1")) << "without systemd nothing happens";
+  ::close(socket);
+  ::setenv("WATCHDOG_USEC", "30000000", 1);
+  EXPECT_EQ(server::watchdog_interval(), std::chrono::seconds(10));
+  ::setenv("WATCHDOG_PID", "1", 1);
+  EXPECT_FALSE(server::watchdog_interval()) << "it is another process's";
+  ::unsetenv("WATCHDOG_PID");
+  ::setenv("WATCHDOG_USEC", "soon", 1);
+  EXPECT_FALSE(server::watchdog_interval());
+  ::unsetenv("WATCHDOG_USEC");
+}
+
+}  // namespace
+}  // namespace warmfront::test
