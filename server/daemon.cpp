@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -24,6 +23,7 @@
 #include "server/admin/listen.h"
 #include "server/admin/metrics_text.h"
 #include "server/admin/ticker.h"
+#include "server/annotations.h"
 #include "server/session/expiry.h"
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
@@ -67,9 +67,9 @@ void set_arguments(grpc::ServerBuilder& builder, const Config& config) {
 
 /// These plugins are switches of the whole process in gRPC: once on, every server built later has them.
 void enable_plugins(bool reflection, bool channelz) {
-  static std::mutex mutex;
+  static Mutex mutex;
   static bool reflecting = false, channels = false;
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   grpc::EnableDefaultHealthCheckService(true);
   // It writes what clients send wrong to standard error in lines of its own; the status that they get says it
   // all.

@@ -28,5 +28,7 @@ function(warmfront_target name)
                                          $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
                                          # Both sides of a branchless condition are meant to be computed.
                                          $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
+                                         # What a lock protects is touched with the lock held (server/annotations.h).
+                                         $<$<CXX_COMPILER_ID:Clang>:-Wthread-safety>
                                          $<$<BOOL:${WARMFRONT_WERROR}>:-Werror>)
 endfunction()

@@ -8,17 +8,18 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <mutex>
+
+#include "server/annotations.h"
 
 namespace warmfront::server {
 namespace {
 
 struct Reserve {
-  std::mutex mutex;
-  int file = -1;  // protected by mutex
+  Mutex mutex;
+  int file WARMFRONT_GUARDED_BY(mutex) = -1;
 };
 
-Reserve& reserve() {
+Reserve& shared_reserve() {
   static Reserve& shared = *new Reserve;  // used by threads of gRPC until the process is gone
   return shared;
 }
@@ -33,23 +34,25 @@ bool out_of_files() {
 
 /// Closes every connection that waits, by means of the file set aside.
 void refuse_waiting(int listener) {
-  const std::lock_guard lock(reserve().mutex);
-  if (reserve().file < 0) return;
+  Reserve& reserve = shared_reserve();
+  const MutexLock lock(reserve.mutex);
+  if (reserve.file < 0) return;
   for (;;) {
-    close(reserve().file);
+    close(reserve.file);
     const int connection = accept_now(listener, nullptr, nullptr, SOCK_CLOEXEC);
     if (connection >= 0) close(connection);
     const bool more = connection >= 0 || errno == ECONNABORTED || errno == EINTR;
-    reserve().file = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    if (!more || reserve().file < 0) return;
+    reserve.file = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (!more || reserve.file < 0) return;
   }
 }
 
 }  // namespace
 
 void refuse_connections_without_files() {
-  const std::lock_guard lock(reserve().mutex);
-  if (reserve().file < 0) reserve().file = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  Reserve& reserve = shared_reserve();
+  const MutexLock lock(reserve.mutex);
+  if (reserve.file < 0) reserve.file = open("/dev/null", O_RDONLY | O_CLOEXEC);
 }
 
 }  // namespace warmfront::server

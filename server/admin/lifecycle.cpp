@@ -13,14 +13,14 @@ Fault Lifecycle::draining_fault() {
 
 Lifecycle::Call::~Call() {
   if (lifecycle_ == nullptr) return;
-  const std::lock_guard lock(lifecycle_->mutex_);
+  const MutexLock lock(lifecycle_->mutex_);
   lifecycle_->calls_.erase(key_);
   // Notified under the lock: the waiter may destroy the lifecycle as soon as it sees the last call gone.
   lifecycle_->ended_.notify_all();
 }
 
 Outcome<Lifecycle::Call> Lifecycle::begin(std::weak_ptr<Drainable> call) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (draining_) return draining_fault();
   const std::uint64_t key = next_key_++;
   calls_.emplace(key, std::move(call));
@@ -28,12 +28,12 @@ Outcome<Lifecycle::Call> Lifecycle::begin(std::weak_ptr<Drainable> call) {
 }
 
 bool Lifecycle::draining() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return draining_;
 }
 
 std::vector<std::shared_ptr<Drainable>> Lifecycle::streams() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<std::shared_ptr<Drainable>> streams;
   for (const auto& [key, call] : calls_)
     if (std::shared_ptr<Drainable> stream = call.lock()) streams.push_back(std::move(stream));
@@ -42,7 +42,7 @@ std::vector<std::shared_ptr<Drainable>> Lifecycle::streams() {
 
 void Lifecycle::begin_drain(std::chrono::system_clock::time_point deadline) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     draining_ = true;
   }
   for (const std::shared_ptr<Drainable>& stream : streams()) stream->notify_draining(deadline);
@@ -62,8 +62,9 @@ void Lifecycle::enforce_timeouts() {
 }
 
 std::size_t Lifecycle::wait_until_idle(std::chrono::steady_clock::time_point deadline) {
-  std::unique_lock lock(mutex_);
-  ended_.wait_until(lock, deadline, [this] { return calls_.empty(); });
+  UniqueLock lock(mutex_);
+  while (!calls_.empty())
+    if (ended_.wait_until(lock, deadline) == std::cv_status::timeout) break;
   return calls_.size();
 }
 

@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <vector>
 
+#include "server/annotations.h"
 #include "server/session/fault.h"
 
 namespace warmfront::server {
@@ -65,11 +65,11 @@ class Lifecycle {
   std::vector<std::shared_ptr<Drainable>> streams();
 
   // Protected by mutex_. Null weak pointers: calls that are no streams.
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable ended_;
-  bool draining_ = false;
-  std::uint64_t next_key_ = 0;
-  std::map<std::uint64_t, std::weak_ptr<Drainable>> calls_;
+  bool draining_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  std::uint64_t next_key_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  std::map<std::uint64_t, std::weak_ptr<Drainable>> calls_ WARMFRONT_GUARDED_BY(mutex_);
 };
 
 }  // namespace warmfront::server

@@ -7,36 +7,44 @@
 namespace warmfront::server {
 
 bool Mailbox::post(Job job) {
-  std::unique_lock lock(mutex_);
-  if (jobs_.size() >= capacity_) return false;
-  push(std::move(job), lock);
+  {
+    const MutexLock lock(mutex_);
+    if (jobs_.size() >= capacity_) return false;
+    if (!push_locked(std::move(job))) return true;
+  }
+  schedule();
   return true;
 }
 
 void Mailbox::post_always(Job job) {
-  std::unique_lock lock(mutex_);
-  push(std::move(job), lock);
+  {
+    const MutexLock lock(mutex_);
+    if (!push_locked(std::move(job))) return;
+  }
+  schedule();
 }
 
-void Mailbox::push(Job job, std::unique_lock<std::mutex>& lock) {
+bool Mailbox::push_locked(Job job) {
   jobs_.push_back(std::move(job));
-  if (std::exchange(scheduled_, true)) return;
-  lock.unlock();
+  return !std::exchange(scheduled_, true);
+}
+
+void Mailbox::schedule() {
   runner_.post([self = shared_from_this()] { self->run_one(); }, lane_.load(std::memory_order_relaxed));
 }
 
 void Mailbox::run_one() {
+  // Scoped, so that what the job holds is released before the next is scheduled.
   {
-    std::unique_lock lock(mutex_);
+    UniqueLock lock(mutex_);
     const Job job = std::move(jobs_.front());
     jobs_.pop_front();
     lock.unlock();
     job();
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   scheduled_ = !jobs_.empty();
-  if (scheduled_)
-    runner_.post([self = shared_from_this()] { self->run_one(); }, lane_.load(std::memory_order_relaxed));
+  if (scheduled_) schedule();
 }
 
 }  // namespace warmfront::server

@@ -7,8 +7,8 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 
+#include "server/annotations.h"
 #include "server/session/runner.h"
 
 namespace warmfront::server {
@@ -31,7 +31,9 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   void set_lane(Lane lane) { lane_.store(lane, std::memory_order_relaxed); }
 
  private:
-  void push(Job job, std::unique_lock<std::mutex>& lock);
+  /// Whether the mailbox must be scheduled, which the caller does without the lock.
+  [[nodiscard]] bool push_locked(Job job) WARMFRONT_REQUIRES(mutex_);
+  void schedule();
   void run_one();
 
   // Constant after construction.
@@ -41,9 +43,9 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   std::atomic<Lane> lane_;
 
   // Protected by mutex_.
-  std::mutex mutex_;
-  std::deque<Job> jobs_;
-  bool scheduled_ = false;
+  Mutex mutex_;
+  std::deque<Job> jobs_ WARMFRONT_GUARDED_BY(mutex_);
+  bool scheduled_ WARMFRONT_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace warmfront::server

@@ -15,7 +15,7 @@ Runner::Runner(int threads) {
 
 Runner::~Runner() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
   }
   for (Queue& queue : queues_) queue.changed.notify_all();
@@ -25,7 +25,7 @@ Runner::~Runner() {
 void Runner::post(std::function<void()> task, Lane lane) {
   Queue& queue = queues_[static_cast<std::size_t>(lane)];
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     queue.tasks.push_back(std::move(task));
   }
   queue.changed.notify_one();
@@ -38,9 +38,9 @@ std::function<void()> Runner::take(Queue& queue) {
 }
 
 void Runner::work(Queue& own) {
-  std::unique_lock lock(mutex_);
+  UniqueLock lock(mutex_);
   for (;;) {
-    own.changed.wait(lock, [&] { return stopping_ || !own.tasks.empty(); });
+    while (!stopping_ && own.tasks.empty()) own.changed.wait(lock);
     // At the end any thread runs what is left: a task may post to a lane whose own threads are gone by then.
     const auto filled = own.tasks.empty()
                             ? std::ranges::find_if(queues_, [](const Queue& q) { return !q.tasks.empty(); })

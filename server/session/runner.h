@@ -8,9 +8,10 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
+
+#include "server/annotations.h"
 
 namespace warmfront::server {
 
@@ -45,9 +46,9 @@ class Runner {
   static std::function<void()> take(Queue& queue);
 
   // Protected by mutex_.
-  std::mutex mutex_;
-  std::array<Queue, 2> queues_;  // by lane
-  bool stopping_ = false;
+  Mutex mutex_;
+  std::array<Queue, 2> queues_;  // by lane; of them, the tasks
+  bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
 
   std::atomic<int> busy_{0};
 

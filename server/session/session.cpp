@@ -70,7 +70,7 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
 }
 
 SessionSnapshot Session::snapshot() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   SessionSnapshot snapshot = snapshot_;
   snapshot.memory_bytes = account_->held();
   snapshot.attached = attachment_.has_value();
@@ -81,19 +81,19 @@ SessionSnapshot Session::snapshot() const {
 }
 
 std::optional<Fault> Session::closed() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return closed_;
 }
 
 std::shared_ptr<const Scene> Session::scene() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return scene_;
 }
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
                    StepDone done) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     last_request_ = std::chrono::steady_clock::now();
   }
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
@@ -154,7 +154,7 @@ Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome
 
 void Session::take_stock() {
   memory_.set(collider_.memory_bytes() + (last_frame_ ? last_frame_->memory_bytes() : 0));
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   snapshot_.last_frame = frames_.last();
   snapshot_.steps = frames_.steps();
   last_request_ = std::chrono::steady_clock::now();
@@ -183,7 +183,7 @@ std::optional<Fault> Session::apply(std::uint64_t next_frame, std::vector<SceneC
     };
     const Status status = carry_out();
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       scene_ = std::make_shared<const Scene>(collider_.scene());
     }
     if (!status) return fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
@@ -243,7 +243,7 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
   Evict evicted;
   Attachment attachment{};
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (closed_) return *closed_;
     if (attachment_ && !takeover)
       return Fault{
@@ -266,7 +266,7 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
 
 void Session::detach(Attachment attachment) {
   Evict evict;  // destroyed outside the lock: it may hold the stream
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (attachment_ != attachment) return;
   attachment_.reset();
   evict.swap(evict_);
@@ -276,7 +276,7 @@ void Session::detach(Attachment attachment) {
 void Session::close(Fault fault) {
   Evict evict;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (closed_) return;
     closed_ = fault;
     evict.swap(evict_);

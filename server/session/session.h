@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
@@ -15,6 +14,7 @@
 
 #include "engine/collider.h"
 #include "server/admin/metrics.h"
+#include "server/annotations.h"
 #include "server/session/account.h"
 #include "server/session/answer.h"
 #include "server/session/fault.h"
@@ -161,14 +161,14 @@ class Session : public std::enable_shared_from_this<Session> {
   std::optional<FrameBuffer> last_frame_;  // what it answers
 
   // Protected by mutex_.
-  mutable std::mutex mutex_;
-  std::shared_ptr<const Scene> scene_;
-  SessionSnapshot snapshot_;
-  std::chrono::steady_clock::time_point last_request_;
-  std::optional<Fault> closed_;
-  std::uint64_t attachments_ = 0;
-  std::optional<Attachment> attachment_;
-  Evict evict_;
+  mutable Mutex mutex_;
+  std::shared_ptr<const Scene> scene_ WARMFRONT_GUARDED_BY(mutex_);
+  SessionSnapshot snapshot_ WARMFRONT_GUARDED_BY(mutex_);
+  std::chrono::steady_clock::time_point last_request_ WARMFRONT_GUARDED_BY(mutex_);
+  std::optional<Fault> closed_ WARMFRONT_GUARDED_BY(mutex_);
+  std::uint64_t attachments_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  std::optional<Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);
+  Evict evict_ WARMFRONT_GUARDED_BY(mutex_);
 };
 
 }  // namespace warmfront::server

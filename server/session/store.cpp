@@ -15,18 +15,18 @@ Fault Store::not_found(const SessionId& id) {
 
 Store::Reservation::~Reservation() {
   if (store_ == nullptr) return;
-  const std::lock_guard lock(store_->mutex_);
+  const MutexLock lock(store_->mutex_);
   store_->sessions_.erase(id_);
 }
 
 void Store::Reservation::fill(std::shared_ptr<Session> session) {
   Store* store = std::exchange(store_, nullptr);
-  const std::lock_guard lock(store->mutex_);
+  const MutexLock lock(store->mutex_);
   store->sessions_.at(id_).session = std::move(session);
 }
 
 Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::string& owner) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (sessions_.contains(id))
     return Fault{ErrorCode::kAlreadyExists, Reason::kSessionExists,
                  "session " + id.text() + " exists already; attach to it, delete it or choose another id"};
@@ -45,7 +45,7 @@ Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::strin
 }
 
 Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id, const std::string& owner) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = sessions_.find(id);
   if (found == sessions_.end() || !found->second.session || found->second.owner != owner)
     return not_found(id);
@@ -53,14 +53,14 @@ Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id, const std::st
 }
 
 Outcome<std::shared_ptr<Session>> Store::find_any(const SessionId& id) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = sessions_.find(id);
   if (found == sessions_.end() || !found->second.session) return not_found(id);
   return found->second.session;
 }
 
 std::vector<std::shared_ptr<Session>> Store::list() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<std::shared_ptr<Session>> sessions;
   for (const auto& [id, place] : sessions_)
     if (place.session) sessions.push_back(place.session);
@@ -68,7 +68,7 @@ std::vector<std::shared_ptr<Session>> Store::list() const {
 }
 
 std::shared_ptr<Session> Store::remove(const SessionId& id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = sessions_.find(id);
   if (found == sessions_.end() || !found->second.session) return nullptr;
   std::shared_ptr<Session> session = std::move(found->second.session);
@@ -78,7 +78,7 @@ std::shared_ptr<Session> Store::remove(const SessionId& id) {
 
 void Store::forget(const Session& session) {
   std::shared_ptr<Session> doomed;  // released outside the lock
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = sessions_.find(session.id());
   if (found == sessions_.end() || found->second.session.get() != &session) return;
   doomed = std::move(found->second.session);
@@ -87,7 +87,7 @@ void Store::forget(const Session& session) {
 
 std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::milliseconds timeout) {
   std::vector<std::shared_ptr<Session>> idle;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (auto it = sessions_.begin(); it != sessions_.end();) {
     const bool stays = [&] {
       if (!it->second.session) return true;
@@ -105,7 +105,7 @@ std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::millisecon
 }
 
 std::size_t Store::size() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return sessions_.size();
 }
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <vector>
 
+#include "server/annotations.h"
 #include "server/session/fault.h"
 #include "server/session/id.h"
 #include "server/session/session.h"
@@ -70,8 +70,8 @@ class Store {
   const std::uint32_t max_sessions_per_owner_;
 
   // Protected by mutex_.
-  mutable std::mutex mutex_;
-  std::map<SessionId, Place> sessions_;
+  mutable Mutex mutex_;
+  std::map<SessionId, Place> sessions_ WARMFRONT_GUARDED_BY(mutex_);
 };
 
 }  // namespace warmfront::server

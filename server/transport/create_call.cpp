@@ -19,7 +19,7 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
   create->self_ = create;
   Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
   Outcome<Principal> principal = context.guard.identify(call);
-  const std::lock_guard lock(create->mutex_);
+  const MutexLock lock(create->mutex_);
   if (begun) create->in_flight_.emplace(std::move(begun).value());
   if (!begun || !principal) {
     create->fail_locked(context.refuse(begun ? principal.fault() : begun.fault()));
@@ -42,7 +42,7 @@ void CreateCall::OnDone() {
 }
 
 void CreateCall::OnReadDone(bool ok) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (state_ != State::kUploading) return;  // it was ended meanwhile
   last_moved_ = std::chrono::steady_clock::now();
   if (ok) {
@@ -57,12 +57,12 @@ void CreateCall::OnReadDone(bool ok) {
 }
 
 void CreateCall::end(const Fault& fault) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (state_ == State::kUploading) fail_locked(context_.refuse(fault));
 }
 
 void CreateCall::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (state_ == State::kUploading && std::chrono::steady_clock::now() - last_moved_ >= quiet)
     fail_locked(context_.refuse(fault));
 }

@@ -7,10 +7,10 @@
 
 #include <chrono>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include "server/admin/lifecycle.h"
+#include "server/annotations.h"
 #include "server/session/account.h"
 #include "server/session/store.h"
 #include "server/transport/context.h"
@@ -44,7 +44,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   void build();
   /// Ends the call with this, unless the upload is over. The upload's memory and its place in the store are
   /// given back first: the client may try again as soon as it hears of it.
-  void fail_locked(const grpc::Status& status);
+  void fail_locked(const grpc::Status& status) WARMFRONT_REQUIRES(mutex_);
 
   // Constant after construction.
   Context& context_;
@@ -63,9 +63,13 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   v1::CreateSessionRequest incoming_;
 
   // Protected by mutex_ while uploading, then used by build() only.
-  std::mutex mutex_;
-  enum class State { kUploading, kBuilding, kFinished } state_ = State::kUploading;
-  std::chrono::steady_clock::time_point last_moved_ = began_;
+  Mutex mutex_;
+  enum class State {
+    kUploading,
+    kBuilding,
+    kFinished
+  } state_ WARMFRONT_GUARDED_BY(mutex_) = State::kUploading;
+  std::chrono::steady_clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = began_;
   std::optional<Upload> upload_;
   std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;

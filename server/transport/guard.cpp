@@ -30,13 +30,13 @@ Status Guard::reload() {
   Result<Tokens> read = Tokens::read(settings_.token_file);
   if (!read) return read.error();
   auto tokens = std::make_shared<const Tokens>(std::move(read).value());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   tokens_ = std::move(tokens);
   return {};
 }
 
 std::shared_ptr<const Tokens> Guard::tokens() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return tokens_;
 }
 

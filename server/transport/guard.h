@@ -5,12 +5,12 @@
 #include <grpcpp/server_context.h>
 
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "server/admin/tls.h"
 #include "server/admin/tokens.h"
+#include "server/annotations.h"
 #include "server/session/fault.h"
 
 namespace warmfront::server {
@@ -54,8 +54,8 @@ class Guard {
   const Settings settings_;
 
   // Protected by mutex_.
-  mutable std::mutex mutex_;
-  std::shared_ptr<const Tokens> tokens_;  // null: no token file
+  mutable Mutex mutex_;
+  std::shared_ptr<const Tokens> tokens_ WARMFRONT_GUARDED_BY(mutex_);  // null: no token file
 };
 
 }  // namespace warmfront::server

@@ -31,7 +31,7 @@ StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& cal
   stream->self_ = stream;
   Outcome<Lifecycle::Call> begun = context.lifecycle.begin(stream);
   Outcome<Principal> principal = context.guard.identify(call);
-  const std::lock_guard lock(stream->mutex_);
+  const MutexLock lock(stream->mutex_);
   stream->ticket_ = context.streams.enter();
   if (principal)
     stream->owner_ = std::move(principal).value().name;
@@ -52,7 +52,7 @@ StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& cal
 
 void StepStream::OnReadDone(bool ok) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     reading_ = false;
     handling_ = true;
     last_moved_ = std::chrono::steady_clock::now();
@@ -64,7 +64,7 @@ void StepStream::OnReadDone(bool ok) {
   } else {
     end(request.fault());
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   handling_ = false;
   advance_locked();
 }
@@ -73,7 +73,7 @@ void StepStream::half_closed() {
   if (assembly_)
     end({ErrorCode::kInvalidArgument, Reason::kInvalidInput,
          "frame " + std::to_string(assembly_->frame) + ": the stream ended before its last positions"});
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   end_locked(grpc::Status::OK);
 }
 
@@ -92,7 +92,7 @@ void StepStream::handle(v1::StreamStepsRequest request) {
 
 void StepStream::attach(const v1::Attach& request) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (session_)
       return end_locked(
           context_.refuse(out_of_place("a second attach; open another stream for another session")));
@@ -102,7 +102,7 @@ void StepStream::attach(const v1::Attach& request) {
   Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), owner_);
   if (!session) return end(session.fault());
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     session_ = session.value();
     attaching_ = true;
     awaited_since_.reset();
@@ -117,7 +117,7 @@ void StepStream::attach(const v1::Attach& request) {
       [weak](const Outcome<std::uint64_t>& expected_frame) {
         if (const auto stream = weak.lock()) stream->attached(expected_frame);
       });
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (attachment) {
     attachment_ = attachment.value();
     if (finished_) release_locked();  // the client left meanwhile
@@ -130,7 +130,7 @@ void StepStream::attach(const v1::Attach& request) {
 void StepStream::take(v1::StepFrame part) {
   std::shared_ptr<Session> session;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     session = session_;
   }
   if (!session) return end(out_of_place("a step before attach; name the session first"));
@@ -148,7 +148,7 @@ void StepStream::take(v1::StepFrame part) {
   // a frame that is refused nothing is kept.
   if (!assembly_->pass.refused) append(part, assembly_->contents);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!part.more()) {
       awaited_since_.reset();
       ++in_flight_;
@@ -168,7 +168,7 @@ void StepStream::take(v1::StepFrame part) {
 }
 
 void StepStream::attached(const Outcome<std::uint64_t>& expected_frame) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   attaching_ = false;
   if (expected_frame) {
     v1::StreamStepsResponse response;
@@ -182,7 +182,7 @@ void StepStream::attached(const Outcome<std::uint64_t>& expected_frame) {
 }
 
 void StepStream::answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!outcome) context_.metrics.refused_with(outcome.fault());
   if (outcome)
     queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
@@ -196,19 +196,19 @@ void StepStream::notify_draining(std::chrono::system_clock::time_point deadline)
   v1::StreamStepsResponse response;
   response.mutable_draining()->set_deadline_unix_ms(
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline.time_since_epoch()).count());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   queue_locked({serialize(response), false});
   advance_locked();
 }
 
 void StepStream::end(const Fault& fault) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   end_locked(context_.refuse(fault));
   advance_locked();
 }
 
 void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   // With frames in hand, more may wait unread behind them.
   if (in_flight_ > 0 || attaching_ || std::chrono::steady_clock::now() - last_moved_ < quiet) return;
   end_locked(context_.refuse(fault));
@@ -216,7 +216,7 @@ void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quie
 }
 
 void StepStream::enforce_timeouts(std::chrono::steady_clock::time_point now) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (finished_ || broken_) return;
   const Limits& limits = context_.limits;
   if (writing_ && now - write_began_ >= limits.write_stall_timeout) {
@@ -322,7 +322,7 @@ void StepStream::advance_locked() {
 }
 
 void StepStream::OnWriteDone(bool ok) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   writing_ = false;
   last_moved_ = Clock::now();
   if (current_ends_frame_) --in_flight_;
@@ -332,7 +332,7 @@ void StepStream::OnWriteDone(bool ok) {
 }
 
 void StepStream::OnCancel() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   break_locked();
   advance_locked();
 }

@@ -11,12 +11,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
 
 #include "server/admin/lifecycle.h"
+#include "server/annotations.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
 #include "server/transport/stream_codec.h"
@@ -74,14 +74,14 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
 
   // With the lock held.
-  void end_locked(grpc::Status status);
+  void end_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);
   /// Nothing more can be delivered: what waits is dropped and given up.
-  void break_locked();
-  void write_locked();
-  void queue_locked(Outgoing outgoing);
-  void release_locked();
-  void log_end_locked(const grpc::Status& status);
-  void advance_locked();
+  void break_locked() WARMFRONT_REQUIRES(mutex_);
+  void write_locked() WARMFRONT_REQUIRES(mutex_);
+  void queue_locked(Outgoing outgoing) WARMFRONT_REQUIRES(mutex_);
+  void release_locked() WARMFRONT_REQUIRES(mutex_);
+  void log_end_locked(const grpc::Status& status) WARMFRONT_REQUIRES(mutex_);
+  void advance_locked() WARMFRONT_REQUIRES(mutex_);
 
   // Constant after construction.
   Context& context_;
@@ -102,25 +102,27 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   std::optional<Assembly> assembly_;
 
   // Protected by mutex_.
-  std::mutex mutex_;
-  std::shared_ptr<Session> session_;
-  std::optional<Session::Attachment> attachment_;
-  bool attaching_ = false;
-  bool reading_ = false;
-  bool handling_ = false;  // a message was read and is not yet counted in what follows from it
-  bool writing_ = false;
-  grpc::ByteBuffer current_;  // must outlive its write
-  bool current_ends_frame_ = false;
-  Clock::time_point write_began_;
-  std::deque<Outgoing> writes_;
-  std::size_t queued_bytes_ = 0;  // of the answers among them
-  std::uint32_t in_flight_ = 0;
-  Clock::time_point last_moved_ = Clock::now();  // a message, either way
-  std::optional<Clock::time_point> awaited_since_ =
-      last_moved_;                   // for the attach, or for the rest of a frame
-  bool broken_ = false;              // the client is gone: nothing can be delivered any more
-  bool finished_ = false;            // Finish() was called
-  std::optional<grpc::Status> end_;  // how to finish once all in flight is delivered
+  Mutex mutex_;
+  std::shared_ptr<Session> session_ WARMFRONT_GUARDED_BY(mutex_);
+  std::optional<Session::Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);
+  bool attaching_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  bool reading_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  bool handling_ WARMFRONT_GUARDED_BY(mutex_) =
+      false;  // a message was read and is not yet counted in what follows from it
+  bool writing_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  grpc::ByteBuffer current_ WARMFRONT_GUARDED_BY(mutex_);  // must outlive its write
+  bool current_ends_frame_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  Clock::time_point write_began_ WARMFRONT_GUARDED_BY(mutex_);
+  std::deque<Outgoing> writes_ WARMFRONT_GUARDED_BY(mutex_);
+  std::size_t queued_bytes_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // of the answers among them
+  std::uint32_t in_flight_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+  Clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = Clock::now();  // a message, either way
+  std::optional<Clock::time_point> awaited_since_ WARMFRONT_GUARDED_BY(mutex_) =
+      last_moved_;                                    // for the attach, or for the rest of a frame
+  bool broken_ WARMFRONT_GUARDED_BY(mutex_) = false;  // the client is gone: nothing can be delivered any more
+  bool finished_ WARMFRONT_GUARDED_BY(mutex_) = false;  // Finish() was called
+  std::optional<grpc::Status> end_
+      WARMFRONT_GUARDED_BY(mutex_);  // how to finish once all in flight is delivered
 };
 
 }  // namespace warmfront::server
