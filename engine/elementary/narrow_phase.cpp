@@ -26,10 +26,13 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     step_ = step;
     trees_ = trees;
     scene_ = &input.scene;
+    stop_ = input.stop;
     tester.begin(input, shared);
   }
 
   float leaf_pair(const PartPair& parts, const NodePair& leaves) override {
+    // One pair of the front may be all the work there is, when what was far apart comes together.
+    stop_.check();
     const Bvh<Bounds>& a = trees_[parts.a];
     const Bvh<Bounds>& b = trees_[parts.b];
     const bool same = parts.a == parts.b && leaves.a == leaves.b;
@@ -78,6 +81,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
  private:
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
+  StopSignal stop_;
   std::uint64_t step_ = 0;
 };
 

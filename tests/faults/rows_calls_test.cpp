@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, row 18: callers who are nobody, or somebody else.
+// Fault table, rows 18 and 19: callers who are nobody or somebody else, and calls that run out of time.
 #include <sys/stat.h>
 
+#include <chrono>
 #include <fstream>
 
 #include "tests/faults/fault_table.h"
@@ -9,6 +10,7 @@
 namespace warmfront::test {
 namespace {
 
+using namespace std::chrono_literals;
 using grpc::StatusCode;
 
 TEST_F(FaultTable, Row18_NoTokenABadOneOrAnothersSession) {
@@ -57,6 +59,47 @@ TEST_F(FaultTable, Row18_NoTokenABadOneOrAnothersSession) {
             StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(guarded.log().find("0123456789abcdef"), std::string::npos) << "no token is in the log";
   connect(daemon_->socket());
+}
+
+TEST_F(FaultTable, Row19_TheDeadlinePassesInTheMiddleOfAStep) {
+  allowed_peak_ = allowed_growth_ = 128 * kMiB;
+  // Everything through everything: minutes of work, far beyond the deadline of the call that waits for its
+  // end.
+  constexpr int kTriangles = 20000;
+  std::vector<std::array<std::int32_t, 3>> faces;
+  std::vector<double> apart, together, still;
+  for (int i = 0; i < kTriangles; ++i) {
+    faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    for (int corner = 0; corner < 3; ++corner) {
+      const double x = corner == 1 ? 1.0 : 0.0, y = corner == 2 ? 1.0 : 0.0;
+      apart.insert(apart.end(), {x, y, 10.0 * i});
+      together.insert(together.end(), {x, y, -1e-3 * i});
+      still.insert(still.end(), {x, y, 10.0 * i + 1});
+    }
+  }
+  v1::SessionHeader wanted = header();
+  wanted.set_vertex_count(3 * kTriangles);
+  wanted.set_face_count(kTriangles);
+  ASSERT_TRUE(
+      create(wanted, {reinterpret_cast<const char*>(faces.data()), faces.size() * 12}, bytes_of(apart)).ok());
+  for (int i = 0; i < 3; ++i) {
+    grpc::ClientContext hurried;
+    hurried.set_deadline(std::chrono::system_clock::now() + 100ms);
+    v1::StepRequest request;
+    request.set_session_id(kId);
+    request.set_frame(1);
+    request.set_positions(bytes_of(together));
+    v1::StepResponse ignored;
+    EXPECT_EQ(stub_->Step(&hurried, request, &ignored).error_code(), StatusCode::DEADLINE_EXCEEDED);
+  }
+  // Nobody waits for the work any more, so it was stopped, and the frame did not count.
+  v1::StepResponse response;
+  const auto began = std::chrono::steady_clock::now();
+  const grpc::Status status = step(1, bytes_of(still), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.summary().rows(), 0U);
+  std::printf("the session was free %lld ms later\n",
+              static_cast<long long>((std::chrono::steady_clock::now() - began) / 1ms));
 }
 
 }  // namespace
