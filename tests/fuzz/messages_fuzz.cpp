@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any bytes as a message of StreamSteps, cut into slices anywhere: parsed whole or refused with
-// INVALID_ARGUMENT, and what was parsed says the same when it is sent again. One thread.
+// INVALID_ARGUMENT, and what was parsed says the same when it is sent again. A frame in it, whole or of what
+// moved, is then stepped or refused with words. One thread.
 #include <grpcpp/grpcpp.h>
 
 #include <vector>
 
+#include "server/transport/convert.h"
 #include "server/transport/stream_codec.h"
 #include "tests/fuzz/expect.h"
+#include "tests/fuzz/session_model.h"
 
 namespace {
 
@@ -19,6 +22,26 @@ grpc::ByteBuffer buffer_of(std::string_view bytes, std::size_t piece) {
     slices.emplace_back(part.data(), part.size());
   }
   return {slices.data(), slices.size()};
+}
+
+void step_or_refuse(const warmfront::v1::StepFrame& message) {
+  using namespace warmfront;
+  static const auto workers = std::make_shared<Workers>(1);
+  static const auto scene =
+      std::make_shared<const Scene>(Scene::create(fuzz::tiny_scene(BodyKind::kRigid)).value());
+  server::FrameBuffer contents(server::Dtype::kFloat64, *scene);
+  server::append(message, contents);
+  const Status complete = contents.complete(*scene);
+  expect(complete.ok() ||
+             (complete.error().code == ErrorCode::kInvalidArgument && !complete.error().message.empty()),
+         "a frame is complete or refused with words");
+  if (!complete) return;
+  const std::vector<double> start = fuzz::tiny_positions(0);
+  Collider collider = Collider::create(scene, std::span<const double>(start), {}, workers).value();
+  const auto result = collider.step(contents.view());
+  expect(result.ok() || (result.error().code == ErrorCode::kInvalidArgument &&
+                         !result.error().message.empty() && collider.positions() == start),
+         "and stepped, or refused with nothing changed");
 }
 
 }  // namespace
@@ -43,5 +66,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto second = server::parse_request(again);
   expect(second.ok() && second.value().SerializeAsString() == bytes,
          "a message that was parsed survives being sent again");
+  if (message.has_step()) step_or_refuse(message.step());
   return 0;
 }

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes as what clients do to a session: frames right, wrong, repeated, early, late, in pieces and several at
-// once, streams that attach, take over and leave, and a close at any moment. After each, the session says
-// what its contract says, every request is answered exactly once and in order, and a good frame still gets
-// the right answer. The session works on threads of its own.
+// Bytes as what clients do to a session: frames right, wrong, repeated, early, late, in pieces, of what moved
+// only and several at once, bodies added and changed in between, streams that attach, take over and leave,
+// and a close at any moment. After each, the session says what its contract says, every request is answered
+// exactly once and in order, and a good frame still gets the right answer. The session works on threads of
+// its own.
 #include <cstring>
 #include <future>
 #include <limits>
 
 #include "server/session/session.h"
 #include "tests/fuzz/expect.h"
+#include "tests/fuzz/moved_parts.h"
 #include "tests/fuzz/session_model.h"
 
 namespace {
@@ -17,18 +19,24 @@ using namespace warmfront;
 using namespace warmfront::server;
 using fuzz::expect;
 
+using Parts = fuzz::MovedParts;
 using StepOutcome = Outcome<std::shared_ptr<const Answer>>;
 
 class Driver {
  public:
-  explicit Driver(fuzz::Bytes& input) : input_(input), first_(input.next()), model_(workers(), first_) {
+  explicit Driver(fuzz::Bytes& input)
+      : input_(input),
+        first_(input.next()),
+        second_(static_cast<BodyKind>(input.next() % 3)),
+        model_(workers(), first_, second_) {
     PositionBuffer start(Dtype::kFloat64, fuzz::tiny_scene().vertex_count);
     append(start, fuzz::tiny_positions(0));
     session_ = Session::create({SessionId::parse("01234567-89ab-cdef-0123-456789abcdef").value(),
-                                fuzz::tiny_scene(),
+                                fuzz::tiny_scene(second_),
                                 {},
                                 Dtype::kFloat64,
-                                first_},
+                                first_,
+                                {}},
                                start,
                                {workers(), runner(), 4, Account::open(budget(), 1 << 30, 0).value(),
                                 [](Session&, const Fault&) { expect(false, "the engine does not fail"); }})
@@ -57,7 +65,7 @@ class Driver {
   }
 
   void act() {
-    switch (input_.next() % 12) {
+    switch (input_.next() % 16) {
       case 0:
       case 1:
         return right_frame();
@@ -81,11 +89,20 @@ class Driver {
         return detach();
       case 11:
         return close_sometimes();
+      case 12:
+        return frame_of_what_moved();
+      case 13:
+        return frame_of_any_parts();
+      case 14:
+        return add_body();
+      case 15:
+        return change_body();
     }
   }
 
   /// The bytes in pieces of the input's choosing.
-  void append(PositionBuffer& buffer, const std::vector<double>& positions) {
+  template <class Buffer>
+  void append(Buffer& buffer, const std::vector<double>& positions) {
     const std::string_view bytes(reinterpret_cast<const char*>(positions.data()),
                                  positions.size() * sizeof(double));
     for (std::size_t at = 0; at < bytes.size();) {
@@ -93,25 +110,26 @@ class Driver {
       expect(buffer.append(bytes.substr(at, piece)).ok(), "pieces of positions are taken");
       at += piece;
     }
-    expect(buffer.complete().ok(), "and are complete together");
   }
-  PositionBuffer buffer(const std::vector<double>& positions) {
-    PositionBuffer result(Dtype::kFloat64, fuzz::tiny_scene().vertex_count);
+  FrameBuffer empty_buffer() const { return {Dtype::kFloat64, model_.scene()}; }
+  FrameBuffer buffer(const std::vector<double>& positions) {
+    FrameBuffer result = empty_buffer();
     append(result, positions);
+    expect(result.complete(model_.scene()).ok(), "and are complete together");
     return result;
   }
 
-  std::future<StepOutcome> post(std::uint64_t frame, PositionBuffer positions) {
+  std::future<StepOutcome> post(std::uint64_t frame, FrameBuffer contents) {
     auto promise = std::make_shared<std::promise<StepOutcome>>();
     // A second answer would throw from set_value() on the runner's thread and end the run.
     FramePass pass;
-    pass.memory = Holding(session_->account(), positions.expected_bytes());
-    session_->step(frame, std::move(positions), std::move(pass), Session::Admission::kAlways,
+    pass.memory = Holding(session_->account(), contents.expected_bytes());
+    session_->step(frame, std::move(contents), std::move(pass), Session::Admission::kAlways,
                    [promise](const StepOutcome& outcome) { promise->set_value(outcome); });
     return promise->get_future();
   }
-  StepOutcome step(std::uint64_t frame, PositionBuffer positions) {
-    return post(frame, std::move(positions)).get();
+  StepOutcome step(std::uint64_t frame, FrameBuffer contents) {
+    return post(frame, std::move(contents)).get();
   }
 
   void expect_answer(const StepOutcome& outcome) {
@@ -127,23 +145,29 @@ class Driver {
   }
 
   void right_frame() {
-    const std::vector<double> positions = fuzz::tiny_positions(input_.next());
-    const std::uint64_t frame = model_.expected();
-    const StepOutcome outcome = step(frame, buffer(positions));
+    const std::vector<double> positions = model_.positions_for(input_.next());
+    const FrameBuffer contents = buffer(positions);
+    const StepOutcome outcome = step(model_.expected(), contents);
     if (!closed_) expect(model_.step(positions), "the model takes it");
     expect_answer(outcome);
+    last_ = contents;
   }
   void repeated_frame() {
-    const StepOutcome outcome = step(model_.expected() - 1, buffer(model_.last_positions()));
+    FrameBuffer contents = last_ ? *last_ : buffer(model_.positions());
+    // What was a frame of the scene before bodies came may be none now.
+    const bool complete = contents.complete(model_.scene()).ok();
+    const StepOutcome outcome = step(model_.expected() - 1, std::move(contents));
+    if (!complete) return expect_fault(outcome, ErrorCode::kInvalidArgument);
     model_.stepped() ? expect_answer(outcome) : expect_fault(outcome, ErrorCode::kFailedPrecondition);
   }
   void changed_frame() {
-    std::vector<double> positions = model_.last_positions();
+    std::vector<double> positions = model_.positions();
     double& changed = positions[input_.next() % positions.size()];
     // Another zero is another frame: sameness is of bits.
     changed = changed == 0 && !std::signbit(changed) ? -0.0 : changed + 1;
-    if (positions == model_.last_positions() && changed != 0) return;
-    expect_fault(step(model_.expected() - 1, buffer(positions)),
+    FrameBuffer contents = buffer(positions);
+    if (last_ && contents == *last_) return;
+    expect_fault(step(model_.expected() - 1, std::move(contents)),
                  model_.stepped() ? ErrorCode::kAborted : ErrorCode::kFailedPrecondition);
   }
   void frame_out_of_order() {
@@ -151,20 +175,20 @@ class Driver {
     const std::uint64_t distance = std::uint64_t{input_.next()} << (input_.next() % 56);
     const std::uint64_t frame = input_.next() % 2 == 0 ? expected + 1 + distance : expected - 2 - distance;
     if (frame == expected || frame + 1 == expected) return;
-    const StepOutcome outcome = step(frame, buffer(fuzz::tiny_positions(1)));
+    const StepOutcome outcome = step(frame, buffer(model_.positions_for(1)));
     expect_fault(outcome, ErrorCode::kFailedPrecondition);
     if (!closed_) expect(outcome.fault().expected_frame == expected, "a gap says what is expected");
   }
   void frame_of_wrong_length() {
-    PositionBuffer wrong(Dtype::kFloat64, fuzz::tiny_scene().vertex_count);
-    const std::size_t length = input_.next() * std::size_t{2};
-    const bool fits = length <= fuzz::tiny_scene().vertex_count * 24;
-    expect(wrong.append(std::string(length, 'x')).ok() == fits, "too many bytes are refused");
-    if (length == fuzz::tiny_scene().vertex_count * 24) return;
+    FrameBuffer wrong = empty_buffer();
+    const std::size_t right = std::size_t{24} * model_.scene().vertex_count();
+    const std::size_t length = input_.next() * std::size_t{4};
+    expect(wrong.append(std::string(length, 'x')).ok() == (length <= right), "too many bytes are refused");
+    if (length == right) return;
     expect_fault(step(model_.expected(), std::move(wrong)), ErrorCode::kInvalidArgument);
   }
   void frame_with_a_number_that_is_none() {
-    std::vector<double> positions = fuzz::tiny_positions(2);
+    std::vector<double> positions = model_.positions_for(2);
     const std::uint8_t which = input_.next();
     const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
                           -std::numeric_limits<double>::infinity()};
@@ -172,14 +196,125 @@ class Driver {
     expect_fault(step(model_.expected(), buffer(positions)), ErrorCode::kInvalidArgument);
   }
   void frame_of_any_positions() {
-    std::vector<double> positions = fuzz::tiny_positions(3);
+    std::vector<double> positions = model_.positions_for(3);
     for (double& x : positions) {
       const std::string_view bytes = input_.take(sizeof(double));
       std::memcpy(&x, bytes.data(), bytes.size());
     }
-    const StepOutcome outcome = step(model_.expected(), buffer(positions));
+    const FrameBuffer contents = buffer(positions);
+    const StepOutcome outcome = step(model_.expected(), contents);
     if (closed_ || !model_.step(positions)) return expect_fault(outcome, ErrorCode::kInvalidArgument);
     expect_answer(outcome);
+    last_ = contents;
+  }
+
+  /// Some bodies as wholes, some by poses, single vertices of others; the rest is not mentioned.
+  void frame_of_what_moved() {
+    Parts parts;
+    std::vector<double> next = model_.positions();
+    std::vector<bool> given(model_.scene().body_count(), false);
+    for (std::uint32_t b = 0; b < model_.scene().body_count(); ++b) {
+      const std::uint8_t choice = input_.next();
+      if (model_.fixed(b) || choice % 4 == 0) continue;
+      const bool rigid = model_.scene().bodies()[b].kind == BodyKind::kRigid;
+      const std::size_t first = std::size_t{3} * fuzz::kCorners * b;
+      std::vector<double> square = fuzz::square_positions(b, choice / 4);
+      if (choice % 4 == 1) {
+        given[b] = true;
+        Parts::put(parts.bodies, b);
+        for (const double x : square) Parts::put(parts.body_positions, x);
+      } else if (rigid) {
+        const Pose pose = draw_pose();
+        Parts::put(parts.pose_bodies, b);
+        for (const double x : pose.matrix) Parts::put(parts.poses, x);
+        for (std::uint32_t corner = 0; corner < fuzz::kCorners; ++corner)
+          std::ranges::copy(pose.place(model_.rest().data() + first + 3 * corner),
+                            square.begin() + 3 * corner);
+      } else {
+        for (std::uint32_t corner = 0; corner < fuzz::kCorners; ++corner) {
+          if ((choice >> corner) % 2 == 0) {
+            std::copy_n(next.begin() + static_cast<std::ptrdiff_t>(first + 3 * corner), 3,
+                        square.begin() + 3 * corner);
+            continue;
+          }
+          Parts::put(parts.vertices, fuzz::kCorners * b + corner);
+          for (int axis = 0; axis < 3; ++axis) Parts::put(parts.vertex_positions, square[3 * corner + axis]);
+        }
+      }
+      std::ranges::copy(square, next.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+    FrameBuffer contents = empty_buffer();
+    parts.append_to(contents, std::size_t{1} + input_.next());
+    const StepOutcome outcome = step(model_.expected(), contents);
+    if (!closed_) expect(model_.step(next, given), "the model takes what moved");
+    expect_answer(outcome);
+    last_ = std::move(contents);
+  }
+  /// Fields of any bytes: a frame that does not fit the scene is refused, and one that happens to is not
+  /// looked into further.
+  void frame_of_any_parts() {
+    Parts parts;
+    for (std::string* field : parts.fields()) *field = input_.take(input_.next() % 64);
+    FrameBuffer contents = empty_buffer();
+    parts.append_to(contents, std::size_t{1} + input_.next());
+    FrameBuffer copy = contents;
+    if (copy.complete(model_.scene()).ok() && !parts.names_nobody(model_.scene())) return;
+    expect_fault(step(model_.expected(), std::move(contents)), ErrorCode::kInvalidArgument);
+  }
+
+  Body any_body() {
+    Body body{"", 0, fuzz::kCorners, static_cast<BodyKind>(input_.next() % 4)};
+    const std::uint8_t choice = input_.next();
+    body.self_collision = choice % 2 == 0;
+    body.group = choice / 2 % 4;  // zero is refused
+    body.mask = choice / 8 % 4;
+    return body;
+  }
+  void add_body() {
+    if (model_.scene().body_count() >= 6) return;
+    BodyAddition addition{any_body(), fuzz::square_faces(input_.next() % 8 == 0 ? 1 : 0)};
+    const std::vector<double> positions = fuzz::square_positions(model_.scene().body_count(), input_.next());
+    const std::uint64_t early = input_.next() % 8 == 0 ? 1 : 0;
+    const std::optional<Fault> fault = change(early, AddBody{addition, positions});
+    expect_changed(fault, early, [&] { return model_.add(addition, positions); });
+  }
+  void change_body() {
+    const std::uint32_t index = input_.next() % (model_.scene().body_count() + 1);
+    const Body body = any_body();
+    const std::uint64_t early = input_.next() % 8 == 0 ? 1 : 0;
+    const std::optional<Fault> fault = change(early, ChangeBody{index, body});
+    expect_changed(fault, early, [&] { return model_.change(index, body); });
+  }
+  std::optional<Fault> change(std::uint64_t early, SceneChange what) {
+    auto promise = std::make_shared<std::promise<std::optional<Fault>>>();
+    session_->change(model_.expected() + early, {std::move(what)},
+                     [promise](const std::optional<Fault>& fault) { promise->set_value(fault); });
+    return promise->get_future().get();
+  }
+  template <class Apply>
+  void expect_changed(const std::optional<Fault>& fault, std::uint64_t early, const Apply& apply) {
+    if (closed_)
+      return expect(fault && fault->code == ErrorCode::kNotFound, "a closed session is not changed");
+    if (early != 0)
+      return expect(fault && fault->code == ErrorCode::kFailedPrecondition, "changes have their turn");
+    const bool taken = apply();
+    expect(taken == !fault, "a change is taken when it makes a scene");
+    expect(!fault || (fault->code == ErrorCode::kInvalidArgument && !fault->message.empty()),
+           "and refused with words");
+    expect(session_->scene()->body_count() == model_.scene().body_count() &&
+               std::ranges::equal(session_->scene()->bodies(), model_.scene().bodies()),
+           "the scene says what was changed");
+  }
+
+  /// A turn about one axis, and a shift.
+  Pose draw_pose() {
+    const double angle = 0.1 * input_.next();
+    Pose pose;
+    pose.matrix[0] = pose.matrix[5] = std::cos(angle);
+    pose.matrix[1] = -std::sin(angle);
+    pose.matrix[4] = std::sin(angle);
+    for (const int at : {3, 7, 11}) pose.matrix[at] = 0.01 * input_.next() - 1;
+    return pose;
   }
 
   void several_at_once() {
@@ -192,7 +327,7 @@ class Driver {
     const int count = input_.next() % 6;
     for (int i = 0; i < count; ++i) {
       const std::uint8_t choice = input_.next();
-      std::vector<double> positions = fuzz::tiny_positions(choice);
+      std::vector<double> positions = model_.positions_for(choice);
       // Some are out of turn: those after them must not notice.
       const std::uint64_t frame = model_.expected() + static_cast<std::uint64_t>(i) + (choice > 200 ? 7 : 0);
       std::future<StepOutcome> outcome = post(frame, buffer(positions));
@@ -206,6 +341,7 @@ class Driver {
       }
       expect(model_.step(one.positions), "the model takes it");
       expect_answer(outcome);
+      last_ = buffer(one.positions);
     }
   }
 
@@ -250,7 +386,9 @@ class Driver {
 
   fuzz::Bytes& input_;
   const std::uint64_t first_;
+  const BodyKind second_;
   fuzz::SessionModel model_;
+  std::optional<FrameBuffer> last_;  // the frame that was answered last
   std::shared_ptr<Session> session_;
   bool closed_ = false;
   std::optional<Session::Attachment> attachment_;

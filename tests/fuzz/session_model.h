@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session as its contract has it, to hold the real one against: the frame expected, the answer to each
-// frame from a collider that keeps no front, who is attached, and whether it was closed. Used by one thread
-// at a time.
+// A session as its contract has it, to hold the real one against: the frame expected, where everything is,
+// the scene's bodies as they are, and the answer to each frame from a collider made afresh from the positions
+// before. Used by one thread at a time.
 #pragma once
 
 #include <cmath>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "engine/collider.h"
@@ -16,24 +15,38 @@
 
 namespace warmfront::fuzz {
 
-/// Two triangles and a point's worth of space around: small, so that a run does many.
-inline SceneDescription tiny_scene() {
+inline constexpr std::uint32_t kCorners = 4;  ///< of each body, which is a square
+
+/// The faces of one square.
+inline std::vector<std::array<std::int32_t, 3>> square_faces(std::int32_t first = 0) {
+  return {{first, first + 1, first + 2}, {first + 1, first + 3, first + 2}};
+}
+
+/// Two squares: small, so that a run does many. The second one may be anything.
+inline SceneDescription tiny_scene(BodyKind second = BodyKind::kDeformable) {
   SceneDescription scene;
-  scene.vertex_count = 8;
-  scene.faces = {{0, 1, 2}, {1, 3, 2}, {4, 5, 6}, {5, 7, 6}};
+  scene.vertex_count = 2 * kCorners;
+  scene.faces = square_faces();
+  for (const auto& face : square_faces(kCorners)) scene.faces.push_back(face);
+  scene.bodies = {{"", 0, kCorners}, {"", kCorners, kCorners, second}};
   return scene;
 }
 
-/// Two squares; `pose` moves the second one through the first.
-inline std::vector<double> tiny_positions(std::uint8_t pose) {
-  std::vector<double> positions;
+/// One square; `pose` moves it through the others.
+inline std::vector<double> square_positions(std::uint32_t square, std::uint8_t pose) {
   const double height = (pose % 2 == 0 ? 0.5 : -0.5) + 0.01 * pose;
-  for (int square = 0; square < 2; ++square)
-    for (int corner = 0; corner < 4; ++corner) {
-      positions.push_back(corner % 2 + 0.3 * square);
-      positions.push_back(corner / 2 + 0.2 * square);
-      positions.push_back(square * height + 0.05 * corner * (pose % 3));
-    }
+  std::vector<double> positions;
+  for (int corner = 0; corner < static_cast<int>(kCorners); ++corner) {
+    positions.push_back(corner % 2 + 0.3 * square);
+    positions.push_back(corner / 2 + 0.2 * square);
+    positions.push_back(square * height + 0.05 * corner * (pose % 3));
+  }
+  return positions;
+}
+
+inline std::vector<double> tiny_positions(std::uint8_t pose) {
+  std::vector<double> positions = square_positions(0, pose);
+  for (const double x : square_positions(1, pose)) positions.push_back(x);
   return positions;
 }
 
@@ -48,41 +61,87 @@ inline std::uint64_t hash_of(const server::Answer& answer) {
 
 class SessionModel {
  public:
-  SessionModel(std::shared_ptr<Workers> workers, std::uint64_t first_frame)
-      : first_(first_frame),
+  SessionModel(std::shared_ptr<Workers> workers, std::uint64_t first_frame, BodyKind second)
+      : workers_(std::move(workers)),
+        first_(first_frame),
         expected_(first_frame + 1),
-        scene_(std::make_shared<const Scene>(Scene::create(tiny_scene()).value())) {
-    ColliderOptions options;
-    options.front = FrontMode::kNone;
-    const std::vector<double> start = tiny_positions(0);
-    collider_.emplace(
-        Collider::create(scene_, std::span<const double>(start), options, std::move(workers)).value());
-    last_positions_ = start;
-  }
+        scene_(std::make_shared<const Scene>(Scene::create(tiny_scene(second)).value())),
+        positions_(tiny_positions(0)),
+        rest_(positions_) {}
 
   std::uint64_t expected() const { return expected_; }
   bool stepped() const { return expected_ > first_ + 1; }
-  const std::vector<double>& last_positions() const { return last_positions_; }
+  const Scene& scene() const { return *scene_; }
+  const std::vector<double>& positions() const { return positions_; }
+  const std::vector<double>& rest() const { return rest_; }
   std::uint64_t last_hash() const { return last_hash_; }
 
-  /// Takes the expected frame; false, and nothing changes, when the engine refuses the positions.
-  bool step(const std::vector<double>& positions) {
-    const auto result = collider_->step(std::span<const double>(positions));
+  bool fixed(std::uint32_t body) const {
+    const BodyKind kind = scene_->bodies()[body].kind;
+    return kind == BodyKind::kStatic || kind == BodyKind::kRemoved;
+  }
+  /// All positions, with what may not move where it is.
+  std::vector<double> positions_for(std::uint8_t pose) const {
+    std::vector<double> all = positions_;
+    for (std::uint32_t b = 0; b < scene_->body_count(); ++b)
+      if (!fixed(b)) std::ranges::copy(square_positions(b, pose), all.begin() + first_number(b));
+    return all;
+  }
+
+  /// Takes the expected frame, which puts everything at `next`, giving the positions of the bodies marked in
+  /// `given` (the rest of them by poses, or not at all); false, and nothing changes, when the engine refuses
+  /// the positions.
+  bool step(const std::vector<double>& next, const std::vector<bool>& given) {
+    ColliderOptions options;
+    options.front = FrontMode::kNone;
+    Collider cold = Collider::create(scene_, std::span<const double>(positions_), options, workers_).value();
+    const auto result = cold.step(std::span<const double>(next));
     if (!result) return false;
     ContactHash hash;
     hash.add_step(*scene_, result.value().contacts);
     last_hash_ = hash.value();
-    last_positions_ = positions;
+    positions_ = cold.positions();
+    for (std::uint32_t b = 0; b < scene_->body_count(); ++b)
+      if (given[b]) keep_rest(b);
     ++expected_;
+    return true;
+  }
+  bool step(const std::vector<double>& next) {
+    return step(next, std::vector<bool>(scene_->body_count(), true));
+  }
+
+  /// Adds a square; false, and nothing changes, when the engine refuses it.
+  bool add(const BodyAddition& addition, const std::vector<double>& positions) {
+    Result<Scene> scene = scene_->with_body(addition);
+    if (!scene) return false;
+    scene_ = std::make_shared<const Scene>(std::move(scene).value());
+    positions_.insert(positions_.end(), positions.begin(), positions.end());
+    rest_.insert(rest_.end(), positions.begin(), positions.end());
+    return true;
+  }
+  bool change(std::uint32_t index, const Body& body) {
+    const bool known = index < scene_->body_count();
+    if (!known || scene_->bodies()[index].kind == BodyKind::kRemoved) return false;
+    const bool was_rigid = scene_->bodies()[index].kind == BodyKind::kRigid;
+    Result<Scene> scene = scene_->with_body_changed(index, body);
+    if (!scene) return false;
+    scene_ = std::make_shared<const Scene>(std::move(scene).value());
+    if (!was_rigid) keep_rest(index);
     return true;
   }
 
  private:
+  static std::ptrdiff_t first_number(std::uint32_t body) { return std::ptrdiff_t{3 * kCorners} * body; }
+  void keep_rest(std::uint32_t body) {
+    std::copy_n(positions_.begin() + first_number(body), 3 * kCorners, rest_.begin() + first_number(body));
+  }
+
+  const std::shared_ptr<Workers> workers_;
   const std::uint64_t first_;
   std::uint64_t expected_;
   std::shared_ptr<const Scene> scene_;
-  std::optional<Collider> collider_;
-  std::vector<double> last_positions_;
+  std::vector<double> positions_;
+  std::vector<double> rest_;  // of each body, which a pose is of
   std::uint64_t last_hash_ = 0;
 };
 
