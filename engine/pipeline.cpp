@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <utility>
 
 #include "engine/bounds/moving.h"
 #include "engine/bounds/normal_cone.h"
@@ -21,6 +20,9 @@ namespace {
 /// A lazy front looks for pairs to fold every this many steps: a pair that could be folded costs a compare a
 /// step, looking whether it can costs a test.
 constexpr std::int64_t kLazyPruneSteps = 8;
+
+/// The step of bounds that are to be made anew as a whole.
+constexpr std::int64_t kNever = -1;
 
 /// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
 constexpr double kLoosenessLimit = 2.0;
@@ -90,6 +92,7 @@ class PipelineWith final : public Pipeline {
     core.motion.undo();
     front_.clear();
     front_lost_ = anew_ = true;
+    std::ranges::fill(refit_in_, kNever);
     for (const auto& orphans : core.orphans) {
       if (orphans != nullptr) orphans->forget();
     }
@@ -98,6 +101,7 @@ class PipelineWith final : public Pipeline {
   NarrowPhaseOutput run(Core& core, const Frame& frame, StopSignal stop, StepStatistics& statistics) {
     Stopwatch total;
     Stopwatch stage;
+    ++steps_;
     core.motion.begin(frame);
     const bool built = arrange_new(core);
     refit_placed(core);
@@ -139,7 +143,7 @@ class PipelineWith final : public Pipeline {
   // Parts without a hierarchy get one. Returns whether there were any.
   bool arrange_new(Core& core) {
     const auto& parts = core.topology->parts;
-    stale_.resize(parts.size(), 1);
+    refit_in_.resize(parts.size(), kNever);
     states_.resize(parts.size());
     roots_.resize(parts.size());
     if (trees_.size() == parts.size()) return false;
@@ -148,36 +152,33 @@ class PipelineWith final : public Pipeline {
     tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
       trees_[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, is_lazy(core.options));
     });
-    std::fill(stale_.begin() + static_cast<std::ptrdiff_t>(first), stale_.end(), 1);
+    std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
     anew_ = true;
     return first == 0;
   }
 
-  // Bounds of a part's vertices and hierarchy; `all` of them, or those that changed.
+  // Bounds of a part's vertices and hierarchy: of all, or of those that changed.
   void refit_part(Core& core, std::uint32_t p) {
     const Motion& motion = core.motion.vertices();
     const FeatureRange& features = core.topology->parts[p].features;
     const RangeMotion& range = core.motion.range(p);
-    const bool all = std::exchange(stale_[p], 0) != 0;
+    const Known known = refit_in_[p] == kNever       ? Known::kNothing
+                        : refit_in_[p] == steps_ - 1 ? Known::kLastStep
+                                                     : Known::kOlder;
+    refit_in_[p] = steps_;
     const auto bound = [&](std::size_t begin, std::size_t end) {
-      if (all) {
-        const std::vector<MotionState> every(end - begin, kChanged);
-        moving_bounds(motion.vertices().subspan(begin, end - begin), every, motion.frame(),
-                      core.options.min_separation, magnitude_, core.vertex_bounds.data() + begin);
-      } else {
-        moving_bounds(motion.vertices().subspan(begin, end - begin),
-                      motion.states().subspan(begin, end - begin), motion.frame(),
-                      core.options.min_separation, magnitude_, core.vertex_bounds.data() + begin);
-      }
+      moving_bounds(motion.vertices().subspan(begin, end - begin),
+                    motion.states().subspan(begin, end - begin), motion.frame(), core.options.min_separation,
+                    magnitude_, known, core.vertex_bounds.data() + begin);
     };
-    if (range.listed && !all) {
+    if (range.listed && known != Known::kNothing) {
       for (const std::uint32_t v : range.changed) bound(v, v + 1);
     } else {
       tbb::parallel_for(tbb::blocked_range<std::size_t>(features.first_vertex, features.end_vertex, 4096),
                         [&](const auto& vertices) { bound(vertices.begin(), vertices.end()); });
     }
-    refit_nodes_ +=
-        refit({core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, all}, trees_[p]);
+    refit_nodes_ += refit(
+        {core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, known}, trees_[p]);
     states_[p] = trees_[p].states.empty() ? 0 : trees_[p].states[0];
     if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
   }
@@ -188,7 +189,7 @@ class PipelineWith final : public Pipeline {
     const double magnitude = core.motion.vertices().magnitude();
     if (magnitude != magnitude_) {  // bounds made before are with the smaller margin
       magnitude_ = magnitude;
-      std::ranges::fill(stale_, std::uint8_t{1});
+      std::ranges::fill(refit_in_, kNever);
       anew_ = true;
     }
     tbb::parallel_for(std::uint32_t{0}, core.motion.part_count(), [&](std::uint32_t p) {
@@ -234,7 +235,7 @@ class PipelineWith final : public Pipeline {
 
   // Gives a part whose hierarchy has decayed a new one. Returns whether there was one.
   bool rearrange_loose(Core& core) {
-    const bool look = ++steps_ % kLoosenessSteps == 0;
+    const bool look = steps_ % kLoosenessSteps == 0;
     bool rebuilt = false;
     for (std::uint32_t p = 0; p < trees_.size(); ++p) {
       Bvh<Bounds>& tree = trees_[p];
@@ -246,7 +247,7 @@ class PipelineWith final : public Pipeline {
         tree.arrange(core.topology->scene, tree.shape,
                      build_order(core.topology->scene, core.motion.vertices(), tree.shape, tree.order),
                      is_lazy(core.options));
-        stale_[p] = 1;
+        refit_in_[p] = kNever;
         refit_part(core, p);
         tree.built_looseness = looseness(tree);
         front_.forget(p);
@@ -345,10 +346,10 @@ class PipelineWith final : public Pipeline {
     counts.part_pairs_excluded = core.excluded_pairs;
   }
 
-  std::vector<Bvh<Bounds>> trees_;    // by part
-  std::vector<Bounds> roots_;         // by part: what holds it in this step
-  std::vector<std::uint8_t> states_;  // by part: MotionState
-  std::vector<std::uint8_t> stale_;   // by part: its bounds are to be made anew as a whole
+  std::vector<Bvh<Bounds>> trees_;      // by part
+  std::vector<Bounds> roots_;           // by part: what holds it in this step
+  std::vector<std::uint8_t> states_;    // by part: MotionState
+  std::vector<std::int64_t> refit_in_;  // by part: the step that its bounds are of
   std::vector<std::uint32_t> unplaced_;
   NearParts<Bounds> near_;
   std::span<const NearPair> near_pairs_;

@@ -36,6 +36,9 @@ struct Slabs {
     for (std::size_t k = 0; k < lane.size(); ++k) lane[k] = lane[k] < other.lane[k] ? lane[k] : other.lane[k];
   }
 
+  /// A step later: where things were at t = 1, they are at t = 0.
+  [[gnu::always_inline]] void shift() { std::copy_n(lane.data() + kEnd, kEnd, lane.data()); }
+
   /// Of the whole step.
   float lower(int axis) const { return std::min(lane[axis], lane[axis + kEnd]); }
   float upper(int axis) const { return -std::min(lane[axis + Axes], lane[axis + Axes + kEnd]); }

@@ -52,37 +52,46 @@ struct Thickening {
   }
 };
 
+// The lanes of one end of the step.
+WARMFRONT_INLINE void bounds_at(const std::array<double, 4>& position, const LocalFrame& frame,
+                                const Thickening& thickening, float* lanes) {
+  const auto x = local_position(position, frame);
+  double at[18];
+  axes_of(x[0], x[1], x[2], at);
+  for (int k = 0; k < 9; ++k) at[k + 9] = -at[k];
+  for (int k = 0; k < 18; ++k) lanes[k] = round_down(at[k] - thickening.lane[k]);
+}
+
 WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& frame,
                                 const Thickening& thickening, KDop18& slabs) {
-  const auto x0 = local_position(vertex.t0, frame);
-  const auto x1 = local_position(vertex.t1, frame);
-  double at[18];
-  axes_of(x0[0], x0[1], x0[2], at);
-  axes_of(x1[0], x1[1], x1[2], at + 9);
-  float lower[18];
-  float upper[18];
-  for (int k = 0; k < 18; ++k) lower[k] = round_down(at[k] - thickening.lane[k]);
-  for (int k = 0; k < 18; ++k) upper[k] = round_down(-at[k] - thickening.lane[k]);
-  for (int end = 0; end < 2; ++end) {
-    std::copy_n(lower + 9 * end, 9, slabs.lane.data() + KDop18::kEnd * end);
-    std::copy_n(upper + 9 * end, 9, slabs.lane.data() + KDop18::kEnd * end + 9);
-  }
+  bounds_at(vertex.t0, frame, thickening, slabs.lane.data());
+  bounds_at(vertex.t1, frame, thickening, slabs.lane.data() + KDop18::kEnd);
 }
 
 WARMFRONT_TARGET_CLONES
 void bounds_of_all(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                   const LocalFrame& frame, const Thickening& thickening, KDop18* bounds) {
+                   const LocalFrame& frame, const Thickening& thickening, Known known, KDop18* bounds) {
   for (std::size_t v = 0; v < vertices.size(); ++v) {
-    if ((states[v] & kChanged) != 0) bounds_of(vertices[v], frame, thickening, bounds[v]);
+    if (known == Known::kNothing) {
+      bounds_of(vertices[v], frame, thickening, bounds[v]);
+    } else if ((states[v] & kChanged) != 0) {
+      if (known == Known::kLastStep) {
+        bounds[v].shift();
+        bounds_at(vertices[v].t1, frame, thickening, bounds[v].lane.data() + KDop18::kEnd);
+      } else {
+        bounds_of(vertices[v], frame, thickening, bounds[v]);
+      }
+    }
   }
 }
 
 }  // namespace
 
 void moving_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                   const LocalFrame& frame, double min_separation, double magnitude, KDop18* bounds) {
+                   const LocalFrame& frame, double min_separation, double magnitude, Known known,
+                   KDop18* bounds) {
   if (magnitude < 1e300) {
-    bounds_of_all(vertices, states, frame, Thickening(frame, min_separation, magnitude), bounds);
+    bounds_of_all(vertices, states, frame, Thickening(frame, min_separation, magnitude), known, bounds);
     return;
   }
   // Far out of the frame's range the bounds hold everything: slower, never wrong.

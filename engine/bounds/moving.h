@@ -2,6 +2,7 @@
 // The bounds of a vertex within a step, thickened by half the minimum separation. Pure function.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "engine/bounds/kdop.h"
@@ -23,9 +24,18 @@ namespace warmfront {
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
                      double magnitude);
 
-/// The same for many vertices, where their states say that they changed; `bounds` has room for as many.
+/// What stands in bounds that are to be brought to this step.
+enum class Known : std::uint8_t {
+  kNothing,   ///< all are made anew
+  kOlder,     ///< what did not change: the rest is made anew
+  kLastStep,  ///< the step before this: where a vertex was then at t = 1, it is now at t = 0
+};
+
+/// The same for many vertices of the given states; `bounds` has room for as many. With the frame, separation
+/// and magnitude that made what is known.
 void moving_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                   const LocalFrame& frame, double min_separation, double magnitude, KDop18* bounds);
+                   const LocalFrame& frame, double min_separation, double magnitude, Known known,
+                   KDop18* bounds);
 
 /// The same for a ball of the given radius (scene units) about a moving centre: it bounds whatever stays
 /// within the ball at both ends of the step, up to rounding of 2^-44 of the magnitude.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bounds/moving.h"
 #include "engine/bvh/leaf_block.h"
 #include "engine/bvh/node_set.h"
 #include "engine/bvh/travel.h"
@@ -95,7 +96,7 @@ struct RefitInput {
   std::span<const MotionState> vertex_states;
   const RangeMotion& range;
   double magnitude;  ///< what the vertices' bounds were made with
-  bool all = false;  ///< every bound is to be made anew
+  Known known;       ///< what stands in the hierarchy's bounds
 };
 
 /// Recomputes, bottom up, the bounds of what changed, and adds the step's motion to these nodes' travel where

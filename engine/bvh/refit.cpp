@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <tuple>
 
 #include "engine/bounds/lanes.h"
@@ -12,67 +13,149 @@
 namespace warmfront {
 namespace {
 
-// Whole vectors at a time: copies of bounds that are then read in wider pieces would wait for their stores.
-template <class Bounds>
-WARMFRONT_INLINE void merge_into(Bounds& to, const Bounds& a, const Bounds& b) {
-  constexpr std::size_t kLanes = std::tuple_size_v<decltype(Bounds::lane)>;
-  std::size_t k = 0;
-  for (; k + 8 <= kLanes; k += 8) {
-    const Float8 least = lesser(load<Float8>(&a.lane[k]), load<Float8>(&b.lane[k]));
-    std::memcpy(&to.lane[k], &least, sizeof least);
+// Bounds in registers: their lanes from kFrom on, 0 for both ends of the step or kEnd for t = 1 alone. Whole
+// vectors, of which the last takes some lanes again. In registers, because bounds that are read from memory
+// in other pieces than they were written in wait for their stores.
+template <class Bounds, std::size_t kFrom>
+struct Lanes {
+  static constexpr std::size_t kTotal = std::tuple_size_v<decltype(Bounds::lane)>;
+  static constexpr std::size_t kCount = (kTotal - kFrom + 7) / 8;
+  static_assert(kTotal - kFrom >= 8);
+  static constexpr std::size_t lane_of(std::size_t i) { return i + 1 < kCount ? kFrom + 8 * i : kTotal - 8; }
+
+  Float8 of[kCount];
+
+  /// Of Bounds::empty().
+  WARMFRONT_INLINE Lanes() {
+#pragma GCC unroll 8
+    for (std::size_t i = 0; i < kCount; ++i) of[i] = Float8{} + std::numeric_limits<float>::max();
   }
-  for (; k < kLanes; ++k) to.lane[k] = lesser(a.lane[k], b.lane[k]);
-}
+  WARMFRONT_INLINE explicit Lanes(const Bounds& bounds) {
+#pragma GCC unroll 8
+    for (std::size_t i = 0; i < kCount; ++i) of[i] = load<Float8>(&bounds.lane[lane_of(i)]);
+  }
+  WARMFRONT_INLINE void merge(const Lanes& other) {
+#pragma GCC unroll 8
+    for (std::size_t i = 0; i < kCount; ++i) of[i] = lesser(of[i], other.of[i]);
+  }
+  WARMFRONT_INLINE void store(Bounds& bounds) const {
+#pragma GCC unroll 8
+    for (std::size_t i = 0; i < kCount; ++i) std::memcpy(&bounds.lane[lane_of(i)], &of[i], sizeof of[i]);
+  }
+};
 
-WARMFRONT_INLINE void merge_vertices(std::span<const KDop18> of, const Face& vertices, KDop18& to) {
-  merge_into(to, of[vertices[0]], of[vertices[1]]);
-  merge_into(to, to, of[vertices[2]]);
-}
+// Where the lanes begin that a step changes, given those of the step before. An AABB's halves are less than a
+// vector: both are made.
+template <class Bounds>
+inline constexpr std::size_t kNewLanes = Bounds::kEnd >= 8 ? Bounds::kEnd : 0;
 
-WARMFRONT_INLINE void merge_vertices(std::span<const KDop18> of, const Face& vertices, Aabb& to) {
-  to = narrow<Aabb>(of[vertices[0]]);
-  to.merge(narrow<Aabb>(of[vertices[1]]));
-  to.merge(narrow<Aabb>(of[vertices[2]]));
-}
+template <class Bounds, std::size_t kFrom>
+struct OfVertices;
+
+template <std::size_t kFrom>
+struct OfVertices<KDop18, kFrom> {
+  WARMFRONT_INLINE static Lanes<KDop18, kFrom> merged(std::span<const KDop18> of, const Face& vertices) {
+    Lanes<KDop18, kFrom> lanes(of[vertices[0]]);
+    lanes.merge(Lanes<KDop18, kFrom>(of[vertices[1]]));
+    lanes.merge(Lanes<KDop18, kFrom>(of[vertices[2]]));
+    return lanes;
+  }
+};
+
+template <std::size_t kFrom>
+struct OfVertices<Aabb, kFrom> {
+  WARMFRONT_INLINE static Lanes<Aabb, kFrom> merged(std::span<const KDop18> of, const Face& vertices) {
+    using Float4 = float __attribute__((vector_size(16)));
+    // Each end's lower and upper three, as narrow() picks them, with one lane more.
+    const auto three = [&](std::size_t lane) {
+      return lesser(
+          lesser(load<Float4>(&of[vertices[0]].lane[lane]), load<Float4>(&of[vertices[1]].lane[lane])),
+          load<Float4>(&of[vertices[2]].lane[lane]));
+    };
+    const Float4 a = three(0);
+    const Float4 b = three(9);
+    const Float4 c = three(18);
+    const Float4 d = three(27);
+    Lanes<Aabb, kFrom> lanes;
+    const Float8 ab = __builtin_shufflevector(a, b, 0, 1, 2, 4, 5, 6, 6, 6);
+    const Float8 cd = __builtin_shufflevector(c, d, 0, 1, 2, 4, 5, 6, 6, 6);
+    lanes.of[0] = __builtin_shufflevector(ab, cd, 0, 1, 2, 3, 4, 5, 8, 9);
+    lanes.of[1] = __builtin_shufflevector(ab, cd, 4, 5, 8, 9, 10, 11, 12, 13);
+    return lanes;
+  }
+};
 
 // Eight rows of eight lanes become eight lanes of eight rows.
 WARMFRONT_INLINE void transpose(const float* rows, std::size_t stride, float* lanes) {
   using Int8 = std::int32_t __attribute__((vector_size(32)));
   Float8 r[8];
   Float8 s[8];
+#pragma GCC unroll 8
   for (std::size_t i = 0; i < 8; ++i) r[i] = load<Float8>(rows + i * stride);
+#pragma GCC unroll 8
   for (int i = 0; i < 8; i += 2) {
     s[i] = __builtin_shuffle(r[i], r[i + 1], Int8{0, 8, 2, 10, 4, 12, 6, 14});
     s[i + 1] = __builtin_shuffle(r[i], r[i + 1], Int8{1, 9, 3, 11, 5, 13, 7, 15});
   }
+#pragma GCC unroll 8
   for (int i = 0; i < 8; i += 4) {
+#pragma GCC unroll 8
     for (int k = 0; k < 2; ++k) {
       r[i + k] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{0, 1, 8, 9, 4, 5, 12, 13});
       r[i + k + 2] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{2, 3, 10, 11, 6, 7, 14, 15});
     }
   }
+#pragma GCC unroll 8
   for (int k = 0; k < 4; ++k) {
     s[k] = __builtin_shuffle(r[k], r[k + 4], Int8{0, 1, 2, 3, 8, 9, 10, 11});
     s[k + 4] = __builtin_shuffle(r[k], r[k + 4], Int8{4, 5, 6, 7, 12, 13, 14, 15});
   }
-  std::memcpy(lanes, s, sizeof s);
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i) std::memcpy(lanes + 8 * i, &s[i], sizeof s[i]);
 }
 
-template <class Bounds>
+template <std::size_t kFrom, class Bounds>
 WARMFRONT_INLINE void refit_block(std::span<const KDop18> vertex_bounds, LeafBlock<Bounds>& leaf,
                                   Bounds& node) {
-  constexpr std::size_t kLanes = std::tuple_size_v<decltype(Bounds::lane)>;
-  Bounds rows[LeafBlock<Bounds>::kSlots];
-  node = Bounds::empty();
-  for (std::uint32_t i = 0; i < leaf.count; ++i) {
-    merge_vertices(vertex_bounds, {leaf.vertex[0][i], leaf.vertex[1][i], leaf.vertex[2][i]}, rows[i]);
-    merge_into(node, node, rows[i]);
+  using Row = Lanes<Bounds, kFrom>;
+  for (std::size_t k = 0; k < kFrom; ++k) {
+    const Float8 last = load<Float8>(leaf.lane[k + kFrom].data());
+    std::memcpy(leaf.lane[k].data(), &last, sizeof last);
+    asm volatile("" ::: "memory");  // else compilers make it one string instruction, which is slower here
   }
-  for (std::uint32_t i = leaf.count; i < LeafBlock<Bounds>::kSlots; ++i) rows[i] = Bounds::empty();
-  std::size_t k = 0;
-  for (; k + 8 <= kLanes; k += 8) transpose(rows[0].lane.data() + k, kLanes, leaf.lane[k].data());
-  for (; k < kLanes; ++k) {
-    for (std::uint32_t i = 0; i < LeafBlock<Bounds>::kSlots; ++i) leaf.lane[k][i] = rows[i].lane[k];
+  Row sum;
+  alignas(32) float rows[LeafBlock<Bounds>::kSlots][Row::kCount][8];
+  for (std::uint32_t i = 0; i < leaf.count; ++i) {
+    const Row row = OfVertices<Bounds, kFrom>::merged(
+        vertex_bounds, {leaf.vertex[0][i], leaf.vertex[1][i], leaf.vertex[2][i]});
+    sum.merge(row);
+#pragma GCC unroll 8
+    for (std::size_t k = 0; k < Row::kCount; ++k) std::memcpy(rows[i][k], &row.of[k], sizeof row.of[k]);
+  }
+  sum.store(node);
+  for (std::uint32_t i = leaf.count; i < LeafBlock<Bounds>::kSlots; ++i)
+    std::memset(rows[i], 0, sizeof rows[i]);
+  for (std::size_t i = 0; i < Row::kCount; ++i)
+    transpose(rows[0][i], 8 * Row::kCount, leaf.lane[Row::lane_of(i)].data());
+}
+
+// The bounds of a node whose children are of this step already.
+template <std::size_t kFrom, class Bounds>
+WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, NodeId node) {
+  Bounds& bounds = bvh.nodes[node];
+  if constexpr (kFrom > 0) bounds.shift();
+  const NodeId first_leaf = bvh.shape.first_leaf();
+  if (node < first_leaf) {
+    const NodeId left = TreeShape::left(node);
+    Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
+    lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
+    lanes.store(bounds);
+  } else if (!bvh.leaves.empty()) {
+    refit_block<kFrom>(input.vertex_bounds, bvh.leaves[node - first_leaf], bounds);
+  } else {
+    const Primitive primitive = bvh.order[bvh.shape.begin_of_leaf(node)];
+    OfVertices<Bounds, kFrom>::merged(input.vertex_bounds, primitive_vertices(input.scene, primitive))
+        .store(bounds);
   }
 }
 
@@ -109,19 +192,15 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
       bvh.states[node] = leaf ? leaf_state(input, bvh, node)
                               : bvh.states[TreeShape::left(node)] | bvh.states[TreeShape::left(node) + 1];
     }
-    if (input.all) bvh.states[node] |= kChanged;
+    if (input.known == Known::kNothing) bvh.states[node] |= kChanged;
     if ((bvh.states[node] & kChanged) == 0) continue;
-    if (!leaf) {
-      const NodeId left = TreeShape::left(node);
-      merge_into(bvh.nodes[node], bvh.nodes[left], bvh.nodes[left + 1]);
-    } else if (!bvh.leaves.empty()) {
-      refit_block(input.vertex_bounds, bvh.leaves[node - first_leaf], bvh.nodes[node]);
-    } else if (const std::uint32_t at = bvh.shape.begin_of_leaf(node);
-               at < bvh.shape.begin_of_leaf(node + 1)) {
-      merge_vertices(input.vertex_bounds, primitive_vertices(input.scene, bvh.order[at]), bvh.nodes[node]);
-    } else {
+    if (leaf && bvh.leaves.empty() && bvh.shape.begin_of_leaf(node) == bvh.shape.begin_of_leaf(node + 1)) {
       bvh.nodes[node] = Bounds::empty();
       bvh.states[node] = 0;  // as it is gathered
+    } else if (input.known == Known::kLastStep) {
+      refit_node<kNewLanes<Bounds>>(input, bvh, node);
+    } else {
+      refit_node<0>(input, bvh, node);
     }
     if (!bvh.travel.empty()) advance_travel(bvh, node);
   }
@@ -165,12 +244,13 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   bvh.changed = {};
   bvh.all_moving = false;
   if (bvh.order.empty()) return 0;
-  if (input.range.any == 0 && !input.all) {
+  const bool all = input.known == Known::kNothing;
+  if (input.range.any == 0 && !all) {
     if ((bvh.states[0] & kChanged) != 0) std::ranges::fill(bvh.states, MotionState{0});
     return 0;
   }
   States from = States::kGather;
-  if (input.range.listed && !input.all && !has_points(input.scene, input.range.changed)) {
+  if (input.range.listed && !all && !has_points(input.scene, input.range.changed)) {
     mark_states(input, bvh);
     from = States::kMarked;
   } else if (input.range.any == input.range.all) {

@@ -187,13 +187,17 @@ void Motion::move_one(std::uint32_t v, const std::array<double, 3>& to, RangeMot
 }
 
 void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> rest,
-                        const Pose& from, const Pose& to, RangeMotion& range) {
+                        const Pose& from, const Pose& to, bool follows, RangeMotion& range) {
   const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) {
     VertexMotion& vertex = vertices_[v];
     const double* x = rest.data() + std::size_t{3} * (v - first);
-    const auto x0 = from.place(x);
+    if (follows) {
+      vertex.t0 = vertex.t1;
+    } else {
+      const auto x0 = from.place(x);
+      vertex.t0 = {x0[0], x0[1], x0[2], 0.0};
+    }
     const auto x1 = to.place(x);
-    vertex.t0 = {x0[0], x0[1], x0[2], 0.0};
     vertex.t1 = {x1[0], x1[1], x1[2], 0.0};
     states_[v] = same_bits(vertex.t0, vertex.t1) ? kChanged : kMoving | kChanged;
     sum.add(states_[v]);

@@ -65,9 +65,10 @@ class Motion {
   /// ... and moves one of its vertices.
   void move_one(std::uint32_t vertex, const std::array<double, 3>& to, RangeMotion& range);
   /// A step of vertices [first, end) from one pose of their rest positions, (end - first, 3), to another,
-  /// whatever they did before. The magnitude holds both already. Parallel inside Workers::run().
+  /// whatever they did before; `follows` says that they are at `from` now. The magnitude holds both already.
+  /// Parallel inside Workers::run().
   void move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> rest, const Pose& from,
-                  const Pose& to, RangeMotion& range);
+                  const Pose& to, bool follows, RangeMotion& range);
   /// Takes the step of a range back; the next step finds its vertices changed.
   void undo(std::uint32_t first, std::uint32_t end, RangeMotion& range);
 

@@ -109,7 +109,7 @@ void SceneMotion::make_rigid(Part& part) {
 void SceneMotion::settle(Part& part) {
   if (!part.posed) return;
   if (!part.placed) {
-    motion_.move_posed(part.first, part.end, part.rest, part.pose, part.pose, part.range);
+    motion_.move_posed(part.first, part.end, part.rest, part.pose, part.pose, false, part.range);
     motion_.undo(part.first, part.end, part.range);  // for the step to come they are news
     part.placed = true;
   }
@@ -251,6 +251,7 @@ void SceneMotion::begin(const Frame& frame) {
     Part& part = parts_[p];
     part.moved = part.posed && !(part.pose == part.last_pose);
     part.last_pose = part.pose;
+    part.follows = part.placed;
     // Static and removed bodies were checked to stay, or are of no interest.
     const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved;
     if (given[p] == 1 && frame.positions && !fixed) {
@@ -293,7 +294,7 @@ void SceneMotion::begin(const Frame& frame) {
 
 void SceneMotion::place(std::uint32_t index) {
   Part& part = parts_[index];
-  motion_.move_posed(part.first, part.end, part.rest, part.last_pose, part.pose, part.range);
+  motion_.move_posed(part.first, part.end, part.rest, part.last_pose, part.pose, part.follows, part.range);
   part.placed = true;
 }
 

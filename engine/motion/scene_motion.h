@@ -78,9 +78,10 @@ class SceneMotion {
     double radius = 0;
     Pose pose;
     Pose last_pose;
-    bool posed = false;  // where it is, is where `pose` puts its rest shape
-    bool placed = true;  // its vertices are there, too
-    bool moved = false;  // in the step before this one
+    bool posed = false;   // where it is, is where `pose` puts its rest shape
+    bool placed = true;   // its vertices are there, too
+    bool follows = true;  // they were at the end of the step before this one
+    bool moved = false;   // in the step before this one
   };
 
   void find_parts(const Scene& scene);

@@ -121,7 +121,7 @@ void bounds_of_vertices(benchmark::State& state) {
   const std::vector<MotionState> states(vertices.size(), kChanged);
   std::vector<KDop18> bounds(vertices.size());
   for (auto _ : state) {
-    moving_bounds(vertices, states, motion.frame(), 0, motion.magnitude(), bounds.data());
+    moving_bounds(vertices, states, motion.frame(), 0, motion.magnitude(), Known::kOlder, bounds.data());
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * vertices.size()));

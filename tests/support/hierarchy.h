@@ -45,12 +45,20 @@ class Hierarchy {
     for (const std::uint32_t v : scene_->isolated_vertices()) primitives.push_back(kPoint | v);
     const TreeShape shape(static_cast<std::uint32_t>(primitives.size()), leaf_size);
     bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape, primitives), true);
-    refresh(true);
+    refresh(Known::kNothing);
   }
 
   void step(std::span<const double> positions) {
     motion_.move_all(0, scene_->vertex_count(), positions, order_, 0, range_);
-    refresh(motion_.magnitude() != magnitude_);
+    refresh(motion_.magnitude() != magnitude_ ? Known::kNothing : Known::kLastStep);
+  }
+
+  /// The hierarchy with all its bounds made of this step's motion alone.
+  Bvh<Bounds> anew() const {
+    Bvh<Bounds> tree = bvh;
+    std::vector<KDop18> bounds(bounds_.size());
+    refit_with(Known::kNothing, bounds, tree);
+    return tree;
   }
 
   std::span<const KDop18> vertex_bounds() const { return bounds_; }
@@ -59,11 +67,14 @@ class Hierarchy {
   Bvh<Bounds> bvh;
 
  private:
-  void refresh(bool all) {
+  void refresh(Known known) {
     magnitude_ = motion_.magnitude();
-    for (std::size_t v = 0; v < bounds_.size(); ++v)
-      bounds_[v] = moving_bounds(motion_.vertices()[v], motion_.frame(), 0, magnitude_);
-    refit({*scene_, bounds_, motion_.states(), range_, magnitude_, all}, bvh);
+    refit_with(known, bounds_, bvh);
+  }
+
+  void refit_with(Known known, std::vector<KDop18>& bounds, Bvh<Bounds>& tree) const {
+    moving_bounds(motion_.vertices(), motion_.states(), motion_.frame(), 0, magnitude_, known, bounds.data());
+    refit({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree);
   }
 
   std::shared_ptr<const Scene> scene_;
