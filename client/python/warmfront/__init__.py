@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Warmfront from Python: continuous collision detection as a service, numpy in and out.
+
+    import warmfront
+
+    with warmfront.connect("127.0.0.1:50051").session(V0, F) as session:
+        for V in frames:
+            contacts = session.step(V)      # on the linear motion from the last frame to this one
+            use(contacts.kind, contacts.v, contacts.toi)
+
+V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon that dies: it is created again from what
+was answered last, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
+canonical code. A Client is thread-safe, a Session is used by one thread at a time.
+"""
+from .answer import Contacts, Kind, StageTimes, Statistics, Status, StepCounts
+from .client import Client, connect
+from .errors import (
+    Aborted,
+    AlreadyExists,
+    Cancelled,
+    Code,
+    DeadlineExceeded,
+    FailedPrecondition,
+    Internal,
+    InvalidArgument,
+    NotFound,
+    PermissionDenied,
+    ResourceExhausted,
+    Unauthenticated,
+    Unavailable,
+    Unimplemented,
+    WarmfrontError,
+)
+from .info import Limits, ServerInfo, SessionInfo
+from .options import Options, Patience, Security
+from .scene import Body
+from .session import Session
+
+__all__ = [
+    "Aborted", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DeadlineExceeded", "FailedPrecondition",
+    "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience", "PermissionDenied",
+    "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status",
+    "StepCounts", "Unauthenticated", "Unavailable", "Unimplemented", "WarmfrontError", "connect",
+]

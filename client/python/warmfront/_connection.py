@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A channel to a daemon and its small calls. Thread-safe."""
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any, Optional
+
+import grpc
+
+from ._contacts import error_from
+from ._wire import Bytes, field
+from .errors import DeadlineExceeded, InvalidArgument, Unavailable, WarmfrontError, class_of
+from .options import Patience, Security
+from .v1 import admin_service_pb2, admin_service_pb2_grpc, collision_service_pb2_grpc, session_pb2, step_pb2
+
+# Well below any daemon's message limit, whose least value is 64 KiB, for a first upload; its answer states the limit.
+_UPLOAD_CHUNK = 60 << 10
+# Of v1.CreateSessionRequest.
+_HEADER, _FACES, _POSITIONS = 1, 2, 3
+
+_ARGUMENTS = [
+    # Answers come in chunks of the daemon's choosing.
+    ("grpc.max_receive_message_length", -1),
+    # A connection of its own for each client: one connection is bound to one core or so.
+    ("grpc.use_local_subchannel_pool", 1),
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.min_reconnect_backoff_ms", 100),
+    ("grpc.max_reconnect_backoff_ms", 2000),
+    # A daemon that vanishes without a word is found within a minute; daemons allow a ping every ten seconds.
+    ("grpc.keepalive_time_ms", 30_000),
+    ("grpc.keepalive_timeout_ms", 20_000),
+    # The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
+    ("grpc.enable_http_proxy", 0),
+]
+
+
+def _read(what: str, path: str) -> Optional[bytes]:
+    """The file's content; None for no file."""
+    if not path:
+        return None
+    try:
+        with open(path, "rb") as file:
+            content = file.read()
+    except OSError as error:
+        raise InvalidArgument(f"{what} {path}: it cannot be read ({error.strerror})") from None
+    if not content:
+        raise InvalidArgument(f"{what} {path}: it is empty")
+    return content
+
+
+def _authorization(address: str, security: Security, encrypted: bool) -> str:
+    """The metadata's value; empty without a token."""
+    content = _read("token file", security.token_file)
+    if content is None:
+        return ""
+    token = content.decode("utf-8", "replace").strip()
+    if not token or len(token.split()) != 1:
+        raise InvalidArgument(f"token file {security.token_file}: one token is expected, and nothing else")
+    if not encrypted and not re.match(r"unix:|localhost:|\[::1\]:|127\.", address):
+        raise InvalidArgument(f"the token would travel to {address} in the clear; use TLS")
+    return f"Bearer {token}"
+
+
+def error_from_call(call: Any) -> WarmfrontError:
+    """The exception for a call of gRPC's that failed, not raised. Blocks until the call is over."""
+    code = call.code().value[0]
+    for key, value in call.trailing_metadata() or ():
+        if key == "grpc-status-details-bin":
+            try:
+                status = step_pb2.Status.FromString(value)
+            except Exception:  # protobuf's DecodeError: someone else's details
+                break
+            return error_from(code, call.details() or "", status.details)
+    return class_of(code)(call.details() or "")
+
+
+class Connection:
+    """To `HOST:PORT` or `unix:PATH`."""
+
+    def __init__(self, address: str, security: Security, patience: Patience) -> None:
+        if bool(security.cert_file) != bool(security.key_file):
+            raise InvalidArgument("a client certificate needs its key, and a key its certificate: state both files")
+        self.address = address
+        self.patience = patience
+        encrypted = bool(security.tls or security.ca_file or security.cert_file)
+        authorization = _authorization(address, security, encrypted)
+        self._metadata = [("authorization", authorization)] if authorization else []
+        arguments = list(_ARGUMENTS)
+        if security.server_name:
+            arguments.append(("grpc.ssl_target_name_override", security.server_name))  # type: ignore[arg-type]
+        if encrypted:
+            credentials = grpc.ssl_channel_credentials(
+                _read("CA file", security.ca_file), _read("key file", security.key_file),
+                _read("certificate file", security.cert_file))
+            self._channel = grpc.secure_channel(address, credentials, arguments)
+        else:
+            self._channel = grpc.insecure_channel(address, arguments)
+        self._service = collision_service_pb2_grpc.CollisionServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self._admin = admin_service_pb2_grpc.AdminServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        # Bytes both ways: bulk is joined and found by this package itself.
+        self._stream = self._channel.stream_stream("/warmfront.v1.CollisionService/StreamSteps")
+        self._upload = self._channel.stream_unary(
+            "/warmfront.v1.CollisionService/CreateSession",
+            response_deserializer=session_pb2.CreateSessionResponse.FromString)
+
+    def metadata(self, session_id: str = "") -> list[tuple[str, str]]:
+        """Of every call: who calls, and which session it is about, if any."""
+        return self._metadata + ([("warmfront-session", session_id)] if session_id else [])
+
+    def stream(self, requests: Iterator[bytes], session_id: str) -> Any:
+        """Begins a StreamSteps call of serialized messages."""
+        return self._stream(requests, metadata=self.metadata(session_id))
+
+    def server_info(self) -> Any:
+        """v1.GetServerInfoResponse; waits for a daemon that is not there yet."""
+        try:
+            return self._call(self._service.GetServerInfo, session_pb2.GetServerInfoRequest(), wait_for_ready=True)
+        except (DeadlineExceeded, Unavailable) as error:
+            raise Unavailable(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?",
+                              reason=error.reason) from None
+
+    def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes) -> None:
+        """Uploads a scene; waits for a daemon that is not there yet."""
+        def requests() -> Iterator[bytes]:
+            yield b"".join(field(_HEADER, header.SerializeToString()))
+            for number, data in ((_FACES, faces), (_POSITIONS, positions)):
+                view = memoryview(data)
+                for at in range(0, len(view), _UPLOAD_CHUNK):
+                    yield b"".join(field(number, view[at:at + _UPLOAD_CHUNK]))
+        self._call(self._upload, requests(), header.session_id, self.patience.create, wait_for_ready=True)
+
+    def change(self, request: session_pb2.ChangeSceneRequest) -> None:
+        self._call(self._service.ChangeScene, request, request.session_id, self.patience.create)
+
+    def get(self, session_id: str) -> Any:
+        """v1.SessionInfo."""
+        request = session_pb2.GetSessionRequest(session_id=session_id)
+        return self._call(self._service.GetSession, request, session_id).session
+
+    def list(self) -> Any:
+        """v1.SessionInfo, those of this principal."""
+        return self._call(self._service.ListSessions, session_pb2.ListSessionsRequest()).sessions
+
+    def remove(self, session_id: str) -> None:
+        request = session_pb2.DeleteSessionRequest(session_id=session_id)
+        self._call(self._service.DeleteSession, request, session_id)
+
+    def list_all(self) -> Any:
+        """v1.OwnedSession; for administrators."""
+        return self._call(self._admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest()).sessions
+
+    def remove_any(self, session_id: str) -> None:
+        request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id)
+        self._call(self._admin.DeleteAnySession, request, session_id)
+
+    def close(self) -> None:
+        self._channel.close()
+
+    def _call(self, method: Any, request: Any, session_id: str = "", timeout: Optional[float] = None,
+              wait_for_ready: bool = False) -> Any:
+        try:
+            return method(request, timeout=timeout or self.patience.call, metadata=self.metadata(session_id),
+                          wait_for_ready=wait_for_ready)
+        except grpc.RpcError as error:
+            raise error_from_call(error) from None

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The daemon's messages on a stream, and its errors, as this package's values. Pure functions."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field as dataclass_field
+from typing import Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._wire import Malformed, fields
+from .answer import Contacts
+from .errors import Internal, WarmfrontError, class_of
+from .v1 import step_pb2
+
+# Of v1.StreamStepsResponse and v1.StepAnswer.
+_ANSWER = 1
+_FRAME, _CONTACTS, _LAST, _SUMMARY = 1, 2, 3, 4
+# Of v1.ContactColumns: name, type, shape of a row.
+_COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
+    1: ("kind", "u1", ()),
+    2: ("status", "u1", ()),
+    3: ("v", "<u4", (4,)),
+    4: ("toi", "<f8", ()),
+    5: ("weights", "<f8", (4,)),
+    6: ("normal", "<f8", (3,)),
+    7: ("points", "<f8", (2, 3)),
+}
+_ALWAYS = ("kind", "status", "v", "toi")
+
+Columns = dict[str, npt.NDArray[Any]]
+
+
+@dataclass
+class AnswerPart:
+    """A v1.StepAnswer whose columns are views into the message."""
+
+    frame: int = 0
+    columns: Columns = dataclass_field(default_factory=dict)
+    last: bool = False
+    summary: Any = None  # step_pb2.StepSummary
+
+
+def malformed(what: str) -> Internal:
+    return Internal(f"the daemon's answer is malformed: {what}")
+
+
+def parse_response(message: bytes) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
+    """An answer without copying its contacts; anything else through protobuf. Raises Internal for what is no message."""
+    view = memoryview(message)
+    try:
+        for number, value in fields(view):
+            if number == _ANSWER and isinstance(value, memoryview):
+                return _parse_answer(value)
+        response = step_pb2.StreamStepsResponse()
+        response.ParseFromString(message)
+        return response
+    except Malformed as error:
+        raise malformed(str(error)) from None
+    except Exception as error:  # protobuf's DecodeError lies in a module that types do not know
+        if isinstance(error, WarmfrontError):
+            raise
+        raise malformed(str(error)) from None
+
+
+def _parse_answer(view: memoryview) -> AnswerPart:
+    part = AnswerPart(summary=step_pb2.StepSummary())
+    for number, value in fields(view):
+        if number == _FRAME and isinstance(value, int):
+            part.frame = value
+        elif number == _CONTACTS and isinstance(value, memoryview):
+            part.columns = _parse_columns(value)
+        elif number == _LAST:
+            part.last = bool(value)
+        elif number == _SUMMARY and isinstance(value, memoryview):
+            part.summary.MergeFromString(bytes(value))
+    return part
+
+
+def _parse_columns(view: memoryview) -> Columns:
+    columns: Columns = {}
+    for number, value in fields(view):
+        if number not in _COLUMNS or not isinstance(value, memoryview):
+            continue
+        name, dtype, shape = _COLUMNS[number]
+        size = int(np.dtype(dtype).itemsize * np.prod(shape, dtype=int))
+        if len(value) % size:
+            raise malformed(f"column {name} of {len(value)} bytes")
+        columns[name] = np.frombuffer(value, dtype).reshape(-1, *shape)
+    if columns:
+        rows = len(columns.get("kind", ()))
+        if any(len(column) != rows for column in columns.values()) or any(name not in columns for name in _ALWAYS):
+            raise malformed("columns of unequal length")
+        if (columns["kind"] > 1).any():
+            raise malformed("a contact of unknown kind")
+        if ((columns["status"] < 1) | (columns["status"] > 4)).any():
+            raise malformed("a contact of unknown status")
+    return columns
+
+
+def finish(parts: Sequence[AnswerPart], asked: Sequence[str]) -> Contacts:
+    """The answer of all its parts, in order, with the columns that were asked for. Raises Internal when rows are missing."""
+    last = parts[-1]
+    filled = [part.columns for part in parts if part.columns]
+    joined: dict[str, Optional[npt.NDArray[Any]]] = {}
+    for name, dtype, shape in _COLUMNS.values():
+        chunks = [columns[name] for columns in filled if name in columns]
+        if len(chunks) not in (0, len(filled)):
+            raise malformed("columns of unequal length")
+        if not chunks:
+            joined[name] = np.empty((0, *shape), dtype) if name in _ALWAYS or name in asked else None
+        else:
+            joined[name] = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
+    rows = len(joined["toi"]) if joined["toi"] is not None else 0
+    if rows != last.summary.rows:
+        raise malformed(f"{rows} of {last.summary.rows} contacts")
+    return Contacts(last.frame, summary=last.summary, **joined)  # type: ignore[arg-type]
+
+
+def error_from(code: int, message: str, details: Sequence[Any] = ()) -> WarmfrontError:
+    """The exception for a status, not raised. `details`: google.protobuf.Any."""
+    detail = step_pb2.ErrorDetail()
+    for packed in details:
+        packed.Unpack(detail)
+    reason = step_pb2.ErrorReason.Name(detail.reason).removeprefix("ERROR_REASON_") if detail.reason else ""
+    return class_of(code)(
+        message,
+        reason=reason,
+        expected_frame=detail.expected_frame if detail.HasField("expected_frame") else None,
+        limit=detail.limit,
+        retry_after=detail.retry_after_ms / 1000 if detail.HasField("retry_after_ms") else None,
+    )

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A frame as it travels: its messages, made once, and its bulk fields as views into them. Immutable.
+
+An array's memory is copied once, into its message; what is sent again after a resume, and what a session is created from
+again, are these same bytes.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Optional
+
+from ._wire import Bytes, field, number_field
+
+# Of v1.StreamStepsRequest, v1.StepFrame and v1.MovedParts.
+_STEP = 1
+_FRAME, _POSITIONS, _MORE, _MOVED = 1, 2, 3, 4
+BODIES, BODY_POSITIONS, POSE_BODIES, POSES, VERTICES, VERTEX_POSITIONS = 1, 2, 3, 4, 5, 6
+
+Part = tuple[int, Bytes]  # the number of a field, and its bytes
+
+
+class SentFrame:
+    """Either all positions, or what moved."""
+
+    def __init__(self, number: int, positions: Optional[Bytes], moved: Sequence[Part], chunk_bytes: int) -> None:
+        """Without positions the frame carries `moved`, fields of v1.MovedParts. No message holds more than `chunk_bytes`
+        of bulk."""
+        self.number = number
+        self.whole = positions is not None
+        self.messages: list[bytes] = []  # v1.StreamStepsRequest, serialized
+        self._chunk_bytes = chunk_bytes
+        parts = [(_POSITIONS, positions)] if positions is not None else moved
+        self._pieces: dict[int, list[memoryview]] = {part: [] for part, _ in parts}
+        if sum(len(data) for _, data in parts) <= chunk_bytes:
+            self._add(parts, False)
+            return
+        # Field by field, piece by piece; an empty last part ends the frame.
+        for part, data in parts:
+            view = memoryview(data)
+            for at in range(0, len(view), chunk_bytes):
+                self._add([(part, view[at:at + chunk_bytes])], True)
+        self._add([], False)
+
+    def fitted(self, chunk_bytes: int) -> SentFrame:
+        """This frame, or one of smaller messages where a daemon allows less than these were made for."""
+        if chunk_bytes >= self._chunk_bytes:
+            return self
+        if self.whole:
+            return SentFrame(self.number, self.positions(), [], chunk_bytes)
+        return SentFrame(self.number, None, [(part, self.bytes_of(part)) for part in self._pieces], chunk_bytes)
+
+    def positions(self) -> Bytes:
+        """All of them; a view where they came in one piece."""
+        return self.bytes_of(_POSITIONS)
+
+    def bytes_of(self, part: int) -> Bytes:
+        """A field of v1.MovedParts; empty when it was not given."""
+        pieces = self._pieces.get(part, [])
+        return pieces[0] if len(pieces) == 1 else b"".join(pieces)
+
+    def _add(self, parts: Sequence[Part], more: bool) -> None:
+        """One message; remembers where in it each part lies."""
+        bulk = [field(part, data) for part, data in parts]
+        content = [piece for tagged in bulk for piece in tagged]
+        if not self.whole:
+            content = field(_MOVED, *content)
+        head = number_field(_FRAME, self.number) + (number_field(_MORE, 1) if more else b"")
+        message = b"".join(field(_STEP, head, *content))
+        self.messages.append(message)
+        # The bulk ends the message.
+        end = len(message)
+        for (part, data), (tag, _) in zip(reversed(parts), reversed(bulk)):
+            self._pieces[part].append(memoryview(message)[end - len(data):end])
+            end -= len(data) + len(tag)

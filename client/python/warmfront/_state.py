@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a session needs to be created again where it was: its scene, and where everything is. Used by one thread at a time."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _frame
+from ._frame import Part, SentFrame
+from ._wire import Bytes
+from .errors import FailedPrecondition, InvalidArgument
+from .scene import Body, faces_of, indices_of, placed, pose_of, positions_of
+from .v1 import options_pb2, session_pb2
+
+
+def raw(array: npt.NDArray[Any]) -> memoryview:
+    """An array's memory, contiguous as it is."""
+    return array.reshape(-1).view(np.uint8).data
+
+
+class SceneState:
+    """The scene, and its positions after the frame last answered."""
+
+    def __init__(self, positions: Any, faces: Any, bodies: Sequence[Body],
+                 excluded_pairs: Sequence[tuple[int, int]]) -> None:
+        """positions (n, 3) float32 or float64, which those of the session's frames are from then on; a copy is kept."""
+        self._rows = positions_of(positions, None, None).copy()
+        self._latest: Optional[Bytes] = None  # of a whole frame; newer than _rows
+        self.dtype: np.dtype[Any] = self._rows.dtype
+        self.faces = faces_of(faces).copy()
+        self.bodies = placed(bodies)
+        self.excluded_pairs = list(excluded_pairs)
+        self._poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
+
+    @property
+    def vertex_count(self) -> int:
+        return len(self._rows)
+
+    def positions(self) -> Bytes:
+        """The upload's: (n, 3) in the session's dtype; of rigid bodies with a pose, their rest shapes."""
+        return self._latest if self._latest is not None else raw(self._rows)
+
+    def describe(self, header: session_pb2.SessionHeader) -> None:
+        """Puts what there is to say of the scene into the header, the faces and positions apart."""
+        header.vertex_count = self.vertex_count
+        header.face_count = len(self.faces)
+        header.dtype = options_pb2.DTYPE_FLOAT32 if self.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
+        del header.bodies[:]
+        for body in self.bodies:
+            body.put_into(header.bodies.add())
+        del header.excluded_pairs[:]
+        for k, (a, b) in enumerate(self.excluded_pairs):
+            try:
+                header.excluded_pairs.add(a=a, b=b)
+            except (TypeError, ValueError):
+                raise InvalidArgument(f"excluded_pairs[{k}]: ({a!r}, {b!r}) are no body indices") from None
+        posed = [b for b, pose in enumerate(self._poses) if pose is not None]
+        header.pose_bodies = np.array(posed, dtype="<u4").tobytes()
+        header.poses = b"".join(pose.tobytes() for pose in self._poses if pose is not None)
+
+    # Frames.
+
+    def encode(self, number: int, positions: Any, bodies: Mapping[int, Any], poses: Mapping[int, Any], vertices: Any,
+               vertex_positions: Any, chunk_bytes: int) -> SentFrame:
+        """A frame's messages. InvalidArgument for positions of another kind or number than the session's, and for bodies
+        that are not there."""
+        if positions is not None:
+            if bodies or poses or vertices is not None or vertex_positions is not None:
+                raise InvalidArgument("positions: the frame gives all vertices, and parts besides; give either")
+            array = positions_of(positions, self.vertex_count, self.dtype)
+            return SentFrame(number, raw(array), [], chunk_bytes)
+        parts = [*self._body_parts(bodies), *self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]
+        return SentFrame(number, None, [part for part in parts if len(part[1]) > 0], chunk_bytes)
+
+    def _body_parts(self, bodies: Mapping[int, Any]) -> list[Part]:
+        rows = [raw(positions_of(positions, self._body(b, f"bodies[{b}]").vertex_count, self.dtype, f"bodies[{b}]"))
+                for b, positions in bodies.items()]
+        return [(_frame.BODIES, np.array(list(bodies), dtype="<u4").tobytes()),
+                (_frame.BODY_POSITIONS, rows[0] if len(rows) == 1 else b"".join(rows))]
+
+    def _pose_parts(self, poses: Mapping[int, Any]) -> list[Part]:
+        for b in poses:
+            self._body(b, f"poses[{b}]")
+        matrices = [pose_of(pose, f"poses[{b}]").astype(self.dtype).tobytes() for b, pose in poses.items()]
+        # All rigid bodies in their order need not be named.
+        named = np.array([] if list(poses) == self._rigid() else list(poses), dtype="<u4")
+        return [(_frame.POSE_BODIES, named.tobytes()), (_frame.POSES, b"".join(matrices))]
+
+    def _vertex_parts(self, vertices: Any, vertex_positions: Any) -> list[Part]:
+        if (vertices is None) != (vertex_positions is None):
+            raise InvalidArgument("vertices and vertex_positions belong together; give both or neither")
+        if vertices is None:
+            return []
+        indices = indices_of(vertices, "vertices")
+        array = positions_of(vertex_positions, len(indices), self.dtype, "vertex_positions")
+        return [(_frame.VERTICES, raw(indices)), (_frame.VERTEX_POSITIONS, raw(array))]
+
+    def take(self, frame: SentFrame) -> None:
+        """The frame was answered: everything is where it says."""
+        if frame.whole:
+            self._latest = frame.positions()
+            self._poses = [None] * len(self.bodies)
+            return
+        moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)
+        at = 0
+        for b in np.frombuffer(frame.bytes_of(_frame.BODIES), "<u4"):
+            count = self.bodies[b].vertex_count
+            self._body_rows(int(b))[:] = moved[at:at + count]
+            at += count
+            self._poses[b] = None
+        matrices = np.frombuffer(frame.bytes_of(_frame.POSES), self.dtype).reshape(-1, 3, 4)
+        named = [int(b) for b in np.frombuffer(frame.bytes_of(_frame.POSE_BODIES), "<u4")]
+        for b, matrix in zip(named or self._rigid(), matrices):
+            self._poses[b] = matrix.astype("<f8")
+        vertices = np.frombuffer(frame.bytes_of(_frame.VERTICES), "<u4")
+        if len(vertices) > 0:
+            self._writable()[vertices] = np.frombuffer(frame.bytes_of(_frame.VERTEX_POSITIONS), self.dtype).reshape(-1, 3)
+
+    # Changes between frames: the request, and what it makes of the state once it is carried out.
+
+    def encode_addition(self, body: Body, faces: Any, positions: Any) -> session_pb2.SceneChange:
+        change = session_pb2.SceneChange()
+        replace(body, first_vertex=0).put_into(change.add.body)
+        change.add.faces = faces_of(faces).tobytes()
+        change.add.positions = positions_of(positions, body.vertex_count, self.dtype).tobytes()
+        return change
+
+    def take_addition(self, body: Body, faces: Any, positions: Any) -> None:
+        first = self.vertex_count
+        self.bodies.append(replace(body, first_vertex=first))
+        self.faces = np.concatenate([self.faces, faces_of(faces) + np.int32(first)])
+        self._rows = np.concatenate([self._writable(), positions])
+        self._poses.append(None)
+
+    def encode_change(self, index: int, body: Body) -> session_pb2.SceneChange:
+        """FailedPrecondition for a body that is at a pose and would be rigid no more, in a session of float32: where its
+        vertices are is not known in float32."""
+        old = self._body(index, "index")
+        if self.dtype.itemsize == 4 and self._poses[index] is not None and body.kind not in ("rigid", "removed"):
+            raise FailedPrecondition(f"body {index} is at a pose, and its vertices are not known in the session's float32; "
+                                     "give its positions in a frame before it becomes another kind")
+        change = session_pb2.SceneChange()
+        change.change.index = index
+        replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count).put_into(change.change.body)
+        return change
+
+    def take_change(self, index: int, body: Body) -> None:
+        old = self.bodies[index]
+        self.bodies[index] = replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count)
+        pose = self._poses[index]
+        if pose is None or body.kind == "rigid":
+            return
+        if self.dtype.itemsize == 8:
+            x = self._body_rows(index)
+            # In the engine's order of operations, each rounded once: the same bits.
+            x[:] = ((pose[:, 0] * x[:, 0:1] + pose[:, 1] * x[:, 1:2]) + pose[:, 2] * x[:, 2:3]) + pose[:, 3]
+        self._poses[index] = None
+
+    # What is where.
+
+    def _body(self, index: int, where: str) -> Body:
+        if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self.bodies):
+            raise InvalidArgument(f"{where}: body {index!r} is not in [0, {len(self.bodies)})")
+        return self.bodies[index]
+
+    def _rigid(self) -> list[int]:
+        return [b for b, body in enumerate(self.bodies) if body.kind == "rigid"]
+
+    def _writable(self) -> npt.NDArray[Any]:
+        if self._latest is not None:
+            self._rows = np.frombuffer(self._latest, self.dtype).reshape(-1, 3).copy()
+            self._latest = None
+        return self._rows
+
+    def _body_rows(self, index: int) -> npt.NDArray[Any]:
+        first = self.bodies[index].first_vertex
+        assert first is not None
+        return self._writable()[first:first + self.bodies[index].vertex_count]

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One StreamSteps call as writes that do not block and reads with a time limit. Used by one thread at a time."""
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Iterator
+from typing import Optional, Union
+
+import grpc
+
+from ._connection import Connection, error_from_call
+from ._contacts import AnswerPart, parse_response
+from .errors import DeadlineExceeded, Unavailable
+from .v1 import step_pb2
+
+
+class _Watchdog:
+    """Cancels a call when an armed time passes. Its thread sleeps until the earliest time that it was told of, finds a
+    later one by then, and sleeps on: arming costs a lock, not a wake-up."""
+
+    def __init__(self, call: grpc.Future) -> None:
+        self.expired = False
+        self._call = call
+        self._changed = threading.Condition()
+        # Under the lock:
+        self._deadline: Optional[float] = None
+        self._planned: Optional[float] = None  # to wake at; None: only when told
+        self._ended = False
+        self._thread: Optional[threading.Thread] = None
+
+    def arm(self, seconds: float) -> None:
+        with self._changed:
+            self._deadline = time.monotonic() + seconds
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._watch, name="warmfront-watchdog", daemon=True)
+                self._thread.start()
+            elif self._planned is None or self._deadline < self._planned:
+                self._changed.notify()
+
+    def disarm(self) -> None:
+        with self._changed:
+            self._deadline = None
+
+    def end(self) -> None:
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+
+    def _watch(self) -> None:
+        with self._changed:
+            while not self._ended:
+                now = time.monotonic()
+                if self._deadline is not None and now >= self._deadline:
+                    self.expired = True
+                    self._call.cancel()
+                    return
+                self._planned = self._deadline
+                self._changed.wait(None if self._planned is None else self._planned - now)
+
+
+class StepStream:
+    """Raises WarmfrontError from reads when the call is over, DeadlineExceeded when it did not answer in time; the stream
+    is of no use any more then."""
+
+    def __init__(self, connection: Connection, session_id: str) -> None:
+        self._requests: queue.SimpleQueue[Optional[bytes]] = queue.SimpleQueue()
+        self._call = connection.stream(_serve(self._requests), session_id)
+        self._watchdog = _Watchdog(self._call)
+
+    def write(self, message: bytes) -> None:
+        """A serialized v1.StreamStepsRequest. A stream that is over takes it too: its reads say so."""
+        self._requests.put(message)
+
+    def read(self, timeout: float) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
+        """The next message; waits for `timeout` seconds at most."""
+        self._watchdog.arm(timeout)
+        try:
+            message = next(self._call)
+        except StopIteration:
+            # It ends with OK only after a detach, and none was sent.
+            raise Unavailable("the stream ended before its answers") from None
+        except grpc.RpcError as error:
+            if self._watchdog.expired:
+                raise DeadlineExceeded(f"no answer within {timeout:g} s") from None
+            raise error_from_call(error) from None
+        finally:
+            self._watchdog.disarm()
+        return parse_response(message)
+
+    def close(self) -> None:
+        """Cancels what is left of the call."""
+        self._requests.put(None)
+        self._watchdog.end()
+        self._call.cancel()
+
+
+def _serve(requests: queue.SimpleQueue[Optional[bytes]]) -> Iterator[bytes]:
+    while (message := requests.get()) is not None:
+        yield message

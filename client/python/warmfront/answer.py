@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a daemon answers. Plain values, free to share between threads."""
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+FrontState = Literal["none", "built", "updated", "rebuilt", "capped"]
+
+
+class Kind(enum.IntEnum):
+    """Values of `Contacts.kind`."""
+
+    VERTEX_FACE = 0
+    EDGE_EDGE = 1
+
+
+class Status(enum.IntEnum):
+    """Values of `Contacts.status`."""
+
+    HIT = 1  #: proved: they meet
+    POSSIBLE = 2  #: within tolerance; neither a meeting nor a miss could be proved
+    OVERLAP_AT_START = 3  #: not provably apart at t = 0; toi is 0
+    BUDGET = 4  #: the test's effort ended; toi is the earliest time not excluded
+
+
+@dataclass(frozen=True)
+class StageTimes:
+    """Wall-clock milliseconds in the engine; see proto/warmfront/v1/step.proto."""
+
+    total: float
+    refit: float
+    front: float
+    elementary: float
+    adjacent: float
+
+
+@dataclass(frozen=True)
+class StepCounts:
+    """Deterministic counts of a step; each is explained in proto/warmfront/v1/step.proto."""
+
+    bv_tests: int
+    front_pairs: int
+    front_bytes: int
+    front_sprouted: int
+    front_pruned: int
+    front_skipped: int
+    front_rested: int
+    triangle_pairs: int
+    adjacent_pairs: int
+    cone_culled_pairs: int
+    cone_patches: int
+    elementary_tests: int
+    orphan_tests: int
+    primitive_tests: int
+    coplanarity_passed: int
+    exact_tests: int
+    contacts_kept: int
+    vertices_moved: int
+    nodes_refit: int
+    parts_moved: int
+    near_parts: int
+    part_pairs_excluded: int
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a step cost, and what the scene's model saved."""
+
+    ms: StageTimes
+    counts: StepCounts
+    front_state: FrontState
+
+
+class Contacts:
+    """One frame's answer: k contacts as columns, sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge).
+
+    kind (k) uint8: `Kind`. status (k) uint8: `Status`. v (k, 4) uint32: the vertex, then the face's three; or edge a's
+    two, then edge b's two. toi (k) float64 in [0, 1]: never later than the first time of contact, in steps.
+    Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
+    at toi by the vertices in v; normal (k, 3) float64, unit, towards the side that the vertex or first edge comes from;
+    points (k, 2, 3) float64, the closest points in the scene's length unit.
+
+    frame: its number. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
+    possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
+
+    The columns are read-only views into the message that arrived, perhaps not aligned: `numpy.require(x,
+    requirements="A")` copies where that matters. Only an answer of several messages (beyond the daemon's
+    answer_chunk_bytes) is copied, once.
+    """
+
+    def __init__(
+        self,
+        frame: int,
+        kind: npt.NDArray[np.uint8],
+        status: npt.NDArray[np.uint8],
+        v: npt.NDArray[np.uint32],
+        toi: npt.NDArray[np.float64],
+        weights: Optional[npt.NDArray[np.float64]],
+        normal: Optional[npt.NDArray[np.float64]],
+        points: Optional[npt.NDArray[np.float64]],
+        summary: Any,
+    ) -> None:
+        self.frame = frame
+        self.kind = kind
+        self.status = status
+        self.v = v
+        self.toi = toi
+        self.weights = weights
+        self.normal = normal
+        self.points = points
+        self.vf: int = summary.vf
+        self.ee: int = summary.ee
+        self.possible: int = summary.possible
+        self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
+        self._statistics = summary.statistics
+
+    @cached_property
+    def statistics(self) -> Statistics:
+        """What the step cost."""
+        message = self._statistics
+        counts = {name: getattr(message.counts, name) for name in StepCounts.__dataclass_fields__}
+        ms = {name: getattr(message.ms, name) for name in StageTimes.__dataclass_fields__}
+        states: tuple[FrontState, ...] = ("none", "none", "built", "updated", "rebuilt", "capped")
+        return Statistics(StageTimes(**ms), StepCounts(**counts), states[message.front_state])
+
+    def table(self) -> npt.NDArray[np.void]:
+        """The rows as one structured array, (k), with the columns' names as its fields. A copy."""
+        columns = {name: getattr(self, name) for name in ("kind", "status", "v", "toi", "weights", "normal", "points")}
+        present = {name: column for name, column in columns.items() if column is not None}
+        rows = np.empty(len(self), [(name, column.dtype, column.shape[1:]) for name, column in present.items()])
+        for name, column in present.items():
+            rows[name] = column
+        return rows
+
+    def __len__(self) -> int:
+        return len(self.toi)
+
+    def __bool__(self) -> bool:
+        """Whether anything touches, in every report."""
+        return self.vf + self.ee > 0
+
+    def __repr__(self) -> str:
+        return (f"Contacts(frame={self.frame}, vf={self.vf}, ee={self.ee}, possible={self.possible}, "
+                f"earliest_toi={self.earliest_toi})")

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Connecting to a daemon. A Client is thread-safe: sessions of one client may be used from different threads."""
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any, Optional
+
+from ._connection import Connection
+from ._resume import Link
+from ._state import SceneState
+from .info import ServerInfo, SessionInfo
+from .options import Options, Patience, Security
+from .scene import Body
+from .session import Session
+from .v1 import session_pb2
+
+
+def connect(address: str, *, security: Security = Security(), patience: Patience = Patience()) -> Client:
+    """Connects to `HOST:PORT` or `unix:PATH`.
+
+    Unavailable when no daemon answers within `patience.call`, which is also what a failed TLS handshake looks like;
+    Unauthenticated for a token that it does not know; InvalidArgument for files that cannot be read, and for a token that
+    would travel in the clear.
+    """
+    connection = Connection(address, security, patience)
+    connection.server_info()
+    return Client(connection)
+
+
+class Client:
+    """Made by `connect()`. One connection, shared by its sessions; it ends with the last of them, or by `close()`."""
+
+    def __init__(self, connection: Connection) -> None:
+        """Not for callers: see `connect()`."""
+        self._connection = connection
+
+    def session(
+        self,
+        positions: Any,
+        faces: Any,
+        *,
+        bodies: Sequence[Body] = (),
+        excluded_pairs: Sequence[tuple[int, int]] = (),
+        options: Options = Options(),
+        id: str = "",
+        first_frame: int = 0,
+    ) -> Session:
+        """Uploads a scene and its positions at the first frame.
+
+        positions (n, 3) float32 or float64, finite, scene length unit: they travel and stay as they are, and those of every
+        frame are alike. faces (m, 3) vertex indices of any integer type. bodies: ranges that cover all vertices in order;
+        none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. id: a UUID, random when
+        empty. first_frame: the number of these positions; the first step is the next.
+
+        InvalidArgument for bad input, AlreadyExists for an id that is taken, ResourceExhausted beyond the daemon's limits.
+        """
+        state = SceneState(positions, faces, bodies, excluded_pairs)
+        header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
+        options.put_into(header.options)
+        link = Link(self._connection, header, state)
+        link.open()
+        return Session(link)
+
+    def server_info(self) -> ServerInfo:
+        """The daemon that answers; behind a proxy, one of several."""
+        return ServerInfo.read_from(self._connection.server_info())
+
+    def list_sessions(self) -> list[SessionInfo]:
+        """Those of this principal."""
+        return [SessionInfo.read_from(session) for session in self._connection.list()]
+
+    def get_session(self, id: str) -> SessionInfo:
+        """NotFound for an unknown session."""
+        return SessionInfo.read_from(self._connection.get(id))
+
+    def delete_session(self, id: str) -> None:
+        """NotFound for an unknown session."""
+        self._connection.remove(id)
+
+    def list_all_sessions(self) -> list[SessionInfo]:
+        """Those of all principals. For administrators, PermissionDenied for others."""
+        return [SessionInfo.read_from(owned.session, owned.principal) for owned in self._connection.list_all()]
+
+    def delete_any_session(self, id: str) -> None:
+        """As `delete_session()`, whoever made it. For administrators."""
+        self._connection.remove_any(id)
+
+    def close(self) -> None:
+        """Ends the connection; sessions that are open fail."""
+        self._connection.close()
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, kind: Optional[type[BaseException]], error: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        self.close()

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a daemon says of itself and of its sessions. Plain values."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from typing import Any
+
+from .options import Options
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a daemon allows; see proto/warmfront/v1/session.proto for each."""
+
+    window: int
+    max_message_bytes: int
+    answer_chunk_bytes: int
+    max_sessions: int
+    max_sessions_per_principal: int
+    max_vertices: int
+    max_triangles: int
+    max_contacts: int
+    max_session_bytes: int
+    max_total_bytes: int
+    max_open_streams: int
+    max_frames_in_flight: int
+    max_queued_bytes: int
+    idle_timeout_ms: int
+    upload_timeout_ms: int
+    write_stall_timeout_ms: int
+
+
+@dataclass(frozen=True)
+class ServerInfo:
+    """A daemon: its version, limits and load. charged_bytes: of max_total_bytes, what its sessions hold or reserved."""
+
+    version: str
+    limits: Limits
+    threads: int
+    sessions: int
+    draining: bool
+    uptime_ms: int
+    charged_bytes: int
+    open_streams: int
+    frames_in_flight: int
+
+    @staticmethod
+    def read_from(message: Any) -> ServerInfo:
+        """Of a v1.GetServerInfoResponse."""
+        values = {name: getattr(message, name) for name in ServerInfo.__dataclass_fields__}
+        values["limits"] = Limits(**{name: getattr(message.limits, name) for name in Limits.__dataclass_fields__})
+        return ServerInfo(**values)
+
+
+@dataclass(frozen=True)
+class SessionInfo:
+    """A session as it stands in the daemon.
+
+    principal: who made it, as administrators are told; else empty. dtype: "float32" or "float64". options: the values in
+    force. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream holds it.
+    idle: seconds since the last request.
+    """
+
+    id: str
+    principal: str
+    vertex_count: int
+    face_count: int
+    edge_count: int
+    body_count: int
+    dtype: str
+    options: Options
+    last_frame: int
+    steps: int
+    memory_bytes: int
+    attached: bool
+    created: datetime
+    idle: float
+
+    @staticmethod
+    def read_from(message: Any, principal: str = "") -> SessionInfo:
+        """Of a v1.SessionInfo."""
+        same = ("vertex_count", "face_count", "edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached")
+        return SessionInfo(
+            id=message.session_id,
+            principal=principal,
+            dtype="float32" if message.dtype == 1 else "float64",
+            options=Options.read_from(message.options),
+            created=datetime.fromtimestamp(message.created_unix_ms / 1000, timezone.utc),
+            idle=message.idle_ms / 1000,
+            **{name: getattr(message, name) for name in same},
+        )

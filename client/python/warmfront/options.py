@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a caller may choose: of a session's collider, and of the way to the daemon. Plain values."""
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, fields as fields_of
+from typing import Any, Literal, Optional
+
+from .errors import InvalidArgument
+
+Tier = Literal["fast", "certified", "exact"]
+Report = Literal["all", "earliest", "count"]
+FrontMode = Literal["none", "paper", "warm"]
+BoundsKind = Literal["aabb", "kdop18"]
+ContactField = Literal["weights", "normal", "points"]
+
+# The wire's enums list these names in this order, after UNSPECIFIED.
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "tier": ("fast", "certified", "exact"),
+    "report": ("all", "earliest", "count"),
+    "front": ("none", "paper", "warm"),
+    "bounds": ("aabb", "kdop18"),
+}
+_FIELDS = ("weights", "normal", "points")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of a session's collider. None takes the daemon's default, stated here; `Session.info()` tells the values in force.
+
+    tier: "fast" may miss and may invent; "certified" (default) never misses, and may report what comes within tolerance;
+        "exact" is right.
+    tolerance: relative to each query's own size, in (0, 1]. Default 1e-6.
+    min_separation: report what comes within this distance, in the scene's length unit; >= 0, above 0 only in the
+        certified tier. Default 0.
+    report: "all" contacts (default), those of the "earliest" time of the step only, or the "count".
+    front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
+        max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
+    max_contacts: a step with more fails with ResourceExhausted.
+    fields: what else to tell of a contact; what is not asked for is neither computed nor sent.
+    """
+
+    tier: Optional[Tier] = None
+    tolerance: Optional[float] = None
+    min_separation: Optional[float] = None
+    report: Optional[Report] = None
+    front: Optional[FrontMode] = None
+    bounds: Optional[BoundsKind] = None
+    normal_cones: Optional[bool] = None
+    lazy_front: Optional[bool] = None
+    leaf_size: Optional[int] = None
+    rebuild_after_stalled_steps: Optional[int] = None
+    rebuild_every_steps: Optional[int] = None
+    max_front_bytes: Optional[int] = None
+    max_contacts: Optional[int] = None
+    fields: Collection[ContactField] = ()
+
+    def put_into(self, message: Any) -> None:
+        """Into a v1.ColliderOptions. Raises InvalidArgument for a word or type that the contract does not have."""
+        for option in fields_of(self):
+            name, value = option.name, getattr(self, option.name)
+            if name == "fields":
+                for wanted in value:
+                    if wanted not in _FIELDS:
+                        raise InvalidArgument(f"options.fields: '{wanted}' is none of {', '.join(_FIELDS)}")
+                    setattr(message.fields, wanted, True)
+            elif value is None:
+                continue
+            elif name in _CHOICES:
+                if value not in _CHOICES[name]:
+                    raise InvalidArgument(f"options.{name}: '{value}' is none of {', '.join(_CHOICES[name])}")
+                setattr(message, name, _CHOICES[name].index(value) + 1)
+            else:
+                try:
+                    setattr(message, name, value)
+                except (TypeError, ValueError):
+                    raise InvalidArgument(f"options.{name}: {value!r} is not a number that the contract takes") from None
+
+    @staticmethod
+    def read_from(message: Any) -> Options:
+        """The values in force, of a v1.ColliderOptions."""
+        values: dict[str, Any] = {}
+        for option in fields_of(Options):
+            value = getattr(message, option.name)
+            if option.name == "fields":
+                value = tuple(name for name in _FIELDS if getattr(value, name))
+            elif option.name in _CHOICES:
+                value = _CHOICES[option.name][value - 1] if value else None
+            values[option.name] = value
+        return Options(**values)
+
+
+@dataclass(frozen=True)
+class Security:
+    """How a daemon is known, and who the client is. Files are PEM and read when the client connects.
+
+    tls: encrypt; any of the next three sets it.
+    ca_file: who signed the daemon's certificate; empty: whom gRPC trusts.
+    cert_file, key_file: the client's own certificate and its key, for daemons that demand one.
+    server_name: that the daemon's certificate must bear; empty: the address's host.
+    token_file: holds the token to send, and nothing else. Without TLS only to this machine.
+    """
+
+    tls: bool = False
+    ca_file: str = ""
+    cert_file: str = ""
+    key_file: str = ""
+    server_name: str = ""
+    token_file: str = ""
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long to wait for what, in seconds, all positive.
+
+    call: connecting, and small calls. create: uploading and building a scene. answer: one frame; then the session is
+    resumed. resume: finding a daemon again after losing it.
+    resumes_without_answer: in a row, after which a session gives up: a frame that brings every daemon down must not be
+    sent forever.
+    """
+
+    call: float = 10
+    create: float = 300
+    answer: float = 300
+    resume: float = 60
+    resumes_without_answer: int = 5
+
+    def __post_init__(self) -> None:
+        for name in ("call", "create", "answer", "resume"):
+            if not getattr(self, name) > 0:
+                raise InvalidArgument(f"patience.{name}: {getattr(self, name)} seconds; give a positive time")
+        if self.resumes_without_answer < 0:
+            raise InvalidArgument(f"patience.resumes_without_answer: {self.resumes_without_answer} is below 0")

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a scene is made of, as a caller says it. Plain values and checks of arrays."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InvalidArgument
+
+BodyKind = Literal["deformable", "rigid", "static", "removed"]
+# The wire's enum lists these names in this order, after UNSPECIFIED.
+_KINDS = ("deformable", "rigid", "static", "removed")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A range of vertices that belong together, and what need not be tested of it.
+
+    vertex_count: at least 1. first_vertex: None for where the body before it ends.
+    kind: "deformable"; "rigid": moves as a whole, not tested against itself; "static": does not move, nor is it tested
+        against itself or another static body; "removed": tested against nothing.
+    self_collision: of a deformable body.
+    group, mask: 32 bits each; two bodies are tested when the group of either has a bit in the mask of the other.
+    """
+
+    vertex_count: int
+    kind: BodyKind = "deformable"
+    name: str = ""
+    first_vertex: Optional[int] = None
+    self_collision: bool = True
+    group: int = 1
+    mask: int = 0xFFFFFFFF
+
+    def put_into(self, message: Any) -> None:
+        """Into a v1.Body. Raises InvalidArgument for a kind or number that the contract does not have."""
+        if self.kind not in _KINDS:
+            raise InvalidArgument(f"body '{self.name}': kind '{self.kind}' is none of {', '.join(_KINDS)}")
+        for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask"):
+            try:
+                setattr(message, name, getattr(self, name) if name != "first_vertex" else self.first_vertex or 0)
+            except (TypeError, ValueError):
+                raise InvalidArgument(
+                    f"body '{self.name}': {name} {getattr(self, name)!r} is not of the contract's type and range") from None
+        message.kind = _KINDS.index(self.kind) + 1
+
+
+def placed(bodies: Sequence[Body]) -> list[Body]:
+    """The bodies with every first_vertex stated."""
+    result: list[Body] = []
+    end = 0
+    for body in bodies:
+        first = end if body.first_vertex is None else body.first_vertex
+        result.append(replace(body, first_vertex=first))
+        end = first + body.vertex_count
+    return result
+
+
+def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:
+    """(m, 3) little-endian int32, a copy only where it has to be. InvalidArgument for another shape or type."""
+    array = np.asarray(faces)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InvalidArgument(f"{where}: shape {array.shape}; give (m, 3) vertex indices")
+    if array.dtype.kind not in "iu":
+        raise InvalidArgument(f"{where}: {array.dtype} numbers; give integers")
+    wide = (array > 0x7FFFFFFF) | (array < -0x80000000) if array.dtype.itemsize > 4 or array.dtype.kind == "u" else None
+    if wide is not None and wide.any():
+        row = int(np.argmax(wide.any(axis=1)))
+        raise InvalidArgument(f"{where}[{row}]: index {array[row][wide[row]][0]} is beyond int32")
+    return np.ascontiguousarray(array, dtype="<i4")
+
+
+def dtype_of(positions: Any, where: str = "positions") -> np.dtype[Any]:
+    """float32 or float64, little-endian, as the array has it. InvalidArgument for anything else."""
+    if not isinstance(positions, np.ndarray) or positions.dtype not in (np.float32, np.float64):
+        what = f"{positions.dtype} numbers" if isinstance(positions, np.ndarray) else type(positions).__name__
+        raise InvalidArgument(f"{where}: {what}; give a numpy array of float32 or float64")
+    dtype: np.dtype[Any] = positions.dtype.newbyteorder("<")
+    return dtype
+
+
+def positions_of(positions: Any, vertices: Optional[int], dtype: Optional[np.dtype[Any]],
+                 where: str = "positions") -> npt.NDArray[Any]:
+    """(vertices, 3) of `dtype`, a copy only where the memory is not contiguous. InvalidArgument for another shape or
+    type; None expects nothing particular."""
+    given = dtype_of(positions, where)
+    if positions.ndim != 2 or positions.shape[1] != 3 or (vertices is not None and len(positions) != vertices):
+        expected = "n" if vertices is None else str(vertices)
+        raise InvalidArgument(f"{where}: shape {positions.shape}, but ({expected}, 3) is expected")
+    if dtype is not None and given != dtype:
+        raise InvalidArgument(f"{where}: the session was created with {dtype.name} positions; give every frame the same "
+                              "kind")
+    return np.ascontiguousarray(positions, dtype=given)
+
+
+def pose_of(pose: Any, where: str) -> npt.NDArray[np.float64]:
+    """(3, 4) float64. InvalidArgument for another shape; whether R is a rotation is the daemon's to say."""
+    try:
+        matrix = np.asarray(pose, dtype="<f8")
+    except (TypeError, ValueError):
+        raise InvalidArgument(f"{where}: {type(pose).__name__}; give a (3, 4) matrix [R t]") from None
+    if matrix.shape != (3, 4):
+        raise InvalidArgument(f"{where}: shape {matrix.shape}; give a (3, 4) matrix [R t]")
+    return matrix
+
+
+def indices_of(indices: Any, where: str) -> npt.NDArray[np.uint32]:
+    """(k) uint32. InvalidArgument for anything but integers in range."""
+    array = np.asarray(indices)
+    if array.ndim != 1 or (array.size > 0 and array.dtype.kind not in "iu"):
+        raise InvalidArgument(f"{where}: {array.dtype} of shape {array.shape}; give a list of indices")
+    beyond = (array < 0) | (array > 0xFFFFFFFF)
+    if beyond.any():
+        at = int(np.argmax(beyond))
+        raise InvalidArgument(f"{where}[{at}]: {array[at]} is no index")
+    return np.ascontiguousarray(array, dtype="<u4")

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session: a scene that is stepped frame by frame and survives its daemon.
+
+A Session is used by one thread at a time; different sessions are independent.
+"""
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any, Optional, Union
+
+from ._contacts import AnswerPart, error_from, finish
+from ._resume import Link
+from .answer import Contacts
+from .errors import DeadlineExceeded, FailedPrecondition, Internal, Unavailable, WarmfrontError, lost_session_or_daemon
+from .info import SessionInfo
+from .scene import Body
+from .v1 import session_pb2, step_pb2
+
+
+class Session:
+    """Made by `Client.session()`.
+
+    It keeps the scene, the positions last answered and the frames unanswered, so that it can be created again: when the
+    daemon dies, restarts, drains or forgets it, the session goes on there, or at whatever daemon the address leads to by
+    then, with exactly one answer to each frame, in order and of the same bits. After `Unavailable`, `DeadlineExceeded`,
+    `Aborted` or `Internal` every further call raises that error.
+    """
+
+    def __init__(self, link: Link) -> None:
+        """Not for callers: see `Client.session()`."""
+        self._link = link
+        self._frame_failed = False  # and answers to frames after it are outstanding
+
+    @property
+    def id(self) -> str:
+        """The session's UUID."""
+        return self._link.session_id
+
+    @property
+    def window(self) -> int:
+        """Frames that may be unanswered at once."""
+        return self._link.window
+
+    @property
+    def resumes(self) -> int:
+        """How often the session was resumed."""
+        return self._link.resumes
+
+    @property
+    def last_frame(self) -> int:
+        """The frame last answered; the first frame where none was."""
+        return int(self._link.header.first_frame)
+
+    def info(self) -> SessionInfo:
+        """The session as it stands in the daemon."""
+        return SessionInfo.read_from(self._link.connection.get(self.id))
+
+    def step(
+        self,
+        positions: Any = None,
+        *,
+        bodies: Optional[Mapping[int, Any]] = None,
+        poses: Optional[Mapping[int, Any]] = None,
+        vertices: Any = None,
+        vertex_positions: Any = None,
+    ) -> Contacts:
+        """The contacts of the linear motion from the last frame to this one: `submit()`, then `next_answer()`.
+
+        FailedPrecondition while answers to frames before were not taken.
+        """
+        if self._link.unanswered:
+            raise FailedPrecondition("frames are unanswered; take their answers before a single step")
+        self.submit(positions, bodies=bodies, poses=poses, vertices=vertices, vertex_positions=vertex_positions)
+        return self.next_answer()
+
+    def submit(
+        self,
+        positions: Any = None,
+        *,
+        bodies: Optional[Mapping[int, Any]] = None,
+        poses: Optional[Mapping[int, Any]] = None,
+        vertices: Any = None,
+        vertex_positions: Any = None,
+    ) -> int:
+        """Sends the next frame and returns its number. The arrays are free to be changed afterwards.
+
+        Either all positions, (n, 3) of the session's dtype, scene length unit; or what moved, in any mixture, and the rest
+        rests: bodies {body: (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the
+        positions last given of it), sent in the session's dtype; vertices (k) of deformable bodies, each once, and
+        vertex_positions (k, 3).
+
+        InvalidArgument where something does not fit the scene; FailedPrecondition when `window` frames are unanswered, or
+        when a frame failed and answers to frames after it were not taken yet.
+        """
+        link = self._alive()
+        number = self.last_frame + 1 + len(link.unanswered)
+        try:
+            frame = link.state.encode(number, positions, bodies or {}, poses or {}, vertices, vertex_positions,
+                                      link.chunk_bytes)
+        except WarmfrontError as error:
+            raise type(error)(f"frame {number}: {error.message}") from None
+        if self._frame_failed:
+            raise FailedPrecondition("a frame failed, and frames were sent after it; take their answers before sending more")
+        if len(link.unanswered) >= link.window:
+            raise FailedPrecondition(f"{link.window} frames are unanswered, which is the daemon's window; take an answer "
+                                     "before sending more")
+        link.unanswered.append(frame)
+        self._send_frames()
+        return number
+
+    def next_answer(self) -> Contacts:
+        """Waits for the answer to the oldest unanswered frame.
+
+        An error in the frame itself (InvalidArgument, ResourceExhausted) does not count as a step: frames sent after it
+        fail with FailedPrecondition, and once all are taken the next `submit()` has the failed frame's number.
+        FailedPrecondition when no frame is unanswered.
+        """
+        link = self._alive()
+        if not link.unanswered:
+            raise FailedPrecondition("no frame is unanswered; submit one first")
+        while True:
+            self._send_frames()
+            lost: WarmfrontError = Unavailable("the daemon is draining")
+            if link.stream is None:
+                lost = Unavailable("waiting was interrupted")
+            elif not (link.draining and link.sent == 0):
+                try:
+                    response = link.stream.read(link.connection.patience.answer)
+                except (KeyboardInterrupt, SystemExit):
+                    # A read is left behind in the call; the next one goes on with another stream.
+                    link.drop_stream()
+                    raise
+                except DeadlineExceeded as error:
+                    lost = error if error.reason else DeadlineExceeded(
+                        f"frame {link.unanswered[0].number}: no answer within the answer timeout")
+                except WarmfrontError as error:
+                    lost = error
+                else:
+                    answer = self._take(response)
+                    if answer is not None:
+                        return answer
+                    continue
+            link.resume(lost)
+
+    def add_body(self, body: Body, faces: Any, positions: Any) -> int:
+        """Adds a body at rest and returns its index, the number of bodies before; its vertices and faces come after all
+        others. faces (m, 3) count its own vertices from 0; positions (vertex_count, 3) of the session's dtype.
+
+        FailedPrecondition while frames are unanswered, or in a session that declared no bodies.
+        """
+        state = self._alive().state
+        change = state.encode_addition(body, faces, positions)
+        index = len(state.bodies)
+        self._change(change, lambda: state.take_addition(body, faces, positions))
+        return index
+
+    def change_body(self, index: int, body: Body) -> None:
+        """Describes a body anew, from the next step on; its range stays, whatever `body` says. "removed" takes it out for
+        good. One that becomes rigid takes where it is for its rest shape.
+
+        FailedPrecondition while frames are unanswered; InvalidArgument for an unknown or removed body.
+        """
+        state = self._alive().state
+        self._change(state.encode_change(index, body), lambda: state.take_change(index, body))
+
+    def close(self) -> None:
+        """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
+        nothing."""
+        link = self._link
+        if link.failed is not None:
+            return
+        link.failed = FailedPrecondition("the session is closed")
+        link.drop_stream()
+        link.unanswered.clear()
+        link.remove()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, kind: Optional[type[BaseException]], error: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        """Closes. A daemon that is not there any more has no session to delete: that is no error."""
+        try:
+            self.close()
+        except WarmfrontError:
+            pass
+
+    def __del__(self) -> None:
+        link = getattr(self, "_link", None)
+        if link is not None and link.failed is None and link.stream is not None:
+            warnings.warn(f"session {link.session_id} was not closed; the daemon keeps it until it expires",
+                          ResourceWarning, source=self)
+            link.drop_stream()
+
+    def _alive(self) -> Link:
+        if self._link.failed is not None:
+            raise self._link.failed
+        return self._link
+
+    def _send_frames(self) -> None:
+        link = self._link
+        while link.stream is not None and not link.draining and link.sent < min(len(link.unanswered), link.window):
+            frame = link.unanswered[link.sent].fitted(link.chunk_bytes)
+            link.unanswered[link.sent] = frame
+            for message in frame.messages:
+                link.stream.write(message)
+            link.sent += 1
+
+    def _take(self, response: Union[AnswerPart, step_pb2.StreamStepsResponse]) -> Optional[Contacts]:
+        """The frame's answer when the message completes one; raises the frame's error."""
+        link = self._link
+        if isinstance(response, AnswerPart):
+            return self._take_part(response)
+        if response.HasField("draining"):
+            link.draining = True
+            return None
+        if not response.HasField("error"):
+            link.fail(Internal("the daemon sent a message that is out of place"))
+        status = response.error.status
+        error = error_from(status.code, status.message, status.details)
+        due = link.unanswered[0].number
+        # Dropped sessions end the stream too: it is read to its end, and resumed.
+        if error.reason == "SESSION_NOT_FOUND":
+            return None
+        if response.error.frame != due:
+            link.fail(Internal(f"the daemon refused frame {response.error.frame} where frame {due} is due: {error.message}"))
+        # The engine broke on this very frame and the session is gone: creating it again would end the same way.
+        if error.reason == "ENGINE":
+            link.fail(error)
+        self._answered()
+        self._frame_failed = len(link.unanswered) > 0
+        raise error
+
+    def _take_part(self, part: AnswerPart) -> Optional[Contacts]:
+        link = self._link
+        frame = link.unanswered[0]
+        if part.frame != frame.number:
+            link.fail(Internal(f"the daemon answered frame {part.frame} where frame {frame.number} is due"))
+        link.partial.append(part)
+        if not part.last:
+            return None
+        try:
+            contacts = finish(link.partial, link.asked_fields)
+        except WarmfrontError as error:
+            link.fail(error)
+        link.partial = []
+        link.header.first_frame = frame.number
+        link.state.take(frame)
+        self._answered()
+        return contacts
+
+    def _answered(self) -> None:
+        link = self._link
+        link.unanswered.popleft()
+        link.sent -= 1
+        link.resumes_without_answer = 0
+
+    def _change(self, change: session_pb2.SceneChange, taken: Callable[[], None]) -> None:
+        """Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the session is
+        created again with the change made."""
+        link = self._link
+        if link.unanswered:
+            raise FailedPrecondition("frames are unanswered; take their answers before changing the scene")
+        request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change])
+        try:
+            link.connection.change(request)
+        except WarmfrontError as error:
+            if not lost_session_or_daemon(error):
+                raise
+            taken()
+            link.drop_stream()
+            link.resumes += 1
+            link.recreate = True
+            link.establish()
+        else:
+            taken()
