@@ -112,10 +112,12 @@ class Connection:
         """Begins a StreamSteps call of serialized messages."""
         return self._stream(requests, metadata=self.metadata(session_id))
 
-    def server_info(self) -> Any:
-        """v1.GetServerInfoResponse; waits for a daemon that is not there yet."""
+    def server_info(self, timeout: Optional[float] = None, session_id: str = "") -> Any:
+        """v1.GetServerInfoResponse, of the daemon where the session is to be; waits for one that is not there yet, for
+        `patience.call` seconds unless `timeout` says otherwise."""
         try:
-            return self._call(self._service.GetServerInfo, session_pb2.GetServerInfoRequest(), wait_for_ready=True)
+            return self._call(self._service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id, timeout,
+                              wait_for_ready=True)
         except (DeadlineExceeded, Unavailable) as error:
             raise Unavailable(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?",
                               reason=error.reason) from None

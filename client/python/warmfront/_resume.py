@@ -80,6 +80,8 @@ class Link:
         backoff = _FIRST_BACKOFF
         while True:
             try:
+                # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
+                self.connection.server_info(max(deadline - time.monotonic(), 0.001), self.session_id)
                 self._try_establish()
                 return
             except WarmfrontError as error:

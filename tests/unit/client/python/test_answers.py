@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Answers are those of the command line, bit for bit, however they are reported, chunked and typed."""
+import csv
+import json
+import subprocess
+
+import numpy as np
+import pytest
+from conftest import BIN
+from support import bits, contacts_hash, triangle_through_triangle
+
+import warmfront
+from warmfront import Body, Kind, Options, Status
+
+
+def detect(scene, tmp_path, *arguments):
+    subprocess.run([BIN / "warmfront", "detect", scene.folder, "--json", tmp_path / "report.json", "--contacts",
+                    tmp_path / "contacts.csv", *arguments], check=True, stdout=subprocess.DEVNULL)
+    with open(tmp_path / "contacts.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return json.loads((tmp_path / "report.json").read_text()), rows
+
+
+def step_through(client, scene, frames=None, **options):
+    frames = scene.frames if frames is None else frames
+    with client.session(frames[0], scene.faces, bodies=scene.bodies, options=Options(**options)) as session:
+        return [session.step(frame) for frame in frames[1:]]
+
+
+@pytest.mark.parametrize("tier", ["fast", "certified", "exact"])
+def test_answers_are_those_of_detect(client, cloth, tmp_path, tier):
+    report, rows = detect(cloth, tmp_path, "--tier", tier)
+    answers = step_through(client, cloth, tier=tier)
+    assert contacts_hash(answers) == report["contacts_hash"]
+    assert len(rows) > 500
+    for answer, frame in zip(answers, report["frames"], strict=True):
+        assert (answer.frame, answer.vf, answer.ee) == (frame["frame"], frame["vf"], frame["ee"])
+        assert (answer.possible, answer.earliest_toi) == (frame["possible"], frame["earliest_toi"])
+        assert answer.statistics.counts.bv_tests == frame["counts"]["bv_tests"]
+        assert answer.statistics.front_state == frame["front_state"]
+    told = [(str(answer.frame), "vf" if kind == Kind.VERTEX_FACE else "ee", *map(str, v), float(toi))
+            for answer in answers for kind, v, toi in zip(answer.kind, answer.v, answer.toi)]
+    assert told == [(r["frame"], r["type"], r["v0"], r["v1"], r["v2"], r["v3"], float(r["toi"])) for r in rows]
+
+
+def test_float64_positions_give_what_the_same_float32_positions_give(client, cloth):
+    narrow = step_through(client, cloth)
+    wide = step_through(client, cloth, cloth.frames.astype(np.float64))
+    assert [bits(a) for a in narrow] == [bits(a) for a in wide]
+
+
+def test_chunks_in_small_messages_are_joined(start_daemon, cloth):
+    """Uploads, frames and answers in parts: what a daemon of small messages answers, another answers in one."""
+    small = start_daemon("--max-message-bytes", "64KiB", "--answer-chunk-bytes", "1KiB")
+    with warmfront.connect(small.address) as client:
+        limits = client.server_info().limits
+        pieces = step_through(client, cloth, cloth.frames[:20].astype(np.float64), min_separation=0.02, fields=["points"])
+    assert limits.answer_chunk_bytes == 1024 and limits.max_message_bytes == 65536
+    with warmfront.connect(start_daemon().address) as client:
+        whole = step_through(client, cloth, cloth.frames[:20].astype(np.float64), min_separation=0.02, fields=["points"])
+    assert max(len(answer) for answer in whole) > 10 * 1024 // 29
+    assert [bits(a) for a in pieces] == [bits(a) for a in whole]
+
+
+def test_a_frame_of_several_messages(start_daemon):
+    """An n-fold scene whose positions do not fit in one message of the daemon."""
+    before, after, faces = triangle_through_triangle()
+    copies = 2000
+    offsets = 10.0 * np.arange(copies)[:, None, None] * [1, 0, 0]
+    V0, V1 = ((offsets + V).reshape(-1, 3) for V in (before, after))
+    F = (6 * np.arange(copies)[:, None, None] + faces).reshape(-1, 3)
+    assert V0.nbytes > 4 * 65536
+    with warmfront.connect(start_daemon("--max-message-bytes", "64KiB").address) as client:
+        with client.session(V0, F) as session:
+            answer = session.step(V1)
+            assert (answer.vf, answer.ee) == (copies, 2 * copies)
+            assert (answer.v.reshape(copies, -1) // 6 == np.arange(copies)[:, None]).all() or len(set(answer.v[:, 0])) > copies
+
+
+def test_reports(client, cloth):
+    every = step_through(client, cloth)
+    earliest = step_through(client, cloth, report="earliest")
+    count = step_through(client, cloth, report="count")
+    assert sum(map(len, every)) > sum(map(len, earliest)) > 0
+    for a, e, c in zip(every, earliest, count, strict=True):
+        assert e.earliest_toi == a.earliest_toi == c.earliest_toi
+        first = a.toi == a.earliest_toi
+        assert e.v.tolist() == a.v[first].tolist() and (e.toi == a.earliest_toi).all()
+        assert (c.vf, c.ee, len(c)) == (a.vf, a.ee, 0) and bool(c) == bool(a)
+
+
+def test_fields_come_where_asked_for(client):
+    before, after, faces = triangle_through_triangle()
+    with client.session(before, faces, options=Options(fields=["weights", "normal", "points"])) as session:
+        contacts = session.step(after)
+        rest = session.step(after)
+    assert contacts.kind.tolist() == [Kind.VERTEX_FACE, Kind.EDGE_EDGE, Kind.EDGE_EDGE]
+    assert contacts.v[0].tolist() == [3, 0, 1, 2] and (contacts.status == Status.HIT).all()
+    assert np.allclose(contacts.toi, 0.5) and (contacts.toi <= 0.5).all()
+    assert np.allclose(contacts.weights[0], [1, 0.5, 0.25, 0.25])
+    assert np.allclose(contacts.normal[0], [0, 0, 1])
+    assert np.allclose(contacts.points[0], [[0.25, 0.25, 0], [0.25, 0.25, 0]])
+    assert rest.weights.shape[1:] == (4,) and rest.points.shape[1:] == (2, 3) and len(rest.points) == len(rest)
+    table = contacts.table()
+    assert table.dtype.names == ("kind", "status", "v", "toi", "weights", "normal", "points")
+    assert (table["v"] == contacts.v).all() and (table["points"] == contacts.points).all()
+    with client.session(before, faces) as session:
+        assert session.step(after).weights is None
+
+
+def test_columns_are_views_and_positions_are_free_to_change(client):
+    before, after, faces = triangle_through_triangle()
+    with client.session(before, faces) as session:
+        before[:] = 0  # the session keeps what it was given
+        first = session.submit(after)
+        after[:] = np.nan
+        contacts = session.next_answer()
+        assert contacts.frame == first == session.last_frame == 1
+        assert len(contacts) == 3
+    assert not contacts.toi.flags.owndata and not contacts.toi.flags.writeable
+
+
+def test_memory_that_is_not_contiguous(client, cloth):
+    whole = step_through(client, cloth, cloth.frames[:20])
+    wide = np.zeros((20, cloth.frames.shape[1], 5), np.float32)
+    wide[:, :, 1:4] = cloth.frames[:20]
+    fortran = [np.asfortranarray(frame) for frame in cloth.frames[:20]]
+    assert [bits(a) for a in step_through(client, cloth, wide[:, :, 1:4])] == [bits(a) for a in whole]
+    assert [bits(a) for a in step_through(client, cloth, fortran)] == [bits(a) for a in whole]
+
+
+def test_what_the_daemon_says_of_itself_and_its_sessions(client, cloth):
+    info = client.server_info()
+    assert (info.threads, info.sessions, info.draining) == (2, 0, False)
+    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(tier="exact"),
+                        first_frame=41) as session:
+        session.step(cloth.frames[1])
+        assert session.last_frame == 42 and session.window == info.limits.window
+        listed, = client.list_sessions()
+        assert listed.id == session.id == session.info().id
+        assert (listed.vertex_count, listed.face_count, listed.body_count) == (539, 992, 2)
+        assert (listed.dtype, listed.last_frame, listed.steps, listed.attached) == ("float32", 42, 1, True)
+        assert listed.options.tier == "exact" and listed.options.bounds == "kdop18" and listed.memory_bytes > 100_000
+    assert client.list_sessions() == []

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bad input gives the exception of its canonical code, and a message that says what and where."""
+import numpy as np
+import pytest
+from support import triangle_through_triangle
+
+import warmfront
+from warmfront import Body, Code, InvalidArgument, Options, Patience, Security, WarmfrontError
+
+BEFORE, AFTER, FACES = triangle_through_triangle()
+
+
+def nan_at(vertex):
+    positions = BEFORE.copy()
+    positions[vertex, 2] = np.nan
+    return positions
+
+
+@pytest.mark.parametrize("message, arguments", [
+    (r"positions: list; give a numpy array of float32 or float64", dict(positions=BEFORE.tolist())),
+    (r"positions: int64 numbers", dict(positions=np.zeros((6, 3), int))),
+    (r"positions: shape \(6, 2\), but \(n, 3\) is expected", dict(positions=BEFORE[:, :2])),
+    (r"positions\[4\].z: is not a number", dict(positions=nan_at(4))),
+    (r"faces: shape \(6,\); give \(m, 3\)", dict(faces=FACES.ravel())),
+    (r"faces: float64 numbers; give integers", dict(faces=FACES.astype(float))),
+    (r"faces\[1\]: index 4294967296 is beyond int32", dict(faces=FACES + [[0, 0, 0], [2**32 - 3, 0, 0]])),
+    (r"faces\[1\].*6", dict(faces=FACES + [[0, 0, 0], [0, 0, 1]])),
+    (r"faces\[0\]", dict(faces=np.array([[0, 1, 1]]))),
+    (r"bodies: cover 5 of 6 vertices", dict(bodies=[Body(3), Body(2)])),
+    (r"body 'b': kind 'soft' is none of", dict(bodies=[Body(6, "soft", "b")])),
+    (r"body '': group -1 is not", dict(bodies=[Body(6, group=-1)])),
+    (r"excluded_pairs\[0\]", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, 2)])),
+    (r"excluded_pairs\[0\]: \(0, -1\) are no body indices", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, -1)])),
+    (r"options.tier: 'sure' is none of fast, certified, exact", dict(options=Options(tier="sure"))),
+    (r"options.fields: 'depth' is none of", dict(options=Options(fields=["depth"]))),
+    (r"options.leaf_size: -1 is not a number", dict(options=Options(leaf_size=-1))),
+    (r"tolerance", dict(options=Options(tolerance=2.0))),
+    (r"min_separation", dict(options=Options(tier="exact", min_separation=0.1))),
+    (r"session_id", dict(id="mine")),
+])
+def test_a_bad_scene(client, message, arguments):
+    with pytest.raises(InvalidArgument, match=message) as error:
+        client.session(**{"positions": BEFORE, "faces": FACES, **arguments})
+    assert error.value.code == Code.INVALID_ARGUMENT and isinstance(error.value, ValueError)
+    assert client.list_sessions() == []
+
+
+@pytest.mark.parametrize("message, frame", [
+    (r"frame 1: positions: shape \(5, 3\), but \(6, 3\) is expected", dict(positions=AFTER[:5])),
+    (r"frame 1: positions: the session was created with float64", dict(positions=AFTER.astype(np.float32))),
+    (r"frame 1: positions\[2\].z: is not a number", dict(positions=nan_at(2))),
+    (r"gives all vertices, and parts besides", dict(positions=AFTER, poses={1: np.eye(3, 4)})),
+    (r"frame 1: bodies\[2\]: body 2 is not in \[0, 2\)", dict(bodies={2: AFTER[:3]})),
+    (r"frame 1: bodies\[0\]: shape \(6, 3\), but \(3, 3\)", dict(bodies={0: AFTER})),
+    (r"frame 1: poses\[1\]: shape \(4, 4\); give a \(3, 4\)", dict(poses={1: np.eye(4)})),
+    (r"frame 1: .*pose", dict(poses={1: 2 * np.eye(3, 4)})),
+    (r"frame 1: .*0", dict(poses={0: np.eye(3, 4)})),
+    (r"frame 1: poses\[cloth\]: body 'cloth' is not in", dict(poses={"cloth": np.eye(3, 4)})),
+    (r"frame 1: vertices and vertex_positions belong together", dict(vertices=[1])),
+    (r"frame 1: vertices\[1\]: -1 is no index", dict(vertices=[0, -1], vertex_positions=AFTER[:2])),
+    (r"frame 1: vertices", dict(vertices=[0, 7], vertex_positions=AFTER[:2])),
+    (r"frame 1: vertices", dict(vertices=[1, 1], vertex_positions=AFTER[:2])),
+    (r"frame 1: vertex_positions: shape \(3, 3\), but \(2, 3\)", dict(vertices=[0, 1], vertex_positions=AFTER[:3])),
+])
+def test_a_bad_frame_changes_nothing(client, message, frame):
+    with client.session(BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as session:
+        with pytest.raises(InvalidArgument, match=message):
+            session.step(**frame)
+        assert session.last_frame == 0
+        assert len(session.step(AFTER)) == 3
+
+
+def test_codes_of_the_daemon_have_classes_of_their_own(client):
+    with client.session(BEFORE, FACES) as session:
+        with pytest.raises(warmfront.AlreadyExists) as error:
+            client.session(BEFORE, FACES, id=session.id)
+        assert error.value.reason == "SESSION_EXISTS" and session.id in error.value.message
+        with pytest.raises(warmfront.FailedPrecondition, match="bodies"):
+            session.add_body(Body(3), FACES[:1], BEFORE[:3])
+    with pytest.raises(warmfront.NotFound) as error:
+        client.delete_session(session.id)
+    assert error.value.code == Code.NOT_FOUND and isinstance(error.value, WarmfrontError)
+
+
+def test_limits_say_which_and_the_session_goes_on(client):
+    with client.session(BEFORE, FACES, options=Options(max_contacts=2)) as session:
+        with pytest.raises(warmfront.ResourceExhausted, match="contacts") as error:
+            session.step(AFTER)
+        assert error.value.reason == "LIMIT" and error.value.limit
+        assert not session.step(BEFORE)
+
+
+def test_nobody_answers():
+    with pytest.raises(warmfront.Unavailable, match="127.0.0.1:1: no Warmfront daemon answers .* is it running there?"):
+        warmfront.connect("127.0.0.1:1", patience=Patience(call=0.3))
+
+
+def test_times_are_positive():
+    with pytest.raises(InvalidArgument, match="patience.answer: 0 seconds"):
+        Patience(answer=0)
+
+
+@pytest.mark.parametrize("security, message", [
+    (Security(ca_file="/no/such/ca.pem"), "CA file /no/such/ca.pem: it cannot be read"),
+    (Security(cert_file="mine.pem"), "a client certificate needs its key"),
+])
+def test_credentials_that_cannot_be_used(security, message):
+    with pytest.raises(InvalidArgument, match=message):
+        warmfront.connect("127.0.0.1:1", security=security)
+
+
+def test_tokens(start_daemon, tmp_path):
+    (tmp_path / "tokens").write_text("a-secret-of-some-length alice\nanother-secret-of-length bob admin\n")
+    for name, token in (("alice", "a-secret-of-some-length\n"), ("bob", "another-secret-of-length"), ("eve", "guess"),
+                        ("two", "two words")):
+        (tmp_path / name).write_text(token)
+    address = start_daemon("--token-file", str(tmp_path / "tokens")).tcp()
+
+    def connect(name, to=address):
+        return warmfront.connect(to, security=Security(token_file=str(tmp_path / name)))
+
+    with connect("alice") as alice, connect("bob") as bob, alice.session(BEFORE, FACES) as session:
+        assert len(session.step(AFTER)) == 3
+        assert bob.list_sessions() == [] and [s.principal for s in bob.list_all_sessions()] == ["alice"]
+        with pytest.raises(warmfront.PermissionDenied):
+            alice.list_all_sessions()
+        with pytest.raises(warmfront.NotFound):
+            bob.delete_session(session.id)
+        bob.delete_any_session(session.id)
+        assert len(session.step(BEFORE)) == 3 and session.resumes == 1
+    for nobody in ("eve", None):
+        with pytest.raises(warmfront.Unauthenticated):
+            connect(nobody) if nobody else warmfront.connect(address)
+    with pytest.raises(InvalidArgument, match="one token is expected"):
+        connect("two")
+    with pytest.raises(InvalidArgument, match="would travel to 10.0.0.1:1 in the clear"):
+        connect("alice", "10.0.0.1:1")

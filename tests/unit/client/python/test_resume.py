@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Exactly one answer to each frame, of the same bits, whatever becomes of the daemon."""
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from support import bits, triangle_through_triangle
+from test_frames import turned
+
+import warmfront
+from warmfront import Body, NotFound, Options, Patience, Unavailable
+
+
+def run(client, scene, act=lambda k, session: None, window=1):
+    """All frames of the scene; act(k, session) after frame k was sent."""
+    answers = []
+    with client.session(scene.frames[0], scene.faces, bodies=scene.bodies, options=Options(min_separation=0.01)) as session:
+        for k, frame in enumerate(scene.frames[1:], 1):
+            session.submit(frame)
+            act(k, session)
+            if k >= window:
+                answers.append(session.next_answer())
+        for _ in range(window - 1):
+            answers.append(session.next_answer())
+        return [bits(answer) for answer in answers], session.resumes
+
+
+@pytest.fixture
+def undisturbed(client, cloth):
+    answers, resumes = run(client, cloth)
+    assert resumes == 0 and len(answers) == len(cloth.frames) - 1
+    return answers
+
+
+@pytest.mark.parametrize("window", [1, 4])
+def test_a_daemon_killed_under_the_session(daemon, client, cloth, undisturbed, window):
+    answers, resumes = run(client, cloth, lambda k, _: daemon.restart() if k in (7, 8, 30) else None, window)
+    assert answers == undisturbed
+    assert resumes >= 3
+
+
+def test_a_daemon_that_drains_and_comes_back(daemon, client, cloth, undisturbed):
+    def drain(k, _):
+        if k == 20:
+            daemon.send(signal.SIGTERM)
+            assert daemon.process.wait(30) == 0
+            daemon.start()
+    answers, resumes = run(client, cloth, drain, window=4)
+    assert answers == undisturbed
+    assert resumes >= 1
+
+
+def test_a_session_that_someone_deletes(client, cloth, undisturbed):
+    answers, resumes = run(client, cloth, lambda k, session: client.delete_session(session.id) if k == 20 else None)
+    assert answers == undisturbed
+    assert resumes == 1
+
+
+def test_another_daemon_at_the_same_address_with_smaller_messages(start_daemon, cloth, tmp_path):
+    first = start_daemon()
+    with warmfront.connect(first.address) as client:
+        undisturbed, _ = run(client, cloth)
+
+        def replace(k, _):
+            if k == 20:
+                first._flags += ["--max-message-bytes", "64KiB", "--answer-chunk-bytes", "2KiB"]
+                first.restart()
+        answers, resumes = run(client, cloth, replace, window=4)
+    assert answers == undisturbed and resumes >= 1
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_poses_additions_and_changes_come_again(daemon, client, crowd, dtype):
+    """The state that a session is created from again has what every kind of frame and change left in it."""
+    before, _, faces = triangle_through_triangle(dtype)
+
+    def play(disturb):
+        rest = crowd.frames[0].astype(dtype)
+        answers = []
+        with client.session(rest, crowd.faces, bodies=crowd.bodies, options=Options(min_separation=0.05)) as session:
+            rigid = [b for b, body in enumerate(crowd.bodies) if body.kind == "rigid"]
+            first = sum(body.vertex_count for body in crowd.bodies)
+            step = lambda **frame: answers.append(session.step(**frame))
+            for k in range(1, 4):
+                step(poses={b: turned(0.1 * k, [0.03 * k * np.cos(b), 0.03 * k * np.sin(b), 0]) for b in rigid[:k]})
+                disturb()
+            added = session.add_body(Body(6, name="two"), faces, before)
+            disturb()
+            step(vertices=[first + 4, first + 1], vertex_positions=before[[4, 1]] - dtype(0.1))
+            disturb()
+            session.change_body(added, Body(6, "rigid"))
+            disturb()
+            step(poses={added: turned(0.5, [0.1, 0, -0.2]), rigid[0]: turned(0.4, [0, 0.05, 0])})
+            disturb()
+            if dtype is np.float64:  # in float32 its vertices are not known
+                session.change_body(added, Body(6))
+                disturb()
+            step(bodies={added: before + dtype(0.05)})
+            disturb()
+            session.change_body(rigid[1], Body(1, "removed"))
+            disturb()
+            step(poses={b: turned(0.2, [0, 0, 0]) for b in rigid if b != rigid[1]})
+            return [bits(answer) for answer in answers], session.resumes
+
+    undisturbed, none = play(lambda: None)
+    answers, resumes = play(daemon.restart)
+    assert answers == undisturbed
+    assert none == 0 and resumes >= 8
+    assert sum(answer[1] + answer[2] for answer in answers) > 0
+
+
+def test_a_change_whose_daemon_is_lost_is_made(daemon, client):
+    before, after, faces = triangle_through_triangle()
+    with client.session(before, faces, bodies=[Body(3), Body(3)]) as session:
+        daemon.restart()
+        session.change_body(1, Body(3, "removed"))
+        assert session.resumes >= 1
+        assert not session.step(after)
+
+
+def test_a_daemon_that_hangs_is_given_up_in_time(daemon):
+    before, after, faces = triangle_through_triangle()
+    with warmfront.connect(daemon.address, patience=Patience(call=2, answer=0.5, resume=20)) as client:
+        with client.session(before, faces) as session:
+            daemon.send(signal.SIGSTOP)
+            os.waitpid(daemon.process.pid, os.WUNTRACED)  # it has stopped
+            session.submit(after)
+            waker = threading.Timer(1.5, daemon.send, [signal.SIGCONT])
+            waker.start()
+            started = time.monotonic()
+            assert len(session.next_answer()) == 3
+            assert session.resumes >= 1 and time.monotonic() - started >= 0.5
+            waker.join()
+            assert len(session.step(before)) == 3
+
+
+def test_no_daemon_within_the_resume_timeout(daemon):
+    before, after, faces = triangle_through_triangle()
+    with warmfront.connect(daemon.address, patience=Patience(create=0.5, resume=0.5)) as client:
+        session = client.session(before, faces)
+        daemon.kill()
+        with pytest.raises(Unavailable, match="could not be resumed within the resume timeout"):
+            session.step(after)
+        with pytest.raises(ConnectionError):  # for good, and as Python's own
+            session.step(after)
+
+
+def test_a_frame_that_ends_every_daemon_is_not_sent_forever(daemon):
+    before, after, faces = triangle_through_triangle()
+    with warmfront.connect(daemon.address, patience=Patience(resumes_without_answer=2)) as client:
+        session = client.session(before, faces)
+        # In place of a frame that kills: a stream that loses its daemon at each write of one.
+        send, sent = session._send_frames, []
+
+        def kill_and_send():
+            sent.append(session._link.resumes)
+            daemon.restart()
+            send()
+        session._send_frames = kill_and_send
+        with pytest.raises(Unavailable, match="gave up after 2 resumes without an answer to frame 1"):
+            session.step(after)
+        assert max(sent) == 2
+
+
+def test_a_session_is_gone_when_it_is_closed(client, cloth):
+    with client.session(cloth.frames[0], cloth.faces) as session:
+        session.step(cloth.frames[1])
+    with pytest.raises(NotFound):
+        client.get_session(session.id)
+    session.close()  # again: nothing
+
+
+def test_a_session_that_was_not_closed_says_so(client, cloth):
+    session = client.session(cloth.frames[0], cloth.faces)
+    with pytest.warns(ResourceWarning, match=session.id):
+        del session
