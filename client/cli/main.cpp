@@ -11,6 +11,7 @@
 #include "client/cli/bench.h"
 #include "client/cli/detect.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/load.h"
 #include "client/cli/queries.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
@@ -45,6 +46,8 @@ int run(int argc, char** argv) {
       warmfront::client::add_accuracy);
   add("bench", "Measure where a step's time goes, and what each setting changes about it",
       warmfront::client::add_bench);
+  add("load", "Stream many sessions to a daemon, and measure what they feel of it",
+      warmfront::client::add_load);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 

@@ -21,12 +21,12 @@ bool is_set(const char* variable) {
   return value != nullptr && *value != '\0';
 }
 
+}  // namespace
+
 bool is_capable_terminal() {
   const char* term = std::getenv("TERM");
   return isatty(STDERR_FILENO) != 0 && term != nullptr && std::string_view(term) != "dumb";
 }
-
-}  // namespace
 
 Progress::Progress(std::string what, std::uint64_t total)
     : what_(std::move(what)),

@@ -9,6 +9,9 @@
 
 namespace warmfront::client {
 
+/// Whether stderr is a terminal that lines can be drawn on anew.
+bool is_capable_terminal();
+
 class Progress {
  public:
   /// `what` is counted, e.g. "frame"; `total` of them.

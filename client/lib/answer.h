@@ -32,6 +32,15 @@ struct ContactTable {
   friend bool operator==(const ContactTable&, const ContactTable&) = default;
 };
 
+/// What a frame and its answer cost beside the step itself.
+struct Travel {
+  double encode_ms = 0;              ///< the frame to messages, in this process
+  double decode_ms = 0;              ///< the answer's messages to columns, in this process
+  double queue_ms = 0;               ///< in the daemon, between the frame's arrival and its step
+  std::uint64_t sent_bytes = 0;      ///< of the frame's messages, as often as they were sent
+  std::uint64_t received_bytes = 0;  ///< of the answer's messages
+};
+
 /// One frame's answer: the same bits as a collider in this process would give.
 struct Answer {
   std::uint64_t frame = 0;
@@ -41,6 +50,7 @@ struct Answer {
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   ContactTable contacts;               ///< empty for Report::kCount
   StepStatistics statistics;
+  Travel travel;
 };
 
 /// What a daemon allows.

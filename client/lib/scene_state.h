@@ -21,6 +21,9 @@ struct SentFrame {
   std::uint64_t number = 0;
   std::string positions;                ///< all of them, ...
   std::optional<v1::MovedParts> moved;  ///< ... or what moved
+  // What it cost so far.
+  double encode_ms = 0;
+  std::uint64_t sent_bytes = 0;
 };
 
 class SceneState {

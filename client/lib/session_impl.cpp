@@ -2,6 +2,7 @@
 // Frames and answers of a session. Resuming is in session_resume.cpp. Thread safety as stated in the header.
 #include "client/lib/session_impl.h"
 
+#include <chrono>
 #include <utility>
 
 namespace warmfront::client {
@@ -9,6 +10,12 @@ namespace {
 
 std::string name_of(std::uint64_t frame) {
   return "frame " + std::to_string(frame);
+}
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
 StepStream::Deadline after(std::chrono::milliseconds timeout) {
@@ -27,6 +34,7 @@ Session::Impl::~Impl() {
 Result<std::uint64_t> Session::Impl::submit(const Frame& frame) {
   if (failed_) return *failed_;
   const std::uint64_t number = header_.first_frame() + 1 + unanswered_.size();
+  const Clock::time_point start = Clock::now();
   Result<SentFrame> sent = state_.encode(frame);
   if (!sent) return Error{sent.error().code, name_of(number) + ": " + sent.error().message};
   if (frame_failed_)
@@ -38,6 +46,7 @@ Result<std::uint64_t> Session::Impl::submit(const Frame& frame) {
                      " frames are unanswered, which is the daemon's window; take an "
                      "answer before sending more"};
   sent.value().number = number;
+  sent.value().encode_ms = milliseconds_since(start);
   unanswered_.push_back(std::move(sent).value());
   send_frames();
   return number;
@@ -53,13 +62,18 @@ void Session::Impl::send_frames() {
   }
 }
 
-bool Session::Impl::send_frame(const SentFrame& frame) {
+bool Session::Impl::send_frame(SentFrame& frame) {
+  Clock::time_point encoding_since = Clock::now();
   v1::StreamStepsRequest request;
   v1::StepFrame& step = *request.mutable_step();
   step.set_frame(frame.number);
   const auto write = [&](bool more) {
     step.set_more(more);
-    return stream_->write(request, after(connection_->options().answer_timeout)) == StepStream::Event::kDone;
+    frame.sent_bytes += request.ByteSizeLong();
+    frame.encode_ms += milliseconds_since(encoding_since);
+    const StepStream::Event event = stream_->write(request, after(connection_->options().answer_timeout));
+    encoding_since = Clock::now();
+    return event == StepStream::Event::kDone;
   };
   if (!frame.moved) {
     std::size_t at = 0;
@@ -183,14 +197,21 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
 }
 
 std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& part) {
+  const Clock::time_point start = Clock::now();
   SentFrame& frame = unanswered_.front();
   if (part.frame() != frame.number)
     return fail({ErrorCode::kInternal, "the daemon answered " + name_of(part.frame()) + " where " +
                                            name_of(frame.number) + " is due"});
   if (const Status appended = append_columns(part.contacts(), partial_.contacts); !appended)
     return fail(appended.error());
+  partial_.travel.received_bytes += part.ByteSizeLong();
+  if (part.last()) {
+    if (const Status finished = finish_answer(part, partial_); !finished) return fail(finished.error());
+  }
+  partial_.travel.decode_ms += milliseconds_since(start);
   if (!part.last()) return std::nullopt;
-  if (const Status finished = finish_answer(part, partial_); !finished) return fail(finished.error());
+  partial_.travel.encode_ms = frame.encode_ms;
+  partial_.travel.sent_bytes = frame.sent_bytes;
   header_.set_first_frame(frame.number);
   state_.take(frame);
   unanswered_.pop_front();

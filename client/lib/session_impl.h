@@ -52,7 +52,7 @@ struct Session::Impl {
   /// Sends what may be sent. A stream that cannot be written to may still have answers: it is read to its end
   /// first.
   void send_frames();
-  bool send_frame(const SentFrame& frame);
+  bool send_frame(SentFrame& frame);
   /// Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the
   /// session is created again with the change made.
   Status change(v1::SceneChange change, const std::function<void()>& taken);

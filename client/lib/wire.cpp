@@ -222,6 +222,7 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   answer.possible = summary.possible();
   if (summary.has_earliest_toi()) answer.earliest_toi = summary.earliest_toi();
   answer.statistics = statistics_from(summary.statistics());
+  answer.travel.queue_ms = summary.queue_ms();
   return {};
 }
 

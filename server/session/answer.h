@@ -20,6 +20,7 @@ struct Answer {
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;
+  double queue_ms = 0;  ///< between the frame's arrival and its step
   // Columns of equal length, in the engine's order.
   std::vector<std::uint8_t> kind;
   std::vector<std::uint8_t> status;

@@ -228,6 +228,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
   Answer answer = make_answer(frame, scene, result.value(), options_.fields);
+  answer.queue_ms = 1e3 * waited.count();
   answer.memory = Holding(account_, answer.memory_bytes());
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   last_frame_ = std::move(request.contents);

@@ -408,6 +408,7 @@ v1::StepSummary summary_of(const Answer& answer) {
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
   summary.set_rows(answer.rows());
   *summary.mutable_statistics() = to_proto(answer.statistics);
+  summary.set_queue_ms(answer.queue_ms);
   return summary;
 }
 

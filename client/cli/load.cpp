@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verb `load`: see load.h. What it does stands in load/, a file a part.
+#include "client/cli/load.h"
+
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/load/knee.h"
+#include "client/cli/load/live.h"
+#include "client/cli/load/report.h"
+#include "client/cli/load/run.h"
+#include "client/cli/load/sweep.h"
+#include "client/cli/server_options.h"
+#include "client/io/input.h"
+
+namespace warmfront::client {
+namespace {
+
+using namespace load;  // NOLINT: this file is the front of that folder
+
+struct Arguments {
+  Plan plan;
+  std::vector<std::string> scene{"builtin:cloth-ball?triangles=4000"};
+  std::string sessions = "1";
+  std::string rate;
+  bool poisson = false;
+  std::string tier{to_string(ColliderOptions{}.tier)};
+  std::string report{to_string(ColliderOptions{}.report)};
+  std::string bodies = "declared";
+  std::string send = "all";
+  bool check = false;
+  std::vector<std::string> limits;
+  std::string knee;
+  std::string json_file, csv_file, html_file;
+};
+
+/// What the arguments ask for: one load after another, and the limits of all.
+struct Series {
+  std::vector<Plan> plans;
+  std::vector<Limit> limits;
+  std::optional<Limit> knee;
+};
+
+Result<Series> read(Arguments& a) {
+  if (Status status = check_input_arguments(a.scene); !status) return status.error();
+  const auto tier = parse_tier(a.tier);
+  if (!tier) return tier.error();
+  const auto report = parse_report(a.report);
+  if (!report) return report.error();
+  a.plan.options.tier = tier.value();
+  a.plan.options.report = report.value();
+  if (Status status = validate(a.plan.options); !status) return status.error();
+  const Result<SendMode> send = parse_send_mode(a.send);
+  if (!send) return send.error();
+  a.plan.send = send.value();
+  if (a.check && a.plan.send == SendMode::kPoses)
+    return invalid_argument(
+        "--check needs --send all or moved: fitted poses put vertices a little elsewhere");
+  if (a.poisson && a.rate.empty() && a.knee.empty())
+    return invalid_argument("--poisson needs --rate: without it a session sends when it has its answer");
+
+  Series series;
+  for (const std::string& text : a.limits) {
+    const Result<Limit> limit = parse_limit(text);
+    if (!limit) return invalid_argument("--limit " + limit.error().message);
+    series.limits.push_back(limit.value());
+  }
+  const Result<std::vector<double>> sessions = parse_sweep(a.sessions, true);
+  if (!sessions) return invalid_argument("--sessions " + sessions.error().message);
+  if (sessions.value().back() > kMostSessions)
+    return invalid_argument("--sessions " + a.sessions + ": at most " + std::to_string(kMostSessions) +
+                            ", each has a thread and a connection; run more clients");
+  Result<std::vector<double>> rates = std::vector<double>{0};
+  if (!a.rate.empty()) rates = parse_sweep(a.rate, false);
+  if (!rates) return invalid_argument("--rate " + rates.error().message);
+  const bool open_loop = !a.rate.empty() || !a.knee.empty();
+  a.plan.arrival = !open_loop ? Arrival::kClosed : a.poisson ? Arrival::kPoisson : Arrival::kConstant;
+  for (const double n : sessions.value()) {
+    for (const double rate : rates.value()) {
+      Plan& plan = series.plans.emplace_back(a.plan);
+      plan.sessions = static_cast<std::uint32_t>(n);
+      plan.rate = rate > 0 ? rate : n;
+    }
+  }
+  if (!a.knee.empty()) {
+    const Result<Limit> limit = parse_limit(a.knee);
+    if (!limit) return invalid_argument("--knee " + limit.error().message);
+    if (series.plans.size() > 1)
+      return invalid_argument(
+          "--knee looks for the rate itself: give one --sessions and one --rate to start at");
+    series.knee = limit.value();
+  }
+  return series;
+}
+
+std::atomic<bool> interrupted{false};
+
+/// The first interrupt ends the load with a report of what there is, the second ends the process.
+void heed_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { interrupted = true; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+}
+
+Status describe_server(const Plan& plan, Report& report) {
+  Result<Client> client = Client::connect(plan.server, {.security = plan.security});
+  if (!client) return client.error();
+  const Result<ServerInfo> info = client.value().server_info();
+  if (!info) return info.error();
+  report.server = plan.server;
+  report.server_version = info.value().version;
+  report.server_threads = info.value().threads;
+  return {};
+}
+
+class Loads {
+ public:
+  Loads(const Playback& playback, const ExpectedAnswers* expected, Report& report)
+      : playback_(playback), expected_(expected), report_(report) {}
+
+  /// The point, which the report has then too.
+  Result<const Point*> run(const Plan& plan, std::span<const Limit> limits) {
+    Live live(plan);
+    Result<Measured> measured = load::run(
+        plan, playback_, expected_, [&live](const Second& second) { live.show(second); }, interrupted);
+    if (!measured) return measured.error();
+    std::vector<Verdict> verdicts = judge(limits, measured.value());
+    report_.points.push_back({std::move(measured).value(), std::move(verdicts)});
+    return &report_.points.back();
+  }
+
+  /// Tries rates until the highest is known that keeps the limit, without errors, and at the pace asked for.
+  Status find_knee(Plan plan, const Limit& limit, std::span<const Limit> limits) {
+    constexpr double kPace = 0.98;
+    KneeSearch search(plan.rate);
+    for (std::optional<double> rate; !interrupted && (rate = search.next());) {
+      plan.rate = *rate;
+      Result<const Point*> point = run(plan, limits);
+      if (!point) return point.error();
+      const Measured& measured = point.value()->measured;
+      const bool held =
+          judge(limit, measured).kept && measured.kept_pace() >= kPace && measured.tally.error_count() == 0;
+      std::fprintf(stderr, "%.6g frames a second: %s\n", *rate, judge(limit, measured).text().c_str());
+      if (!interrupted) search.tried(held);
+    }
+    report_.knee = Knee{limit.text(), search.highest_held(), search.lowest_failed()};
+    return {};
+  }
+
+ private:
+  const Playback& playback_;
+  const ExpectedAnswers* expected_;
+  Report& report_;
+};
+
+int exit_code(const Report& report) {
+  bool kept = !report.knee || report.knee->rate.has_value();
+  for (const Point& point : report.points) {
+    const Tally& tally = point.measured.tally;
+    if (tally.different > 0) return failure("answers differ: " + tally.first_difference);
+    // The search for a knee is there to miss limits.
+    if (!report.knee) kept = kept && all_kept(point.verdicts);
+    for (const Verdict& verdict : point.verdicts)
+      if (!verdict.kept && !report.knee)
+        std::fprintf(stderr, "warmfront: %s, %u sessions: %s\n", model_of(point.measured.plan).c_str(),
+                     point.measured.plan.sessions, verdict.text().c_str());
+  }
+  if (const int code = finish_output(); code != kExitOk) return code;
+  return kept ? kExitOk : kExitNo;
+}
+
+Status write_reports(const Arguments& a, const Report& report) {
+  const auto write = [](const std::string& path, std::string (*format)(const Report&), const Report& r) {
+    return path.empty() ? Status{} : write_text(path, format(r));
+  };
+  if (Status status = write(a.json_file, format_json, report); !status) return status;
+  if (Status status = write(a.csv_file, format_csv, report); !status) return status;
+  if (Status status = write(a.html_file, format_html, report); !status) return status;
+  if (a.json_file != "-" && a.csv_file != "-" && a.html_file != "-")
+    std::fputs(format_text(report).c_str(), stdout);
+  return {};
+}
+
+int load_verb(Arguments a) {
+  const Result<Series> series = read(a);
+  if (!series) return usage_error(series.error().message);
+  Result<std::unique_ptr<Input>> input = open_input(a.scene);
+  if (!input) return failure(input.error().message);
+  Result<SceneDescription> scene = with_bodies(input.value()->scene(), parse_bodies_mode(a.bodies).value());
+  if (!scene) return failure(scene.error().message);
+  const Result<Playback> playback = Playback::read(*input.value(), std::move(scene).value());
+  if (!playback) return failure(playback.error().message);
+  Report report;
+  report.scene = input.value()->name();
+  report.vertices = playback.value().scene().vertex_count;
+  report.triangles = playback.value().scene().faces.size();
+  report.frames = playback.value().frame_count();
+  report.checked = a.check;
+  if (Status status = describe_server(a.plan, report); !status) return failure(status.error().message);
+  std::optional<ExpectedAnswers> expected;
+  if (a.check) {
+    Result<ExpectedAnswers> computed = ExpectedAnswers::compute(playback.value(), a.plan.options);
+    if (!computed) return failure(computed.error().message);
+    expected.emplace(std::move(computed).value());
+  }
+
+  heed_interrupts();
+  Loads loads(playback.value(), expected ? &*expected : nullptr, report);
+  const Series& wanted = series.value();
+  if (wanted.knee) {
+    if (Status found = loads.find_knee(wanted.plans.front(), *wanted.knee, wanted.limits); !found)
+      return failure(found.error().message);
+  } else {
+    for (const Plan& plan : wanted.plans) {
+      if (interrupted) break;
+      if (Result<const Point*> point = loads.run(plan, wanted.limits); !point)
+        return failure(point.error().message);
+    }
+  }
+  if (Status status = write_reports(a, report); !status) return failure(status.error().message);
+  return exit_code(report);
+}
+
+}  // namespace
+
+Verb add_load(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  add_server_options(app, a.plan.server, a.plan.security, "Daemon to stream to (HOST:PORT or unix:PATH)",
+                     true);
+  app.add_option("--scene", a.scene, "What each session streams, forth and back; as the INPUT of 'detect'")
+      ->capture_default_str();
+  app.add_option("--sessions", a.sessions, "How many at once: N, or a sweep, 1:64:x2 or 8:64:+8")
+      ->capture_default_str();
+  app.add_option(
+      "--rate", a.rate,
+      "Open loop: frames a second over all sessions, N or a sweep, whatever the answers do; latency "
+      "counts from when a frame is due. Without it a session sends when it has its answer");
+  app.add_flag("--poisson", a.poisson, "Open loop with random gaps instead of equal ones");
+  app.add_option("--seed", a.plan.seed, "Of the random gaps")->capture_default_str();
+  const auto time = [&](const char* name, double& seconds, const char* help, bool positive) {
+    CLI::Option* option = app.add_option(name, seconds, help);
+    option->transform(
+        CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}, {"m", 60}, {"h", 3600}},
+                              CLI::AsNumberWithUnit::CASE_SENSITIVE, "TIME"));
+    option->check(positive ? CLI::Range(1e-3, 1e6) : CLI::Range(0.0, 1e6))->capture_default_str();
+  };
+  time("--duration", a.plan.duration, "Time that is measured, of each load: 500ms, 60s, 5m", true);
+  time("--warmup", a.plan.warmup, "Time before it, in full load and not measured", false);
+  time("--ramp", a.plan.ramp, "Time before that, in which the load grows evenly from nothing", false);
+  app.add_option("--limit", a.limits,
+                 "What must hold, or the exit code is 1; may be repeated: p99=20ms, errors=0, "
+                 "frames-per-second=500. Names: " +
+                     limit_names())
+      ->type_name("NAME=VALUE");
+  app.add_option("--knee", a.knee,
+                 "Look for the highest rate that keeps this limit, a load of --duration for each rate tried; "
+                 "--rate is the first")
+      ->type_name("NAME=VALUE");
+  app.add_flag("--check", a.check, "Compare every answer with that of the engine in this process");
+  app.add_option("--tier", a.tier, "How an elementary test decides")
+      ->check(CLI::IsMember({"fast", "certified", "exact"}))
+      ->capture_default_str();
+  app.add_option("--report", a.report, "All contacts, those at the earliest time only, or how many")
+      ->check(CLI::IsMember({"all", "earliest", "count"}))
+      ->capture_default_str();
+  app.add_option("--bodies", a.bodies, "The scene's model, as in 'detect'")
+      ->check(CLI::IsMember({"declared", "deformable", "components"}))
+      ->capture_default_str();
+  app.add_option("--send", a.send, "What a frame carries, as in 'detect'")
+      ->check(CLI::IsMember({"all", "moved", "poses"}))
+      ->capture_default_str();
+  const auto file = [&](const char* name, std::string& path, const char* help) {
+    app.add_option(name, path, help)->type_name("FILE");
+  };
+  file("--json", a.json_file, "Write the report as JSON; - for stdout, with nothing else there");
+  file("--csv", a.csv_file, "Write a row a load as CSV; - for stdout, with nothing else there");
+  file("--html", a.html_file, "Write the report as one page with plots that needs nothing from elsewhere");
+  app.footer(
+      "Exit codes: 0 ok, 1 a limit was missed or no rate keeps the knee's, 2 failed, or an answer differs "
+      "from "
+      "the engine's, 3 usage. An interrupt ends the load and reports what was measured.");
+  return [arguments] { return load_verb(*arguments); };
+}
+
+}  // namespace warmfront::client

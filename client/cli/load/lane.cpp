@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Streaming one session. Thread safety as stated in the header.
+#include "client/cli/load/lane.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+namespace warmfront::client::load {
+namespace {
+
+/// Between tries to get a session again, and after a frame that was refused.
+constexpr double kBackoffSeconds = 0.2;
+/// How late a lane hears of an interrupt, at most.
+constexpr std::chrono::milliseconds kGlance{50};
+
+bool may_go_on(const Error& error) {
+  return error.code == ErrorCode::kResourceExhausted || error.code == ErrorCode::kInvalidArgument;
+}
+
+}  // namespace
+
+void Interval::merge(const Interval& other) {
+  latency.merge(other.latency);
+  contacts += other.contacts;
+  errors += other.errors;
+}
+
+Lane::Lane(const Plan& plan, const Playback& playback, const ExpectedAnswers* expected, std::uint32_t index)
+    : plan_(plan),
+      playback_(playback),
+      expected_(expected),
+      index_(index),
+      tick_(playback.period() * index / plan.sessions) {}
+
+double Lane::now() const {
+  return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
+bool Lane::wait_until(double due, const std::atomic<bool>& stop) const {
+  const auto at = start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(due));
+  while (!stop && Clock::now() < at) std::this_thread::sleep_until(std::min(at, Clock::now() + kGlance));
+  return !stop;
+}
+
+Interval Lane::take_interval() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(interval_, {});
+}
+
+void Lane::lost(const Error& error) {
+  tally_.error(error);
+  const std::lock_guard lock(mutex_);
+  ++interval_.errors;
+}
+
+bool Lane::open() {
+  if (!client_) {
+    Result<Client> client = Client::connect(plan_.server, {.security = plan_.security});
+    if (!client) {
+      failure_ = client.error();
+      lost(client.error());
+      return false;
+    }
+    client_.emplace(std::move(client).value());
+  }
+  const Clock::time_point began = Clock::now();
+  Result<Session> session = client_->create_session(playback_.scene(), playback_.at(tick_), plan_.options);
+  if (!session) {
+    failure_ = session.error();
+    lost(session.error());
+    return false;
+  }
+  tally_.create.record(std::chrono::duration<double, std::milli>(Clock::now() - began).count());
+  ++tally_.sessions_created;
+  session_.emplace(std::move(session).value());
+  resumes_ = 0;
+  model_.reset();
+  if (plan_.send != SendMode::kAll) model_.emplace(playback_.scene(), plan_.send, playback_.at(tick_));
+  const std::atomic<bool> never{false};
+  return step(std::nullopt, Kind::kCold, never);
+}
+
+void Lane::prepare() {
+  open();
+}
+
+bool Lane::step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop) {
+  const Positions end = playback_.at(tick_ + 1);
+  const Frame frame = model_ ? model_->next(end) : Frame(end);
+  if (due && !wait_until(*due, stop)) return false;
+  FrameTimes times;
+  times.sent = now();
+  times.due = due.value_or(times.sent);
+  times.own_late_ms = 1e3 * (times.sent - std::max(due.value_or(0), free_));
+  const Result<Answer> answer = session_->step(frame);
+  times.answered = free_ = now();
+  tally_.reconnects += session_->resumes() - std::exchange(resumes_, session_->resumes());
+  if (!answer) {
+    failure_ = answer.error();
+    lost(answer.error());
+    // What moved since the last answer is known to the daemon only: only whole frames can be given again.
+    if (!may_go_on(answer.error()) || model_) session_.reset();
+    return false;
+  }
+  ++tick_;
+  take(answer.value(), times, kind);
+  return true;
+}
+
+void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind) {
+  const std::uint64_t contacts = answer.vf + answer.ee;
+  const FrontState front = answer.statistics.front_state;
+  ++tally_.all_frames;
+  tally_.all_contacts += contacts;
+  if (kind == Kind::kCold) tally_.cold.record(1e3 * (times.answered - times.sent));
+  if (kind == Kind::kMeasured) tally_.measured(times, answer);
+  if (front == FrontState::kRebuilt || (front == FrontState::kBuilt && kind != Kind::kCold))
+    ++tally_.rebuilds;
+  if (front == FrontState::kCapped) ++tally_.capped;
+  if (expected_ != nullptr) {
+    ++tally_.checked;
+    const AnswerDigest digest = digest_of(answer);
+    if (digest != expected_->at(tick_) && ++tally_.different == 1)
+      tally_.first_difference = "session " + session_->id() + ", frame " + std::to_string(answer.frame) +
+                                ": the daemon answered " + describe(digest) +
+                                "; the engine in this process " + describe(expected_->at(tick_));
+  }
+  const std::lock_guard lock(mutex_);
+  interval_.latency.record(1e3 * (times.answered - times.due));
+  interval_.contacts += contacts;
+}
+
+void Lane::run(Clock::time_point start, const std::atomic<bool>& stop) {
+  start_ = start;
+  const double share = static_cast<double>(index_) / plan_.sessions;
+  const bool open_loop = plan_.arrival != Arrival::kClosed;
+  Schedule schedule(plan_.arrival, open_loop ? plan_.rate / plan_.sessions : 1, plan_.ramp, share,
+                    plan_.seed + index_);
+  free_ = 0;
+  if (!open_loop && !wait_until(share * plan_.ramp, stop)) return;
+  while (!stop) {
+    std::optional<double> due;
+    if (open_loop) due = schedule.next();
+    const double at = due.value_or(now());
+    if (at >= plan_.end()) return;
+    if (now() >= plan_.end()) {
+      ++tally_.unsent;
+      continue;
+    }
+    const Kind kind = at < plan_.measured_from() ? Kind::kUnmeasured : Kind::kMeasured;
+    if (!session_) {
+      // The frame that is due stays due while a session is sought.
+      while (!stop && now() < plan_.end() && !open()) wait_until(now() + kBackoffSeconds, stop);
+      if (!session_) {
+        if (open_loop && !stop) ++tally_.unsent;
+        continue;
+      }
+      free_ = now();
+    }
+    if (!step(due, kind, stop) && session_) wait_until(now() + kBackoffSeconds, stop);
+  }
+}
+
+}  // namespace warmfront::client::load

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What came of a load. Plain values and pure functions.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/cli/load/plan.h"
+#include "client/cli/load/tally.h"
+
+namespace warmfront::client::load {
+
+/// A second, or what is left of one at the end.
+struct Second {
+  double at = 0;  ///< its end, seconds from the start; the ramp and warm-up are included
+  double seconds = 1;
+  std::uint64_t frames = 0;
+  std::uint64_t contacts = 0;
+  std::uint64_t errors = 0;
+  double p50_ms = 0;
+  double p99_ms = 0;
+};
+
+/// What came of a plan.
+struct Measured {
+  Plan plan;
+  Tally tally;
+  double seconds = 0;           ///< that were measured: plan.duration, or less after an interrupt
+  double client_cpu_cores = 0;  ///< that this process used meanwhile
+  bool interrupted = false;
+  std::vector<Second> series;
+
+  double frames_per_second() const { return seconds > 0 ? static_cast<double>(tally.frames) / seconds : 0; }
+  double contacts_per_second() const {
+    return seconds > 0 ? static_cast<double>(tally.contacts) / seconds : 0;
+  }
+  /// An open loop's: of the frames that were due, the part that was sent before the end.
+  double kept_pace() const;
+  /// Why the figures may be this process' own and not the daemon's; empty when there is no sign of it.
+  std::string client_limit() const;
+};
+
+}  // namespace warmfront::client::load

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// One load: who streams what, how fast and for how long. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "client/cli/frame_model.h"
+#include "client/cli/load/schedule.h"
+#include "client/lib/client.h"
+#include "engine/options.h"
+
+namespace warmfront::client::load {
+
+/// Each session has a thread and a connection of its own.
+inline constexpr std::uint32_t kMostSessions = 1024;
+
+struct Plan {
+  std::string server;
+  ClientSecurity security;
+  ColliderOptions options;
+  SendMode send = SendMode::kAll;
+  std::uint32_t sessions = 1;
+  Arrival arrival = Arrival::kClosed;
+  double rate = 0;         ///< frames a second over all sessions; of an open loop
+  std::uint64_t seed = 1;  ///< of Poisson gaps
+  // Seconds, one after the other, once every session is created and has its first answer.
+  double ramp = 0;
+  double warmup = 1;
+  double duration = 10;
+
+  double measured_from() const { return ramp + warmup; }
+  double end() const { return ramp + warmup + duration; }
+};
+
+}  // namespace warmfront::client::load

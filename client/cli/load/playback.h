@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene's frames played forth and back without end, so that a session of any length makes no jump. Constant
+// once read; free to share between threads.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/cli/answer_digest.h"
+#include "client/io/input.h"
+#include "engine/options.h"
+#include "engine/result.h"
+
+namespace warmfront::client::load {
+
+class Playback {
+ public:
+  /// Reads all frames into memory; at least two. `scene`: the input's, or with other bodies.
+  static Result<Playback> read(Input& input, SceneDescription scene);
+
+  const SceneDescription& scene() const { return scene_; }
+  std::size_t frame_count() const { return frames_.size(); }
+  /// Ticks after which everything is as it was.
+  std::uint64_t period() const { return 2 * (frames_.size() - 1); }
+  /// The positions at a tick: frames 0, 1, ..., n - 1, n - 2, ..., 1, 0, 1, ...
+  Positions at(std::uint64_t tick) const;
+
+ private:
+  Playback(SceneDescription scene, std::vector<PositionBuffer> frames)
+      : scene_(std::move(scene)), frames_(std::move(frames)) {}
+  SceneDescription scene_;
+  std::vector<PositionBuffer> frames_;
+};
+
+/// What the engine in this process answers to every step of a playback. An answer depends on where a step
+/// begins and ends alone, whatever came before: so these are right for every session, wherever it starts.
+class ExpectedAnswers {
+ public:
+  /// Steps through a whole period; slow. Frames give all positions: so `send` modes other than poses agree.
+  static Result<ExpectedAnswers> compute(const Playback& playback, const ColliderOptions& options);
+
+  /// Of the step from tick - 1 to tick.
+  const AnswerDigest& at(std::uint64_t tick) const { return digests_[tick % digests_.size()]; }
+
+ private:
+  explicit ExpectedAnswers(std::vector<AnswerDigest> digests) : digests_(std::move(digests)) {}
+  std::vector<AnswerDigest> digests_;  // by tick
+};
+
+}  // namespace warmfront::client::load

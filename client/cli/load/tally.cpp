@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counting. Thread safety as stated in the header.
+#include "client/cli/load/tally.h"
+
+#include <algorithm>
+
+namespace warmfront::client::load {
+
+const char* canonical_name(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kInvalidArgument:
+      return "INVALID_ARGUMENT";
+    case ErrorCode::kFailedPrecondition:
+      return "FAILED_PRECONDITION";
+    case ErrorCode::kResourceExhausted:
+      return "RESOURCE_EXHAUSTED";
+    case ErrorCode::kUnimplemented:
+      return "UNIMPLEMENTED";
+    case ErrorCode::kCancelled:
+      return "CANCELLED";
+    case ErrorCode::kInternal:
+      return "INTERNAL";
+    case ErrorCode::kNotFound:
+      return "NOT_FOUND";
+    case ErrorCode::kAlreadyExists:
+      return "ALREADY_EXISTS";
+    case ErrorCode::kAborted:
+      return "ABORTED";
+    case ErrorCode::kDeadlineExceeded:
+      return "DEADLINE_EXCEEDED";
+    case ErrorCode::kUnauthenticated:
+      return "UNAUTHENTICATED";
+    case ErrorCode::kPermissionDenied:
+      return "PERMISSION_DENIED";
+    case ErrorCode::kUnavailable:
+      return "UNAVAILABLE";
+  }
+  return "UNKNOWN";
+}
+
+void Tally::measured(const FrameTimes& times, const Answer& answer) {
+  constexpr double kMilliseconds = 1e3;
+  const double round_trip_ms = kMilliseconds * (times.answered - times.sent);
+  const Travel& travel = answer.travel;
+  const StageTimes& ms = answer.statistics.ms;
+  std::array<double, kParts> part{};
+  part[kLate] = kMilliseconds * (times.sent - times.due);
+  part[kEncode] = travel.encode_ms;
+  part[kQueue] = travel.queue_ms;
+  part[kRefit] = ms.refit;
+  part[kFront] = ms.front;
+  part[kElementary] = ms.elementary;
+  part[kAdjacent] = ms.adjacent;
+  part[kRest] = std::max(0.0, ms.total - ms.refit - ms.front - ms.elementary - ms.adjacent);
+  part[kDecode] = travel.decode_ms;
+  // A frame that was sent again after a resume may have been computed before it was sent last.
+  part[kWire] =
+      std::max(0.0, round_trip_ms - travel.encode_ms - travel.decode_ms - travel.queue_ms - ms.total);
+  for (std::size_t p = 0; p < kParts; ++p) parts[p].record(part[p]);
+  latency.record(kMilliseconds * (times.answered - times.due));
+  round_trip.record(round_trip_ms);
+  own_late.record(times.own_late_ms);
+  ++frames;
+  contacts += answer.vf + answer.ee;
+  sent_bytes += travel.sent_bytes;
+  received_bytes += travel.received_bytes;
+}
+
+void Tally::error(const Error& error) {
+  ++errors[canonical_name(error.code)];
+}
+
+std::uint64_t Tally::error_count() const {
+  std::uint64_t sum = 0;
+  for (const auto& [code, count] : errors) sum += count;
+  return sum;
+}
+
+void Tally::merge(const Tally& other) {
+  latency.merge(other.latency);
+  round_trip.merge(other.round_trip);
+  own_late.merge(other.own_late);
+  for (std::size_t p = 0; p < kParts; ++p) parts[p].merge(other.parts[p]);
+  cold.merge(other.cold);
+  create.merge(other.create);
+  frames += other.frames;
+  contacts += other.contacts;
+  sent_bytes += other.sent_bytes;
+  received_bytes += other.received_bytes;
+  unsent += other.unsent;
+  all_frames += other.all_frames;
+  all_contacts += other.all_contacts;
+  sessions_created += other.sessions_created;
+  reconnects += other.reconnects;
+  rebuilds += other.rebuilds;
+  capped += other.capped;
+  for (const auto& [code, count] : other.errors) errors[code] += count;
+  checked += other.checked;
+  different += other.different;
+  if (first_difference.empty()) first_difference = other.first_difference;
+}
+
+}  // namespace warmfront::client::load
