@@ -249,10 +249,13 @@ Verb add_load(CLI::App& app) {
   app.add_option("--seed", a.plan.seed, "Of the random gaps")->capture_default_str();
   const auto time = [&](const char* name, double& seconds, const char* help, bool positive) {
     CLI::Option* option = app.add_option(name, seconds, help);
-    option->transform(
-        CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}, {"m", 60}, {"h", 3600}},
-                              CLI::AsNumberWithUnit::CASE_SENSITIVE, "TIME"));
-    option->check(positive ? CLI::Range(1e-3, 1e6) : CLI::Range(0.0, 1e6))->capture_default_str();
+    option->transform(CLI::AsNumberWithUnit(
+        std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}, {"m", 60}, {"h", 3600}},
+        static_cast<CLI::AsNumberWithUnit::Options>(CLI::AsNumberWithUnit::CASE_SENSITIVE |
+                                                    CLI::AsNumberWithUnit::UNIT_REQUIRED),
+        "TIME"));
+    option->check(positive ? CLI::Range(1e-3, 1e6) : CLI::Range(0.0, 1e6));
+    option->default_str(std::to_string(static_cast<int>(seconds)) + "s");
   };
   time("--duration", a.plan.duration, "Time that is measured, of each load: 500ms, 60s, 5m", true);
   time("--warmup", a.plan.warmup, "Time before it, in full load and not measured", false);

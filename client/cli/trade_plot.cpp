@@ -2,96 +2,12 @@
 // The measured trade as a plot: see trade.h. Plain SVG, which follows the reader's light or dark theme.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "client/cli/svg.h"
 #include "client/cli/trade.h"
 
 namespace warmfront::client {
 namespace {
-
-template <class... Values>
-std::string print(const char* format, Values... values) {
-  char text[512];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
-/// A logarithmic axis from pixel `first` to pixel `last`; at `first`, where asked for, is a place for 0.
-class Axis {
- public:
-  /// From a mark below the positive values to one above them.
-  Axis(const std::vector<double>& values, double first, double last, bool with_zero)
-      : first_(with_zero ? first + 0.12 * (last - first) : first), last_(last), zero_(first) {
-    double low = INFINITY;
-    double high = 0;
-    for (const double x : values) {
-      if (!(x > 0) || !std::isfinite(x)) continue;
-      low = std::min(low, x);
-      high = std::max(high, x);
-    }
-    if (high == 0) low = high = 1;
-    const auto decade = static_cast<int>(std::floor(std::log10(low)));
-    marks_ = {std::pow(10.0, decade)};
-    for (int e = decade; marks_.back() <= high; ++e) {
-      for (const double step : {2, 5, 10}) {
-        if (marks_.back() <= low && step * std::pow(10.0, e) <= low) marks_.clear();
-        marks_.push_back(step * std::pow(10.0, e));
-        if (marks_.back() > high) break;
-      }
-    }
-    low_ = std::log10(marks_.front());
-    high_ = std::log10(marks_.back());
-    thin_out();
-  }
-
-  double at(double x) const {
-    if (!(x > 0)) return zero_;
-    return first_ + std::clamp((std::log10(x) - low_) / (high_ - low_), 0.0, 1.0) * (last_ - first_);
-  }
-  const std::vector<double>& marks() const { return marks_; }
-
- private:
-  // At most eight: whole decades where 1, 2, 5 would be too many, and of these every so many.
-  void thin_out() {
-    constexpr std::size_t kMost = 8;
-    if (marks_.size() <= kMost) return;
-    std::erase_if(marks_, [](double x) {
-      const double e = std::log10(x);
-      return std::fabs(e - std::round(e)) > 0.1;
-    });
-    const std::size_t stride = (marks_.size() + kMost - 1) / kMost;
-    std::vector<double> kept;
-    for (std::size_t i = 0; i < marks_.size(); i += stride) kept.push_back(marks_[i]);
-    marks_ = std::move(kept);
-  }
-
-  double first_;
-  double last_;
-  double zero_;
-  double low_ = 0;
-  double high_ = 1;
-  std::vector<double> marks_;
-};
 
 const char* style_of(const TradeSetting& setting) {
   if (setting.tier == Tier::kFast) return "fast";
@@ -113,14 +29,6 @@ std::string label_of(const TradeSetting& setting) {
                                           : std::string(to_string(setting.tier));
 }
 
-std::string text_at(double x, double y, const char* anchor, const std::string& text) {
-  return print("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">", x, y, anchor) + escaped(text) + "</text>\n";
-}
-
-std::string line(double x0, double y0, double x1, double y1) {
-  return print("<path d=\"M%.1f %.1fL%.1f %.1f\"/>\n", x0, y0, x1, y1);
-}
-
 /// One diagram of `value` against `cost`, its frame's left edge at `left`.
 std::string panel(std::span<const TradeRow> rows, double left, const std::string& title,
                   const std::string& cost_title, double (*cost)(const TradeRow&),
@@ -131,8 +39,8 @@ std::string panel(std::span<const TradeRow> rows, double left, const std::string
     costs.push_back(cost(row));
     values.push_back(value(row));
   }
-  const Axis x(costs, left, left + kWidth, false);
-  const Axis y(values, kBottom, kTop, true);
+  const LogAxis x(costs, left, left + kWidth, false);
+  const LogAxis y(values, kBottom, kTop, true);
   std::string svg = text_at(left, kTop - 12, "start", title);
   for (const double mark : x.marks()) {
     svg += line(x.at(mark), kTop, x.at(mark), kBottom) +

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The measured trade as table, CSV and JSON: see trade.h.
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/markdown.h"
+#include "client/cli/print.h"
 #include "client/cli/trade.h"
 #include "client/io/text.h"
 
@@ -41,13 +41,6 @@ Json to_json(const TradeRow& row) {
 std::string in_csv(const Json& field) {
   if (field.is_null()) return "";
   return field.is_string() ? csv_field(field.get_ref<const std::string&>()) : field.dump();
-}
-
-template <class... Values>
-std::string print(const char* format, Values... values) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
 }
 
 Cells table_head(bool scene) {

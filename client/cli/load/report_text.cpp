@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The report for people: see report.h.
-#include <cstdio>
 
 #include "client/cli/load/report.h"
 #include "client/cli/markdown.h"
+#include "client/cli/print.h"
 
 namespace warmfront::client::load {
 namespace {
-
-template <class... Values>
-std::string print(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 std::string ms(double value) {
   return print(value < 10 ? "%.2f" : value < 100 ? "%.1f" : "%.0f", value);

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -18,6 +17,7 @@
 
 #include "server/admin/metrics_text.h"
 #include "server/admin/systemd.h"
+#include "tests/unit/server/http_get.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace warmfront::test {
@@ -59,25 +59,6 @@ TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
   std::istringstream lines(text);
   const std::regex shape("(# (HELP|TYPE) )?warmfront_[a-z_]+.*");
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(std::regex_match(line, shape)) << line;
-}
-
-/// The whole answer to a GET.
-std::string get(int port, const std::string& path) {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  std::string answer;
-  if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) {
-    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
-    static_cast<void>(::send(socket, request.data(), request.size(), MSG_NOSIGNAL));
-    std::array<char, 4096> part{};
-    for (ssize_t n = 0; (n = ::recv(socket, part.data(), part.size(), 0)) > 0;)
-      answer.append(part.data(), static_cast<std::size_t>(n));
-  }
-  ::close(socket);
-  return answer;
 }
 
 class MetricsTest : public ServiceTest {
