@@ -137,9 +137,30 @@ def test_a_daemon_that_hangs_is_given_up_in_time(daemon):
             assert len(session.step(before)) == 3
 
 
+def test_waiting_may_be_interrupted(daemon, client):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    before, after, faces = triangle_through_triangle()
+    with client.session(before, faces) as session:
+        daemon.send(signal.SIGSTOP)
+        os.waitpid(daemon.process.pid, os.WUNTRACED)
+        session.submit(after)
+        old = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.3)
+            with pytest.raises(KeyboardInterrupt):
+                session.next_answer()
+        finally:
+            signal.signal(signal.SIGALRM, old)
+        daemon.send(signal.SIGCONT)
+        contacts = session.next_answer()
+        assert contacts.frame == 1 and len(contacts) == 3 and len(session.step(before)) == 3
+
+
 def test_no_daemon_within_the_resume_timeout(daemon):
     before, after, faces = triangle_through_triangle()
-    with warmfront.connect(daemon.address, patience=Patience(create=0.5, resume=0.5)) as client:
+    with warmfront.connect(daemon.address, patience=Patience(resume=2)) as client:
         session = client.session(before, faces)
         daemon.kill()
         with pytest.raises(Unavailable, match="could not be resumed within the resume timeout"):
