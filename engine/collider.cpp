@@ -4,7 +4,10 @@
 #include <memory>
 #include <utility>
 
+#include "engine/all_deformable.h"
+#include "engine/auto_bounds.h"
 #include "engine/pipeline.h"
+#include "engine/scene/found_bodies.h"
 
 namespace warmfront {
 namespace {
@@ -13,11 +16,20 @@ Status check(const Positions& positions, std::uint32_t vertex_count) {
   return std::visit([&](auto values) { return check_positions(values, vertex_count); }, positions);
 }
 
+// The scene, with the bodies that are found where it declares none.
+std::shared_ptr<const Scene> model_of(std::shared_ptr<const Scene> scene, const ColliderOptions& options) {
+  if (!options.find_bodies || !scene->bodies().empty()) return scene;
+  std::vector<Body> bodies = found_bodies(*scene);
+  if (bodies.empty()) return scene;
+  return std::make_shared<const Scene>(scene->with_bodies(std::move(bodies)).value());
+}
+
 }  // namespace
 
 struct Collider::Impl {
   Core core;
   std::unique_ptr<Pipeline> pipeline;
+  std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
 };
 
 Collider::Collider(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -30,14 +42,27 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
   if (Status status = validate(options); !status) return status.error();
   if (Status status = check_hubs(*scene); !status) return status.error();
   if (Status status = check(positions, scene->vertex_count()); !status) return status.error();
-  Core core(std::move(scene), positions, options, std::move(workers));
-  return Collider(std::make_unique<Impl>(Impl{std::move(core), make_pipeline(options.bounds)}));
+  const std::shared_ptr<const Scene> modelled = model_of(scene, options);
+  Core core(std::move(scene), *modelled, positions, options, std::move(workers));
+  std::unique_ptr<Pipeline> pipeline =
+      options.bounds == BoundsKind::kAuto ? make_auto_pipeline() : make_pipeline(options.bounds);
+  Collider collider(std::make_unique<Impl>(Impl{std::move(core), std::move(pipeline)}));
+  collider.compare_anew();
+  return collider;
+}
+
+void Collider::compare_anew() {
+  if (impl_->core.options.explain)
+    impl_->all_deformable = std::make_unique<AllDeformable>(*this, impl_->core.workers);
 }
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled) {
   Core& core = impl_->core;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
-  return impl_->pipeline->step(core, frame, StopSignal(cancelled));
+  Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled));
+  if (result && impl_->all_deformable != nullptr)
+    result.value().all_deformable = impl_->all_deformable->follow(*this, cancelled);
+  return result;
 }
 
 Status Collider::place(std::span<const BodyPose> poses) {
@@ -46,6 +71,7 @@ Status Collider::place(std::span<const BodyPose> poses) {
   frame.poses = poses;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status;
   core.motion.set_poses(poses);
+  compare_anew();
   return {};
 }
 
@@ -62,9 +88,10 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
   core.workers->run([&] {
     core.topology->extend(*core.scene, core.motion.vertices());
     core.motion.renumber(core.topology->numbering, first);
-    core.take_parts();
+    core.take_parts(*core.scene);
   });
   impl_->pipeline->parts_changed();
+  compare_anew();
   return core.scene->body_count() - 1;
 }
 
@@ -77,9 +104,10 @@ Status Collider::change_body(std::uint32_t index, Body body) {
   core.scene = std::make_shared<const Scene>(std::move(changed).value());
   core.workers->run([&] {
     core.motion.change_kind(*core.scene, index);
-    core.take_parts();
+    core.take_parts(*core.scene);
   });
   impl_->pipeline->parts_changed();
+  compare_anew();
   return {};
 }
 
@@ -98,10 +126,12 @@ std::size_t Collider::memory_bytes() const {
   std::size_t bytes = core.scene->memory_bytes() + core.topology->memory_bytes() +
                       core.motion.memory_bytes() + core.vertex_bounds.capacity() * sizeof(KDop18) +
                       core.contacts.capacity() * sizeof(Contact) +
-                      core.geometry.capacity() * sizeof(ContactGeometry) + impl_->pipeline->memory_bytes();
+                      core.geometry.capacity() * sizeof(ContactGeometry) + core.rigid_parts.memory_bytes() +
+                      impl_->pipeline->memory_bytes();
   for (const auto& orphans : core.orphans) {
     if (orphans != nullptr) bytes += orphans->memory_bytes();
   }
+  if (impl_->all_deformable != nullptr) bytes += impl_->all_deformable->memory_bytes();
   return bytes;
 }
 

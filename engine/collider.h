@@ -32,6 +32,8 @@ struct StepResult {
   /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
   std::span<const ContactGeometry> geometry = {};
   StepStatistics statistics;
+  /// With options.explain: of the same step with everything deformable; see all_deformable.h.
+  std::optional<StepStatistics> all_deformable = std::nullopt;
 };
 
 /// Incremental continuous collision detection (Tang, Manocha, Tong 2009): each step tests the linear motion
@@ -82,6 +84,7 @@ class Collider {
  private:
   struct Impl;
   explicit Collider(std::unique_ptr<Impl> impl);
+  void compare_anew();  // the scene has changed: with options.explain
   std::unique_ptr<Impl> impl_;
 };
 

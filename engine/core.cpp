@@ -11,25 +11,26 @@ std::vector<double> to_doubles(const Positions& positions) {
   return values;
 }
 
-Core::Core(std::shared_ptr<const Scene> the_scene, const Positions& positions,
+Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const Positions& positions,
            const ColliderOptions& the_options, std::shared_ptr<Workers> the_workers)
     : scene(std::move(the_scene)),
       options(the_options),
       workers(std::move(the_workers)),
-      motion(*scene, to_doubles(positions)),
-      model(*scene) {
+      motion(modelled, to_doubles(positions)),
+      model(modelled) {
   // The cone theorem rules out meeting, not nearness.
   const bool cones = options.normal_cones && options.min_separation == 0;
   workers->run([&] {
-    topology = std::make_unique<Topology>(*scene, motion.vertices(), options.leaf_size, cones);
+    topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones);
     motion.renumber(topology->numbering);
     motion.vertices().hold(motion.vertices().frame().to_local(options.min_separation));
-    take_parts();
+    take_parts(modelled);
   });
 }
 
-void Core::take_parts() {
-  model = CollisionModel(*scene);
+void Core::take_parts(const Scene& modelled) {
+  model = CollisionModel(modelled);
+  rigid_parts.take_parts(model);
   excluded_pairs = model.excluded_pairs();
   vertex_bounds.resize(scene->vertex_count());
   patch_culled.resize(topology->patches.count());

@@ -10,18 +10,20 @@
 #include "engine/collider.h"
 #include "engine/elementary/orphan_blocks.h"
 #include "engine/motion/scene_motion.h"
+#include "engine/rigid_parts.h"
 #include "engine/scene/collision_model.h"
 #include "engine/topology.h"
 
 namespace warmfront {
 
 struct Core {
-  /// At rest at `positions`, which were checked. Parallel.
-  Core(std::shared_ptr<const Scene> scene, const Positions& positions, const ColliderOptions& options,
-       std::shared_ptr<Workers> workers);
+  /// At rest at `positions`, which were checked. `modelled` is the scene itself, or the same with bodies
+  /// found in it. Parallel.
+  Core(std::shared_ptr<const Scene> scene, const Scene& modelled, const Positions& positions,
+       const ColliderOptions& options, std::shared_ptr<Workers> workers);
 
   /// Makes room for what the scene has gained. Parallel; call it inside Workers::run().
-  void take_parts();
+  void take_parts(const Scene& modelled);
 
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;
@@ -30,6 +32,7 @@ struct Core {
   CollisionModel model;
   std::uint64_t excluded_pairs = 0;
   std::unique_ptr<Topology> topology;
+  RigidParts rigid_parts;
   std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // by part; null where it is not tested against itself
   std::vector<KDop18> vertex_bounds;
   std::vector<std::uint8_t> patch_culled;

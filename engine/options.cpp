@@ -16,7 +16,8 @@ constexpr Names<Tier, 3> kTiers{
     {{Tier::kFast, "fast"}, {Tier::kCertified, "certified"}, {Tier::kExact, "exact"}}};
 constexpr Names<FrontMode, 3> kFronts{
     {{FrontMode::kNone, "none"}, {FrontMode::kPaper, "paper"}, {FrontMode::kWarm, "warm"}}};
-constexpr Names<BoundsKind, 2> kBounds{{{BoundsKind::kAabb, "aabb"}, {BoundsKind::kKDop18, "kdop18"}}};
+constexpr Names<BoundsKind, 3> kBounds{
+    {{BoundsKind::kAabb, "aabb"}, {BoundsKind::kKDop18, "kdop18"}, {BoundsKind::kAuto, "auto"}}};
 constexpr Names<Report, 3> kReports{
     {{Report::kAll, "all"}, {Report::kEarliest, "earliest"}, {Report::kCount, "count"}}};
 

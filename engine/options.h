@@ -21,7 +21,11 @@ enum class FrontMode : std::uint8_t {
 };
 
 /// Which moving bounding volume the hierarchy uses.
-enum class BoundsKind : std::uint8_t { kAabb, kKDop18 };
+enum class BoundsKind : std::uint8_t {
+  kAabb,
+  kKDop18,
+  kAuto,  ///< 18-DOP, unless a trial in the first steps shows the AABB to be faster
+};
 
 /// What a step answers with.
 enum class Report : std::uint8_t {
@@ -51,10 +55,19 @@ struct ColliderOptions {
   double min_separation = 0.0;
   Report report = Report::kAll;
   ContactFields fields = {};
+  /// Step an all-deformable collider beside this one, to say what the scene's model saves: see
+  /// StepResult::all_deformable.
+  bool explain = false;
   FrontMode front = FrontMode::kWarm;
   /// `warm` mode: do not look at pairs that cannot have come together since they were last tested.
   bool lazy_front = true;
-  BoundsKind bounds = BoundsKind::kKDop18;
+  BoundsKind bounds = BoundsKind::kAuto;
+  /// Where the scene declares no bodies: take its components for bodies, so that what rests, and pairs that
+  /// are far apart, cost nothing.
+  bool find_bodies = true;
+  /// Find bodies that move rigidly, and test them against themselves only where that could change an answer
+  /// (tiers certified and exact).
+  bool find_rigid = true;
   /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
   /// holds. Off, because since bounds ask for relative motion it costs more than it saves.
   bool normal_cones = false;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <memory>
+#include <type_traits>
 
 #include "engine/bounds/moving.h"
 #include "engine/bounds/normal_cone.h"
@@ -78,6 +80,9 @@ class PipelineWith final : public Pipeline {
   }
 
   void parts_changed() override { anew_ = true; }
+  BoundsKind bounds() const override {
+    return std::is_same_v<Bounds, Aabb> ? BoundsKind::kAabb : BoundsKind::kKDop18;
+  }
 
   std::size_t memory_bytes() const override {
     std::size_t bytes = front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
@@ -90,6 +95,7 @@ class PipelineWith final : public Pipeline {
   // The front's budgets and what it keeps count from positions that were never taken.
   void take_back(Core& core) {
     core.motion.undo();
+    core.rigid_parts.undo();
     front_.clear();
     front_lost_ = anew_ = true;
     std::ranges::fill(refit_in_, kNever);
@@ -102,7 +108,9 @@ class PipelineWith final : public Pipeline {
     Stopwatch total;
     Stopwatch stage;
     ++steps_;
+    statistics.bounds = bounds();
     core.motion.begin(frame);
+    core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers);
     const bool built = arrange_new(core);
     refit_placed(core);
     statistics.counts.bv_tests = find_near(core);
@@ -211,8 +219,12 @@ class PipelineWith final : public Pipeline {
   // Returns the tests that it took.
   std::uint64_t find_near(Core& core) {
     std::uint64_t bv_tests = 0;
-    near_pairs_ =
+    const auto near =
         near_.find(core.model, roots_, states_, anew_ || core.options.front == FrontMode::kNone, bv_tests);
+    near_pairs_.clear();
+    std::ranges::copy_if(near, std::back_inserter(near_pairs_), [&](const NearPair& pair) {
+      return pair.parts.a != pair.parts.b || !core.rigid_parts.rigid(pair.parts.a);
+    });
     anew_ = false;
     return bv_tests;
   }
@@ -307,6 +319,10 @@ class PipelineWith final : public Pipeline {
     std::vector<OrphanBlocks*> parts;
     for (std::uint32_t p = 0; p < core.orphans.size(); ++p) {
       if (core.orphans[p] == nullptr) continue;
+      if (core.rigid_parts.rigid(p)) {
+        core.orphans[p]->forget();
+        continue;
+      }
       core.orphans[p]->range = &core.motion.range(p);
       parts.push_back(core.orphans[p].get());
     }
@@ -342,6 +358,8 @@ class PipelineWith final : public Pipeline {
     counts.nodes_refit = refit_nodes_;
     counts.parts_moved = static_cast<std::uint64_t>(
         std::ranges::count_if(states_, [](MotionState state) { return (state & kMoving) != 0; }));
+    counts.parts = core.model.part_count();
+    counts.parts_rigid = core.rigid_parts.count();
     counts.near_parts = near_pairs_.size();
     counts.part_pairs_excluded = core.excluded_pairs;
   }
@@ -352,7 +370,7 @@ class PipelineWith final : public Pipeline {
   std::vector<std::int64_t> refit_in_;  // by part: the step that its bounds are of
   std::vector<std::uint32_t> unplaced_;
   NearParts<Bounds> near_;
-  std::span<const NearPair> near_pairs_;
+  std::vector<NearPair> near_pairs_;
   bool anew_ = true;      // nothing that is known of near parts holds
   double magnitude_ = 0;  // that bounds were made with
   Front<Bounds> front_;

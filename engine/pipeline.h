@@ -9,7 +9,8 @@
 
 namespace warmfront {
 
-/// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds.
+/// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds. One may take
+/// over from another between steps.
 class Pipeline {
  public:
   virtual ~Pipeline() = default;
@@ -17,9 +18,12 @@ class Pipeline {
   virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) = 0;
   /// Parts were added or changed: which are near each other is found anew.
   virtual void parts_changed() = 0;
+  /// The kind that the next step uses.
+  virtual BoundsKind bounds() const = 0;
   virtual std::size_t memory_bytes() const = 0;
 };
 
+/// For kAabb and kKDop18; see auto_bounds.h.
 std::unique_ptr<Pipeline> make_pipeline(BoundsKind bounds);
 
 }  // namespace warmfront

@@ -39,7 +39,9 @@ void add(StepCounts& sum, const StepCounts& more) {
   sum.contacts_kept += more.contacts_kept;
   sum.vertices_moved += more.vertices_moved;
   sum.nodes_refit += more.nodes_refit;
+  sum.parts += more.parts;
   sum.parts_moved += more.parts_moved;
+  sum.parts_rigid += more.parts_rigid;
   sum.near_parts += more.near_parts;
   sum.part_pairs_excluded += more.part_pairs_excluded;
 }

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "engine/options.h"
+
 namespace warmfront {
 
 /// What became of the front in a step.
@@ -51,7 +53,9 @@ struct StepCounts {
   std::uint64_t contacts_kept = 0;        ///< contacts between features at rest, found in an earlier step
   std::uint64_t vertices_moved = 0;       ///< vertices that are not where they were
   std::uint64_t nodes_refit = 0;          ///< hierarchy nodes whose bounds were made anew
-  std::uint64_t parts_moved = 0;          ///< parts (bodies) in which something moved
+  std::uint64_t parts = 0;                ///< bodies, declared or found; 1 where there are none
+  std::uint64_t parts_moved = 0;          ///< parts in which something moved
+  std::uint64_t parts_rigid = 0;          ///< parts found to move rigidly: not tested against themselves
   std::uint64_t near_parts = 0;           ///< pairs of parts, a part with itself included, with a front
   std::uint64_t part_pairs_excluded = 0;  ///< pairs of parts that the model leaves out
 };
@@ -63,6 +67,7 @@ struct StepStatistics {
   StageTimes ms;
   StepCounts counts;
   FrontState front_state = FrontState::kNone;
+  BoundsKind bounds = BoundsKind::kKDop18;  ///< that the step used
 };
 
 }  // namespace warmfront

@@ -49,12 +49,14 @@ Result<Ablations> read_ablations(const std::vector<std::string>& names) {
   return Ablations{.front = all || has("front"),
                    .cones = all || has("cones"),
                    .bounds = all || has("bounds"),
+                   .found = all || has("found"),
                    .leaf = all || has("leaf"),
                    .tier = all || has("tier")};
 }
 
 Result<std::vector<BenchSetting>> read_settings(const Arguments& arguments, int cores) {
   ColliderOptions options = arguments.options;
+  options.bounds = BoundsKind::kKDop18;  // a trial of bounds would be timed along
   const Result<Tier> tier = parse_tier(arguments.tier);
   if (!tier) return tier.error();
   const Result<Report> report = parse_report(arguments.report);
@@ -144,11 +146,11 @@ Verb add_bench(CLI::App& app) {
       ->allow_extra_args(false)
       ->check(CLI::Range(1, 1024));
   app.add_option("--ablations", a.ablations,
-                 "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, leaf "
-                 "(size), tier")
+                 "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, found "
+                 "(what the collider finds for itself), leaf (size), tier")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"none", "all", "front", "cones", "bounds", "leaf", "tier"}))
+      ->check(CLI::IsMember({"none", "all", "front", "cones", "bounds", "found", "leaf", "tier"}))
       ->capture_default_str();
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");

@@ -29,6 +29,7 @@ struct Ablations {
   bool front = false;   ///< none, paper, warm, warm and lazy
   bool cones = false;   ///< normal cones on, off
   bool bounds = false;  ///< AABB, 18-DOP
+  bool found = false;   ///< bodies and rigid motion are not found
   bool leaf = false;    ///< 1, 2, 4, 8 triangles
   bool tier = false;    ///< fast, certified, exact
 };

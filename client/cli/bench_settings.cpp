@@ -12,7 +12,8 @@ namespace {
 bool same(const ColliderOptions& a, const ColliderOptions& b) {
   const auto key = [](const ColliderOptions& o) {
     const bool lazy = o.front == FrontMode::kWarm && o.lazy_front;
-    return std::tuple(o.tier, o.front, lazy, o.bounds, o.normal_cones, o.leaf_size);
+    return std::tuple(o.tier, o.front, lazy, o.bounds, o.normal_cones, o.leaf_size, o.find_bodies,
+                      o.find_rigid);
   };
   return key(a) == key(b);
 }
@@ -48,6 +49,9 @@ std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<
   if (ablations.bounds) {
     for (const BoundsKind kind : {BoundsKind::kAabb, BoundsKind::kKDop18})
       add("bounds " + std::string(to_string(kind)), [&](ColliderOptions& o) { o.bounds = kind; });
+  }
+  if (ablations.found) {
+    add("nothing found", [](ColliderOptions& o) { o.find_bodies = o.find_rigid = false; });
   }
   if (ablations.leaf) {
     for (const std::uint32_t size : {1U, 2U, 4U, 8U})

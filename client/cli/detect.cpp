@@ -42,7 +42,9 @@ struct Arguments {
   std::uint32_t substeps = 1;
   std::string bodies = "declared";
   std::string send = "all";
-  bool explain = false;
+  std::vector<std::string> fields;
+  std::string find_bodies = "on";
+  std::string find_rigid = "on";
   std::string frames;
   std::string contacts_file;
   std::string json_file;
@@ -58,6 +60,13 @@ Status read_names(Arguments& arguments) {
   ColliderOptions& options = arguments.options;
   options.lazy_front = arguments.lazy == "on";
   options.normal_cones = arguments.normal_cones == "on";
+  options.find_bodies = arguments.find_bodies == "on";
+  options.find_rigid = arguments.find_rigid == "on";
+  for (const std::string& field : arguments.fields) {
+    options.fields.weights |= field == "weights";
+    options.fields.normal |= field == "normal";
+    options.fields.points |= field == "points";
+  }
   if (Status s = take(parse_tier(arguments.tier), options.tier); !s) return s;
   if (Status s = take(parse_report(arguments.report), options.report); !s) return s;
   if (Status s = take(parse_front_mode(arguments.front), options.front); !s) return s;
@@ -71,11 +80,13 @@ Status check_usage(Arguments& arguments) {
   if (Status status = read_names(arguments); !status) return status;
   if (Result<BodiesMode> bodies = parse_bodies_mode(arguments.bodies); !bodies) return bodies.error();
   if (Result<SendMode> send = parse_send_mode(arguments.send); !send) return send.error();
-  if (arguments.explain && arguments.options.report != Report::kAll)
+  if (arguments.options.explain && arguments.options.report != Report::kAll)
     return invalid_argument("--explain needs --report all: it compares the contacts");
-  if (arguments.explain && !arguments.server.empty())
-    return invalid_argument("--explain steps in this process; leave --server out");
-  if (arguments.contacts_file.empty()) return {};
+  if (arguments.contacts_file.empty()) {
+    if (arguments.options.fields.any())
+      return invalid_argument("--fields says what --contacts writes of a contact; name a file");
+    return {};
+  }
   if (!is_contact_file_name(arguments.contacts_file))
     return invalid_argument("--contacts " + arguments.contacts_file +
                             ": the name must end in .csv, .jsonl or .vtp");
@@ -152,7 +163,9 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
         return status;
     }
     if (writer) {
-      if (Status status = writer->write(steps.number(), steps.start(), steps.end(), answer.contacts); !status)
+      if (Status status =
+              writer->write(steps.number(), steps.start(), steps.end(), answer.contacts, answer.geometry);
+          !status)
         return status;
     }
     report.frames.push_back({steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi,
@@ -192,23 +205,27 @@ int detect(Arguments arguments) {
   Result<SceneDescription> scene = with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
   if (!scene) return failure(scene.error().message);
   FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
+  ColliderOptions local = arguments.options;
+  local.explain = false;  // the explanation steps its own
   Result<std::unique_ptr<Stepper>> stepper =
-      arguments.server.empty()
-          ? make_local_stepper(scene.value(), first, arguments.options, arguments.threads)
-          : make_remote_stepper(arguments.server, arguments.security, scene.value(), first,
-                                arguments.options);
+      arguments.server.empty() ? make_local_stepper(scene.value(), first, local, arguments.threads)
+                               : make_remote_stepper(arguments.server, arguments.security, scene.value(),
+                                                     first, arguments.options);
   if (!stepper) return failure(stepper.error().message);
   std::optional<Explanation> explanation;
-  if (arguments.explain) {
+  if (arguments.options.explain) {
     Result<Explanation> started =
-        Explanation::start(scene.value(), frames.placed(), arguments.options, arguments.threads);
+        arguments.server.empty()
+            ? Explanation::start(scene.value(), frames.placed(), arguments.options, arguments.threads)
+            : Explanation::of_answers();
     if (!started) return failure(started.error().message);
     explanation.emplace(std::move(started).value());
   }
 
   std::unique_ptr<ContactWriter> writer;
   if (!arguments.contacts_file.empty()) {
-    Result<std::unique_ptr<ContactWriter>> created = open_contact_writer(arguments.contacts_file);
+    Result<std::unique_ptr<ContactWriter>> created =
+        open_contact_writer(arguments.contacts_file, arguments.options.fields);
     if (!created) return failure(created.error().message);
     writer = std::move(created).value();
   }
@@ -267,8 +284,9 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--front", a.front, "What is kept of the traversal between steps; the contacts are the same")
       ->check(CLI::IsMember({"none", "paper", "warm"}))
       ->capture_default_str();
-  app.add_option("--bounds", a.bounds, "Bounding volumes; the contacts are the same")
-      ->check(CLI::IsMember({"aabb", "kdop18"}))
+  app.add_option("--bounds", a.bounds,
+                 "Bounding volumes; auto measures in the first steps; the contacts are the same")
+      ->check(CLI::IsMember({"auto", "aabb", "kdop18"}))
       ->capture_default_str();
   app.add_option("--threads", a.threads, "Threads in this process; 0 for all that the machine has")
       ->check(CLI::Range(0, 1024))
@@ -287,8 +305,24 @@ Verb add_detect(CLI::App& app) {
                  "else moved")
       ->check(CLI::IsMember({"all", "moved", "poses"}))
       ->capture_default_str();
-  app.add_flag("--explain", a.explain,
-               "Step an all-deformable scene beside, compare the contacts, and say what the model saves");
+  app.add_option("--find-bodies", a.find_bodies,
+                 "Where no bodies are declared, take the components for bodies; the contacts are the same")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  app.add_option("--find-rigid", a.find_rigid,
+                 "Find bodies that move rigidly, and do not test them against themselves where that cannot "
+                 "change the contacts")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  app.add_option(
+         "--fields", a.fields,
+         "What else --contacts writes of a contact: weights (barycentric coordinates), normal, points")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"weights", "normal", "points"}));
+  app.add_flag(
+      "--explain", a.options.explain,
+      "Step an all-deformable scene beside, compare the contacts (in this process), and say what the "
+      "model saves");
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
   app.add_option("--contacts", a.contacts_file,

@@ -15,11 +15,13 @@ class LocalStepper final : public Stepper {
     Result<StepResult> result = collider_.step(frame);
     if (!result) return result.error();
     const StepResult& step = result.value();
-    StepAnswer answer{step.vf, step.ee, step.possible, step.earliest_toi, {}, step.statistics};
+    StepAnswer answer{step.vf, step.ee, step.possible,   step.earliest_toi,
+                      {},      {},      step.statistics, step.all_deformable};
     answer.contacts.reserve(step.contacts.size());
     for (const Contact& contact : step.contacts)
       answer.contacts.push_back(
           {contact.kind, contact.status, collider_.scene().vertices_of(contact), contact.toi});
+    answer.geometry.assign(step.geometry.begin(), step.geometry.end());
     return answer;
   }
 

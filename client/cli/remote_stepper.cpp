@@ -11,11 +11,20 @@ namespace warmfront::client {
 namespace {
 
 StepAnswer to_step_answer(const Answer& answer) {
-  StepAnswer step{answer.vf, answer.ee, answer.possible, answer.earliest_toi, {}, answer.statistics};
+  StepAnswer step{answer.vf, answer.ee, answer.possible,   answer.earliest_toi,
+                  {},        {},        answer.statistics, std::nullopt};
+  if (answer.all_deformable) step.all_deformable = answer.all_deformable->statistics;
   const ContactTable& table = answer.contacts;
   step.contacts.reserve(table.size());
   for (std::size_t i = 0; i < table.size(); ++i)
     step.contacts.push_back({table.kind[i], table.status[i], table.vertices[i], table.toi[i]});
+  if (!table.weights.empty() || !table.normal.empty() || !table.points.empty())
+    step.geometry.resize(table.size());
+  for (std::size_t i = 0; i < step.geometry.size(); ++i) {
+    if (!table.weights.empty()) step.geometry[i].weights = table.weights[i];
+    if (!table.normal.empty()) step.geometry[i].normal = table.normal[i];
+    if (!table.points.empty()) step.geometry[i].points = table.points[i];
+  }
   return step;
 }
 

@@ -45,7 +45,10 @@ Json format_frame(const FrameReport& frame) {
             {"nodes_refit", counts.nodes_refit},
             {"parts_moved", counts.parts_moved},
             {"near_parts", counts.near_parts},
-            {"part_pairs_excluded", counts.part_pairs_excluded}}},
+            {"part_pairs_excluded", counts.part_pairs_excluded},
+            {"parts", counts.parts},
+            {"parts_rigid", counts.parts_rigid}}},
+          {"bounds", to_string(frame.statistics.bounds)},
           {"front_state", to_string(frame.statistics.front_state)},
           {"frame_bytes", frame.frame_bytes}};
 }

@@ -25,7 +25,9 @@ struct StepAnswer {
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// In the engine's order; empty for Report::kCount.
   std::vector<ContactRecord> contacts;
+  std::vector<ContactGeometry> geometry;  ///< of each contact, when any of options.fields is asked for
   StepStatistics statistics;
+  std::optional<StepStatistics> all_deformable;  ///< with options.explain
 };
 
 /// Steps from frame to frame. It is made with a scene and the positions of frame 0.

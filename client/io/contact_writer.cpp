@@ -8,7 +8,7 @@
 namespace warmfront::client {
 namespace {
 
-using Opener = Result<std::unique_ptr<ContactWriter>> (*)(const std::string&);
+using Opener = Result<std::unique_ptr<ContactWriter>> (*)(const std::string&, const ContactFields&);
 
 Opener opener_for(std::string_view path) {
   if (path.ends_with(".csv")) return open_csv_contact_writer;
@@ -48,10 +48,11 @@ bool is_contact_file_name(std::string_view path) {
   return opener_for(path) != nullptr;
 }
 
-Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path) {
+Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
+                                                           const ContactFields& fields) {
   const Opener open = opener_for(path);
   if (!open) return invalid_argument(path + ": contacts are written as .csv, .jsonl or .vtp");
-  return open(path);
+  return open(path, fields);
 }
 
 }  // namespace warmfront::client

@@ -19,9 +19,11 @@ class ContactWriter {
   virtual ~ContactWriter() = default;
 
   /// Writes a step's contacts. `frame` is the index of the step's end frame; `start` and `end` are the
-  /// positions between which the contacts were found. A full disk may show here or in close().
+  /// positions between which the contacts were found. `geometry` is that of each contact, where the writer
+  /// was opened with any fields. A full disk may show here or in close().
   virtual Status write(std::uint64_t frame, const Positions& start, const Positions& end,
-                       std::span<const ContactRecord> contacts) = 0;
+                       std::span<const ContactRecord> contacts,
+                       std::span<const ContactGeometry> geometry) = 0;
 
   /// Flushes and closes; fails when anything written did not reach the file.
   virtual Status close() = 0;
@@ -38,18 +40,24 @@ void append_round_trip(std::string& out, double value);
 /// Whether the name ends in .csv, .jsonl or .vtp.
 bool is_contact_file_name(std::string_view path);
 
-/// A writer by the extension of `path`:
-/// - .csv: `frame,type,v0,v1,v2,v3,toi`, a line a contact;
+/// A writer by the extension of `path`, of contacts with the fields asked for:
+/// - .csv: `frame,type,v0,v1,v2,v3,toi`, a line a contact; then `w0,w1,w2,w3` (weights), `nx,ny,nz` (normal),
+///   `ax,ay,az,bx,by,bz` (points);
 /// - .jsonl: `{"frame":1,"type":"vf","v0":0,"v1":1,"v2":2,"v3":3,"toi":0.5,"status":"hit"}`, a line a
-/// contact;
+/// contact; then `"weights":[..]`, `"normal":[..]`, `"points":[[..],[..]]`;
 /// - .vtp: NAME_000001.vtp, ... one VTK PolyData file a frame, and NAME.pvd, which lists them: each contact
 /// is a point at
-///   the mean of its four vertices at the time of impact, with arrays toi, kind, status and frame.
-Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path);
+///   the mean of its four vertices at the time of impact, with arrays toi, kind, status and frame, weights,
+///   normal, and point_a and point_b.
+Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
+                                                           const ContactFields& fields = {});
 
 /// The three, each for its own extension.
-Result<std::unique_ptr<ContactWriter>> open_csv_contact_writer(const std::string& path);
-Result<std::unique_ptr<ContactWriter>> open_jsonl_contact_writer(const std::string& path);
-Result<std::unique_ptr<ContactWriter>> open_vtp_contact_writer(const std::string& path);
+Result<std::unique_ptr<ContactWriter>> open_csv_contact_writer(const std::string& path,
+                                                               const ContactFields& fields);
+Result<std::unique_ptr<ContactWriter>> open_jsonl_contact_writer(const std::string& path,
+                                                                 const ContactFields& fields);
+Result<std::unique_ptr<ContactWriter>> open_vtp_contact_writer(const std::string& path,
+                                                               const ContactFields& fields);
 
 }  // namespace warmfront::client

@@ -8,18 +8,29 @@ namespace {
 
 class CsvContactWriter final : public ContactWriter {
  public:
-  explicit CsvContactWriter(OutputFile file) : file_(std::move(file)) {
-    file_.write("frame,type,v0,v1,v2,v3,toi\n");
+  CsvContactWriter(OutputFile file, const ContactFields& fields) : file_(std::move(file)), fields_(fields) {
+    std::string header = "frame,type,v0,v1,v2,v3,toi";
+    if (fields.weights) header += ",w0,w1,w2,w3";
+    if (fields.normal) header += ",nx,ny,nz";
+    if (fields.points) header += ",ax,ay,az,bx,by,bz";
+    file_.write(header + "\n");
   }
 
   Status write(std::uint64_t frame, const Positions&, const Positions&,
-               std::span<const ContactRecord> contacts) override {
+               std::span<const ContactRecord> contacts, std::span<const ContactGeometry> geometry) override {
     std::string lines;
-    for (const ContactRecord& contact : contacts) {
+    const auto append_all = [&](std::span<const double> values) {
+      for (const double value : values) append_round_trip(lines += ',', value);
+    };
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      const ContactRecord& contact = contacts[i];
       lines.append(std::to_string(frame)).append(",").append(short_name(contact.kind));
       for (const std::uint32_t v : contact.vertices) lines.append(",").append(std::to_string(v));
       lines += ',';
       append_round_trip(lines, contact.toi);
+      if (fields_.weights) append_all(geometry[i].weights);
+      if (fields_.normal) append_all(geometry[i].normal);
+      if (fields_.points) append_all(geometry[i].points);
       lines += '\n';
       if (lines.size() > kBlock) {
         file_.write(lines);
@@ -36,14 +47,16 @@ class CsvContactWriter final : public ContactWriter {
   // Lines are gathered to this many bytes, however many contacts a frame has.
   static constexpr std::size_t kBlock = std::size_t{1} << 16;
   OutputFile file_;
+  const ContactFields fields_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<ContactWriter>> open_csv_contact_writer(const std::string& path) {
+Result<std::unique_ptr<ContactWriter>> open_csv_contact_writer(const std::string& path,
+                                                               const ContactFields& fields) {
   Result<OutputFile> file = OutputFile::create(path);
   if (!file) return file.error();
-  return std::unique_ptr<ContactWriter>(std::make_unique<CsvContactWriter>(std::move(file).value()));
+  return std::unique_ptr<ContactWriter>(std::make_unique<CsvContactWriter>(std::move(file).value(), fields));
 }
 
 }  // namespace warmfront::client

@@ -29,7 +29,8 @@ class AppendedArrays {
 };
 
 std::string format_vtp(std::uint64_t frame, const Positions& start, const Positions& end,
-                       std::span<const ContactRecord> contacts) {
+                       std::span<const ContactRecord> contacts, std::span<const ContactGeometry> geometry,
+                       const ContactFields& fields) {
   std::vector<double> points;
   std::vector<double> toi;
   std::vector<std::uint8_t> kind;
@@ -66,6 +67,20 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
   xml += arrays.add<std::uint8_t>("UInt8", "kind", 1, kind);
   xml += arrays.add<std::uint8_t>("UInt8", "status", 1, status);
   xml += arrays.add<std::uint64_t>("UInt64", "frame", 1, frames);
+  const auto add_field = [&](std::string_view name, int components, auto&& of) {
+    std::vector<double> values;
+    for (const ContactGeometry& one : geometry) {
+      const std::span<const double> more = of(one);
+      values.insert(values.end(), more.begin(), more.end());
+    }
+    xml += arrays.add<double>("Float64", name, components, values);
+  };
+  if (fields.weights) add_field("weights", 4, [](const auto& g) { return std::span(g.weights); });
+  if (fields.normal) add_field("normal", 3, [](const auto& g) { return std::span(g.normal); });
+  if (fields.points) {
+    add_field("point_a", 3, [](const auto& g) { return std::span(g.points).template first<3>(); });
+    add_field("point_b", 3, [](const auto& g) { return std::span(g.points).template last<3>(); });
+  }
   xml += "</PointData>\n<Points>\n" + arrays.add<double>("Float64", "Points", 3, points) +
          "</Points>\n<Verts>\n";
   xml += arrays.add<std::int64_t>("Int64", "connectivity", 1, connectivity);
@@ -97,12 +112,13 @@ std::string escaped(std::string_view text) {
 
 class VtpContactWriter final : public ContactWriter {
  public:
-  VtpContactWriter(std::string stem, OutputFile index) : stem_(std::move(stem)), index_(std::move(index)) {
+  VtpContactWriter(std::string stem, OutputFile index, const ContactFields& fields)
+      : stem_(std::move(stem)), index_(std::move(index)), fields_(fields) {
     index_.write("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
   }
 
   Status write(std::uint64_t frame, const Positions& start, const Positions& end,
-               std::span<const ContactRecord> contacts) override {
+               std::span<const ContactRecord> contacts, std::span<const ContactGeometry> geometry) override {
     std::string number = std::to_string(frame);
     if (number.size() < 6) number.insert(0, 6 - number.size(), '0');
     const std::string path = stem_ + "_" + number + ".vtp";
@@ -110,7 +126,7 @@ class VtpContactWriter final : public ContactWriter {
     const std::string name = path.substr(path.rfind('/') + 1);
     index_.write("<DataSet timestep=\"" + std::to_string(frame) + "\" part=\"0\" file=\"" + escaped(name) +
                  "\"/>\n");
-    return write_file(path, format_vtp(frame, start, end, contacts));
+    return write_file(path, format_vtp(frame, start, end, contacts, geometry, fields_));
   }
 
   Status close() override {
@@ -121,15 +137,18 @@ class VtpContactWriter final : public ContactWriter {
  private:
   std::string stem_;
   OutputFile index_;
+  const ContactFields fields_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<ContactWriter>> open_vtp_contact_writer(const std::string& path) {
+Result<std::unique_ptr<ContactWriter>> open_vtp_contact_writer(const std::string& path,
+                                                               const ContactFields& fields) {
   const std::string stem = path.ends_with(".vtp") ? path.substr(0, path.size() - 4) : path;
   Result<OutputFile> index = OutputFile::create(stem + ".pvd");
   if (!index) return index.error();
-  return std::unique_ptr<ContactWriter>(std::make_unique<VtpContactWriter>(stem, std::move(index).value()));
+  return std::unique_ptr<ContactWriter>(
+      std::make_unique<VtpContactWriter>(stem, std::move(index).value(), fields));
 }
 
 }  // namespace warmfront::client

@@ -41,6 +41,13 @@ struct Travel {
   std::uint64_t received_bytes = 0;  ///< of the answer's messages
 };
 
+/// What a step would have taken with everything deformable, and its frame.
+struct AllDeformable {
+  StepStatistics statistics;
+  std::uint64_t frame_bytes = 0;      ///< that the frame took, as it was sent
+  std::uint64_t positions_bytes = 0;  ///< that all positions would have taken
+};
+
 /// One frame's answer: the same bits as a collider in this process would give.
 struct Answer {
   std::uint64_t frame = 0;
@@ -50,6 +57,7 @@ struct Answer {
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   ContactTable contacts;               ///< empty for Report::kCount
   StepStatistics statistics;
+  std::optional<AllDeformable> all_deformable;  ///< with options.explain
   Travel travel;
 };
 

@@ -38,6 +38,11 @@ FrontState front_state_from(v1::FrontState state) {
   }
 }
 
+BoundsKind bounds_from(v1::BoundsKind kind) {
+  if (kind == v1::BOUNDS_KIND_AABB) return BoundsKind::kAabb;
+  return kind == v1::BOUNDS_KIND_KDOP18 ? BoundsKind::kKDop18 : BoundsKind::kAuto;
+}
+
 StepStatistics statistics_from(const v1::StepStatistics& message) {
   StepStatistics statistics;
   const v1::StageTimes& ms = message.ms();
@@ -66,7 +71,10 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   to.parts_moved = from.parts_moved();
   to.near_parts = from.near_parts();
   to.part_pairs_excluded = from.part_pairs_excluded();
+  to.parts = from.parts();
+  to.parts_rigid = from.parts_rigid();
   statistics.front_state = front_state_from(message.front_state());
+  statistics.bounds = bounds_from(message.bounds());
   return statistics;
 }
 
@@ -78,7 +86,10 @@ ColliderOptions options_from(const v1::ColliderOptions& message) {
   if (message.report() == v1::REPORT_COUNT) options.report = Report::kCount;
   if (message.front() == v1::FRONT_MODE_NONE) options.front = FrontMode::kNone;
   if (message.front() == v1::FRONT_MODE_PAPER) options.front = FrontMode::kPaper;
-  if (message.bounds() == v1::BOUNDS_KIND_AABB) options.bounds = BoundsKind::kAabb;
+  options.bounds = bounds_from(message.bounds());
+  options.find_bodies = message.find_bodies();
+  options.find_rigid = message.find_rigid();
+  options.explain = message.explain();
   options.tolerance = message.tolerance();
   options.min_separation = message.min_separation();
   options.normal_cones = message.normal_cones();
@@ -132,6 +143,9 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_report(static_cast<v1::Report>(static_cast<int>(options.report) + 1));
   message.set_front(static_cast<v1::FrontMode>(static_cast<int>(options.front) + 1));
   message.set_bounds(static_cast<v1::BoundsKind>(static_cast<int>(options.bounds) + 1));
+  message.set_find_bodies(options.find_bodies);
+  message.set_find_rigid(options.find_rigid);
+  message.set_explain(options.explain);
   message.set_tolerance(options.tolerance);
   message.set_min_separation(options.min_separation);
   message.set_normal_cones(options.normal_cones);
@@ -222,6 +236,11 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   answer.possible = summary.possible();
   if (summary.has_earliest_toi()) answer.earliest_toi = summary.earliest_toi();
   answer.statistics = statistics_from(summary.statistics());
+  if (summary.has_all_deformable()) {
+    const v1::AllDeformable& all = summary.all_deformable();
+    answer.all_deformable.emplace(
+        AllDeformable{statistics_from(all.statistics()), all.frame_bytes(), all.positions_bytes()});
+  }
   answer.travel.queue_ms = summary.queue_ms();
   return {};
 }

@@ -194,19 +194,30 @@ Result<Scene> Scene::create(SceneDescription description) {
   for (std::uint32_t v = 0; v < scene.vertex_count_; ++v) {
     if (scene.vertex_faces_[v].empty()) scene.isolated_vertices_.push_back(v);
   }
-  scene.bodies_ = std::move(description.bodies);
-  scene.excluded_pairs_ = std::move(description.excluded_pairs);
-  if (scene.bodies_.empty()) {
-    scene.body_of_vertex_ = connected_components(scene.faces_, scene.vertex_count_, scene.body_count_);
-  } else {
-    scene.body_count_ = static_cast<std::uint32_t>(scene.bodies_.size());
-    scene.body_of_vertex_.reserve(scene.vertex_count_);
-    for (std::uint32_t b = 0; b < scene.body_count_; ++b) {
-      scene.body_of_vertex_.insert(scene.body_of_vertex_.end(), scene.bodies_[b].vertex_count, b);
-    }
-    if (Status status = check_faces_of_bodies(scene.faces_, scene.body_of_vertex_); !status)
-      return status.error();
+  if (Status status = scene.take_bodies(description); !status) return status.error();
+  return scene;
+}
+
+Status Scene::take_bodies(SceneDescription& description) {
+  bodies_ = std::move(description.bodies);
+  excluded_pairs_ = std::move(description.excluded_pairs);
+  if (bodies_.empty()) {
+    body_of_vertex_ = connected_components(faces_, vertex_count_, body_count_);
+    return {};
   }
+  body_count_ = static_cast<std::uint32_t>(bodies_.size());
+  body_of_vertex_.clear();
+  body_of_vertex_.reserve(vertex_count_);
+  for (std::uint32_t b = 0; b < body_count_; ++b)
+    body_of_vertex_.insert(body_of_vertex_.end(), bodies_[b].vertex_count, b);
+  return check_faces_of_bodies(faces_, body_of_vertex_);
+}
+
+Result<Scene> Scene::with_bodies(std::vector<Body> bodies) const {
+  SceneDescription description{vertex_count_, {}, std::move(bodies)};
+  if (Status status = check_bodies(description); !status) return status.error();
+  Scene scene = *this;
+  if (Status status = scene.take_bodies(description); !status) return status.error();
   return scene;
 }
 

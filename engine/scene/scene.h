@@ -78,6 +78,8 @@ class Scene {
   /// keeps its numbers. Fails as create() does, and with kFailedPrecondition for a scene without declared
   /// bodies. O(n + m), and O(k log k) for a body of k faces.
   Result<Scene> with_body(BodyAddition addition) const;
+  /// The scene with these bodies instead of its own, and no excluded pairs. Fails as create() does.
+  Result<Scene> with_bodies(std::vector<Body> bodies) const;
   /// The scene with body `index` described anew: its range stays as it is. Fails as create() does.
   Result<Scene> with_body_changed(std::uint32_t index, Body body) const;
 
@@ -109,6 +111,9 @@ class Scene {
   std::size_t memory_bytes() const;
 
  private:
+  // Takes checked bodies.
+  Status take_bodies(SceneDescription& description);
+
   friend class Renumbering;  // makes another Scene of this one
 
   std::uint32_t vertex_count_ = 0;

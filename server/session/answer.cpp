@@ -13,6 +13,7 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   answer.possible = result.possible;
   answer.earliest_toi = result.earliest_toi;
   answer.statistics = result.statistics;
+  if (result.all_deformable) answer.all_deformable.emplace(Answer::AllDeformable{*result.all_deformable});
   const std::size_t rows = result.contacts.size();
   answer.kind.reserve(rows);
   answer.status.reserve(rows);

@@ -21,6 +21,13 @@ struct Answer {
   std::optional<double> earliest_toi;
   StepStatistics statistics;
   double queue_ms = 0;  ///< between the frame's arrival and its step
+  /// What the frame would have taken with everything deformable, when that was asked for.
+  struct AllDeformable {
+    StepStatistics statistics;
+    std::size_t frame_bytes = 0;
+    std::size_t positions_bytes = 0;
+  };
+  std::optional<AllDeformable> all_deformable;
   // Columns of equal length, in the engine's order.
   std::vector<std::uint8_t> kind;
   std::vector<std::uint8_t> status;

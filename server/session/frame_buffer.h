@@ -41,6 +41,8 @@ class FrameBuffer {
   /// Once complete, and valid while the buffer is.
   Frame view() const;
 
+  /// The bytes that arrived.
+  std::size_t bytes() const { return whole_ ? expected_ : received_; }
   /// The most bytes that the frame may have.
   std::size_t expected_bytes() const { return expected_; }
   std::size_t memory_bytes() const;

@@ -229,6 +229,11 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
   Answer answer = make_answer(frame, scene, result.value(), options_.fields);
   answer.queue_ms = 1e3 * waited.count();
+  if (answer.all_deformable) {
+    answer.all_deformable->frame_bytes = request.contents.bytes();
+    answer.all_deformable->positions_bytes =
+        std::size_t{3} * scene.vertex_count() * (dtype_ == Dtype::kFloat32 ? 4 : 8);
+  }
   answer.memory = Holding(account_, answer.memory_bytes());
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   last_frame_ = std::move(request.contents);

@@ -38,6 +38,18 @@ v1::FrontState to_proto(FrontState state) {
   return v1::FRONT_STATE_UNSPECIFIED;
 }
 
+v1::BoundsKind to_proto(BoundsKind kind) {
+  switch (kind) {
+    case BoundsKind::kAabb:
+      return v1::BOUNDS_KIND_AABB;
+    case BoundsKind::kKDop18:
+      return v1::BOUNDS_KIND_KDOP18;
+    case BoundsKind::kAuto:
+      return v1::BOUNDS_KIND_AUTO;
+  }
+  return v1::BOUNDS_KIND_UNSPECIFIED;
+}
+
 v1::StepStatistics to_proto(const StepStatistics& statistics) {
   v1::StepStatistics message;
   v1::StageTimes& ms = *message.mutable_ms();
@@ -69,7 +81,10 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
   counts.set_parts_moved(statistics.counts.parts_moved);
   counts.set_near_parts(statistics.counts.near_parts);
   counts.set_part_pairs_excluded(statistics.counts.part_pairs_excluded);
+  counts.set_parts(statistics.counts.parts);
+  counts.set_parts_rigid(statistics.counts.parts_rigid);
   message.set_front_state(to_proto(statistics.front_state));
+  message.set_bounds(to_proto(statistics.bounds));
   return message;
 }
 
@@ -192,6 +207,8 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   }
   switch (message.bounds()) {
     case v1::BOUNDS_KIND_UNSPECIFIED:
+    case v1::BOUNDS_KIND_AUTO:
+      options.bounds = BoundsKind::kAuto;
       break;
     case v1::BOUNDS_KIND_AABB:
       options.bounds = BoundsKind::kAabb;
@@ -202,6 +219,9 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
     default:
       return bad_enum("options.bounds", message.bounds());
   }
+  if (message.has_find_bodies()) options.find_bodies = message.find_bodies();
+  if (message.has_find_rigid()) options.find_rigid = message.find_rigid();
+  options.explain = message.explain();
   if (message.has_tolerance()) options.tolerance = message.tolerance();
   if (message.has_min_separation()) options.min_separation = message.min_separation();
   if (message.has_normal_cones()) options.normal_cones = message.normal_cones();
@@ -259,14 +279,10 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
       message.set_front(v1::FRONT_MODE_WARM);
       break;
   }
-  switch (options.bounds) {
-    case BoundsKind::kAabb:
-      message.set_bounds(v1::BOUNDS_KIND_AABB);
-      break;
-    case BoundsKind::kKDop18:
-      message.set_bounds(v1::BOUNDS_KIND_KDOP18);
-      break;
-  }
+  message.set_bounds(to_proto(options.bounds));
+  message.set_find_bodies(options.find_bodies);
+  message.set_find_rigid(options.find_rigid);
+  message.set_explain(options.explain);
   message.set_tolerance(options.tolerance);
   message.set_min_separation(options.min_separation);
   message.set_normal_cones(options.normal_cones);
@@ -408,6 +424,12 @@ v1::StepSummary summary_of(const Answer& answer) {
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
   summary.set_rows(answer.rows());
   *summary.mutable_statistics() = to_proto(answer.statistics);
+  if (answer.all_deformable) {
+    v1::AllDeformable& all = *summary.mutable_all_deformable();
+    *all.mutable_statistics() = to_proto(answer.all_deformable->statistics);
+    all.set_frame_bytes(answer.all_deformable->frame_bytes);
+    all.set_positions_bytes(answer.all_deformable->positions_bytes);
+  }
   summary.set_queue_ms(answer.queue_ms);
   return summary;
 }

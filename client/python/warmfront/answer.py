@@ -66,6 +66,8 @@ class StepCounts:
     parts_moved: int
     near_parts: int
     part_pairs_excluded: int
+    parts: int
+    parts_rigid: int
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,15 @@ class Statistics:
     ms: StageTimes
     counts: StepCounts
     front_state: FrontState
+
+
+@dataclass(frozen=True)
+class AllDeformable:
+    """What a step would have taken with everything deformable, and its frame: what came, and all positions."""
+
+    statistics: Statistics
+    frame_bytes: int
+    positions_bytes: int
 
 
 class Contacts:
@@ -119,11 +130,24 @@ class Contacts:
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self._statistics = summary.statistics
+        self._all_deformable = summary.all_deformable if summary.HasField("all_deformable") else None
 
     @cached_property
     def statistics(self) -> Statistics:
         """What the step cost."""
-        message = self._statistics
+        return self._read_statistics(self._statistics)
+
+    @cached_property
+    def all_deformable(self) -> Optional[AllDeformable]:
+        """With `Options.explain`: what the scene's model saves is the difference."""
+        message = self._all_deformable
+        if message is None:
+            return None
+        statistics = self._read_statistics(message.statistics)
+        return AllDeformable(statistics, message.frame_bytes, message.positions_bytes)
+
+    @staticmethod
+    def _read_statistics(message: Any) -> Statistics:
         counts = {name: getattr(message.counts, name) for name in StepCounts.__dataclass_fields__}
         ms = {name: getattr(message.ms, name) for name in StageTimes.__dataclass_fields__}
         states: tuple[FrontState, ...] = ("none", "none", "built", "updated", "rebuilt", "capped")

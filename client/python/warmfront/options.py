@@ -11,7 +11,7 @@ from .errors import InvalidArgument
 Tier = Literal["fast", "certified", "exact"]
 Report = Literal["all", "earliest", "count"]
 FrontMode = Literal["none", "paper", "warm"]
-BoundsKind = Literal["aabb", "kdop18"]
+BoundsKind = Literal["aabb", "kdop18", "auto"]
 ContactField = Literal["weights", "normal", "points"]
 
 # The wire's enums list these names in this order, after UNSPECIFIED.
@@ -19,7 +19,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "tier": ("fast", "certified", "exact"),
     "report": ("all", "earliest", "count"),
     "front": ("none", "paper", "warm"),
-    "bounds": ("aabb", "kdop18"),
+    "bounds": ("aabb", "kdop18", "auto"),
 }
 _FIELDS = ("weights", "normal", "points")
 
@@ -36,6 +36,8 @@ class Options:
     report: "all" contacts (default), those of the "earliest" time of the step only, or the "count".
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
+    find_bodies, find_rigid: what the daemon finds by itself, on unless False; the contacts are the same.
+    explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
     max_contacts: a step with more fails with ResourceExhausted.
     fields: what else to tell of a contact; what is not asked for is neither computed nor sent.
     """
@@ -53,6 +55,9 @@ class Options:
     rebuild_every_steps: Optional[int] = None
     max_front_bytes: Optional[int] = None
     max_contacts: Optional[int] = None
+    find_bodies: Optional[bool] = None
+    find_rigid: Optional[bool] = None
+    explain: Optional[bool] = None
     fields: Collection[ContactField] = ()
 
     def put_into(self, message: Any) -> None:

@@ -32,20 +32,23 @@ TEST(BenchSettings, AnswersOfOneTierMustAgree) {
 
 TEST(BenchSettings, AblationsDifferFromTheDefaultInOneThing) {
   constexpr std::array kThreads{2, 4};
-  const ColliderOptions base{.tier = Tier::kExact, .front = FrontMode::kPaper, .leaf_size = 2};
+  const ColliderOptions base{
+      .tier = Tier::kExact, .front = FrontMode::kPaper, .bounds = BoundsKind::kKDop18, .leaf_size = 2};
   const auto settings = bench_settings(
-      base, kThreads, {.front = true, .cones = true, .bounds = true, .leaf = true, .tier = true});
+      base, kThreads,
+      {.front = true, .cones = true, .bounds = true, .found = true, .leaf = true, .tier = true});
   std::vector<std::string> names;
   for (const BenchSetting& setting : settings) names.push_back(setting.name);
   EXPECT_THAT(names, ::testing::ElementsAre("default", "default", "front none", "front warm",
-                                            "front warm, lazy", "cones on", "bounds aabb", "leaf 1", "leaf 4",
-                                            "leaf 8", "tier fast", "tier certified"));
+                                            "front warm, lazy", "cones on", "bounds aabb", "nothing found",
+                                            "leaf 1", "leaf 4", "leaf 8", "tier fast", "tier certified"));
   EXPECT_EQ(settings[1].threads, 4);
   for (std::size_t i = 2; i < settings.size(); ++i) {
     const ColliderOptions& o = settings[i].options;
     EXPECT_EQ(settings[i].threads, 2);
     EXPECT_EQ((o.tier != base.tier) + (o.front != base.front) + (o.bounds != base.bounds) +
-                  (o.normal_cones != base.normal_cones) + (o.leaf_size != base.leaf_size),
+                  (o.normal_cones != base.normal_cones) + (o.find_rigid != base.find_rigid) +
+                  (o.leaf_size != base.leaf_size),
               1)
         << settings[i].name;
   }

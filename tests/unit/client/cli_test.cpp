@@ -59,6 +59,9 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --bodies some",
                                 "detect builtin:bart --send little",
                                 "detect builtin:bart --explain --report count",
+                                "detect builtin:bart --fields normal",
+                                "detect builtin:bart --fields colour --contacts c.csv",
+                                "detect builtin:bart --bounds sphere",
                                 "detect builtin:bart --frames 3",
                                 "detect builtin:bart --frames 4:2",
                                 "detect builtin:bart --frames 0:999",
@@ -129,14 +132,14 @@ TEST(Cli, DetectJsonHasTheFieldsThatToolsRead) {
   EXPECT_EQ(report["tolerance"], 1e-6);
   EXPECT_EQ(report["threads"], 2);
   EXPECT_EQ(report["front"], "warm");
-  EXPECT_EQ(report["bounds"], "kdop18");
+  EXPECT_EQ(report["bounds"], "auto");
   EXPECT_EQ(report["contacts_hash"].get<std::string>().size(), 16U);
   ASSERT_EQ(report["frames"].size(), 3U);
   std::uint64_t number = 0;
   for (const Json& frame : report["frames"]) {
     EXPECT_EQ(frame["frame"], ++number);
     EXPECT_THAT(keys(frame), ElementsAre("frame", "vf", "ee", "possible", "earliest_toi", "ms", "counts",
-                                         "front_state", "frame_bytes"));
+                                         "bounds", "front_state", "frame_bytes"));
     EXPECT_THAT(keys(frame["ms"]), ElementsAre("total", "refit", "front", "elementary", "adjacent"));
     std::vector<std::string> counts = keys(frame["counts"]);
     ASSERT_GE(counts.size(), 6U);
@@ -188,8 +191,22 @@ TEST(Cli, TheModelLeavesOutWhatItSaysAndFramesMayCarryWhatMoved) {
   for (const char* flags : {"", "--send moved", "--send poses", "--substeps 3 --send poses"}) {
     const Outcome explained = run(std::string("detect ") + kScene + " --frames 0:8 --explain " + flags);
     EXPECT_EQ(explained.code, kExitOk) << explained.out;
-    EXPECT_THAT(explained.out, HasSubstr("pairs of bodies left out: "));
+    EXPECT_THAT(explained.out, HasSubstr("; pairs left out: "));
   }
+}
+
+TEST(Cli, ContactFieldsAskedForAreWritten) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(std::string("detect ") + kScene +
+                              " --frames 2:9 --fields normal,points --contacts " + folder.file("c.csv"));
+  ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
+  std::istringstream csv(folder.read("c.csv"));
+  std::string line;
+  ASSERT_TRUE(std::getline(csv, line));
+  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi,nx,ny,nz,ax,ay,az,bx,by,bz");
+  int rows = 0;
+  for (; std::getline(csv, line); ++rows) EXPECT_EQ(std::count(line.begin(), line.end(), ','), 15);
+  EXPECT_GT(rows, 0);
 }
 
 TEST(Cli, ContactsFileAgreesWithTheReport) {

@@ -32,10 +32,10 @@ const std::vector<double> kEnd(18, 1.0);
 void write_two_frames(const std::string& path) {
   Result<std::unique_ptr<ContactWriter>> writer = open_contact_writer(path);
   ASSERT_TRUE(writer.ok()) << writer.error().message;
-  ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts).ok());
-  ASSERT_TRUE(writer.value()->write(12, std::span(kStart), std::span(kEnd), {}).ok());
+  ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts, {}).ok());
+  ASSERT_TRUE(writer.value()->write(12, std::span(kStart), std::span(kEnd), {}, {}).ok());
   ASSERT_TRUE(
-      writer.value()->write(13, std::span(kStart), std::span(kEnd), std::span(kContacts).first(1)).ok());
+      writer.value()->write(13, std::span(kStart), std::span(kEnd), std::span(kContacts).first(1), {}).ok());
   ASSERT_TRUE(writer.value()->close().ok());
 }
 
@@ -87,6 +87,30 @@ TEST(ContactWriter, VtpPointsLieWhereTheContactsAre) {
   EXPECT_DOUBLE_EQ(load_scalar<double>(&vtp[data + offset + 8 + 24], std::endian::little), 0.0);
 }
 
+TEST(ContactWriter, FieldsAskedForFollow) {
+  const TemporaryFolder folder;
+  ContactGeometry geometry;
+  geometry.weights = {1, 0.25, 0.25, 0.5};
+  geometry.normal = {0, 0, 1};
+  geometry.points = {1, 2, 3, 4, 5, 6};
+  const std::vector<ContactGeometry> both(2, geometry);
+  for (const char* name : {"c.csv", "c.jsonl", "c.vtp"}) {
+    auto writer = open_contact_writer(folder.file(name), {.weights = true, .normal = true, .points = true});
+    ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts, both).ok());
+    ASSERT_TRUE(writer.value()->close().ok());
+  }
+  EXPECT_THAT(folder.read("c.csv"), HasSubstr("toi,w0,w1,w2,w3,nx,ny,nz,ax,ay,az,bx,by,bz\n1,vf,5,1,2,3,"
+                                              "0.10000000000000001,1,0.25,0.25,0.5,0,0,1,1,2,3,4,5,6\n"));
+  std::istringstream lines(folder.read("c.jsonl"));
+  std::string line;
+  std::getline(lines, line);
+  const auto object = nlohmann::json::parse(line);
+  EXPECT_EQ(object["weights"], nlohmann::json::parse("[1, 0.25, 0.25, 0.5]"));
+  EXPECT_EQ(object["normal"], nlohmann::json::parse("[0, 0, 1]"));
+  EXPECT_EQ(object["points"], nlohmann::json::parse("[[1, 2, 3], [4, 5, 6]]"));
+  EXPECT_THAT(folder.read("c_000001.vtp"), HasSubstr("Name=\"point_b\" NumberOfComponents=\"3\""));
+}
+
 TEST(ContactWriter, UnknownExtensionsAndUnwritableFilesFail) {
   const TemporaryFolder folder;
   EXPECT_FALSE(is_contact_file_name("c.txt"));
@@ -101,7 +125,7 @@ TEST(ContactWriter, AFullDiskShows) {
   std::filesystem::create_symlink("/dev/full", folder.file("c.csv"));
   Result<std::unique_ptr<ContactWriter>> writer = open_contact_writer(folder.file("c.csv"));
   ASSERT_TRUE(writer.ok());
-  EXPECT_FALSE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts).ok());
+  EXPECT_FALSE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts, {}).ok());
   EXPECT_THAT(writer.value()->close().error().message, HasSubstr("No space left"));
 }
 

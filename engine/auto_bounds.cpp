@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/auto_bounds.h"
+
+#include <algorithm>
+
+namespace warmfront {
+namespace {
+
+template <std::size_t N>
+double median(std::array<double, N> times) {
+  std::ranges::nth_element(times, times.begin() + N / 2);
+  return times[N / 2];
+}
+
+class AutoPipeline final : public Pipeline {
+ public:
+  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
+    Result<StepResult> result = pipeline_->step(core, frame, stop);
+    if (!result) return result;
+    StepStatistics& statistics = result.value().statistics;
+    if (changed_ && statistics.front_state == FrontState::kBuilt)
+      statistics.front_state = FrontState::kRebuilt;
+    if (trial_.take(statistics.ms)) {
+      pipeline_ = make_pipeline(trial_.bounds());
+      changed_ = true;
+    }
+    return result;
+  }
+  void parts_changed() override { pipeline_->parts_changed(); }
+  BoundsKind bounds() const override { return trial_.bounds(); }
+  std::size_t memory_bytes() const override { return pipeline_->memory_bytes(); }
+
+ private:
+  BoundsTrial trial_;
+  bool changed_ = false;
+  std::unique_ptr<Pipeline> pipeline_ = make_pipeline(trial_.bounds());
+};
+
+}  // namespace
+
+bool BoundsTrial::take(const StageTimes& ms) {
+  if (decided_ || ++steps_ <= kSettling) return false;
+  total_[steps_ - kSettling - 1] = ms.total;
+  refit_[steps_ - kSettling - 1] = ms.refit;
+  if (steps_ < kSettling + kCounted) return false;
+  const double total = median(total_);
+  if (bounds_ == BoundsKind::kKDop18) {
+    kdop_ms_ = total;
+    decided_ = median(refit_) <= kShare * total;
+    return !decided_ && change_to(BoundsKind::kAabb);
+  }
+  decided_ = true;
+  return total > kGain * kdop_ms_ && change_to(BoundsKind::kKDop18);
+}
+
+bool BoundsTrial::change_to(BoundsKind bounds) {
+  bounds_ = bounds;
+  steps_ = 0;
+  return true;
+}
+
+std::unique_ptr<Pipeline> make_auto_pipeline() {
+  return std::make_unique<AutoPipeline>();
+}
+
+}  // namespace warmfront

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/motion/rigid_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace warmfront {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+Vector minus(const Vector& a, const Vector& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+// False for what has no direction.
+bool normalise(Vector& a) {
+  const double length = std::sqrt(dot(a, a));
+  for (double& x : a) x /= length;
+  return length > 0 && std::isfinite(length);
+}
+
+// The columns of an orthonormal frame: along a b, and the plane of c.
+bool frame_of(const Vector& a, const Vector& b, const Vector& c, RigidReference::Rotation& frame) {
+  Vector along = minus(b, a);
+  if (!normalise(along)) return false;
+  Vector normal = cross(along, minus(c, a));
+  if (!normalise(normal)) return false;
+  const Vector third = cross(normal, along);
+  for (int row = 0; row < 3; ++row) {
+    frame[3 * row] = along[row];
+    frame[3 * row + 1] = third[row];
+    frame[3 * row + 2] = normal[row];
+  }
+  return true;
+}
+
+Vector position(const VertexMotion& vertex, bool start) {
+  const auto& x = start ? vertex.t0 : vertex.t1;
+  return {x[0], x[1], x[2]};
+}
+
+}  // namespace
+
+RigidReference::RigidReference(std::span<const VertexMotion> vertices) {
+  positions_.reserve(3 * vertices.size());
+  Vector lo;
+  Vector hi;
+  lo.fill(std::numeric_limits<double>::infinity());
+  hi.fill(-std::numeric_limits<double>::infinity());
+  for (const VertexMotion& vertex : vertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      positions_.push_back(vertex.t0[axis]);
+      lo[axis] = std::min(lo[axis], vertex.t0[axis]);
+      hi[axis] = std::max(hi[axis], vertex.t0[axis]);
+      reach_ = std::max(reach_, std::fabs(vertex.t0[axis]));
+    }
+  }
+  if (vertices.size() < 3) return;
+  const double diagonal = std::sqrt(dot(minus(hi, lo), minus(hi, lo)));
+  const auto at = [&](std::size_t v) { return position(vertices[v], true); };
+  // The vertex for which something is largest; the first of several.
+  const auto most = [&](auto&& measure) {
+    std::uint32_t best = 0;
+    double largest = -1;
+    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
+      const double value = measure(at(v));
+      if (value > largest) {
+        largest = value;
+        best = v;
+      }
+    }
+    return best;
+  };
+  const auto away_from = [](const Vector& from) {
+    return [from](const Vector& x) { return dot(minus(x, from), minus(x, from)); };
+  };
+  anchors_[0] = most(away_from(at(0)));
+  anchors_[1] = most(away_from(at(anchors_[0])));
+  Vector along = minus(at(anchors_[1]), at(anchors_[0]));
+  if (!normalise(along)) return;
+  const auto off_line = [&](const Vector& x) {
+    const Vector off = cross(along, minus(x, at(anchors_[0])));
+    return dot(off, off);
+  };
+  anchors_[2] = most(off_line);
+  // A frame of three on a line would turn with their rounding, and squares are to be within double's range.
+  if (!(std::sqrt(off_line(at(anchors_[2]))) > 1e-6 * diagonal)) return;
+  if (!(diagonal > 1e-140 && reach_ < 1e140)) return;
+  flat_ = !frame_of(at(anchors_[0]), at(anchors_[1]), at(anchors_[2]), frame_);
+}
+
+RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, bool start,
+                                        double limit) const {
+  Fit fit;
+  fit.residual = std::numeric_limits<double>::infinity();
+  const Vector origin = position(vertices[anchors_[0]], start);
+  Rotation frame;
+  if (flat_ || !frame_of(origin, position(vertices[anchors_[1]], start),
+                         position(vertices[anchors_[2]], start), frame))
+    return fit;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += frame[3 * row + k] * frame_[3 * column + k];
+      fit.rotation[3 * row + column] = sum;
+    }
+  }
+  const double* reference = positions_.data();
+  const double* rest = reference + std::size_t{3} * anchors_[0];
+  const auto& r = fit.rotation;
+  const auto off = [&](std::size_t v) {
+    const double* x = reference + 3 * v;
+    const Vector from{x[0] - rest[0], x[1] - rest[1], x[2] - rest[2]};
+    const auto& to = start ? vertices[v].t0 : vertices[v].t1;
+    double square = 0;
+    for (int row = 0; row < 3; ++row) {
+      const double turned = r[3 * row] * from[0] + r[3 * row + 1] * from[1] + r[3 * row + 2] * from[2];
+      const double difference = to[row] - origin[row] - turned;
+      square += difference * difference;
+    }
+    return square;
+  };
+  // Some first: what deforms shows it at once.
+  constexpr std::size_t kSample = 16;
+  const double most = limit * limit;
+  for (std::size_t k = 0; k < kSample; ++k) {
+    if (!(off(k * vertices.size() / kSample) <= most)) return fit;
+  }
+  double square = 0;
+  double reach = reach_;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const double distance = off(v);
+    if (!(distance <= most)) return fit;  // not a number, too
+    square = std::max(square, distance);
+    const auto& to = start ? vertices[v].t0 : vertices[v].t1;
+    reach = std::max({reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
+  }
+  // Some forty operations on coordinates up to `reach`, each off by 2^-53 of it at most: 2^-46 covers them.
+  const double residual = std::sqrt(square) + 0x1p-46 * reach;
+  if (residual <= limit) fit.residual = residual;
+  return fit;
+}
+
+double cosine_between(const RigidReference::Rotation& a, const RigidReference::Rotation& b) {
+  double trace = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) trace += a[k] * b[k];
+  return 0.5 * (trace - 1);
+}
+
+}  // namespace warmfront

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/rigid_parts.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/collider.h"
+
+namespace warmfront {
+namespace {
+
+/// The clearances to be shown, as shares of the mean edge: a part that fails one is measured again for the
+/// next.
+constexpr std::array<double, 4> kLadder{1.0 / 8, 1.0 / 32, 1.0 / 128, 1.0 / 512};
+/// A part that does not move rigidly is looked at ever more seldom, up to this many steps apart.
+constexpr std::uint32_t kMostPatience = 256;
+/// A part is measured after so many steps that fitted: what falls does not deform before it lands.
+constexpr std::uint32_t kSteps = 3;
+/// Less than cos(45 degrees).
+constexpr double kLeastStretch = 0.7;
+
+// Of the edges at t = 0.
+RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,
+                                     std::span<const VertexMotion> vertices) {
+  RigidParts::EdgeLengths lengths;
+  for (std::uint32_t e = features.first_edge; e < features.end_edge; ++e) {
+    const auto& a = vertices[scene.edges()[e][0]].t0;
+    const auto& b = vertices[scene.edges()[e][1]].t0;
+    double square = 0;
+    for (int axis = 0; axis < 3; ++axis) square += (a[axis] - b[axis]) * (a[axis] - b[axis]);
+    const double length = std::sqrt(square);
+    lengths.mean += length;
+    lengths.longest = std::max(lengths.longest, length);
+  }
+  if (features.end_edge > features.first_edge) lengths.mean /= features.end_edge - features.first_edge;
+  return lengths;
+}
+
+// May nothing within the part be reported, if it moves from one fit to the next?
+bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidReference::Fit& from,
+           const RigidReference::Fit& to, const ColliderOptions& options) {
+  const double cosine = cosine_between(from.rotation, to.rotation);
+  const double off = 2 * std::max(from.residual, to.residual);
+  const double gap = kLeastStretch * clearance - off;
+  if (!(cosine >= 0)) return false;
+  if (options.tier == Tier::kExact) return gap > 0;
+  // What the certified tier may report at (elementary/certified.h), of pairs at the clearance, which are no
+  // larger than two edges and the clearance; of pairs farther apart the gap grows faster than the size.
+  const double share = 2 * options.tolerance + 0x1p-18;
+  const double size = 2 * edges.longest + clearance + 3 * off;
+  // And its windows: a pair needs about one for each time that it moves its gap, far fewer than it may use.
+  const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine)) * size + 2 * off;
+  return share < 0.5 * kLeastStretch && gap > options.min_separation + share * size && motion < 64 * gap;
+}
+
+}  // namespace
+
+void RigidParts::take_parts(const CollisionModel& model) {
+  parts_.resize(model.part_count());
+  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+    if (!model.self_collision(p)) parts_[p] = {};
+  }
+}
+
+void RigidParts::give_up(Part& part) {
+  const std::uint32_t patience = std::min(2 * part.patience, kMostPatience);
+  const std::uint32_t wait = part.patience;
+  part = {};
+  part.patience = patience;
+  part.wait = wait;
+}
+
+void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& scene,
+                         const SceneMotion& motion, MotionState state, const ColliderOptions& options) {
+  if ((state & kMoving) == 0) return;  // it rests as it was
+  part.rigid = false;
+  if (part.wait > 0) {
+    --part.wait;
+    return;
+  }
+  const FeatureRange& features = topology.features;
+  const std::span<const VertexMotion> all = motion.vertices().vertices();
+  const auto vertices = all.subspan(features.first_vertex, features.end_vertex - features.first_vertex);
+  if (part.reference == nullptr) {
+    part.edges = edge_lengths(scene, features, all);
+    part.reference = std::make_unique<RigidReference>(vertices);
+    part.follows = false;
+  }
+  const double shown = part.clearance.value_or(kLadder[part.rung] * part.edges.mean);
+  const double limit = 0.25 * kLeastStretch * shown;
+  if (!part.follows) part.last = part.reference->fit(vertices, true, limit);
+  const RigidReference::Fit now = part.reference->fit(vertices, false, limit);
+  if (!(std::max(part.last.residual, now.residual) <= limit)) {
+    give_up(part);
+    return;
+  }
+  part.rigid = part.clearance && apart(part.edges, *part.clearance, part.last, now, options);
+  part.last = now;
+  part.follows = true;
+  ++part.fitted;
+}
+
+void RigidParts::look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
+                      const ColliderOptions& options, const std::shared_ptr<Workers>& workers) {
+  count_ = 0;
+  if (!options.find_rigid || options.tier == Tier::kFast) return;
+  std::vector<std::uint32_t> to_measure;
+  tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
+    if (model.self_collision(p))
+      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options);
+  });
+  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+    const Part& part = parts_[p];
+    count_ += part.rigid ? 1 : 0;
+    if (part.fitted >= kSteps && !part.clearance && (motion.state(p) & kMoving) != 0) to_measure.push_back(p);
+  }
+  // Those of much longer edges would be measured by too short a length: they wait for a later step.
+  const auto wanted = [&](std::uint32_t p) { return kLadder[parts_[p].rung] * parts_[p].edges.mean; };
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t p : to_measure) least = std::min(least, wanted(p));
+  std::erase_if(to_measure, [&](std::uint32_t p) { return wanted(p) > 4 * least; });
+  if (!to_measure.empty()) measure(to_measure, least, topology, workers);
+}
+
+// The references side by side, none tested against another.
+void RigidParts::measure(std::span<const std::uint32_t> parts, double clearance, const Topology& topology,
+                         const std::shared_ptr<Workers>& workers) {
+  SceneDescription description;
+  std::vector<double> positions;
+  for (const std::uint32_t p : parts) {
+    const PartTopology& from = topology.parts[p];
+    Body body;
+    body.first_vertex = description.vertex_count;
+    body.vertex_count = from.features.end_vertex - from.features.first_vertex;
+    body.group = 1;
+    body.mask = 2;
+    for (const Primitive primitive : from.order) {
+      if ((primitive & kPoint) != 0) continue;
+      std::array<std::int32_t, 3> face;
+      for (int k = 0; k < 3; ++k)
+        face[k] = static_cast<std::int32_t>(topology.scene.faces()[primitive][k] -
+                                            from.features.first_vertex + body.first_vertex);
+      description.faces.push_back(face);
+    }
+    description.vertex_count += body.vertex_count;
+    description.bodies.push_back(body);
+    const std::span<const double> reference = parts_[p].reference->positions();
+    positions.insert(positions.end(), reference.begin(), reference.end());
+  }
+  ColliderOptions options;
+  options.min_separation = clearance;
+  options.find_bodies = options.find_rigid = false;
+  options.bounds = BoundsKind::kKDop18;
+  options.front = FrontMode::kNone;
+  options.max_contacts = 1'000'000;
+  // A failure, of which there is none to expect but too many contacts, shows no clearance.
+  std::vector<std::uint8_t> meets(parts.size(), 1);
+  if (Result<Scene> scene = Scene::create(std::move(description)); scene) {
+    const auto shared = std::make_shared<const Scene>(std::move(scene).value());
+    Result<Collider> collider =
+        Collider::create(shared, std::span<const double>(positions), options, workers);
+    if (collider) {
+      if (Result<StepResult> step = collider.value().step(std::span<const double>(positions)); step) {
+        std::ranges::fill(meets, std::uint8_t{0});
+        for (const Contact& contact : step.value().contacts)
+          meets[shared->body_of_vertex()[shared->vertices_of(contact)[0]]] = 1;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    Part& part = parts_[parts[i]];
+    if (meets[i] == 0) {
+      part.clearance = clearance;
+    } else if (++part.rung == static_cast<int>(kLadder.size())) {
+      give_up(part);
+      part.patience = part.wait = kMostPatience;
+    }
+  }
+}
+
+void RigidParts::undo() {
+  for (Part& part : parts_) {
+    part.follows = false;
+    part.rigid = false;
+  }
+  count_ = 0;
+}
+
+std::size_t RigidParts::memory_bytes() const {
+  std::size_t bytes = parts_.capacity() * sizeof(Part);
+  for (const Part& part : parts_) {
+    if (part.reference != nullptr) bytes += sizeof(RigidReference) + part.reference->memory_bytes();
+  }
+  return bytes;
+}
+
+}  // namespace warmfront

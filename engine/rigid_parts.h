@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds the parts that move rigidly, which need no test against themselves. Used by one thread at a time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/motion/rigid_fit.h"
+#include "engine/motion/scene_motion.h"
+#include "engine/options.h"
+#include "engine/scene/collision_model.h"
+#include "engine/topology.h"
+#include "engine/workers.h"
+
+namespace warmfront {
+
+/// A part is treated as rigid in a step only where that changes no answer. The argument: let its vertices be
+/// at both ends of the step within e of where a rotation and a translation put a reference of them, the two
+/// rotations an angle of at most 90 degrees apart. In between, vertices move linearly, so that points of the
+/// part are within e of an affine image of the reference, which shrinks no distance to less than cos(45
+/// degrees) of it. If all the features of the reference that would be tested against each other are farther
+/// apart than d, then they stay farther apart than cos(45 degrees) d - 2 e throughout the step; when that
+/// is more than what the tier reports at (min_separation, and the tolerance), there is no contact to find.
+/// d comes from one run of the collider itself over the references at rest, with d as its min_separation.
+///
+/// Only for the tiers that promise to report nothing farther apart: certified and exact.
+class RigidParts {
+ public:
+  struct EdgeLengths {
+    double mean = 0;
+    double longest = 0;
+  };
+
+  /// Forgets a part's state where the model says that it is not tested against itself; makes room for new
+  /// ones.
+  void take_parts(const CollisionModel& model);
+
+  /// Looks at a step's motion, after it began. Those parts that have seemed rigid for some steps are
+  /// measured, all at once: that takes about as long as their share of a first step. Parallel; call it inside
+  /// Workers::run().
+  void look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
+            const ColliderOptions& options, const std::shared_ptr<Workers>& workers);
+  /// The step was taken back.
+  void undo();
+
+  /// Needs the part no test against itself in this step?
+  bool rigid(std::uint32_t part) const { return part < parts_.size() && parts_[part].rigid; }
+  /// How many parts that is.
+  std::uint64_t count() const { return count_; }
+
+  std::size_t memory_bytes() const;
+
+ private:
+  struct Part {
+    std::unique_ptr<RigidReference> reference;
+    RigidReference::Fit last;         // at the end of the last step that was looked at
+    bool follows = false;             // that was the step before
+    std::uint32_t fitted = 0;         // steps in a row that fitted
+    EdgeLengths edges;                // of the reference
+    std::optional<double> clearance;  // of the reference, once measured; 0: too little
+    int rung = 0;                     // of the ladder of clearances
+    std::uint32_t wait = 0;           // steps until it is looked at again
+    std::uint32_t patience = 1;
+    bool rigid = false;
+  };
+
+  void give_up(Part& part);
+  void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
+               MotionState state, const ColliderOptions& options);
+  void measure(std::span<const std::uint32_t> parts, double clearance, const Topology& topology,
+               const std::shared_ptr<Workers>& workers);
+
+  std::vector<Part> parts_;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace warmfront

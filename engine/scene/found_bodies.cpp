@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/scene/found_bodies.h"
+
+#include <algorithm>
+
+namespace warmfront {
+namespace {
+
+/// Fewest faces of a body of its own: eight full leaves.
+constexpr std::uint32_t kFewestFaces = 64;
+
+// By vertex: the end of what its faces reach, and how many faces have it for their least vertex.
+struct Reach {
+  std::vector<std::uint32_t> end;
+  std::vector<std::uint32_t> faces;
+
+  explicit Reach(const Scene& scene) : end(scene.vertex_count()), faces(scene.vertex_count(), 0) {
+    for (std::uint32_t v = 0; v < end.size(); ++v) end[v] = v + 1;
+    for (const Face& face : scene.faces()) {
+      const auto [least, greatest] = std::minmax({face[0], face[1], face[2]});
+      end[least] = std::max(end[least], greatest + 1);
+      ++faces[least];
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<Body> found_bodies(const Scene& scene) {
+  const Reach reach(scene);
+  std::vector<Body> bodies;
+  std::uint32_t first = 0;
+  std::uint32_t end = 0;
+  std::uint32_t faces = 0;
+  for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
+    end = std::max(end, reach.end[v]);
+    faces += reach.faces[v];
+    if (end > v + 1 || faces < kFewestFaces) continue;
+    bodies.push_back({"", first, v + 1 - first});
+    first = v + 1;
+    faces = 0;
+  }
+  if (!bodies.empty()) bodies.back().vertex_count += scene.vertex_count() - first;  // too small a rest
+  if (bodies.size() < 2) bodies.clear();
+  return bodies;
+}
+
+}  // namespace warmfront

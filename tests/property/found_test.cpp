@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the collider finds for itself (bodies, rigid motion, bounds) changes no contact.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "engine/collider.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+const std::shared_ptr<Workers>& workers() {
+  static const auto shared = std::make_shared<Workers>(2);
+  return shared;
+}
+
+/// Bodies that tumble as wholes, or deform, or rest, and change their minds.
+class World {
+ public:
+  explicit World(std::uint64_t seed) : random_(seed) {
+    const int bodies = 1 + below(4);
+    for (int b = 0; b < bodies; ++b) {
+      // Clean shapes, and some that touch themselves everywhere.
+      const testing::RandomScene shape = below(3) == 0 ? testing::random_scene(random_) : sheet();
+      Body body{"", description.vertex_count, shape.scene->vertex_count()};
+      for (const Face& face : shape.scene->faces()) {
+        std::array<std::int32_t, 3> moved;
+        for (int k = 0; k < 3; ++k) moved[k] = static_cast<std::int32_t>(face[k] + body.first_vertex);
+        description.faces.push_back(moved);
+      }
+      description.vertex_count += body.vertex_count;
+      bodies_.push_back(body);
+      modes_.push_back(kRigid);
+      x.insert(x.end(), shape.positions.begin(), shape.positions.end());
+    }
+    if (below(2) == 0) description.bodies = bodies_;
+  }
+
+  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
+  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
+
+  void move() {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (below(12) == 0) modes_[b] = static_cast<Mode>(below(4));
+      const Body& body = bodies_[b];
+      double* first = x.data() + 3 * std::size_t{body.first_vertex};
+      if (modes_[b] == kRest) continue;
+      if (modes_[b] != kDeform) turn(first, body.vertex_count);
+      const double noise = modes_[b] == kDeform ? 0.05 : modes_[b] == kNearly ? noise_ : 0;
+      if (noise == 0) continue;
+      for (std::size_t i = 0; i < 3 * std::size_t{body.vertex_count}; ++i) first[i] += uniform(noise);
+    }
+  }
+
+  SceneDescription description;
+  std::vector<double> x;
+
+ private:
+  enum Mode { kRigid, kNearly, kDeform, kRest };
+
+  // A wavy sheet, folded over at times, so that it is near itself without touching.
+  testing::RandomScene sheet() {
+    const int n = 2 + below(8);
+    testing::RandomScene sheet;
+    sheet.scene = testing::make_scene(static_cast<std::uint32_t>((n + 1) * (n + 1)), testing::grid(n));
+    const double fold = below(2) == 0 ? 3.0 : 0.5;
+    const double phase = uniform(3);
+    for (int i = 0; i <= n; ++i) {
+      const double angle = fold * i / n;
+      for (int j = 0; j <= n; ++j) {
+        sheet.positions.push_back(0.4 * std::sin(angle));
+        sheet.positions.push_back(static_cast<double>(j) / n + 0.01 * std::sin(7.0 * i + phase));
+        sheet.positions.push_back(0.4 * std::cos(angle));
+      }
+    }
+    return sheet;
+  }
+
+  void turn(double* x, std::uint32_t count) {
+    const double angle = below(8) == 0 ? uniform(3) : uniform(0.4);
+    const int u = below(3);
+    const int v = (u + 1) % 3;
+    const double drift[3] = {uniform(0.1), uniform(0.1), uniform(0.1)};
+    for (std::uint32_t i = 0; i < count; ++i) {
+      double* p = x + 3 * std::size_t{i};
+      const double a = p[u];
+      const double b = p[v];
+      p[u] = std::cos(angle) * a - std::sin(angle) * b;
+      p[v] = std::sin(angle) * a + std::cos(angle) * b;
+      for (int axis = 0; axis < 3; ++axis) p[axis] += drift[axis];
+    }
+  }
+
+  std::mt19937_64 random_;
+  const double noise_ = std::pow(10.0, -1.0 - below(12));
+  std::vector<Body> bodies_;
+  std::vector<Mode> modes_;
+};
+
+RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
+  World world(seed);
+  const auto scene = std::make_shared<const Scene>(Scene::create(world.description).value());
+  ColliderOptions found;
+  found.tier = world.below(3) == 0 ? Tier::kExact : Tier::kCertified;
+  if (found.tier == Tier::kCertified) {
+    found.tolerance = std::pow(10.0, -1.0 - world.below(8));
+    if (world.below(3) == 0) found.min_separation = std::pow(10.0, -1.0 - world.below(6));
+  }
+  ColliderOptions told = found;
+  told.find_bodies = told.find_rigid = false;
+  told.bounds = BoundsKind::kKDop18;
+  Collider finding = Collider::create(scene, std::span<const double>(world.x), found, workers()).value();
+  Collider plain = Collider::create(scene, std::span<const double>(world.x), told, workers()).value();
+  static std::uint64_t rigid = 0;
+  static std::uint64_t steps = 0;
+  for (int step = 0; step < 40; ++step) {
+    world.move();
+    const std::atomic<bool> stop = world.below(16) == 0;
+    Result<StepResult> a = finding.step(std::span<const double>(world.x), &stop);
+    if (!a) a = finding.step(std::span<const double>(world.x));  // with little to do it was not stopped
+    const Result<StepResult> b = plain.step(std::span<const double>(world.x));
+    RC_ASSERT(std::ranges::equal(a.value().contacts, b.value().contacts));
+    rigid += a.value().statistics.counts.parts_rigid;
+    steps += a.value().statistics.counts.parts;
+  }
+  // That rigid motion is found at all is for this test not to be empty.
+  if (steps > 5'000) RC_ASSERT(100 * rigid > 5 * steps);
+}
+
+}  // namespace
+}  // namespace warmfront

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the collider finds for itself: bodies, rigid motion, bounds; and what it tells of that.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/auto_bounds.h"
+#include "engine/collider.h"
+#include "engine/motion/rigid_fit.h"
+#include "engine/scene/found_bodies.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using Doubles = std::span<const double>;
+
+/// `count` wavy sheets of n x n quads one beside the other.
+struct Sheets {
+  Sheets(int count, int n) : n(n) {
+    for (int s = 0; s < count; ++s) {
+      for (auto face : testing::grid(n)) {
+        for (auto& v : face) v += s * vertices();
+        faces.push_back(face);
+      }
+      for (int i = 0; i <= n; ++i) {
+        for (int j = 0; j <= n; ++j)
+          x.insert(x.end(), {4.0 * s + i / 8.0, j / 8.0, 0.05 * std::sin(0.7 * i * j)});
+      }
+    }
+    scene = testing::make_scene(static_cast<std::uint32_t>(x.size() / 3), faces);
+  }
+
+  int vertices() const { return (n + 1) * (n + 1); }
+  Collider collider(const ColliderOptions& options) const {
+    return Collider::create(scene, Doubles(x), options, std::make_shared<Workers>(2)).value();
+  }
+  // Sheet `s` turns about the z axis.
+  void turn(int s, double angle) {
+    for (int v = s * vertices(); v < (s + 1) * vertices(); ++v) {
+      const double a = x[3 * v];
+      const double b = x[3 * v + 1];
+      x[3 * v] = std::cos(angle) * a - std::sin(angle) * b;
+      x[3 * v + 1] = std::sin(angle) * a + std::cos(angle) * b;
+    }
+  }
+
+  int n;
+  testing::Faces faces;
+  std::vector<double> x;
+  std::shared_ptr<const Scene> scene;
+};
+
+TEST(FoundBodies, AreTheComponentsWhereTheyFollowOneAnother) {
+  const std::vector<Body> bodies = found_bodies(*Sheets(3, 8).scene);
+  ASSERT_EQ(bodies.size(), 3U);
+  for (std::uint32_t b = 0; b < 3; ++b) {
+    EXPECT_EQ(bodies[b].first_vertex, 81 * b);
+    EXPECT_EQ(bodies[b].vertex_count, 81U);
+    EXPECT_EQ(bodies[b].kind, BodyKind::kDeformable);
+  }
+}
+
+TEST(FoundBodies, ShareARangeWhereTheirVerticesInterleave) {
+  Sheets sheets(3, 8);
+  // The last vertex of the first sheet and the first of the second change places.
+  for (auto& face : sheets.faces) {
+    for (auto& v : face) v = v == 80 ? 81 : v == 81 ? 80 : v;
+  }
+  const std::vector<Body> bodies = found_bodies(*testing::make_scene(243, sheets.faces));
+  ASSERT_EQ(bodies.size(), 2U);
+  EXPECT_EQ(bodies[0].vertex_count, 162U);
+  EXPECT_EQ(bodies[1].first_vertex, 162U);
+}
+
+TEST(FoundBodies, LetSmallOnesGoAlongAndCoverIsolatedVertices) {
+  testing::Faces faces = testing::grid(8);
+  const auto last = static_cast<std::int32_t>(83);  // two isolated vertices lie between
+  for (auto face : testing::tetrahedron()) faces.push_back({face[0] + last, face[1] + last, face[2] + last});
+  EXPECT_TRUE(found_bodies(*testing::make_scene(87, faces)).empty()) << "one body alone is no news";
+  for (auto face : testing::grid(8)) faces.push_back({face[0] + 87, face[1] + 87, face[2] + 87});
+  const std::vector<Body> bodies = found_bodies(*testing::make_scene(170, faces));  // two more at the end
+  ASSERT_EQ(bodies.size(), 2U);
+  EXPECT_EQ(bodies[0].vertex_count, 81U);
+  EXPECT_EQ(bodies[1].first_vertex + bodies[1].vertex_count, 170U);
+}
+
+TEST(RigidFit, IsAsGoodAsTheWorstVertex) {
+  const Sheets sheets(1, 8);
+  std::vector<VertexMotion> vertices(81);
+  for (std::size_t v = 0; v < 81; ++v) {
+    const double* x = sheets.x.data() + 3 * v;
+    vertices[v].t0 = {x[0], x[1], x[2], 0};
+    vertices[v].t1 = {-x[1] + 5, x[0] - 7, x[2] + 0.125, 0};  // a quarter turn
+  }
+  const RigidReference reference(vertices);
+  EXPECT_FALSE(reference.flat());
+  const RigidReference::Fit there = reference.fit(vertices, true, 1e-3);
+  const RigidReference::Fit turned = reference.fit(vertices, false, 1e-3);
+  EXPECT_LT(there.residual, 1e-12);
+  EXPECT_LT(turned.residual, 1e-12);
+  EXPECT_NEAR(cosine_between(there.rotation, turned.rotation), 0, 1e-12);
+  vertices[40].t1[2] += 2e-4;
+  EXPECT_NEAR(reference.fit(vertices, false, 1e-3).residual, 2e-4, 1e-9);
+  EXPECT_EQ(reference.fit(vertices, false, 1e-4).residual, std::numeric_limits<double>::infinity());
+}
+
+TEST(RigidFit, NothingFitsWhatSpansNoPlane) {
+  std::vector<VertexMotion> line(9);
+  for (std::size_t v = 0; v < line.size(); ++v) line[v].t0 = line[v].t1 = {static_cast<double>(v), 0, 0, 0};
+  EXPECT_TRUE(RigidReference(line).flat());
+  EXPECT_EQ(RigidReference(line).fit(line, true, 1).residual, std::numeric_limits<double>::infinity());
+  std::vector<VertexMotion> tiny(4);
+  tiny[1].t0[0] = tiny[2].t0[1] = tiny[3].t0[2] = 1e-170;  // whose squares vanish
+  EXPECT_TRUE(RigidReference(tiny).flat());
+}
+
+TEST(FoundRigid, WhatTurnsAsAWholeIsNotTestedAgainstItself) {
+  Sheets sheets(3, 8);
+  Collider collider = sheets.collider({});
+  StepCounts counts;
+  for (int step = 0; step < 8; ++step) {
+    sheets.turn(0, 0.1);
+    sheets.turn(1, -0.2);
+    const StepResult result = collider.step(Doubles(sheets.x)).value();
+    counts = result.statistics.counts;
+    EXPECT_TRUE(result.contacts.empty());
+  }
+  EXPECT_EQ(counts.parts, 3U);
+  EXPECT_EQ(counts.parts_moved, 2U);
+  EXPECT_EQ(counts.parts_rigid, 2U);
+  EXPECT_EQ(counts.orphan_tests, 0U);
+  EXPECT_EQ(counts.near_parts, 1U) << "of all pairs only the sheet at rest, with itself";
+}
+
+TEST(FoundRigid, WhatDeformsIsTestedInThatVeryStep) {
+  Sheets sheets(1, 8);
+  Collider collider = sheets.collider({});
+  for (int step = 0; step < 8; ++step) {
+    sheets.turn(0, 0.1);
+    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
+  }
+  std::swap_ranges(sheets.x.begin(), sheets.x.begin() + 3, sheets.x.begin() + 3 * 40);  // through the sheet
+  const StepResult result = collider.step(Doubles(sheets.x)).value();
+  EXPECT_EQ(result.statistics.counts.parts_rigid, 0U);
+  EXPECT_FALSE(result.contacts.empty());
+}
+
+TEST(FoundRigid, WhatTouchesItselfIsTestedHoweverItMoves) {
+  Sheets sheets(1, 8);
+  // A triangle that lies on one of the sheet's.
+  for (const int v : {40, 49, 50}) {
+    for (int axis = 0; axis < 3; ++axis) sheets.x.push_back(sheets.x[3 * v + axis]);
+  }
+  sheets.faces.push_back({81, 82, 83});
+  sheets.scene = testing::make_scene(84, sheets.faces);
+  Collider collider = sheets.collider({});
+  for (int step = 0; step < 12; ++step) {
+    for (std::size_t i = 0; i < sheets.x.size(); i += 3) sheets.x[i] += 0.25;
+    const StepResult result = collider.step(Doubles(sheets.x)).value();
+    EXPECT_FALSE(result.contacts.empty()) << step;
+    EXPECT_EQ(result.statistics.counts.parts_rigid, 0U) << step;
+  }
+}
+
+TEST(FoundRigid, AHalfTurnInOneStepIsNotTakenForRigid) {
+  Sheets sheets(1, 8);
+  Collider collider = sheets.collider({});
+  for (int step = 0; step < 8; ++step) {
+    sheets.turn(0, 0.1);
+    ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
+  }
+  sheets.turn(0, std::acos(-1.0));  // every vertex goes through the axis: all of them meet half way
+  const StepResult result = collider.step(Doubles(sheets.x)).value();
+  EXPECT_EQ(result.statistics.counts.parts_rigid, 0U);
+  EXPECT_FALSE(result.contacts.empty());
+}
+
+TEST(FoundRigid, CanBePinned) {
+  Sheets sheets(2, 8);
+  ColliderOptions options;
+  options.find_bodies = options.find_rigid = false;
+  options.bounds = BoundsKind::kAabb;
+  Collider collider = sheets.collider(options);
+  for (int step = 0; step < 8; ++step) {
+    sheets.turn(0, 0.1);
+    const StepStatistics statistics = collider.step(Doubles(sheets.x)).value().statistics;
+    EXPECT_EQ(statistics.counts.parts, 1U);
+    EXPECT_EQ(statistics.counts.parts_rigid, 0U);
+    EXPECT_EQ(statistics.bounds, BoundsKind::kAabb);
+  }
+}
+
+StageTimes took(double total, double refit) {
+  return {.total = total, .refit = refit};
+}
+
+// Feeds steps until the trial changes its mind, or for long.
+bool changes(BoundsTrial& trial, double total, double refit) {
+  for (int step = 0; step < 100; ++step) {
+    if (trial.take(took(total, refit))) return true;
+  }
+  return false;
+}
+
+TEST(BoundsTrial, IsNotMadeWhereTheFrontTakesTheTime) {
+  BoundsTrial trial;
+  EXPECT_FALSE(changes(trial, 10, 5));
+  EXPECT_EQ(trial.bounds(), BoundsKind::kKDop18);
+}
+
+TEST(BoundsTrial, StaysWithTheFaster) {
+  BoundsTrial faster;
+  ASSERT_TRUE(changes(faster, 10, 8));
+  EXPECT_EQ(faster.bounds(), BoundsKind::kAabb);
+  EXPECT_FALSE(changes(faster, 6, 5));
+  EXPECT_EQ(faster.bounds(), BoundsKind::kAabb);
+
+  BoundsTrial hardly;
+  ASSERT_TRUE(changes(hardly, 10, 8));
+  ASSERT_TRUE(changes(hardly, 9.5, 7));
+  EXPECT_EQ(hardly.bounds(), BoundsKind::kKDop18);
+  EXPECT_FALSE(changes(hardly, 10, 8)) << "tried once";
+}
+
+TEST(BoundsTrial, DoesNotCountColdSteps) {
+  BoundsTrial trial;
+  for (std::size_t step = 0; step < BoundsTrial::kSettling; ++step) EXPECT_FALSE(trial.take(took(1000, 10)));
+  EXPECT_TRUE(changes(trial, 10, 8));
+}
+
+TEST(Explain, TellsWhatTheAllDeformableStepTakes) {
+  Sheets sheets(2, 8);
+  ColliderOptions options;
+  options.explain = true;
+  Collider collider = sheets.collider(options);
+  for (int step = 0; step < 8; ++step) {
+    sheets.turn(0, 0.1);
+    const StepResult result = collider.step(Doubles(sheets.x)).value();
+    ASSERT_TRUE(result.all_deformable.has_value());
+    EXPECT_EQ(result.all_deformable->counts.parts, 1U);
+    if (step > 4) {
+      EXPECT_GT(result.all_deformable->counts.front_pairs, result.statistics.counts.front_pairs);
+    }
+  }
+  EXPECT_GT(collider.memory_bytes(), sheets.collider({}).memory_bytes());
+  EXPECT_FALSE(sheets.collider({}).step(Doubles(sheets.x)).value().all_deformable.has_value());
+}
+
+}  // namespace
+}  // namespace warmfront
