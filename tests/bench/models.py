@@ -111,12 +111,15 @@ def measure(binary, what, folder, full, *arguments):
 
 def main():
     binary = os.path.abspath(sys.argv[1])
-    whole = ("--bodies", "deformable")
+    whole = ("--bodies", "deformable", "--find-bodies", "off", "--find-rigid", "off", "--bounds", "kdop18")
     print("| scene | bytes a frame | of all | step, ms | full step, ms | of it | nodes refit | BV tests |")
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
         measure(binary, "n-body: rigid bodies by poses", DATA / "n-body", (DATA / "n-body", *whole), "--send", "poses")
+        measure(binary, "n-body: nothing said", DATA / "n-body", (DATA / "n-body", *whole), "--bodies", "deformable")
+        measure(binary, "flamenco: layers of cloth on a posed body", DATA / "flamenco", (DATA / "flamenco", *whole),
+                "--send", "poses")
         ball = static_ball().write(folder / "ball")
         measure(binary, "cloth-ball: the ball static", ball, (ball, *whole), "--send", "moved")
         crowd = mostly_resting().write(folder / "crowd")
