@@ -39,6 +39,10 @@ struct Slabs {
   /// A step later: where things were at t = 1, they are at t = 0.
   [[gnu::always_inline]] void shift() { std::copy_n(lane.data() + kEnd, kEnd, lane.data()); }
 
+  /// The sum of the three widths.
+  double extent() const {
+    return double{upper(0) - lower(0)} + double{upper(1) - lower(1)} + double{upper(2) - lower(2)};
+  }
   /// Of the whole step.
   float lower(int axis) const { return std::min(lane[axis], lane[axis + kEnd]); }
   float upper(int axis) const { return -std::min(lane[axis + Axes], lane[axis + Axes + kEnd]); }

@@ -289,13 +289,9 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
 template <class Bounds>
 double looseness(const Bvh<Bounds>& bvh) {
   if (bvh.nodes.empty()) return 0;
-  const auto extent = [](const Bounds& b) {
-    return double{b.upper(0) - b.lower(0)} + double{b.upper(1) - b.lower(1)} +
-           double{b.upper(2) - b.lower(2)};
-  };
   double sum = 0;
-  for (NodeId node = 0; node < bvh.shape.first_leaf(); ++node) sum += extent(bvh.nodes[node]);
-  const double root = extent(bvh.nodes[0]);
+  for (NodeId node = 0; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[node].extent();
+  const double root = bvh.nodes[0].extent();
   return root > 0 ? sum / root : 0;
 }
 

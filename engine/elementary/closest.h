@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "engine/vec3.h"
 
@@ -51,8 +52,8 @@ inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return a + (vb / sum) * ab + (vc / sum) * ac;
 }
 
-/// From the closest point of the segment (0, e) to that of the segment (g, q).
-inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
+/// How far along the segments (0, e) and (g, q) their closest points lie, each in [0, 1].
+inline std::array<double, 2> closest_shares(const Vec3& e, const Vec3& g, const Vec3& q) {
   const Vec3 h = q - g;
   const double ee = dot(e, e);
   const double hh = dot(h, h);
@@ -71,7 +72,13 @@ inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
     r = 1;
     s = ee > 0 ? std::clamp((eg + eh) / ee, 0.0, 1.0) : 0.0;
   }
-  return (g + r * h) - s * e;
+  return {s, r};
+}
+
+/// From the closest point of the segment (0, e) to that of the segment (g, q).
+inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
+  const auto [s, r] = closest_shares(e, g, q);
+  return (g + r * (q - g)) - s * e;
 }
 
 /// A direction, scaled to a largest coordinate of 1: the slack of separated_times() grows with the direction,

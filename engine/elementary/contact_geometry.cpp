@@ -37,23 +37,6 @@ std::array<double, 3> barycentric(const Vec3& q, const Vec3& a, const Vec3& b, c
   return weights;
 }
 
-// Shares along the edges (0, e) and (g, q) at which they are closest; as closest_between_edges().
-std::array<double, 2> closest_shares(const Vec3& e, const Vec3& g, const Vec3& q) {
-  const Vec3 h = q - g;
-  const double ee = dot(e, e), hh = dot(h, h), eh = dot(e, h), eg = dot(e, g), hg = dot(h, g);
-  const double denominator = ee * hh - eh * eh;
-  double s = denominator > 0 ? std::clamp((eg * hh - eh * hg) / denominator, 0.0, 1.0) : 0.0;
-  double r = hh > 0 ? (s * eh - hg) / hh : 0.0;
-  if (r < 0 || !(hh > 0)) {
-    r = 0;
-    s = ee > 0 ? std::clamp(eg / ee, 0.0, 1.0) : 0.0;
-  } else if (r > 1) {
-    r = 1;
-    s = ee > 0 ? std::clamp((eg + eh) / ee, 0.0, 1.0) : 0.0;
-  }
-  return {s, r};
-}
-
 Vec3 unit(const Vec3& direction) {
   const Vec3 scaled = normalised(direction);
   const double length = norm(scaled);

@@ -89,13 +89,9 @@ void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bound
 template <class Bounds>
 double NearParts<Bounds>::looseness() const {
   double sum = 0;
-  const auto extent = [](const Bounds& b) {
-    return double{b.upper(0) - b.lower(0)} + double{b.upper(1) - b.lower(1)} +
-           double{b.upper(2) - b.lower(2)};
-  };
   for (NodeId node = 0; node < shape_.first_leaf() && node < nodes_.size(); ++node)
-    sum += extent(nodes_[node].bounds);
-  const double root = nodes_.empty() ? 0 : extent(nodes_[0].bounds);
+    sum += nodes_[node].bounds.extent();
+  const double root = nodes_.empty() ? 0 : nodes_[0].bounds.extent();
   return root > 0 ? sum / root : 0;
 }
 

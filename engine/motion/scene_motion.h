@@ -36,7 +36,7 @@ class SceneMotion {
   Status check(const Scene& scene, const Frame& frame);
 
   /// Begins the step that a checked frame describes. Parts that move by poses only know these yet: see
-  /// pose(). Parallel inside Workers::run().
+  /// place(). Parallel inside Workers::run().
   void begin(const Frame& frame);
   /// Places the vertices of a part that moves by poses. Parallel inside Workers::run().
   void place(std::uint32_t part);
