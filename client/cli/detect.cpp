@@ -14,6 +14,7 @@
 #include "client/cli/explain.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
+#include "client/cli/html_page.h"
 #include "client/cli/progress.h"
 #include "client/cli/remote_stepper.h"
 #include "client/cli/report_json.h"
@@ -47,6 +48,8 @@ struct Arguments {
   std::string find_rigid = "on";
   std::string frames;
   std::string contacts_file;
+  std::string html_file;
+  std::uint64_t html_limit = std::uint64_t{64} << 20;
   std::string json_file;
 };
 
@@ -136,7 +139,7 @@ std::span<const double> widen(const Positions& positions, std::vector<double>& w
 
 /// Steps through everything; fills in the report.
 Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& frames, Stepper& stepper,
-                    Explanation* explanation, ContactWriter* writer, DetectReport& report) {
+                    Explanation* explanation, ContactWriter* writer, HtmlPage* page, DetectReport& report) {
   const bool with_contacts = arguments.options.report != Report::kCount;
   const bool table = arguments.json_file.empty();
   ContactHash hash;
@@ -167,6 +170,10 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
               writer->write(steps.number(), steps.start(), steps.end(), answer.contacts, answer.geometry);
           !status)
         return status;
+    }
+    if (page) {
+      page->add_frame(steps.end());
+      if (Status status = page->add_contacts(answer.contacts); !status) return status;
     }
     report.frames.push_back({steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi,
                              answer.statistics, frames.bytes()});
@@ -230,16 +237,30 @@ int detect(Arguments arguments) {
     writer = std::move(created).value();
   }
 
+  std::optional<HtmlPage> page;
+  if (!arguments.html_file.empty()) {
+    Result<HtmlPage> started = HtmlPage::start(short_name(input.name()), scene.value(),
+                                               steps.value().step_count() + 1, arguments.html_limit);
+    if (!started) return failure(started.error().message);
+    page.emplace(std::move(started).value());
+    page->add_frame(steps.value().end());
+  }
+
   DetectReport report;
   report.vertices = input.scene().vertex_count;
   report.triangles = input.scene().faces.size();
   report.options = arguments.options;
   report.threads = stepper.value()->threads();
-  const Status stepped = step_through(arguments, steps.value(), frames, *stepper.value(),
-                                      explanation ? &*explanation : nullptr, writer.get(), report);
+  const Status stepped =
+      step_through(arguments, steps.value(), frames, *stepper.value(), explanation ? &*explanation : nullptr,
+                   writer.get(), page ? &*page : nullptr, report);
   if (!stepped) return failure(stepped.error().message);
   if (writer) {
     if (Status status = writer->close(); !status) return failure(status.error().message);
+  }
+  if (page) {
+    if (Status status = page->write(arguments.html_file, report); !status)
+      return failure(status.error().message);
   }
   if (!arguments.json_file.empty()) {
     if (Status status = write_text(arguments.json_file, format_json(report)); !status)
@@ -328,6 +349,14 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--contacts", a.contacts_file,
                  "Write the contacts: .csv, .jsonl, or .vtp (a file a frame, and a .pvd that lists them)")
       ->type_name("FILE");
+  CLI::Option* html = app.add_option("--html", a.html_file,
+                                     "Write one self-contained page: the meshes moving, their contacts by "
+                                     "time of impact, counts and stage times")
+                          ->type_name("FILE");
+  app.add_option("--html-limit", a.html_limit, "Largest size of what --html carries; beyond it, an error")
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str("64MiB")
+      ->needs(html);
   app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");
   app.add_option("--leaf-size", a.options.leaf_size, "Most triangles a leaf of the hierarchy holds")

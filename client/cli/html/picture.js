@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// The picture: canvas, what is shown on it, and the pointer over it.
+const canvas = document.getElementById("view");
+const shown = { faces: true, edges: true, contacts: true };
+
+function makePicture() {
+  const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
+  if (!gl) {
+    const unable = document.getElementById("unable");
+    unable.hidden = false;
+    unable.textContent = "This browser has no WebGL2, so the meshes cannot be drawn; the charts below are complete.";
+    return { draw() {}, show() {}, recolor() {} };
+  }
+  const mesh = makeMesh(gl), contacts = makeContacts(gl);
+  const bodyOfVertex = v => {
+    let low = 0, high = scene.bodies.length - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (scene.bodies[middle].first_vertex <= v) low = middle; else high = middle - 1;
+    }
+    return low;
+  };
+  return {
+    gl,
+    show: mesh.show,
+    recolor: mesh.colorBodies,
+    draw(t) {
+      const width = Math.round(canvas.clientWidth * devicePixelRatio);
+      const height = Math.round(canvas.clientHeight * devicePixelRatio);
+      if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+      const k = stepAt(t), share = shareAt(t), matrix = camera.matrix(width / Math.max(height, 1));
+      gl.viewport(0, 0, width, height);
+      gl.clearColor(...groundColor(), 1);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      gl.enable(gl.DEPTH_TEST);
+      gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+      if (shown.faces) {
+        // Behind the edges that bound them.
+        gl.enable(gl.POLYGON_OFFSET_FILL);
+        gl.polygonOffset(1, 1);
+        mesh.drawFaces(k, share, matrix);
+        gl.disable(gl.POLYGON_OFFSET_FILL);
+      }
+      if (shown.edges) {
+        gl.enable(gl.BLEND);
+        mesh.drawEdges(k, share, matrix);
+        gl.disable(gl.BLEND);
+      }
+      if (shown.contacts && t > 0) contacts.draw(k, share, matrix, v => !mesh.isHidden(bodyOfVertex(v)));
+    },
+  };
+}
+
+// Turning, moving and zooming with a mouse, a pen or fingers.
+function followPointer(redraw) {
+  const down = new Map();
+  canvas.addEventListener("pointerdown", event => {
+    canvas.setPointerCapture(event.pointerId);
+    down.set(event.pointerId, [event.clientX, event.clientY]);
+  });
+  const up = event => down.delete(event.pointerId);
+  canvas.addEventListener("pointerup", up);
+  canvas.addEventListener("pointercancel", up);
+  canvas.addEventListener("pointermove", event => {
+    const last = down.get(event.pointerId);
+    if (!last) return;
+    const dx = (event.clientX - last[0]) / canvas.clientHeight, dy = (event.clientY - last[1]) / canvas.clientHeight;
+    if (down.size === 2) {
+      const other = [...down].find(([id]) => id !== event.pointerId)[1];
+      const apart = (x, y) => Math.hypot(x - other[0], y - other[1]) + 1;
+      camera.zoom(apart(...last) / apart(event.clientX, event.clientY));
+      camera.move(dx / 2, dy / 2);
+    } else if (event.shiftKey || event.buttons & 6) {
+      camera.move(0.62 * dx, 0.62 * dy);
+    } else {
+      camera.rotate(4 * dx, 4 * dy);
+    }
+    down.set(event.pointerId, [event.clientX, event.clientY]);
+    redraw();
+  });
+  canvas.addEventListener("contextmenu", event => event.preventDefault());
+  canvas.addEventListener("wheel", event => {
+    event.preventDefault();
+    camera.zoom(Math.exp(0.0012 * event.deltaY));
+    redraw();
+  }, { passive: false });
+}

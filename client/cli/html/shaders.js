@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// WebGL2 programs: the mesh (faces or edges) between two frames, and the contacts.
+const meshVertex = `#version 300 es
+in vec3 from, to;
+in float body;
+uniform float share;
+uniform vec3 origin, quantum;
+uniform mat4 camera;
+uniform sampler2D bodies;  // a texel a body: colour; opacity 1: shown, 0.5: cut open, 0: hidden
+out vec3 at;
+out vec4 color;
+void main() {
+  at = origin + quantum * mix(from, to, share);
+  color = texelFetch(bodies, ivec2(int(body), 0), 0);
+  gl_Position = color.a > 0.0 ? camera * vec4(at, 1) : vec4(2, 2, 2, 1);
+}`;
+// Of a body that is cut open, the half towards the eye is not there.
+const cutOpen = `
+uniform vec3 back, middle;
+bool cutAway(vec3 at, float opacity) { return opacity < 0.9 && dot(at - middle, back) > 0.0; }`;
+const faceFragment = `#version 300 es
+precision highp float;
+in vec3 at;
+in vec4 color;
+uniform vec3 up;
+out vec4 pixel;
+${cutOpen}
+void main() {
+  if (cutAway(at, color.a)) discard;
+  vec3 normal = normalize(cross(dFdx(at), dFdy(at)));  // of the face itself: flat
+  float facing = abs(dot(normal, back));
+  float sky = dot(normal, up) * sign(dot(normal, back)) * 0.5 + 0.5;
+  pixel = vec4(color.rgb * (0.42 + 0.38 * facing + 0.26 * sky), 1);
+}`;
+const edgeFragment = `#version 300 es
+precision highp float;
+in vec3 at;
+in vec4 color;
+uniform vec4 ink;
+out vec4 pixel;
+${cutOpen}
+void main() {
+  if (cutAway(at, color.a)) discard;
+  pixel = ink;
+}`;
+
+// Points are round (vertex-face) or diamonds (edge-edge); lines are the edges of edge-edge contacts.
+const contactVertex = `#version 300 es
+in vec3 at;
+in vec4 look;  // colour, and opacity
+in float shape;
+uniform mat4 camera;
+uniform float pixels;
+uniform vec3 nearer;  // towards the eye: a mark lies on what it marks
+out vec4 color;
+flat out float kind;
+void main() {
+  color = look;
+  kind = shape;
+  gl_Position = camera * vec4(at + nearer, 1);
+  gl_PointSize = pixels * (shape > 0.5 ? 1.15 : 1.0);
+}`;
+const pointFragment = `#version 300 es
+precision highp float;
+in vec4 color;
+flat in float kind;
+uniform vec3 rim;
+uniform float opacity, inner;
+out vec4 pixel;
+void main() {
+  vec2 p = 2.0 * gl_PointCoord - 1.0;
+  float r = kind > 0.5 ? abs(p.x) + abs(p.y) : length(p);
+  if (r > 1.0) discard;
+  pixel = vec4(mix(color.rgb, rim, smoothstep(inner - 0.06, inner + 0.06, r)), color.a * opacity * (1.0 - smoothstep(0.9, 1.0, r)));
+}`;
+const lineFragment = `#version 300 es
+precision highp float;
+in vec4 color;
+flat in float kind;
+uniform float opacity;
+out vec4 pixel;
+void main() { pixel = vec4(color.rgb, color.a * opacity); }`;
+
+function makeProgram(gl, vertex, fragment, attributes) {
+  const program = gl.createProgram();
+  for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+  }
+  attributes.forEach((name, index) => gl.bindAttribLocation(program, index, name));
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  const uniforms = {};
+  for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++i) {
+    const { name } = gl.getActiveUniform(program, i);
+    uniforms[name] = gl.getUniformLocation(program, name);
+  }
+  return { program, uniforms };
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Uses the page as a reader does, and sends home what it saw: test_page.py judges it.
+(async () => {
+  const result = { errors: window.pageErrors };
+  const frame = () => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+  const { picture, scene } = window.warmfront;
+  const { gl } = picture;
+  const by = id => document.getElementById(id);
+
+  // Pixels drawn last: how many are not ground, how many are warm and saturated as marks are, and all of them to compare.
+  function look() {
+    picture.draw(window.warmfront.time);
+    const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
+    gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    let drawn = 0, marks = 0;
+    for (let i = 0; i < pixels.length; i += 4) {
+      drawn += Math.abs(pixels[i] - pixels[0]) + Math.abs(pixels[i + 2] - pixels[2]) > 12;
+      marks += pixels[i] - pixels[i + 2] > 70;
+    }
+    return { pixels, drawn, marks };
+  }
+  const differing = (a, b) => a.pixels.reduce((sum, x, i) => sum + (x !== b.pixels[i]), 0);
+  const change = (id, checked) => {
+    by(id).checked = checked;
+    by(id).dispatchEvent(new Event("change"));
+  };
+  const press = (key, options = {}) => dispatchEvent(new KeyboardEvent("keydown", { key, ...options, bubbles: true }));
+  const at = () => window.warmfront.time;
+
+  try {
+    await frame();
+    result.size = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+    result.opened = at();
+    const opened = look();
+    Object.assign(result, { drawn: opened.drawn, marks: opened.marks });
+
+    change("contacts-on", false);
+    result.marksWithout = look().marks;
+    change("contacts-on", true);
+    change("faces-on", false);
+    result.drawnAsEdges = look().drawn;
+    change("faces-on", true);
+
+    by("time").value = 0;
+    by("time").dispatchEvent(new Event("input"));
+    await frame();
+    Object.assign(result, { slid: at(), slidWords: by("now").textContent, slidMarks: look().marks });
+    const start = look();
+    result.changed = differing(opened, start);
+    result.same = differing(start, look());
+
+    press("ArrowRight");
+    result.right = at();
+    press("ArrowRight", { shiftKey: true });
+    result.rightTen = at();
+    press("End");
+    result.end = at();
+    press("ArrowLeft");
+    result.left = at();
+    await frame();
+    result.words = by("now").textContent;
+
+    const before = look();
+    by("view").dispatchEvent(new WheelEvent("wheel", { deltaY: -400, cancelable: true }));
+    result.zoomed = differing(before, look());
+    press("0");
+    result.viewReset = differing(before, look());
+
+    const chart = by("contacts-chart"), box = chart.getBoundingClientRect();
+    const pointer = (kind, x) => chart.dispatchEvent(
+      new PointerEvent(kind, { clientX: x, clientY: box.top + 20, pointerId: 1, bubbles: true }));
+    chart.setPointerCapture = () => {};  // there is no such pointer
+    pointer("pointerdown", box.right - 7);
+    result.clicked = at();
+    pointer("pointermove", box.left + 47);
+    Object.assign(result, { tip: by("tip").textContent, tipHidden: by("tip").hidden });
+    pointer("pointerleave", 0);
+    result.tipLeft = by("tip").hidden;
+
+    const bodyBox = document.querySelector("#bodies input");
+    const whole = look();
+    bodyBox.checked = false;
+    bodyBox.dispatchEvent(new Event("change"));
+    result.lessDrawn = whole.drawn - look().drawn;
+
+    window.warmfront.seek(0);
+    by("speed").value = "30";
+    by("play").click();
+    for (let i = 0; i < 400 && window.warmfront.playing && at() < 3; ++i) await frame();
+    result.played = at();
+    by("play").click();
+    result.paused = !window.warmfront.playing;
+
+    result.bars = document.querySelectorAll("#charts path.area").length;
+    result.unnamed = [...document.querySelectorAll("button, input, select, canvas, svg")].filter(
+      e => !(e.ariaLabel || e.getAttribute("aria-label") || e.labels?.length)).length;
+    result.title = document.title;
+    result.steps = scene.steps.length;
+  } catch (error) {
+    result.errors.push(String(error.stack));
+  }
+  fetch("/result", { method: "POST", body: JSON.stringify(result) });
+})();

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`detect --html`: what the page carries is what was found, and in a browser it opens, draws, scrubs and plays.
+
+$WARMFRONT_BIN holds `warmfront`. The browser is Chromium, where it is installed.
+"""
+import base64
+import csv
+import http.server
+import json
+import os
+import pathlib
+import queue
+import re
+import shutil
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+
+WARMFRONT = pathlib.Path(os.environ["WARMFRONT_BIN"]) / "warmfront"
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+CHECKS = (pathlib.Path(__file__).parent / "checks.js").read_text()
+
+
+def detect(*arguments):
+    return subprocess.run([WARMFRONT, "detect", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A cloth that falls on a ball, as files; its page, contacts and report."""
+    where = tmp_path_factory.mktemp("page")
+    subprocess.run([WARMFRONT, "scene", "cloth-ball", "--triangles", "1000", "--out", where], check=True,
+                   stdout=subprocess.DEVNULL)
+    done = detect(where, "--html", where / "page.html", "--contacts", where / "contacts.csv", "--json", where / "report.json")
+    assert done.returncode == 0, done.stderr
+    return where
+
+
+def blob(page, name, dtype):
+    return np.frombuffer(base64.b64decode(re.search(f'id="{name}">([^<]*)</script>', page).group(1)), dtype)
+
+
+def scene_of(page):
+    return json.loads(re.search(r'id="scene">(.*)</script>', page).group(1))
+
+
+def test_the_page_carries_what_was_found(folder):
+    page = (folder / "page.html").read_text()
+    scene = scene_of(page)
+    report = json.loads((folder / "report.json").read_text())
+    assert scene["contacts_hash"] == report["contacts_hash"]
+    for name in ("vf", "ee", "possible", "earliest_toi"):
+        assert scene[name] == [frame[name] for frame in report["frames"]]
+    assert scene["ms"]["front"] == [frame["ms"]["front"] for frame in report["frames"]]
+    with open(folder / "contacts.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) > 500
+    v, toi, kind = (blob(page, f"contact-{name}", dtype) for name, dtype in (("v", "<u4"), ("toi", "<f4"), ("kind", "u1")))
+    assert v.reshape(-1, 4).tolist() == [[int(row[f"v{i}"]) for i in range(4)] for row in rows]
+    assert toi.tolist() == [float(np.float32(float(row["toi"]))) for row in rows]
+    assert kind.tolist() == [row["type"] == "ee" for row in rows]
+    ends = np.cumsum([a + b for a, b in zip(scene["vf"], scene["ee"])])
+    assert scene["contact_ends"] == ends.tolist()
+
+
+def test_positions_are_within_the_error_that_is_stated(folder):
+    page = (folder / "page.html").read_text()
+    scene = scene_of(page)
+    true = np.frombuffer((folder / "frames.pc2").read_bytes(), "<f4", offset=32).reshape(-1, scene["vertices"], 3)
+    drawn = np.array(scene["origin"]) + np.array(scene["quantum"]) * blob(page, "positions", "<u2").reshape(true.shape)
+    error = np.abs(drawn - true).max()
+    assert error == pytest.approx(scene["error"], rel=1e-6)
+    assert 0 < error <= 0.5001 * max(scene["quantum"])
+    extent = true.max(axis=(0, 1)) - true.min(axis=(0, 1))
+    assert max(scene["quantum"]) <= extent.max() / 65535 * 1.0001
+    assert (blob(page, "faces", "<u4").reshape(-1, 3).max()) == scene["vertices"] - 1
+
+
+def test_nothing_comes_from_outside(folder):
+    page = (folder / "page.html").read_text()
+    assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"|url\(|@import|https?://|\bfetch\(|XMLHttpRequest', page)
+
+
+def test_a_name_is_text_and_not_markup(tmp_path):
+    odd = tmp_path / "a<script>b"
+    subprocess.run([WARMFRONT, "scene", "cloth-ball", "--triangles", "1000", "--frames", "3", "--out", odd], check=True,
+                   stdout=subprocess.DEVNULL)
+    assert detect(odd, "--html", tmp_path / "page.html").returncode == 0
+    page = (tmp_path / "page.html").read_text()
+    assert "a<script>b" not in page and scene_of(page)["name"] == "a<script>b"
+
+
+def test_a_page_beyond_its_limit_is_an_error(folder, tmp_path):
+    page = tmp_path / "page.html"
+    for limit, what in (("100KiB", "the positions of 60 frames"), ("280KiB", "positions and the contacts up to step")):
+        done = detect(folder, "--html", page, "--html-limit", limit)
+        assert done.returncode == 2 and not page.exists()
+        assert what in done.stderr and "fewer --frames, or a larger --html-limit" in done.stderr
+    assert detect(folder, "--html", page, "--html-limit", "100KiB", "--frames", "0:10").returncode == 0
+    assert detect(folder, "--html-limit", "100KiB").returncode == 3
+    assert detect(folder, "--html", tmp_path / "no" / "page.html").returncode == 2
+
+
+class Host(http.server.BaseHTTPRequestHandler):
+    """Serves `server.page`, and takes what checks.js saw into `server.seen`."""
+
+    def do_GET(self):
+        self.send_response(200 if self.path == "/" else 404)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.end_headers()
+        self.wfile.write(self.server.page if self.path == "/" else b"")
+
+    def do_POST(self):
+        self.server.seen.put(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+        self.send_response(204)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+def browse(page, tmp_path, size="1200,800"):
+    """What checks.js saw."""
+    early = "<script>window.pageErrors = []; addEventListener('error', e => pageErrors.push(e.message)); " \
+            "console.error = (...words) => pageErrors.push(words.join(' '));</script>"
+    text = page.read_text().replace("<head>", "<head>" + early).replace("</body>", f"<script>{CHECKS}</script></body>")
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Host) as server:
+        server.page, server.seen = text.encode(), queue.Queue()
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        browser = subprocess.Popen(
+            [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+             "--disable-background-networking", "--disable-component-update", "--disable-sync",
+             "--enable-unsafe-swiftshader", "--use-angle=swiftshader", f"--user-data-dir={tmp_path / 'profile'}",
+             f"--window-size={size}", "--remote-debugging-port=0", f"http://127.0.0.1:{server.server_port}/"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            return server.seen.get(timeout=240)
+        finally:
+            browser.terminate()
+            browser.wait(30)
+            server.shutdown()
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+@pytest.mark.parametrize("size", ["1200,800", "420,900"])
+def test_in_a_browser(folder, tmp_path, size):
+    seen = browse(folder / "page.html", tmp_path, size)
+    report = json.loads((folder / "report.json").read_text())["frames"]
+    totals = [frame["vf"] + frame["ee"] for frame in report]
+    assert seen["errors"] == [] and seen["title"] == folder.name and seen["steps"] == 59
+    # It opens where the most contacts are, draws meshes and marks, and neither when they are switched off.
+    assert seen["opened"] == 1 + totals.index(max(totals))
+    pixels = seen["size"][0] * seen["size"][1]
+    assert 0.02 * pixels < seen["drawn"] < 0.9 * pixels
+    assert seen["marks"] > 50 and seen["marksWithout"] == 0
+    assert 0 < seen["drawnAsEdges"] < seen["drawn"] and seen["lessDrawn"] > 0
+    # It scrubs: by the slider, keys and chart; the picture and the words follow.
+    assert (seen["slid"], seen["slidMarks"], seen["slidWords"]) == (0, 0, "frame 0.00, 0 contacts")
+    assert seen["changed"] > 0.01 * pixels and seen["same"] == 0
+    assert (seen["right"], seen["rightTen"], seen["end"], seen["left"]) == (1, 11, 59, 58)
+    assert seen["words"] == f"frame 58.00, {totals[57]} contacts"
+    assert 58 < seen["clicked"] <= 59
+    assert seen["zoomed"] > 0 and seen["viewReset"] == 0
+    assert not seen["tipHidden"] and seen["tip"].startswith("frame 1 ") and seen["tipLeft"]
+    assert 0 < seen["played"] <= 59 and seen["paused"]
+    assert seen["bars"] == 6 and seen["unnamed"] == 0
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_counts_without_a_list(folder, tmp_path):
+    assert detect(folder, "--report", "count", "--html", tmp_path / "page.html").returncode == 0
+    seen = browse(tmp_path / "page.html", tmp_path)
+    assert seen["errors"] == [] and seen["drawn"] > 0 and seen["marks"] == 0
+    assert seen["words"].endswith("contacts (0 listed)")
