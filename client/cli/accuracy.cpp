@@ -15,6 +15,7 @@
 
 #include "client/cli/exit_codes.h"
 #include "client/cli/progress.h"
+#include "client/cli/svg.h"
 #include "client/cli/trade.h"
 #include "client/io/file.h"
 #include "client/io/query_file.h"
@@ -78,13 +79,8 @@ bool is_scene(const std::string& path) {
          fs::exists(fs::path(path) / "t0.ply", ignored);
 }
 
-/// For a file's name: only what every file system takes.
 std::string file_name_of(const TradeRow& row) {
-  std::string name = row.set + (row.scene ? "-scene" : "-queries");
-  std::ranges::replace_if(
-      name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_'; },
-      '-');
-  return name + ".svg";
+  return svg_file_name(row.set + (row.scene ? "-scene" : "-queries"));
 }
 
 Result<SceneTrade> measure_query_set(const Arguments& arguments, const std::string& path,
@@ -149,9 +145,7 @@ std::string format(const KnownComparison& c) {
 }
 
 Status write_plots(const std::string& folder, std::span<const TradeRow> rows) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) return invalid_argument(folder + ": cannot make the folder: " + code.message());
+  if (Status status = make_folder(folder); !status) return status;
   for (auto begin = rows.begin(); begin != rows.end();) {
     const auto end = std::find_if(
         begin, rows.end(), [&](const TradeRow& r) { return r.set != begin->set || r.scene != begin->scene; });

@@ -5,8 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "client/cli/bench_report.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/progress.h"
+#include "client/cli/svg.h"
 #include "client/io/file.h"
 
 namespace warmfront::client {
@@ -32,6 +35,7 @@ struct Arguments {
   std::string frames;
   std::string csv_file;
   std::string json_file;
+  std::string svg_folder;
 };
 
 /// 1, 2, 4, ... and as many as the machine has.
@@ -75,6 +79,16 @@ Result<FrameRange> read_range(const Arguments& arguments, const Input& input) {
   return parse_frame_range(arguments.frames, input.frame_count());
 }
 
+Status write_plots(const std::string& folder, std::span<const BenchReport> reports) {
+  if (Status status = make_folder(folder); !status) return status;
+  for (const BenchReport& report : reports) {
+    const std::string path =
+        (std::filesystem::path(folder) / svg_file_name(report.input + "-bench")).string();
+    if (Status status = write_file(path, format_bench_svg(report)); !status) return status;
+  }
+  return {};
+}
+
 int bench(const Arguments& arguments) {
   const BenchContext context{this_machine(), this_build(), arguments.rounds};
   const Result<std::vector<BenchSetting>> settings = read_settings(arguments, context.machine.cores);
@@ -108,6 +122,10 @@ int bench(const Arguments& arguments) {
   }
   if (!arguments.json_file.empty()) {
     if (Status status = write_text(arguments.json_file, format_bench_json(context, reports)); !status)
+      return failure(status.error().message);
+  }
+  if (!arguments.svg_folder.empty()) {
+    if (Status status = write_plots(arguments.svg_folder, reports); !status)
       return failure(status.error().message);
   }
   if (const int code = finish_output(); code != kExitOk) return code;
@@ -164,6 +182,8 @@ Verb add_bench(CLI::App& app) {
   app.add_option("--csv", a.csv_file, "Write the measurements as CSV")->type_name("FILE");
   app.add_option("--json", a.json_file, "Write them as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");
+  app.add_option("--svg", a.svg_folder, "Write a plot an input into this folder: stage times of each setting")
+      ->type_name("DIR");
   app.footer(
       "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is told "
       "apart\n(an input of one step has only that). What SIMD gains: compare with a build configured with\n"

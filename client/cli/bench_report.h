@@ -23,6 +23,9 @@ std::string format_bench_context(const BenchContext& context);
 /// One input for people: times, counts, what threads gain (the paper's Table 1), what the front saves.
 std::string format_bench_tables(const BenchReport& report);
 
+/// One input as a diagram: its settings as bars, stage by stage.
+std::string format_bench_svg(const BenchReport& report);
+
 /// The CSV file with its header: a line for each input and setting.
 std::string format_bench_csv(const BenchContext& context, std::span<const BenchReport> reports);
 /// {"machine", "build", "rounds", "inputs": [{..., "settings": [...]}]}.

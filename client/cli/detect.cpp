@@ -10,17 +10,16 @@
 #include <utility>
 #include <vector>
 
+#include "client/cli/detect_outputs.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/explain.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
-#include "client/cli/html_page.h"
 #include "client/cli/progress.h"
 #include "client/cli/remote_stepper.h"
 #include "client/cli/report_json.h"
 #include "client/cli/server_options.h"
 #include "client/cli/stepper.h"
-#include "client/io/contact_writer.h"
 #include "client/io/input.h"
 #include "engine/contact_hash.h"
 
@@ -47,9 +46,7 @@ struct Arguments {
   std::string find_bodies = "on";
   std::string find_rigid = "on";
   std::string frames;
-  std::string contacts_file;
-  std::string html_file;
-  std::uint64_t html_limit = std::uint64_t{64} << 20;
+  OutputFiles files;
   std::string json_file;
 };
 
@@ -85,17 +82,7 @@ Status check_usage(Arguments& arguments) {
   if (Result<SendMode> send = parse_send_mode(arguments.send); !send) return send.error();
   if (arguments.options.explain && arguments.options.report != Report::kAll)
     return invalid_argument("--explain needs --report all: it compares the contacts");
-  if (arguments.contacts_file.empty()) {
-    if (arguments.options.fields.any())
-      return invalid_argument("--fields says what --contacts writes of a contact; name a file");
-    return {};
-  }
-  if (!is_contact_file_name(arguments.contacts_file))
-    return invalid_argument("--contacts " + arguments.contacts_file +
-                            ": the name must end in .csv, .jsonl or .vtp");
-  if (arguments.options.report == Report::kCount)
-    return invalid_argument("--contacts needs --report all or earliest: count gives no list");
-  return {};
+  return DetectOutputs::check(arguments.files, arguments.options);
 }
 
 void print_header() {
@@ -139,7 +126,7 @@ std::span<const double> widen(const Positions& positions, std::vector<double>& w
 
 /// Steps through everything; fills in the report.
 Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& frames, Stepper& stepper,
-                    Explanation* explanation, ContactWriter* writer, HtmlPage* page, DetectReport& report) {
+                    Explanation* explanation, DetectOutputs& outputs, DetectReport& report) {
   const bool with_contacts = arguments.options.report != Report::kCount;
   const bool table = arguments.json_file.empty();
   ContactHash hash;
@@ -165,16 +152,7 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
       if (Status status = explanation->step(frames.placed(), answer, frames.bytes(), all_bytes); !status)
         return status;
     }
-    if (writer) {
-      if (Status status =
-              writer->write(steps.number(), steps.start(), steps.end(), answer.contacts, answer.geometry);
-          !status)
-        return status;
-    }
-    if (page) {
-      page->add_frame(steps.end());
-      if (Status status = page->add_contacts(answer.contacts); !status) return status;
-    }
+    if (Status status = outputs.step(steps, answer); !status) return status;
     report.frames.push_back({steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi,
                              answer.statistics, frames.bytes()});
     if (table) {
@@ -229,39 +207,19 @@ int detect(Arguments arguments) {
     explanation.emplace(std::move(started).value());
   }
 
-  std::unique_ptr<ContactWriter> writer;
-  if (!arguments.contacts_file.empty()) {
-    Result<std::unique_ptr<ContactWriter>> created =
-        open_contact_writer(arguments.contacts_file, arguments.options.fields);
-    if (!created) return failure(created.error().message);
-    writer = std::move(created).value();
-  }
-
-  std::optional<HtmlPage> page;
-  if (!arguments.html_file.empty()) {
-    Result<HtmlPage> started = HtmlPage::start(short_name(input.name()), scene.value(),
-                                               steps.value().step_count() + 1, arguments.html_limit);
-    if (!started) return failure(started.error().message);
-    page.emplace(std::move(started).value());
-    page->add_frame(steps.value().end());
-  }
+  Result<DetectOutputs> outputs = DetectOutputs::open(arguments.files, arguments.options.fields, input.name(),
+                                                      scene.value(), steps.value());
+  if (!outputs) return failure(outputs.error().message);
 
   DetectReport report;
   report.vertices = input.scene().vertex_count;
   report.triangles = input.scene().faces.size();
   report.options = arguments.options;
   report.threads = stepper.value()->threads();
-  const Status stepped =
-      step_through(arguments, steps.value(), frames, *stepper.value(), explanation ? &*explanation : nullptr,
-                   writer.get(), page ? &*page : nullptr, report);
+  const Status stepped = step_through(arguments, steps.value(), frames, *stepper.value(),
+                                      explanation ? &*explanation : nullptr, outputs.value(), report);
   if (!stepped) return failure(stepped.error().message);
-  if (writer) {
-    if (Status status = writer->close(); !status) return failure(status.error().message);
-  }
-  if (page) {
-    if (Status status = page->write(arguments.html_file, report); !status)
-      return failure(status.error().message);
-  }
+  if (Status status = outputs.value().close(report); !status) return failure(status.error().message);
   if (!arguments.json_file.empty()) {
     if (Status status = write_text(arguments.json_file, format_json(report)); !status)
       return failure(status.error().message);
@@ -346,14 +304,19 @@ Verb add_detect(CLI::App& app) {
       "model saves");
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
-  app.add_option("--contacts", a.contacts_file,
+  app.add_option("--contacts", a.files.contacts,
                  "Write the contacts: .csv, .jsonl, or .vtp (a file a frame, and a .pvd that lists them)")
       ->type_name("FILE");
-  CLI::Option* html = app.add_option("--html", a.html_file,
+  app.add_option("--meshes", a.files.meshes,
+                 "Write the meshes for ParaView: .vtp (a file a frame, each vertex with its least time of "
+                 "impact, and a .pvd that lists them)")
+      ->type_name("FILE");
+  CLI::Option* html = app.add_option("--html", a.files.html,
                                      "Write one self-contained page: the meshes moving, their contacts by "
                                      "time of impact, counts and stage times")
                           ->type_name("FILE");
-  app.add_option("--html-limit", a.html_limit, "Largest size of what --html carries; beyond it, an error")
+  app.add_option("--html-limit", a.files.html_limit,
+                 "Largest size of what --html carries; beyond it, an error")
       ->transform(CLI::AsSizeValue(false))
       ->default_str("64MiB")
       ->needs(html);

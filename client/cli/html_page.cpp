@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "client/cli/print.h"
 #include "client/io/endian.h"
 #include "client/io/file.h"
 
@@ -25,9 +26,7 @@ std::uint64_t base64_size(std::uint64_t bytes) {
 }
 
 std::string mebibytes(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f MiB", static_cast<double>(bytes) / (1 << 20));
-  return text;
+  return print("%.1f MiB", static_cast<double>(bytes) / (1 << 20));
 }
 
 Error too_large(const std::string& what, std::uint64_t bytes, std::uint64_t limit) {

@@ -87,9 +87,7 @@ int scene(const Arguments& arguments) {
         return usage_error(status.error().message);
   if (arguments.folder.empty()) return usage_error("scene: --out DIR is needed");
 
-  std::error_code code;
-  std::filesystem::create_directories(arguments.folder, code);
-  if (code) return failure(arguments.folder + ": cannot make the folder: " + code.message());
+  if (const Status status = make_folder(arguments.folder); !status) return failure(status.error().message);
   const std::unique_ptr<scenes::Animation> animation = scenes::make_animation(spec);
   const SceneInfo info = describe(spec, animation->scene());
   if (const Status status = write_scene(spec, *animation, info, arguments.folder); !status)

@@ -3,9 +3,17 @@
 #include "client/cli/svg.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace warmfront::client {
+
+std::string svg_file_name(std::string name) {
+  std::ranges::replace_if(
+      name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_'; },
+      '-');
+  return name + ".svg";
+}
 
 std::string escaped(const std::string& text) {
   std::string result;

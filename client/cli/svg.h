@@ -9,6 +9,9 @@
 
 namespace warmfront::client {
 
+/// The name of a plot's file: only what every file system takes, and ".svg".
+std::string svg_file_name(std::string name);
+
 /// Text as XML and HTML have it.
 std::string escaped(const std::string& text);
 

@@ -35,6 +35,13 @@ Result<std::string> read_file(const std::string& path) {
   return bytes;
 }
 
+Status make_folder(const std::string& path) {
+  std::error_code code;
+  std::filesystem::create_directories(path, code);
+  if (code) return invalid_argument(path + ": cannot make the folder: " + code.message());
+  return {};
+}
+
 Result<OutputFile> OutputFile::create(const std::string& path) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (!file) return file_error(path, "cannot write", errno);

@@ -40,6 +40,9 @@ class OutputFile {
   int error_ = 0;
 };
 
+/// Makes the folder, and those above it, where they are not there yet.
+Status make_folder(const std::string& path);
+
 /// Creates `path` with `bytes` in it.
 Status write_file(const std::string& path, std::string_view bytes);
 

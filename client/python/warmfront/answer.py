@@ -99,6 +99,7 @@ class Contacts:
 
     frame: its number. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
     possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
+    queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 
     The columns are read-only views into the message that arrived, perhaps not aligned: `numpy.require(x,
     requirements="A")` copies where that matters. Only an answer of several messages (beyond the daemon's
@@ -129,6 +130,7 @@ class Contacts:
         self.ee: int = summary.ee
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
+        self.queue_ms: float = summary.queue_ms
         self._statistics = summary.statistics
         self._all_deformable = summary.all_deformable if summary.HasField("all_deformable") else None
 

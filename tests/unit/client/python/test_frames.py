@@ -106,6 +106,7 @@ def test_several_frames_in_flight_are_answered_in_order(client, cloth):
         with pytest.raises(FailedPrecondition, match="no frame is unanswered"):
             session.next_answer()
     assert [bits(a) for a in answers] == [bits(a) for a in single]
+    assert max(a.queue_ms for a in answers) > 0  # they waited for each other
 
 
 def test_a_frame_that_fails_does_not_count(client):

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`detect --html`: what the page carries is what was found, and in a browser it opens, draws, scrubs and plays.
 
-$WARMFRONT_BIN holds `warmfront`. The browser is Chromium, where it is installed.
+The browser is Chromium, where it is installed.
 """
 import base64
 import csv
 import http.server
 import json
-import os
 import pathlib
 import queue
 import re
@@ -17,25 +16,10 @@ import threading
 
 import numpy as np
 import pytest
+from conftest import detect, run
 
-WARMFRONT = pathlib.Path(os.environ["WARMFRONT_BIN"]) / "warmfront"
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 CHECKS = (pathlib.Path(__file__).parent / "checks.js").read_text()
-
-
-def detect(*arguments):
-    return subprocess.run([WARMFRONT, "detect", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A cloth that falls on a ball, as files; its page, contacts and report."""
-    where = tmp_path_factory.mktemp("page")
-    subprocess.run([WARMFRONT, "scene", "cloth-ball", "--triangles", "1000", "--out", where], check=True,
-                   stdout=subprocess.DEVNULL)
-    done = detect(where, "--html", where / "page.html", "--contacts", where / "contacts.csv", "--json", where / "report.json")
-    assert done.returncode == 0, done.stderr
-    return where
 
 
 def blob(page, name, dtype):
@@ -85,8 +69,7 @@ def test_nothing_comes_from_outside(folder):
 
 def test_a_name_is_text_and_not_markup(tmp_path):
     odd = tmp_path / "a<script>b"
-    subprocess.run([WARMFRONT, "scene", "cloth-ball", "--triangles", "1000", "--frames", "3", "--out", odd], check=True,
-                   stdout=subprocess.DEVNULL)
+    assert run("scene", "cloth-ball", "--triangles", "1000", "--frames", "3", "--out", odd).returncode == 0
     assert detect(odd, "--html", tmp_path / "page.html").returncode == 0
     page = (tmp_path / "page.html").read_text()
     assert "a<script>b" not in page and scene_of(page)["name"] == "a<script>b"

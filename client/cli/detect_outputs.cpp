@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of frames and contacts: see detect_outputs.h.
+#include "client/cli/detect_outputs.h"
+
+#include <utility>
+
+#include "client/cli/verb.h"
+
+namespace warmfront::client {
+
+Status DetectOutputs::check(const OutputFiles& files, const ColliderOptions& options) {
+  if (!files.meshes.empty() && !files.meshes.ends_with(".vtp"))
+    return invalid_argument("--meshes " + files.meshes + ": the name must end in .vtp");
+  if (files.contacts.empty()) {
+    if (options.fields.any())
+      return invalid_argument("--fields says what --contacts writes of a contact; name a file");
+    return {};
+  }
+  if (!is_contact_file_name(files.contacts))
+    return invalid_argument("--contacts " + files.contacts + ": the name must end in .csv, .jsonl or .vtp");
+  if (options.report == Report::kCount)
+    return invalid_argument("--contacts needs --report all or earliest: count gives no list");
+  return {};
+}
+
+Result<DetectOutputs> DetectOutputs::open(const OutputFiles& files, const ContactFields& fields,
+                                          const std::string& name, const SceneDescription& scene,
+                                          const FrameSteps& steps) {
+  DetectOutputs outputs;
+  if (!files.contacts.empty()) {
+    Result<std::unique_ptr<ContactWriter>> created = open_contact_writer(files.contacts, fields);
+    if (!created) return created.error();
+    outputs.contacts_ = std::move(created).value();
+  }
+  if (!files.meshes.empty()) {
+    Result<VtpMeshWriter> created = VtpMeshWriter::create(files.meshes, scene);
+    if (!created) return created.error();
+    outputs.meshes_.emplace(std::move(created).value());
+    if (Status status = outputs.meshes_->write(steps.number(), steps.end(), {}); !status)
+      return status.error();
+  }
+  if (!files.html.empty()) {
+    Result<HtmlPage> started =
+        HtmlPage::start(short_name(name), scene, steps.step_count() + 1, files.html_limit);
+    if (!started) return started.error();
+    outputs.html_file_ = files.html;
+    outputs.page_.emplace(std::move(started).value());
+    outputs.page_->add_frame(steps.end());
+  }
+  return outputs;
+}
+
+Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer) {
+  if (contacts_) {
+    Status status =
+        contacts_->write(steps.number(), steps.start(), steps.end(), answer.contacts, answer.geometry);
+    if (!status) return status;
+  }
+  if (meshes_) {
+    if (Status status = meshes_->write(steps.number(), steps.end(), answer.contacts); !status) return status;
+  }
+  if (page_) {
+    page_->add_frame(steps.end());
+    if (Status status = page_->add_contacts(answer.contacts); !status) return status;
+  }
+  return {};
+}
+
+Status DetectOutputs::close(const DetectReport& report) {
+  if (contacts_) {
+    if (Status status = contacts_->close(); !status) return status;
+  }
+  if (meshes_) {
+    if (Status status = meshes_->close(); !status) return status;
+  }
+  return page_ ? page_->write(html_file_, report) : Status();
+}
+
+}  // namespace warmfront::client

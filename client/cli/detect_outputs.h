@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where `detect` puts frames and contacts besides its table: files of contacts, meshes, a page. Used by the
+// main thread only.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/cli/frame_steps.h"
+#include "client/cli/html_page.h"
+#include "client/cli/stepper.h"
+#include "client/io/contact_writer.h"
+#include "client/io/vtp_mesh_writer.h"
+
+namespace warmfront::client {
+
+/// Names as given; empty: not wanted.
+struct OutputFiles {
+  std::string contacts;  ///< .csv, .jsonl or .vtp
+  std::string meshes;    ///< .vtp
+  std::string html;
+  std::uint64_t html_limit = std::uint64_t{64} << 20;
+};
+
+class DetectOutputs {
+ public:
+  /// kInvalidArgument for names with another ending, for a list of contacts where only counts are reported,
+  /// and for fields of contacts without a file of them. Opens nothing.
+  static Status check(const OutputFiles& files, const ColliderOptions& options);
+
+  /// Creates the files, and takes the positions that `steps` begins with.
+  static Result<DetectOutputs> open(const OutputFiles& files, const ContactFields& fields,
+                                    const std::string& name, const SceneDescription& scene,
+                                    const FrameSteps& steps);
+
+  /// The step that `steps` is at, and its answer.
+  Status step(const FrameSteps& steps, const StepAnswer& answer);
+  /// Writes what is left; fails when anything did not reach its file.
+  Status close(const DetectReport& report);
+
+ private:
+  std::string html_file_;
+  std::unique_ptr<ContactWriter> contacts_;
+  std::optional<VtpMeshWriter> meshes_;
+  std::optional<HtmlPage> page_;
+};
+
+}  // namespace warmfront::client

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Meshes for ParaView: see vtp_mesh_writer.h.
+#include "client/io/vtp_mesh_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "client/io/mesh.h"
+
+namespace warmfront::client {
+
+VtpMeshWriter::VtpMeshWriter(VtpSeries series, const SceneDescription& scene) : series_(std::move(series)) {
+  for (const auto& face : scene.faces) {
+    corners_.insert(corners_.end(), face.begin(), face.end());
+    ends_.push_back(static_cast<std::int64_t>(corners_.size()));
+    // A face lies within one body, and bodies are ranges in order.
+    std::uint32_t body = 0;
+    const auto after =
+        std::ranges::upper_bound(scene.bodies, static_cast<std::uint32_t>(face[0]), {}, &Body::first_vertex);
+    if (after != scene.bodies.begin()) body = static_cast<std::uint32_t>(after - scene.bodies.begin() - 1);
+    bodies_.push_back(body);
+  }
+}
+
+Result<VtpMeshWriter> VtpMeshWriter::create(const std::string& path, const SceneDescription& scene) {
+  Result<VtpSeries> series = VtpSeries::create(path);
+  if (!series) return series.error();
+  return VtpMeshWriter(std::move(series).value(), scene);
+}
+
+Status VtpMeshWriter::write(std::uint64_t number, const Positions& positions,
+                            std::span<const ContactRecord> contacts) {
+  const std::size_t numbers = std::visit([](auto values) { return values.size(); }, positions);
+  std::vector<double> toi(numbers / 3, std::numeric_limits<double>::quiet_NaN());
+  for (const ContactRecord& contact : contacts)
+    for (const std::uint32_t v : contact.vertices) toi[v] = std::fmin(toi[v], contact.toi);
+
+  VtpArrays arrays;
+  VtpArrays::Piece piece{.points = toi.size(), .polys = ends_.size()};
+  // One statement each: the order of arrays is that of their bytes.
+  piece.content = "<PointData Scalars=\"toi\">\n";
+  piece.content += arrays.add<double>("Float64", "toi", 1, toi);
+  piece.content += "</PointData>\n<CellData>\n";
+  piece.content += arrays.add<std::uint32_t>("UInt32", "body", 1, bodies_);
+  piece.content += "</CellData>\n<Points>\n";
+  if (const auto* narrow = std::get_if<std::span<const float>>(&positions))
+    piece.content += arrays.add<float>("Float32", "Points", 3, *narrow);
+  else
+    piece.content += arrays.add<double>("Float64", "Points", 3, std::get<std::span<const double>>(positions));
+  piece.content += "</Points>\n<Polys>\n";
+  piece.content += arrays.add<std::int64_t>("Int64", "connectivity", 1, corners_);
+  piece.content += arrays.add<std::int64_t>("Int64", "offsets", 1, ends_);
+  piece.content += "</Polys>\n";
+  return series_.add(number, arrays.format(piece));
+}
+
+}  // namespace warmfront::client

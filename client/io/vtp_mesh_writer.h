@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The meshes as a series of VTK PolyData files, frame by frame. Used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/io/contact_record.h"
+#include "client/io/vtp.h"
+#include "engine/frame.h"
+#include "engine/result.h"
+#include "engine/scene/scene.h"
+
+namespace warmfront::client {
+
+/// NAME_000000.vtp, ... and NAME.pvd: triangles; of each vertex `toi`, the least time of impact of the step's
+/// contacts that it takes part in, NaN for none; of each triangle `body`.
+class VtpMeshWriter {
+ public:
+  static Result<VtpMeshWriter> create(const std::string& path, const SceneDescription& scene);
+
+  /// The positions at frame `number`, and the contacts of the step that ends there.
+  Status write(std::uint64_t number, const Positions& positions, std::span<const ContactRecord> contacts);
+  Status close() { return series_.close(); }
+
+ private:
+  VtpMeshWriter(VtpSeries series, const SceneDescription& scene);
+
+  VtpSeries series_;
+  std::vector<std::int64_t> corners_;  // (m, 3)
+  std::vector<std::int64_t> ends_;     // of each triangle's corners
+  std::vector<std::uint32_t> bodies_;  // of each triangle
+};
+
+}  // namespace warmfront::client
