@@ -207,8 +207,8 @@ int detect(Arguments arguments) {
     explanation.emplace(std::move(started).value());
   }
 
-  Result<DetectOutputs> outputs = DetectOutputs::open(arguments.files, arguments.options.fields, input.name(),
-                                                      scene.value(), steps.value());
+  Result<DetectOutputs> outputs = DetectOutputs::open(arguments.files, arguments.options.fields,
+                                                      arguments.inputs.front(), scene.value(), steps.value());
   if (!outputs) return failure(outputs.error().message);
 
   DetectReport report;

@@ -55,7 +55,7 @@ const charts = [
 ];
 
 function title() {
-  const range = `${number(scene.triangles)} triangles, ${number(scene.vertices)} vertices, ${number(stepCount)} steps`;
+  const range = `${number(scene.triangles)} triangles, ${number(scene.vertices)} vertices, ${number(stepCount)} step${stepCount === 1 ? "" : "s"}`;
   const how = `${scene.tier}${scene.tier === "certified" ? " " + scene.tolerance.toExponential() : ""}` +
               (scene.min_separation > 0 ? `, separation ${scene.min_separation}` : "") +
               `, front ${scene.front}, ${scene.bounds}, ${scene.threads} thread${scene.threads === 1 ? "" : "s"}`;
@@ -112,9 +112,10 @@ byId("up").addEventListener("change", event => { camera.up = event.target.value;
 dark.addEventListener("change", recolor);
 const resized = () => { charts.forEach(chart => chart.draw()); draw(); };
 addEventListener("resize", resized);
-// page.html#frame=12.5 opens there; else where the most contacts are.
+// page.html#frame=12.5&up=y opens there and so; else where the most contacts are, with z up.
 function openAt() {
-  const asked = /frame=([\d.]+)/.exec(location.hash);
+  const asked = /frame=([\d.]+)/.exec(location.hash), up = /up=([yz])/.exec(location.hash);
+  if (up) camera.up = byId("up").value = up[1];
   const totals = scene.steps.map((_, i) => scene.vf[i] + scene.ee[i]);
   seek(asked ? Number(asked[1]) - (scene.steps[0] - 1) : 1 + totals.indexOf(Math.max(...totals)));
 }
