@@ -79,13 +79,14 @@ struct Quantizer {
         high[i % 3] = std::max(high[i % 3], x);
       }
     }
-    // Divided first: the extent of finite numbers need not be finite.
-    for (std::size_t axis = 0; axis < 3; ++axis) quantum[axis] = high[axis] / kSteps - origin[axis] / kSteps;
+    // Halves: the difference of finite numbers need not be finite.
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      quantum[axis] = (0.5 * high[axis] - 0.5 * origin[axis]) / kSteps * 2;
   }
 
   std::uint16_t round(double x, std::size_t axis) const {
     if (!(quantum[axis] > 0)) return 0;
-    const double steps = x / quantum[axis] - origin[axis] / quantum[axis];
+    const double steps = (0.5 * x - 0.5 * origin[axis]) / (0.5 * quantum[axis]);
     return static_cast<std::uint16_t>(std::clamp(std::nearbyint(steps), 0.0, kSteps));
   }
   double error(double x, std::uint16_t steps, std::size_t axis) const {

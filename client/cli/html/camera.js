@@ -6,9 +6,8 @@ const scaled = (a, s) => a.map(x => x * s);
 const plus = (a, b) => a.map((x, i) => x + b[i]);
 const unit = a => scaled(a, 1 / Math.hypot(...a));
 
-const extent = scene.quantum.map(q => 65535 * q);
-const size = Math.max(Math.hypot(...extent), 1e-30);
-const middle = scene.origin.map((x, axis) => x + extent[axis] / 2);
+const size = Math.hypot(...extent) || 1;
+const middle = [0, 0, 0];
 
 const camera = {
   up: "z",

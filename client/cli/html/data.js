@@ -15,6 +15,12 @@ const contactV = new Uint32Array(bytesOf("contact-v"));   // (k, 4)
 const contactToi = new Float32Array(bytesOf("contact-toi"));
 const contactKind = new Uint8Array(bytesOf("contact-kind"));  // 0 vertex-face, 1 edge-edge
 
+// However far away and however small the scene is: drawn, its motion's extent is around 0, and 1 at most.
+const extent = scene.quantum.map(q => 65535 * q);
+const largest = Math.max(...extent);
+extent.forEach((e, axis) => { extent[axis] = largest > 0 ? e / largest : 0; });
+const quantum = extent.map(e => e / 65535), origin = extent.map(e => -e / 2);
+
 const vertexCount = scene.vertices;
 const stepCount = scene.steps.length;
 
@@ -32,6 +38,6 @@ function place(v, k, share, out, at) {
   const a = 3 * ((k - 1) * vertexCount + v), b = a + 3 * vertexCount;
   for (let axis = 0; axis < 3; ++axis) {
     const x = positions[a + axis];
-    out[at + axis] = scene.origin[axis] + scene.quantum[axis] * (x + (positions[b + axis] - x) * share);
+    out[at + axis] = origin[axis] + quantum[axis] * (x + (positions[b + axis] - x) * share);
   }
 }

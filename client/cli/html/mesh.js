@@ -80,8 +80,8 @@ function makeMesh(gl) {
     gl.uniform1f(uniforms.share, share);
     gl.uniform3fv(uniforms.back, camera.back());
     gl.uniform3fv(uniforms.middle, middle);
-    gl.uniform3fv(uniforms.origin, scene.origin);
-    gl.uniform3fv(uniforms.quantum, scene.quantum);
+    gl.uniform3fv(uniforms.origin, origin);
+    gl.uniform3fv(uniforms.quantum, quantum);
     gl.uniformMatrix4fv(uniforms.camera, false, matrix);
   }
 

@@ -79,9 +79,11 @@
 
     const bodyBox = document.querySelector("#bodies input");
     const whole = look();
-    bodyBox.checked = false;
-    bodyBox.dispatchEvent(new Event("change"));
-    result.lessDrawn = whole.drawn - look().drawn;
+    if (bodyBox) {  // a page of one body has no list
+      bodyBox.checked = false;
+      bodyBox.dispatchEvent(new Event("change"));
+      result.lessDrawn = whole.drawn - look().drawn;
+    }
 
     window.warmfront.seek(0);
     by("speed").value = "30";

@@ -151,6 +151,28 @@ def test_in_a_browser(folder, tmp_path, size):
     assert seen["bars"] == 6 and seen["unnamed"] == 0
 
 
+def write_obj(path, vertices):
+    path.write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) + "f 1 2 3\nf 4 5 6\n")
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+@pytest.mark.parametrize("scale, offset", [(1e-3, 1e8), (1e-290, 0), (1e300, 0)])
+def test_scenes_far_away_tiny_and_huge(tmp_path, scale, offset):
+    before = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, 1], [1.25, 0.25, 1], [0.25, 1.25, 1]])
+    after = np.concatenate([before[:3], before[3:] - [0, 0, 2]])  # the second triangle falls through the first
+    frames = [offset + scale * V for V in (before, after)]
+    for k, V in enumerate(frames):
+        write_obj(tmp_path / f"t{k}.obj", V)
+    assert detect(tmp_path / "t0.obj", tmp_path / "t1.obj", "--html", tmp_path / "page.html").returncode == 0
+    page = (tmp_path / "page.html").read_text()
+    scene = scene_of(page)
+    drawn = np.array(scene["origin"]) + np.array(scene["quantum"]) * blob(page, "positions", "<u2").reshape(2, 6, 3)
+    assert np.abs(drawn - frames).max() <= 1.001 * scene["error"] + np.spacing(offset)
+    assert scene["error"] <= 0.51 * max(scene["quantum"]) + np.spacing(offset)
+    seen = browse(tmp_path / "page.html", tmp_path)
+    assert seen["errors"] == [] and seen["marks"] > 20 and seen["drawn"] > 1000
+
+
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 def test_counts_without_a_list(folder, tmp_path):
     assert detect(folder, "--report", "count", "--html", tmp_path / "page.html").returncode == 0
