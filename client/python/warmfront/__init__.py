@@ -12,7 +12,7 @@ V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon 
 was answered last, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
 canonical code. A Client is thread-safe, a Session is used by one thread at a time.
 """
-from .answer import Contacts, Kind, StageTimes, Statistics, Status, StepCounts
+from .answer import AllDeformable, Contacts, Kind, StageTimes, Statistics, Status, StepCounts
 from .client import Client, connect
 from .errors import (
     Aborted,
@@ -37,8 +37,8 @@ from .scene import Body
 from .session import Session
 
 __all__ = [
-    "Aborted", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DeadlineExceeded", "FailedPrecondition",
-    "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience", "PermissionDenied",
+    "Aborted", "AllDeformable", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DeadlineExceeded",
+    "FailedPrecondition", "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience", "PermissionDenied",
     "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status",
     "StepCounts", "Unauthenticated", "Unavailable", "Unimplemented", "WarmfrontError", "connect",
 ]
