@@ -132,7 +132,7 @@ def test_memory_that_is_not_contiguous(client, cloth):
 def test_what_the_daemon_says_of_itself_and_its_sessions(client, cloth):
     info = client.server_info()
     assert (info.threads, info.sessions, info.draining) == (2, 0, False)
-    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(tier="exact"),
+    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(tier="exact", bounds="aabb"),
                         first_frame=41) as session:
         session.step(cloth.frames[1])
         assert session.last_frame == 42 and session.window == info.limits.window
@@ -140,5 +140,5 @@ def test_what_the_daemon_says_of_itself_and_its_sessions(client, cloth):
         assert listed.id == session.id == session.info().id
         assert (listed.vertex_count, listed.face_count, listed.body_count) == (539, 992, 2)
         assert (listed.dtype, listed.last_frame, listed.steps, listed.attached) == ("float32", 42, 1, True)
-        assert listed.options.tier == "exact" and listed.options.bounds == "kdop18" and listed.memory_bytes > 100_000
+        assert listed.options.tier == "exact" and listed.options.bounds == "aabb" and listed.memory_bytes > 100_000
     assert client.list_sessions() == []

@@ -43,6 +43,16 @@ def test_bodies_and_single_vertices_are_as_all_positions(client, cloth):
         assert bits(parts.step()) == bits(before)  # nothing moves
 
 
+def test_what_a_model_saves_is_told_where_asked(client, cloth):
+    n = cloth.bodies[0].vertex_count
+    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies, options=Options(explain=True)) as session:
+        told = session.step(bodies={0: cloth.frames[1][:n]}).all_deformable
+        assert told.positions_bytes == cloth.frames[0].nbytes > told.frame_bytes >= 12 * n
+        assert told.statistics.counts.nodes_refit > 0
+    with client.session(cloth.frames[0], cloth.faces, bodies=cloth.bodies) as session:
+        assert session.step(cloth.frames[1]).all_deformable is None
+
+
 @pytest.mark.parametrize("named", [False, True])
 def test_poses_are_as_the_positions_that_they_place(client, crowd, named):
     rest = crowd.frames[0].astype(np.float64)
