@@ -58,7 +58,7 @@ function title() {
   const range = `${number(scene.triangles)} triangles, ${number(scene.vertices)} vertices, ${number(stepCount)} step${stepCount === 1 ? "" : "s"}`;
   const how = `${scene.tier}${scene.tier === "certified" ? " " + scene.tolerance.toExponential() : ""}` +
               (scene.min_separation > 0 ? `, separation ${scene.min_separation}` : "") +
-              `, front ${scene.front}, ${scene.bounds}, ${scene.threads} thread${scene.threads === 1 ? "" : "s"}`;
+              `, front ${scene.front}, bounds ${scene.bounds}, ${scene.threads} thread${scene.threads === 1 ? "" : "s"}`;
   byId("title").textContent = document.title = scene.name;
   byId("subtitle").textContent = `${range} · ${how}`;
   byId("foot").textContent = `Positions are drawn within ${scene.error.toExponential(1)} of the scene's` +
