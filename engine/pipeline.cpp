@@ -110,7 +110,7 @@ class PipelineWith final : public Pipeline {
     ++steps_;
     statistics.bounds = bounds();
     core.motion.begin(frame);
-    core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers);
+    core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, stop);
     const bool built = arrange_new(core);
     refit_placed(core);
     statistics.counts.bv_tests = find_near(core);

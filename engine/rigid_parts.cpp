@@ -17,8 +17,8 @@ namespace {
 constexpr std::array<double, 4> kLadder{1.0 / 8, 1.0 / 32, 1.0 / 128, 1.0 / 512};
 /// A part that does not move rigidly is looked at ever more seldom, up to this many steps apart.
 constexpr std::uint32_t kMostPatience = 256;
-/// A part is measured after so many steps that fitted: what falls does not deform before it lands.
-constexpr std::uint32_t kSteps = 3;
+/// Primitives that one step measures, or else one part: a crowd does not make a step as long as the first.
+constexpr std::size_t kMeasuredAtOnce = 20'000;
 /// Less than cos(45 degrees).
 constexpr double kLeastStretch = 0.7;
 
@@ -104,30 +104,47 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
 }
 
 void RigidParts::look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
-                      const ColliderOptions& options, const std::shared_ptr<Workers>& workers) {
+                      const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
+                      StopSignal stop) {
   count_ = 0;
   if (!options.find_rigid || options.tier == Tier::kFast) return;
-  std::vector<std::uint32_t> to_measure;
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     if (model.self_collision(p))
       look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options);
   });
-  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-    const Part& part = parts_[p];
-    count_ += part.rigid ? 1 : 0;
-    if (part.fitted >= kSteps && !part.clearance && (motion.state(p) & kMoving) != 0) to_measure.push_back(p);
-  }
-  // Those of much longer edges would be measured by too short a length: they wait for a later step.
-  const auto wanted = [&](std::uint32_t p) { return kLadder[parts_[p].rung] * parts_[p].edges.mean; };
+  for (const Part& part : parts_) count_ += part.rigid ? 1 : 0;
+  const std::vector<std::uint32_t> parts = due(topology, motion);
+  if (!parts.empty()) measure(parts, topology, workers, stop);
+}
+
+double RigidParts::wanted_clearance(std::uint32_t part) const {
+  return kLadder[parts_[part].rung] * parts_[part].edges.mean;
+}
+
+// Of about one size: those of much longer edges would be measured by too short a length, and wait.
+std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const SceneMotion& motion) const {
+  std::vector<std::uint32_t> due;
   double least = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t p : to_measure) least = std::min(least, wanted(p));
-  std::erase_if(to_measure, [&](std::uint32_t p) { return wanted(p) > 4 * least; });
-  if (!to_measure.empty()) measure(to_measure, least, topology, workers);
+  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+    if (parts_[p].fitted < kSteps || parts_[p].clearance || (motion.state(p) & kMoving) == 0) continue;
+    due.push_back(p);
+    least = std::min(least, wanted_clearance(p));
+  }
+  std::erase_if(due, [&](std::uint32_t p) { return wanted_clearance(p) > 4 * least; });
+  std::size_t primitives = 0;
+  const auto enough = std::ranges::find_if(due, [&](std::uint32_t p) {
+    primitives += topology.parts[p].order.size();
+    return primitives > kMeasuredAtOnce && p != due.front();
+  });
+  due.erase(enough, due.end());
+  return due;
 }
 
 // The references side by side, none tested against another.
-void RigidParts::measure(std::span<const std::uint32_t> parts, double clearance, const Topology& topology,
-                         const std::shared_ptr<Workers>& workers) {
+void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& topology,
+                         const std::shared_ptr<Workers>& workers, StopSignal stop) {
+  double clearance = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t p : parts) clearance = std::min(clearance, wanted_clearance(p));
   SceneDescription description;
   std::vector<double> positions;
   for (const std::uint32_t p : parts) {
@@ -163,13 +180,15 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, double clearance,
     Result<Collider> collider =
         Collider::create(shared, std::span<const double>(positions), options, workers);
     if (collider) {
-      if (Result<StepResult> step = collider.value().step(std::span<const double>(positions)); step) {
+      if (Result<StepResult> step = collider.value().step(std::span<const double>(positions), stop.flag());
+          step) {
         std::ranges::fill(meets, std::uint8_t{0});
         for (const Contact& contact : step.value().contacts)
           meets[shared->body_of_vertex()[shared->vertices_of(contact)[0]]] = 1;
       }
     }
   }
+  stop.check();
   for (std::size_t i = 0; i < parts.size(); ++i) {
     Part& part = parts_[parts[i]];
     if (meets[i] == 0) {

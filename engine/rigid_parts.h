@@ -13,6 +13,7 @@
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
 #include "engine/scene/collision_model.h"
+#include "engine/stop.h"
 #include "engine/topology.h"
 #include "engine/workers.h"
 
@@ -39,11 +40,14 @@ class RigidParts {
   /// ones.
   void take_parts(const CollisionModel& model);
 
-  /// Looks at a step's motion, after it began. Those parts that have seemed rigid for some steps are
-  /// measured, all at once: that takes about as long as their share of a first step. Parallel; call it inside
-  /// Workers::run().
+  /// A part is measured after so many steps in a row that fitted: it takes about as long as the part's share
+  /// of a first step, some ten warm ones, and what falls may land and deform.
+  static constexpr std::uint32_t kSteps = 16;
+
+  /// Looks at a step's motion, after it began; measures some of the parts that are due. Parallel; call it
+  /// inside Workers::run(). Throws Stopped when told to stop.
   void look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
-            const ColliderOptions& options, const std::shared_ptr<Workers>& workers);
+            const ColliderOptions& options, const std::shared_ptr<Workers>& workers, StopSignal stop);
   /// The step was taken back.
   void undo();
 
@@ -71,8 +75,10 @@ class RigidParts {
   void give_up(Part& part);
   void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
                MotionState state, const ColliderOptions& options);
-  void measure(std::span<const std::uint32_t> parts, double clearance, const Topology& topology,
-               const std::shared_ptr<Workers>& workers);
+  double wanted_clearance(std::uint32_t part) const;
+  std::vector<std::uint32_t> due(const Topology& topology, const SceneMotion& motion) const;
+  void measure(std::span<const std::uint32_t> parts, const Topology& topology,
+               const std::shared_ptr<Workers>& workers, StopSignal stop);
 
   std::vector<Part> parts_;
   std::uint64_t count_ = 0;

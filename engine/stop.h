@@ -19,6 +19,8 @@ class StopSignal {
     if (flag_ != nullptr && flag_->load(std::memory_order_relaxed)) throw Stopped{};
   }
 
+  const std::atomic<bool>* flag() const { return flag_; }
+
  private:
   const std::atomic<bool>* flag_ = nullptr;
 };

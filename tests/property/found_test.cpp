@@ -45,7 +45,7 @@ class World {
 
   void move() {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      if (below(12) == 0) modes_[b] = static_cast<Mode>(below(4));
+      if (below(30) == 0) modes_[b] = static_cast<Mode>(below(4));
       const Body& body = bodies_[b];
       double* first = x.data() + 3 * std::size_t{body.first_vertex};
       if (modes_[b] == kRest) continue;
@@ -117,7 +117,7 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
   Collider plain = Collider::create(scene, std::span<const double>(world.x), told, workers()).value();
   static std::uint64_t rigid = 0;
   static std::uint64_t steps = 0;
-  for (int step = 0; step < 40; ++step) {
+  for (int step = 0; step < 60; ++step) {
     world.move();
     const std::atomic<bool> stop = world.below(16) == 0;
     Result<StepResult> a = finding.step(std::span<const double>(world.x), &stop);

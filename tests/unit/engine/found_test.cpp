@@ -7,6 +7,7 @@
 #include "engine/auto_bounds.h"
 #include "engine/collider.h"
 #include "engine/motion/rigid_fit.h"
+#include "engine/rigid_parts.h"
 #include "engine/scene/found_bodies.h"
 #include "tests/support/scenes.h"
 
@@ -119,7 +120,7 @@ TEST(FoundRigid, WhatTurnsAsAWholeIsNotTestedAgainstItself) {
   Sheets sheets(3, 8);
   Collider collider = sheets.collider({});
   StepCounts counts;
-  for (int step = 0; step < 8; ++step) {
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
     sheets.turn(0, 0.1);
     sheets.turn(1, -0.2);
     const StepResult result = collider.step(Doubles(sheets.x)).value();
@@ -136,7 +137,7 @@ TEST(FoundRigid, WhatTurnsAsAWholeIsNotTestedAgainstItself) {
 TEST(FoundRigid, WhatDeformsIsTestedInThatVeryStep) {
   Sheets sheets(1, 8);
   Collider collider = sheets.collider({});
-  for (int step = 0; step < 8; ++step) {
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
     sheets.turn(0, 0.1);
     ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
   }
@@ -155,7 +156,7 @@ TEST(FoundRigid, WhatTouchesItselfIsTestedHoweverItMoves) {
   sheets.faces.push_back({81, 82, 83});
   sheets.scene = testing::make_scene(84, sheets.faces);
   Collider collider = sheets.collider({});
-  for (int step = 0; step < 12; ++step) {
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 8; ++step) {
     for (std::size_t i = 0; i < sheets.x.size(); i += 3) sheets.x[i] += 0.25;
     const StepResult result = collider.step(Doubles(sheets.x)).value();
     EXPECT_FALSE(result.contacts.empty()) << step;
@@ -166,7 +167,7 @@ TEST(FoundRigid, WhatTouchesItselfIsTestedHoweverItMoves) {
 TEST(FoundRigid, AHalfTurnInOneStepIsNotTakenForRigid) {
   Sheets sheets(1, 8);
   Collider collider = sheets.collider({});
-  for (int step = 0; step < 8; ++step) {
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
     sheets.turn(0, 0.1);
     ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
   }
@@ -182,7 +183,7 @@ TEST(FoundRigid, CanBePinned) {
   options.find_bodies = options.find_rigid = false;
   options.bounds = BoundsKind::kAabb;
   Collider collider = sheets.collider(options);
-  for (int step = 0; step < 8; ++step) {
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
     sheets.turn(0, 0.1);
     const StepStatistics statistics = collider.step(Doubles(sheets.x)).value().statistics;
     EXPECT_EQ(statistics.counts.parts, 1U);
@@ -234,12 +235,12 @@ TEST(Explain, TellsWhatTheAllDeformableStepTakes) {
   ColliderOptions options;
   options.explain = true;
   Collider collider = sheets.collider(options);
-  for (int step = 0; step < 8; ++step) {
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 4; ++step) {
     sheets.turn(0, 0.1);
     const StepResult result = collider.step(Doubles(sheets.x)).value();
     ASSERT_TRUE(result.all_deformable.has_value());
     EXPECT_EQ(result.all_deformable->counts.parts, 1U);
-    if (step > 4) {
+    if (step > RigidParts::kSteps) {
       EXPECT_GT(result.all_deformable->counts.front_pairs, result.statistics.counts.front_pairs);
     }
   }
