@@ -26,10 +26,19 @@ DATA = pathlib.Path(os.environ.get("WARMFRONT_DATA", ROOT / ".." / "shared" / "d
 SEQUENCES = ["cloth-ball", "flamenco", "n-body", "cloth-ball-10k", "bart-like"]
 # Separations at which every sequence has thousands of contacts a frame.
 SEPARATION = {"cloth-ball": 0.005, "flamenco": 0.01, "n-body": 0.02, "cloth-ball-10k": 0.03, "bart-like": 0.02}
+# Everything deformable and tested against all else, and nothing found out: what the method itself costs.
+PLAIN = ["--bodies", "deformable", "--find-bodies", "off", "--find-rigid", "off"]
 ROUNDS = int(os.environ.get("WARMFRONT_ROUNDS", "3"))
 
 
+def plain(flags):
+    """Flags of a scene of which nothing is known, unless they say otherwise; of bounds that no trial picks."""
+    bounds = [] if "--bounds" in flags else ["--bounds", "kdop18"]
+    return [*flags, *bounds, *([] if "--bodies" in flags else PLAIN)]
+
+
 def detect(binary, path, *flags):
+    flags = plain(flags)
     run = subprocess.run([binary, "detect", str(path), "--json", "-", *flags], capture_output=True, text=True)
     if run.returncode != 0:
         sys.exit(f"{' '.join(run.args)}\n{run.stderr}")
@@ -84,13 +93,18 @@ def step(binary):
 def sequences(binary):
     rows = []
     for name in SEQUENCES:
-        reports = in_turn(binary, DATA / "sequences" / name, {t: ["--threads", t] for t in ["1", "2"]})
+        ways = {t: ["--threads", t] for t in ["1", "2"]}
+        ways["found"] = ["--threads", "1", "--bodies", "deformable"]
+        ways["declared"] = ["--threads", "1", "--bodies", "declared"]
+        reports = in_turn(binary, DATA / "sequences" / name, ways)
         one = median_ms(reports["1"])
         two = median_ms(reports["2"])
         stages = [f"{median_ms(reports['1'], s):.2f}" for s in ["refit", "front", "elementary", "adjacent"]]
-        rows.append([name, reports["1"][0]["triangles"], f"{one:.2f}", *stages, f"{two:.2f}", f"{100 * two / one:.0f}%"])
-    table("Warm steps (median ms a frame)",
-          ["sequence", "triangles", "1 thread", "refit", "front", "elementary", "adjacent", "2 threads", "2 / 1"], rows)
+        rows.append([name, reports["1"][0]["triangles"], f"{one:.2f}", *stages, f"{two:.2f}", f"{100 * two / one:.0f}%",
+                     *(f"{median_ms(reports[way]):.2f}" for way in ["found", "declared"])])
+    table("Warm steps (median ms a frame); of everything deformable, then on one thread with what is found, and as declared",
+          ["sequence", "triangles", "1 thread", "refit", "front", "elementary", "adjacent", "2 threads", "2 / 1", "found",
+           "declared"], rows)
 
 
 def front(binary):
@@ -191,7 +205,7 @@ def remote(binary):
             for _ in range(2 * ROUNDS):
                 for way, flags in ways.items():
                     for substeps in [1, 3]:
-                        seconds = wall_seconds(binary, "detect", path, "--substeps", substeps, *flags)
+                        seconds = wall_seconds(binary, "detect", path, "--substeps", substeps, *plain(flags))
                         best[way, substeps] = min(best.get((way, substeps), 1e9), seconds)
             frames = len(detect(binary, path)["frames"])
             ms = {way: 1e3 * (best[way, 3] - best[way, 1]) / (2 * frames) for way in ways}
@@ -228,7 +242,8 @@ def many(binary):
         for _ in range(ROUNDS):
             for substeps in [1, 21]:
                 start = time.perf_counter()
-                clients = [subprocess.Popen([binary, "detect", str(path), "--server", address, "--substeps", str(substeps)],
+                clients = [subprocess.Popen([binary, "detect", str(path), "--server", address, "--substeps", str(substeps),
+                                             *plain([])],
                                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(sessions)]
                 for client in clients:
                     if client.wait() != 0:
