@@ -29,7 +29,9 @@ struct Config {
   bool reflection = false;          ///< serve grpc.reflection, so that generic tools can call the daemon
   bool channelz = false;            ///< serve grpc.channelz, which shows connections and calls
   std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none
-  int threads = 0;                  ///< that steps run on; 0: as many as the machine has
+  std::string record_dir;           ///< where sessions are recorded; empty: nowhere
+  std::size_t record_max_bytes = std::size_t{1} << 30;  ///< that recordings in it may hold
+  int threads = 0;                                      ///< that steps run on; 0: as many as the machine has
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
   Limits limits;

@@ -150,6 +150,11 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
   auto impl = std::make_unique<Impl>(config, log, std::move(guard).value());
+  if (!config.record_dir.empty()) {
+    auto recordings = Recordings::open(config.record_dir, config.record_max_bytes, log);
+    if (!recordings) return recordings.error();
+    impl->context.recordings = std::move(recordings).value();
+  }
   impl->service = make_collision_service(impl->context);
   impl->admin_service = make_admin_service(impl->context);
   grpc::ServerBuilder builder;

@@ -136,6 +136,17 @@ const Setting kSettings[] = {
        return {};
      },
      [](const Config& c) { return Values{c.metrics_listen}; }},
+    {"record-dir", Kind::kValue,
+     "Folder to record sessions into, a .wfrec each, with all positions that clients send; none by default",
+     [](Config& c, const Values& v) -> Status {
+       c.record_dir = v.back();
+       return {};
+     },
+     [](const Config& c) { return Values{c.record_dir}; }},
+    {"record-max-bytes", Kind::kValue,
+     "What recordings in that folder may hold in all, above which they stop and sessions go on",
+     [](Config& c, const Values& v) { return set_bytes(c.record_max_bytes, v.back(), 1 << 16); },
+     [](const Config& c) { return Values{format_bytes(c.record_max_bytes)}; }},
     {"threads", Kind::kValue, "Threads that steps run on; 0: as many as the machine has",
      [](Config& c, const Values& v) { return set_integer(c.threads, v.back(), 0, 1024); },
      [](const Config& c) { return Values{std::to_string(c.threads)}; }},

@@ -16,6 +16,7 @@
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
 #include "client/cli/progress.h"
+#include "client/cli/recording/recorder.h"
 #include "client/cli/remote_stepper.h"
 #include "client/cli/report_json.h"
 #include "client/cli/server_options.h"
@@ -48,6 +49,7 @@ struct Arguments {
   std::string frames;
   OutputFiles files;
   std::string json_file;
+  std::string record_file;
 };
 
 /// Turns the names into options; the first that is wrong is an error.
@@ -197,6 +199,12 @@ int detect(Arguments arguments) {
                                : make_remote_stepper(arguments.server, arguments.security, scene.value(),
                                                      first, arguments.options);
   if (!stepper) return failure(stepper.error().message);
+  if (!arguments.record_file.empty()) {
+    Result<Recorder> recorder =
+        Recorder::create(arguments.record_file, scene.value(), first, arguments.options);
+    if (!recorder) return failure(recorder.error().message);
+    stepper = make_recording_stepper(std::move(stepper).value(), std::move(recorder).value());
+  }
   std::optional<Explanation> explanation;
   if (arguments.options.explain) {
     Result<Explanation> started =
@@ -321,6 +329,10 @@ Verb add_detect(CLI::App& app) {
       ->default_str("64MiB")
       ->needs(html);
   app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, with nothing else there")
+      ->type_name("FILE");
+  app.add_option(
+         "--record", a.record_file,
+         "Record the session: what is sent and what is answered, for 'replay'; the file must not exist")
       ->type_name("FILE");
   app.add_option("--leaf-size", a.options.leaf_size, "Most triangles a leaf of the hierarchy holds")
       ->check(CLI::IsMember({1, 2, 4, 8}))

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "client/cli/load/report.h"
 #include "client/cli/load/run.h"
 #include "client/cli/load/sweep.h"
+#include "client/cli/recording/recorded_input.h"
 #include "client/cli/server_options.h"
 #include "client/io/input.h"
 
@@ -32,8 +34,7 @@ struct Arguments {
   std::string sessions = "1";
   std::string rate;
   bool poisson = false;
-  std::string tier{to_string(ColliderOptions{}.tier)};
-  std::string report{to_string(ColliderOptions{}.report)};
+  std::string tier, report;  // empty: the recording's, or the default
   std::string bodies = "declared";
   std::string send = "all";
   bool check = false;
@@ -49,15 +50,43 @@ struct Series {
   std::optional<Limit> knee;
 };
 
+/// `options` with what was asked for on the command line.
+Result<ColliderOptions> options_with(const Arguments& a, ColliderOptions options) {
+  if (!a.tier.empty()) {
+    const auto tier = parse_tier(a.tier);
+    if (!tier) return tier.error();
+    options.tier = tier.value();
+  }
+  if (!a.report.empty()) {
+    const auto report = parse_report(a.report);
+    if (!report) return report.error();
+    options.report = report.value();
+  }
+  if (Status status = validate(options); !status) return status.error();
+  return options;
+}
+
+/// What is streamed, and with which options. A recording brings its own.
+Result<RecordedScene> open_scene(const Arguments& a) {
+  RecordedScene scene;
+  if (a.scene.size() == 1 && is_recording_name(a.scene.front())) {
+    Result<RecordedScene> recorded = open_recorded_scene(a.scene.front());
+    if (!recorded) return recorded.error();
+    scene = std::move(recorded).value();
+  } else {
+    Result<std::unique_ptr<Input>> input = open_input(a.scene);
+    if (!input) return input.error();
+    scene.input = std::move(input).value();
+  }
+  const Result<ColliderOptions> options = options_with(a, scene.options);
+  if (!options) return options.error();
+  scene.options = options.value();
+  return scene;
+}
+
 Result<Series> read(Arguments& a) {
   if (Status status = check_input_arguments(a.scene); !status) return status.error();
-  const auto tier = parse_tier(a.tier);
-  if (!tier) return tier.error();
-  const auto report = parse_report(a.report);
-  if (!report) return report.error();
-  a.plan.options.tier = tier.value();
-  a.plan.options.report = report.value();
-  if (Status status = validate(a.plan.options); !status) return status.error();
+  if (Result<ColliderOptions> options = options_with(a, {}); !options) return options.error();
   const Result<SendMode> send = parse_send_mode(a.send);
   if (!send) return send.error();
   a.plan.send = send.value();
@@ -191,16 +220,21 @@ Status write_reports(const Arguments& a, const Report& report) {
 }
 
 int load_verb(Arguments a) {
-  const Result<Series> series = read(a);
+  Result<Series> series = read(a);
   if (!series) return usage_error(series.error().message);
-  Result<std::unique_ptr<Input>> input = open_input(a.scene);
-  if (!input) return failure(input.error().message);
-  Result<SceneDescription> scene = with_bodies(input.value()->scene(), parse_bodies_mode(a.bodies).value());
+  std::error_code ignored;
+  if (!a.plan.record_dir.empty() && !std::filesystem::is_directory(a.plan.record_dir, ignored))
+    return failure(a.plan.record_dir + ": not a folder; make it before --record");
+  Result<RecordedScene> opened = open_scene(a);
+  if (!opened) return failure(opened.error().message);
+  const std::unique_ptr<Input>& input = opened.value().input;
+  for (Plan& plan : series.value().plans) plan.options = opened.value().options;
+  Result<SceneDescription> scene = with_bodies(input->scene(), parse_bodies_mode(a.bodies).value());
   if (!scene) return failure(scene.error().message);
-  const Result<Playback> playback = Playback::read(*input.value(), std::move(scene).value());
+  const Result<Playback> playback = Playback::read(*input, std::move(scene).value());
   if (!playback) return failure(playback.error().message);
   Report report;
-  report.scene = input.value()->name();
+  report.scene = input->name();
   report.vertices = playback.value().scene().vertex_count;
   report.triangles = playback.value().scene().faces.size();
   report.frames = playback.value().frame_count();
@@ -208,7 +242,7 @@ int load_verb(Arguments a) {
   if (Status status = describe_server(a.plan, report); !status) return failure(status.error().message);
   std::optional<ExpectedAnswers> expected;
   if (a.check) {
-    Result<ExpectedAnswers> computed = ExpectedAnswers::compute(playback.value(), a.plan.options);
+    Result<ExpectedAnswers> computed = ExpectedAnswers::compute(playback.value(), opened.value().options);
     if (!computed) return failure(computed.error().message);
     expected.emplace(std::move(computed).value());
   }
@@ -237,7 +271,9 @@ Verb add_load(CLI::App& app) {
   Arguments& a = *arguments;
   add_server_options(app, a.plan.server, a.plan.security, "Daemon to stream to (HOST:PORT or unix:PATH)",
                      true);
-  app.add_option("--scene", a.scene, "What each session streams, forth and back; as the INPUT of 'detect'")
+  app.add_option(
+         "--scene", a.scene,
+         "What each session streams, forth and back: as the INPUT of 'detect', or a recording (.wfrec)")
       ->capture_default_str();
   app.add_option("--sessions", a.sessions, "How many at once: N, or a sweep, 1:64:x2 or 8:64:+8")
       ->capture_default_str();
@@ -272,16 +308,19 @@ Verb add_load(CLI::App& app) {
   app.add_flag("--check", a.check, "Compare every answer with that of the engine in this process");
   app.add_option("--tier", a.tier, "How an elementary test decides")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
-      ->capture_default_str();
+      ->default_str(std::string(to_string(ColliderOptions{}.tier)) + ", or a recording's");
   app.add_option("--report", a.report, "All contacts, those at the earliest time only, or how many")
       ->check(CLI::IsMember({"all", "earliest", "count"}))
-      ->capture_default_str();
+      ->default_str(std::string(to_string(ColliderOptions{}.report)) + ", or a recording's");
   app.add_option("--bodies", a.bodies, "The scene's model, as in 'detect'")
       ->check(CLI::IsMember({"declared", "deformable", "components"}))
       ->capture_default_str();
   app.add_option("--send", a.send, "What a frame carries, as in 'detect'")
       ->check(CLI::IsMember({"all", "moved", "poses"}))
       ->capture_default_str();
+  app.add_option("--record", a.plan.record_dir,
+                 "Record each session into this folder: SESSION.wfrec, for 'replay' and as --scene")
+      ->type_name("FOLDER");
   const auto file = [&](const char* name, std::string& path, const char* help) {
     app.add_option(name, path, help)->type_name("FILE");
   };

@@ -13,6 +13,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/load.h"
 #include "client/cli/queries.h"
+#include "client/cli/replay.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
 
@@ -48,6 +49,8 @@ int run(int argc, char** argv) {
       warmfront::client::add_bench);
   add("load", "Stream many sessions to a daemon, and measure what they feel of it",
       warmfront::client::add_load);
+  add("replay", "Step through a recorded session again, and compare the answers",
+      warmfront::client::add_replay);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 

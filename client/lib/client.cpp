@@ -2,31 +2,13 @@
 // The public face over Connection and Session::Impl. Thread safety as stated in the header.
 #include "client/lib/client.h"
 
-#include <array>
-#include <random>
 #include <utility>
 
 #include "client/lib/connection.h"
 #include "client/lib/session_impl.h"
+#include "client/lib/uuid.h"
 
 namespace warmfront::client {
-namespace {
-
-/// A random UUID (version 4).
-std::string random_uuid() {
-  std::random_device device;
-  std::uniform_int_distribution<int> digit(0, 15);
-  std::string uuid = "xxxxxxxx-xxxx-4xxx-yxxx-xxxxxxxxxxxx";
-  for (char& c : uuid) {
-    if (c != 'x' && c != 'y') continue;
-    const int value = c == 'x' ? digit(device) : 8 + digit(device) % 4;
-    c = "0123456789abcdef"[value];
-  }
-  return uuid;
-}
-
-}  // namespace
-
 struct Client::Impl {
   Impl(const std::string& address, const ClientOptions& options, const Credentials& credentials)
       : connection(std::make_shared<Connection>(address, options, credentials)) {}

@@ -78,30 +78,6 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   return statistics;
 }
 
-ColliderOptions options_from(const v1::ColliderOptions& message) {
-  ColliderOptions options;
-  if (message.tier() == v1::TIER_FAST) options.tier = Tier::kFast;
-  if (message.tier() == v1::TIER_EXACT) options.tier = Tier::kExact;
-  if (message.report() == v1::REPORT_EARLIEST) options.report = Report::kEarliest;
-  if (message.report() == v1::REPORT_COUNT) options.report = Report::kCount;
-  if (message.front() == v1::FRONT_MODE_NONE) options.front = FrontMode::kNone;
-  if (message.front() == v1::FRONT_MODE_PAPER) options.front = FrontMode::kPaper;
-  options.bounds = bounds_from(message.bounds());
-  options.find_bodies = message.find_bodies();
-  options.find_rigid = message.find_rigid();
-  options.explain = message.explain();
-  options.tolerance = message.tolerance();
-  options.min_separation = message.min_separation();
-  options.normal_cones = message.normal_cones();
-  options.lazy_front = message.lazy_front();
-  options.leaf_size = message.leaf_size();
-  options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
-  options.rebuild_every_steps = message.rebuild_every_steps();
-  options.max_front_bytes = message.max_front_bytes();
-  options.max_contacts = message.max_contacts();
-  return options;
-}
-
 ErrorCode code_from(int code) {
   switch (code) {
     case grpc::StatusCode::INVALID_ARGUMENT:
@@ -159,6 +135,31 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_max_front_bytes(options.max_front_bytes);
   message.set_max_contacts(options.max_contacts);
   return message;
+}
+
+ColliderOptions options_from(const v1::ColliderOptions& message) {
+  ColliderOptions options;
+  if (message.tier() == v1::TIER_FAST) options.tier = Tier::kFast;
+  if (message.tier() == v1::TIER_EXACT) options.tier = Tier::kExact;
+  if (message.report() == v1::REPORT_EARLIEST) options.report = Report::kEarliest;
+  if (message.report() == v1::REPORT_COUNT) options.report = Report::kCount;
+  if (message.front() == v1::FRONT_MODE_NONE) options.front = FrontMode::kNone;
+  if (message.front() == v1::FRONT_MODE_PAPER) options.front = FrontMode::kPaper;
+  options.bounds = bounds_from(message.bounds());
+  options.find_bodies = message.find_bodies();
+  options.find_rigid = message.find_rigid();
+  options.explain = message.explain();
+  options.tolerance = message.tolerance();
+  options.min_separation = message.min_separation();
+  options.normal_cones = message.normal_cones();
+  options.lazy_front = message.lazy_front();
+  options.leaf_size = message.leaf_size();
+  options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
+  options.rebuild_every_steps = message.rebuild_every_steps();
+  options.max_front_bytes = message.max_front_bytes();
+  options.max_contacts = message.max_contacts();
+  options.fields = {message.fields().weights(), message.fields().normal(), message.fields().points()};
+  return options;
 }
 
 v1::Body to_proto(const Body& body) {

@@ -15,6 +15,8 @@
 namespace warmfront::client {
 
 v1::ColliderOptions to_proto(const ColliderOptions& options);
+/// Of a message with every field set.
+ColliderOptions options_from(const v1::ColliderOptions& message);
 v1::Body to_proto(const Body& body);
 
 ServerInfo server_info_from(const v1::GetServerInfoResponse& message);

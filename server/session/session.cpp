@@ -60,6 +60,7 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
       mailbox_(std::make_shared<Mailbox>(host.runner, host.mailbox_capacity,
                                          lane_of(step_cost_ms(scene->face_count(), {})))),
       account_(std::move(host.account)),
+      recording_(std::move(host.recording)),
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
@@ -91,16 +92,17 @@ std::shared_ptr<const Scene> Session::scene() const {
 }
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
-                   StepDone done) {
+                   StepDone done, Before before) {
   {
     const MutexLock lock(mutex_);
     last_request_ = std::chrono::steady_clock::now();
   }
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
-  auto request =
-      std::make_shared<Request>(Request{frame, std::move(contents), std::move(pass), std::move(done)});
+  auto request = std::make_shared<Request>(
+      Request{frame, std::move(contents), std::move(pass), std::move(done), std::move(before)});
   Mailbox::Job job = [self = shared_from_this(), request] {
+    if (request->before) request->before();
     Outcome<std::shared_ptr<const Answer>> outcome = self->compute_guarded(*request);
     // The frame is computed: what it held is free before its client hears of it.
     request->pass.give_back();
@@ -115,16 +117,19 @@ void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Ad
   }
 }
 
-void Session::change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done) {
+void Session::change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done,
+                     Before before) {
   auto shared = std::make_shared<std::vector<SceneChange>>(std::move(changes));
   auto reply = std::make_shared<ChangeDone>(std::move(done));
-  const bool posted = mailbox_->post([self = shared_from_this(), next_frame, shared, reply] {
-    const Outcome<bool> outcome = self->guarded<bool>("changing the scene", [&]() -> Outcome<bool> {
-      if (std::optional<Fault> fault = self->apply(next_frame, *shared)) return *std::move(fault);
-      return true;
-    });
-    (*reply)(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
-  });
+  const bool posted =
+      mailbox_->post([self = shared_from_this(), next_frame, shared, reply, before = std::move(before)] {
+        if (before) before();
+        const Outcome<bool> outcome = self->guarded<bool>("changing the scene", [&]() -> Outcome<bool> {
+          if (std::optional<Fault> fault = self->apply(next_frame, *shared)) return *std::move(fault);
+          return true;
+        });
+        (*reply)(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
+      });
   if (!posted)
     (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer",
                        "window", true));

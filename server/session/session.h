@@ -26,6 +26,8 @@
 
 namespace warmfront::server {
 
+class SessionRecording;  // where a session is recorded; the transport's
+
 /// What a client says of a session.
 struct SessionSpec {
   SessionId id;
@@ -64,6 +66,8 @@ class Session : public std::enable_shared_from_this<Session> {
   using AttachDone = std::function<void(Outcome<std::uint64_t>)>;
   /// Told once, on a runner's thread, when the engine failed and the session must be forgotten.
   using Lost = std::function<void(Session&, const Fault&)>;
+  /// Called on a runner's thread just before a request is carried out.
+  using Before = std::function<void()>;
   enum class Attachment : std::uint64_t {};
   /// Tells a stream to end with this fault, after the frames that it has in flight.
   using Evict = std::function<void(const Fault&)>;
@@ -77,6 +81,7 @@ class Session : public std::enable_shared_from_this<Session> {
     Lost lost;
     std::string owner = {};      ///< the principal that makes it
     Metrics* metrics = nullptr;  ///< where its steps are counted, if anywhere; outlives the session
+    std::shared_ptr<SessionRecording> recording = {};  ///< null where it is not recorded
   };
   /// Builds the hierarchy: slow, so call it on the runner. Fails as Scene::create() and Collider::create()
   /// do; RESOURCE_EXHAUSTED when memory runs out.
@@ -90,6 +95,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<const Scene> scene() const;
   const ColliderOptions& options() const { return options_; }
   const std::shared_ptr<Account>& account() const { return account_; }
+  const std::shared_ptr<SessionRecording>& recording() const { return recording_; }
   SessionSnapshot snapshot() const;
 
   /// Whether a frame may be refused because too many wait.
@@ -102,11 +108,13 @@ class Session : public std::enable_shared_from_this<Session> {
   /// is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for a frame
   /// that is refused. A frame whose client gives up is left undone, CANCELLED: the session is then as it was
   /// before it.
-  void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done);
+  void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done,
+            Before before = {});
 
   /// Carries out the changes in order, up to the first that fails, if `next_frame` is the frame expected
   /// then. `done` is called as in step().
-  void change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done);
+  void change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done,
+              Before before = {});
 
   /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
   /// evicted then. `done` gets the frame expected next, on a runner's thread, once all earlier frames are
@@ -126,6 +134,7 @@ class Session : public std::enable_shared_from_this<Session> {
     FrameBuffer contents;
     FramePass pass;
     StepDone done;
+    Before before;
     std::chrono::steady_clock::time_point arrived = std::chrono::steady_clock::now();
   };
 
@@ -151,6 +160,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Runner& runner_;
   const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Account> account_;
+  const std::shared_ptr<SessionRecording> recording_;
 
   // Used by jobs of the mailbox only, which run one at a time.
   Collider collider_;

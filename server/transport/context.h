@@ -18,6 +18,7 @@
 #include "server/session/store.h"
 #include "server/transport/errors.h"
 #include "server/transport/guard.h"
+#include "server/transport/recordings.h"
 
 namespace warmfront::server {
 
@@ -51,7 +52,8 @@ struct Context {
   Gate streams;  ///< StreamSteps calls
   Gate frames;   ///< accepted and not yet computed
   Store store;
-  Runner runner;  // last: its threads use all of the above until it has joined them
+  std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
+  Runner runner;                           // last: its threads use all of the above until it has joined them
 };
 
 }  // namespace warmfront::server

@@ -80,6 +80,7 @@ void CreateCall::fail_locked(const grpc::Status& status) {
   upload_.reset();
   account_.reset();
   reservation_.reset();
+  recording_.reset();
   Finish(status);
 }
 
@@ -92,7 +93,11 @@ std::optional<Fault> CreateCall::add() {
   }
   // Place and memory are taken before the bulk of the upload, so that a full daemon does not let it all come
   // in.
-  return reservation_ ? std::nullopt : reserve();
+  if (!reservation_) {
+    if (std::optional<Fault> fault = reserve()) return fault;
+  }
+  if (recording_) recording_->upload(incoming_);
+  return std::nullopt;
 }
 
 std::optional<Fault> CreateCall::reserve() {
@@ -103,6 +108,7 @@ std::optional<Fault> CreateCall::reserve() {
   if (!account) return account.fault();
   account_ = std::move(account).value();
   reservation_.emplace(std::move(place).value());
+  if (context_.recordings) recording_ = Recordings::begin(context_.recordings, *upload_->id());
   return std::nullopt;
 }
 
@@ -116,12 +122,14 @@ void CreateCall::build() {
   Outcome<std::shared_ptr<Session>> built =
       Session::create(upload_->take_spec(), upload_->take_positions(),
                       {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost,
-                       owner_, &context_.metrics});
+                       owner_, &context_.metrics, recording_});
   if (!built) {
     reservation_.reset();
+    recording_.reset();
     return Finish(context_.refuse(built.fault()));
   }
   const std::shared_ptr<Session>& session = built.value();
+  if (recording_) recording_->keep();
   reservation_->fill(session);
   *response_.mutable_session() = to_proto(*session);
   *response_.mutable_limits() = to_proto(context_.limits);

@@ -14,6 +14,7 @@
 #include "server/session/account.h"
 #include "server/session/store.h"
 #include "server/transport/context.h"
+#include "server/transport/session_recording.h"
 #include "server/transport/upload.h"
 #include "warmfront/v1/session.pb.h"
 
@@ -73,6 +74,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   std::optional<Upload> upload_;
   std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;
+  std::shared_ptr<SessionRecording> recording_;
 };
 
 }  // namespace warmfront::server

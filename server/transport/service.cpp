@@ -11,6 +11,7 @@
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
 #include "server/transport/session_metadata.h"
+#include "server/transport/session_recording.h"
 #include "server/transport/step_call.h"
 #include "server/transport/step_stream.h"
 #include "server/version.h"
@@ -85,12 +86,13 @@ class CollisionService final : public Base {
     grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
     // Shared, because a std::function must be copyable; released after the reactor was finished.
     auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-    session->change(
-        request->next_frame(), std::move(changes).value(),
+    auto [before, done] = recorded(
+        session->recording(), *request,
         [&context = context_, reactor, response, session, in_flight](const std::optional<Fault>& fault) {
           if (!fault) *response->mutable_session() = to_proto(*session);
           reactor->Finish(fault ? context.refuse(*fault) : grpc::Status::OK);
         });
+    session->change(request->next_frame(), std::move(changes).value(), std::move(done), std::move(before));
     return reactor;
   }
 

@@ -4,9 +4,11 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/session_recording.h"
 
 namespace warmfront::server {
 
@@ -32,10 +34,20 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
   pass.given_up = given_up_;
   // An overflow is kept in the buffer, for the session to answer by its rules.
   append(request, contents);
-  session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
+  std::vector<v1::StepFrame> parts;
+  if (session.recording()) {
+    v1::StepFrame& part = parts.emplace_back();
+    part.set_frame(request.frame());
+    part.set_positions(request.positions());
+    if (request.has_moved()) *part.mutable_moved() = request.moved();
+  }
+  auto [before, done] =
+      recorded(session.recording(), request.frame(), std::move(parts),
                [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
                  Finish(outcome ? respond(*outcome.value()) : context_.refuse(outcome.fault()));
                });
+  session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
+               std::move(done), std::move(before));
 }
 
 grpc::Status StepCall::respond(const Answer& answer) {

@@ -11,6 +11,7 @@
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/session_metadata.h"
+#include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
 #include "server/units.h"
 
@@ -156,14 +157,18 @@ void StepStream::take(v1::StepFrame part) {
       awaited_since_ = Clock::now();
     }
   }
-  if (part.more()) return;
-
   const std::uint64_t frame = part.frame();
+  const bool more = part.more();
+  if (session->recording()) assembly_->parts.push_back(std::move(part));
+  if (more) return;
+
+  auto [before, done] =
+      recorded(session->recording(), frame, std::move(assembly_->parts),
+               [weak = weak_from_this(), frame](const Outcome<std::shared_ptr<const Answer>>& outcome) {
+                 if (const auto stream = weak.lock()) stream->answered(frame, outcome);
+               });
   session->step(frame, std::move(assembly_->contents), std::move(assembly_->pass),
-                Session::Admission::kAlways,
-                [weak = weak_from_this(), frame](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                  if (const auto stream = weak.lock()) stream->answered(frame, outcome);
-                });
+                Session::Admission::kAlways, std::move(done), std::move(before));
   assembly_.reset();
 }
 

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "server/admin/lifecycle.h"
 #include "server/annotations.h"
@@ -54,6 +55,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
     std::uint64_t frame;
     FrameBuffer contents;
     FramePass pass;
+    std::vector<v1::StepFrame> parts = {};  // as they came, where the session is recorded
   };
   /// What is to be written: a message, or an answer's chunks one after the other.
   struct Outgoing {

@@ -76,9 +76,26 @@ bool Lane::open() {
   session_.emplace(std::move(session).value());
   resumes_ = 0;
   model_.reset();
+  frame_ = 0;
+  if (!start_recording()) return false;
   if (plan_.send != SendMode::kAll) model_.emplace(playback_.scene(), plan_.send, playback_.at(tick_));
   const std::atomic<bool> never{false};
   return step(std::nullopt, Kind::kCold, never);
+}
+
+bool Lane::start_recording() {
+  recorder_.reset();
+  if (plan_.record_dir.empty()) return true;
+  Result<Recorder> recorder = Recorder::create(plan_.record_dir + "/" + session_->id() + ".wfrec",
+                                               playback_.scene(), playback_.at(tick_), plan_.options);
+  if (!recorder) {
+    failure_ = recorder.error();
+    lost(recorder.error());
+    session_.reset();
+    return false;
+  }
+  recorder_.emplace(std::move(recorder).value());
+  return true;
 }
 
 void Lane::prepare() {
@@ -89,6 +106,7 @@ bool Lane::step(std::optional<double> due, Kind kind, const std::atomic<bool>& s
   const Positions end = playback_.at(tick_ + 1);
   const Frame frame = model_ ? model_->next(end) : Frame(end);
   if (due && !wait_until(*due, stop)) return false;
+  if (recorder_) recorder_->frame(frame_ + 1, frame);
   FrameTimes times;
   times.sent = now();
   times.due = due.value_or(times.sent);
@@ -99,11 +117,13 @@ bool Lane::step(std::optional<double> due, Kind kind, const std::atomic<bool>& s
   if (!answer) {
     failure_ = answer.error();
     lost(answer.error());
+    if (recorder_) recorder_->refusal(frame_ + 1, answer.error());
     // What moved since the last answer is known to the daemon only: only whole frames can be given again.
     if (!may_go_on(answer.error()) || model_) session_.reset();
     return false;
   }
   ++tick_;
+  frame_ = answer.value().frame;
   take(answer.value(), times, kind);
   return true;
 }
@@ -118,12 +138,14 @@ void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind) {
   if (front == FrontState::kRebuilt || (front == FrontState::kBuilt && kind != Kind::kCold))
     ++tally_.rebuilds;
   if (front == FrontState::kCapped) ++tally_.capped;
+  std::optional<AnswerDigest> digest;
+  if (expected_ != nullptr || recorder_) digest = digest_of(answer);
+  if (recorder_) recorder_->answer(answer.frame, *digest);
   if (expected_ != nullptr) {
     ++tally_.checked;
-    const AnswerDigest digest = digest_of(answer);
-    if (digest != expected_->at(tick_) && ++tally_.different == 1)
+    if (*digest != expected_->at(tick_) && ++tally_.different == 1)
       tally_.first_difference = "session " + session_->id() + ", frame " + std::to_string(answer.frame) +
-                                ": the daemon answered " + describe(digest) +
+                                ": the daemon answered " + describe(*digest) +
                                 "; the engine in this process " + describe(expected_->at(tick_));
   }
   const std::lock_guard lock(mutex_);

@@ -12,6 +12,7 @@
 #include "client/cli/load/plan.h"
 #include "client/cli/load/playback.h"
 #include "client/cli/load/tally.h"
+#include "client/cli/recording/recorder.h"
 
 namespace warmfront::client::load {
 
@@ -50,6 +51,7 @@ class Lane {
   double now() const;
   bool wait_until(double due, const std::atomic<bool>& stop) const;
   bool open();
+  bool start_recording();
   void lost(const Error& error);
   /// Builds the next frame, waits until it is due, and takes its answer. A closed loop's are due at once.
   bool step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop);
@@ -67,7 +69,9 @@ class Lane {
   std::optional<Session> session_;
   std::optional<FrameModel> model_;
   std::uint64_t resumes_ = 0;  // of session_, counted already
-  double free_ = 0;            // since when nothing is unanswered
+  std::optional<Recorder> recorder_;
+  std::uint64_t frame_ = 0;  // of session_, that was answered last
+  double free_ = 0;          // since when nothing is unanswered
   std::optional<Error> failure_;
   Tally tally_;
 

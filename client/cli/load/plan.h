@@ -24,6 +24,7 @@ struct Plan {
   Arrival arrival = Arrival::kClosed;
   double rate = 0;         ///< frames a second over all sessions; of an open loop
   std::uint64_t seed = 1;  ///< of Poisson gaps
+  std::string record_dir;  ///< each session is recorded into it; empty: none is
   // Seconds, one after the other, once every session is created and has its first answer.
   double ramp = 0;
   double warmup = 1;

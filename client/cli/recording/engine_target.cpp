@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Replaying through the engine itself. Thread safety as stated in replay_target.h.
+#include <utility>
+
+#include "client/cli/recording/from_wire.h"
+#include "client/cli/recording/replay_target.h"
+#include "engine/contact_hash.h"
+
+namespace warmfront::client {
+namespace {
+
+class EngineTarget final : public ReplayTarget {
+ public:
+  EngineTarget(Collider collider, bool float32) : collider_(std::move(collider)), float32_(float32) {}
+
+  Result<AnswerDigest> step(const RecordedStep& step) override {
+    const Result<WireFrame> frame = WireFrame::read(step.parts, float32_, collider_.scene());
+    if (!frame) return frame.error();
+    const Result<StepResult> result = collider_.step(frame.value().frame());
+    if (!result) return result.error();
+    const StepResult& answer = result.value();
+    ContactHash hash;
+    hash.add_step(collider_.scene(), answer.contacts);
+    return AnswerDigest{answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
+  }
+
+  Status change(const v1::ChangeSceneRequest& request) override {
+    for (const v1::SceneChange& change : request.changes())
+      if (Status changed = carry_out(change); !changed) return changed;
+    return {};
+  }
+
+ private:
+  Status carry_out(const v1::SceneChange& change) {
+    Result<Body> body = body_of(change.has_add() ? change.add().body() : change.change().body());
+    if (!body) return body.error();
+    if (change.has_change()) return collider_.change_body(change.change().index(), std::move(body).value());
+    auto faces = faces_of(change.add().faces(), "add.faces");
+    if (!faces) return faces.error();
+    const auto positions =
+        positions_of(change.add().positions(), float32_, body.value().vertex_count, "add.positions");
+    if (!positions) return positions.error();
+    const auto added =
+        collider_.add_body({std::move(body).value(), std::move(faces).value()}, view(positions.value()));
+    return added ? Status() : Status(added.error());
+  }
+
+  Collider collider_;
+  const bool float32_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ReplayTarget>> make_engine_target(const RecordedSession& recorded, int threads) {
+  Result<Scene> scene = Scene::create(recorded.scene());
+  if (!scene) return scene.error();
+  Result<Collider> collider =
+      Collider::create(std::make_shared<const Scene>(std::move(scene).value()), view(recorded.positions()),
+                       recorded.options(), std::make_shared<Workers>(threads));
+  if (!collider) return collider.error();
+  if (Status placed = collider.value().place(recorded.poses()); !placed) return placed.error();
+  return std::unique_ptr<ReplayTarget>(
+      std::make_unique<EngineTarget>(std::move(collider).value(), recorded.float32()));
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording's messages as what the engine takes. Pure functions; a WireFrame is used by one thread at a
+// time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/io/mesh.h"
+#include "engine/collider.h"
+#include "engine/options.h"
+#include "engine/result.h"
+#include "warmfront/v1/session.pb.h"
+#include "warmfront/v1/step.pb.h"
+
+namespace warmfront::client {
+
+/// What is not set takes the engine's default; kInvalidArgument for options that do not go together.
+Result<ColliderOptions> options_of(const v1::ColliderOptions& message);
+/// kInvalidArgument for a kind that is not known.
+Result<Body> body_of(const v1::Body& message);
+/// Everything but the faces.
+Result<SceneDescription> scene_of(const v1::SessionHeader& header);
+/// Of rigid bodies that are not at rest when the session begins.
+Result<std::vector<BodyPose>> poses_of(const v1::SessionHeader& header);
+/// (m, 3) faces from 12 m bytes; (n, 3) positions from 3 n numbers. kInvalidArgument for any other length,
+/// which names `where`.
+Result<std::vector<std::array<std::int32_t, 3>>> faces_of(const std::string& bytes, const std::string& where);
+Result<PositionBuffer> positions_of(const std::string& bytes, bool float32, std::uint64_t vertices,
+                                    const std::string& where);
+
+/// google.rpc.Code of an error.
+int rpc_code(ErrorCode code);
+
+/// A frame from the parts that it was sent in.
+class WireFrame {
+ public:
+  /// `scene` as it is when the frame is stepped to. kInvalidArgument where lengths and indices do not fit it,
+  /// as the daemon gives it; whether values fit is for the collider to say.
+  static Result<WireFrame> read(std::span<const v1::StepFrame> parts, bool float32, const Scene& scene);
+
+  /// Valid as long as this is, which may be moved.
+  Frame frame() const;
+
+ private:
+  PositionBuffer positions_;
+  bool whole_ = false;
+  std::vector<PositionBuffer> body_positions_;
+  std::vector<BodyPositions> bodies_;
+  std::vector<BodyPose> poses_;
+  std::vector<std::uint32_t> vertices_;
+  PositionBuffer vertex_positions_;
+};
+
+}  // namespace warmfront::client

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording as what happened to a session. Used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client/io/mesh.h"
+#include "engine/collider.h"
+#include "engine/result.h"
+#include "proto/recording/reader.h"
+
+namespace warmfront::client {
+
+struct RecordedStep {
+  std::uint64_t frame = 0;
+  std::vector<v1::StepFrame> parts;  ///< as they were sent; at least one
+  /// None where the recording was cut off while the step was computed.
+  std::optional<v1::RecordedAnswer> answer;
+};
+struct RecordedChange {
+  v1::ChangeSceneRequest request;
+  std::optional<v1::RecordedOutcome> outcome;  ///< as a step's answer
+};
+using RecordedEvent = std::variant<RecordedStep, RecordedChange>;
+
+class RecordedSession {
+ public:
+  /// Reads the upload. kInvalidArgument for what is no recording, and for an upload that is none or does not
+  /// fit together; the message names the path and the byte.
+  static Result<RecordedSession> open(const std::string& path);
+
+  const v1::RecordingHeader& header() const { return reader_.header(); }
+  const v1::SessionHeader& session() const { return session_; }
+  bool float32() const { return session_.dtype() == v1::DTYPE_FLOAT32; }
+  const SceneDescription& scene() const { return scene_; }
+  const ColliderOptions& options() const { return options_; }
+  /// At session().first_frame(); of rigid bodies with a pose, their rest shapes.
+  const PositionBuffer& positions() const { return positions_; }
+  const std::vector<BodyPose>& poses() const { return poses_; }
+
+  /// What happened next; none at the end. kInvalidArgument as open().
+  Result<std::optional<RecordedEvent>> next();
+  /// At the end: what is amiss with it, in words; empty for a recording that is whole.
+  std::string defect() const;
+
+ private:
+  explicit RecordedSession(recording::Reader reader) : reader_(std::move(reader)) {}
+  Status read_upload();
+  Status advance();
+  Result<std::optional<RecordedEvent>> read_step();
+
+  recording::Reader reader_;
+  std::uint64_t record_at_ = 0;              // where next_ began
+  std::optional<v1::RecordedMessage> next_;  // read and not used yet
+  std::optional<v1::RecordingEnd> end_;
+  bool cut_off_ = false;  // a step or change has no outcome
+  v1::SessionHeader session_;
+  SceneDescription scene_;
+  ColliderOptions options_;
+  PositionBuffer positions_;
+  std::vector<BodyPose> poses_;
+};
+
+}  // namespace warmfront::client

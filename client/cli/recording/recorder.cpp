@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recording from this side of the wire. Thread safety as stated in the header.
+#include "client/cli/recording/recorder.h"
+
+#include <cstdio>
+#include <string_view>
+#include <utility>
+
+#include "client/cli/bench_machine.h"
+#include "client/cli/recording/from_wire.h"
+#include "client/lib/uuid.h"
+#include "client/lib/wire.h"
+
+namespace warmfront::client {
+namespace {
+
+constexpr std::size_t kUploadChunk = std::size_t{1} << 20;
+
+class RecordingStepper final : public Stepper {
+ public:
+  RecordingStepper(std::unique_ptr<Stepper> inner, Recorder recorder)
+      : inner_(std::move(inner)), recorder_(std::move(recorder)) {}
+
+  Result<StepAnswer> step(const Frame& frame) override {
+    recorder_.frame(next_, frame);
+    Result<StepAnswer> answer = inner_->step(frame);
+    if (answer)
+      recorder_.answer(next_++, digest_of(answer.value()));
+    else
+      recorder_.refusal(next_, answer.error());
+    return answer;
+  }
+  int threads() const override { return inner_->threads(); }
+
+ private:
+  std::unique_ptr<Stepper> inner_;
+  Recorder recorder_;
+  std::uint64_t next_ = 1;
+};
+
+}  // namespace
+
+Result<Recorder> Recorder::create(const std::string& path, const SceneDescription& scene,
+                                  const Positions& positions, const ColliderOptions& options) {
+  const auto warn = [path](const std::string& reason) {
+    std::fprintf(stderr, "warmfront: the recording %s stops here: %s\n", path.c_str(), reason.c_str());
+  };
+  auto writer = recording::Writer::create(path, "warmfront " + this_build().version, {.stopped = warn});
+  if (!writer) return writer.error();
+  Recorder recorder(std::move(writer).value(), SceneState(scene, positions));
+  v1::RecordedMessage message;
+  v1::SessionHeader& header = *message.mutable_create()->mutable_header();
+  header.set_session_id(random_uuid());
+  *header.mutable_options() = to_proto(options);
+  recorder.state_.describe(header);
+  recorder.writer_->write(message);
+  const auto upload = [&](std::string_view bytes, auto set) {
+    for (std::size_t at = 0; at < bytes.size(); at += kUploadChunk) {
+      set(*message.mutable_create(), std::string(bytes.substr(at, kUploadChunk)));
+      recorder.writer_->write(message);
+    }
+  };
+  upload({reinterpret_cast<const char*>(scene.faces.data()), scene.faces.size() * sizeof(scene.faces[0])},
+         [](v1::CreateSessionRequest& to, std::string bytes) { to.set_faces(std::move(bytes)); });
+  upload(recorder.state_.positions(),
+         [](v1::CreateSessionRequest& to, std::string bytes) { to.set_positions(std::move(bytes)); });
+  return recorder;
+}
+
+void Recorder::frame(std::uint64_t number, const Frame& frame) {
+  Result<SentFrame> sent = state_.encode(frame);
+  if (!sent) return writer_->stop("frame " + std::to_string(number) + ": " + sent.error().message);
+  v1::RecordedMessage message;
+  v1::StepFrame& step = *message.mutable_step();
+  step.set_frame(number);
+  if (sent.value().moved)
+    *step.mutable_moved() = *std::move(sent.value().moved);
+  else
+    step.set_positions(std::move(sent.value().positions));
+  writer_->write(std::move(message));
+}
+
+void Recorder::answer(std::uint64_t number, const AnswerDigest& digest) {
+  v1::RecordedMessage message;
+  v1::RecordedAnswer& answer = *message.mutable_answer();
+  answer.set_frame(number);
+  answer.mutable_outcome();
+  answer.set_vf(digest.vf);
+  answer.set_ee(digest.ee);
+  answer.set_possible(digest.possible);
+  if (digest.earliest_toi) answer.set_earliest_toi(*digest.earliest_toi);
+  answer.set_contacts_hash(digest.contacts_hash);
+  writer_->write(std::move(message));
+}
+
+void Recorder::refusal(std::uint64_t number, const Error& error) {
+  v1::RecordedMessage message;
+  v1::RecordedAnswer& answer = *message.mutable_answer();
+  answer.set_frame(number);
+  answer.mutable_outcome()->set_code(rpc_code(error.code));
+  answer.mutable_outcome()->set_message(error.message);
+  writer_->write(std::move(message));
+}
+
+std::unique_ptr<Stepper> make_recording_stepper(std::unique_ptr<Stepper> inner, Recorder recorder) {
+  return std::make_unique<RecordingStepper>(std::move(inner), std::move(recorder));
+}
+
+}  // namespace warmfront::client

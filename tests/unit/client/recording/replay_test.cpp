@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings as bug reports and regression tests: what a daemon and the command line record replays through
+// the engine and through a daemon with the same answers, and a changed answer is found.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/recording/replay_run.h"
+#include "client/lib/client.h"
+#include "proto/recording/reader.h"
+#include "proto/recording/writer.h"
+#include "tests/unit/client/command.h"
+#include "tests/unit/server/heap.h"
+#include "tests/unit/server/local_daemon.h"
+
+namespace warmfront::client {
+namespace {
+
+using test::Heap;
+using test::Mixture;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class ReplayTest : public ::testing::Test {
+ protected:
+  static server::Config config(const std::filesystem::path& folder) {
+    server::Config config;
+    config.record_dir = folder;
+    return config;
+  }
+  std::vector<std::string> recordings() const {
+    std::vector<std::string> files;
+    for (const auto& file : std::filesystem::directory_iterator(folder_.path()))
+      if (file.path().extension() == ".wfrec") files.push_back(file.path());
+    return files;
+  }
+  static ReplayResult replay_here(const std::string& path) {
+    Result<RecordedSession> recorded = RecordedSession::open(path);
+    EXPECT_TRUE(recorded.ok()) << recorded.error().message;
+    auto target = make_engine_target(recorded.value(), 1).value();
+    const auto result = replay(recorded.value(), *target, [](std::uint64_t) {});
+    EXPECT_TRUE(result.ok()) << result.error().message;
+    return result.value();
+  }
+  void expect_replays(const std::string& path) {
+    const Outcome here = run("replay " + path + " --in-process");
+    EXPECT_EQ(here.code, kExitOk) << here.out;
+    EXPECT_THAT(here.out, HasSubstr("all equal"));
+    const Outcome there = run("replay " + path + " --server " + daemon_.address());
+    EXPECT_EQ(there.code, kExitOk) << there.out;
+  }
+  /// The recording with the answer to `frame` changed.
+  std::string tampered(const std::string& path, std::uint64_t frame) const {
+    const std::string other = path + ".changed.wfrec";
+    recording::Reader reader = recording::Reader::open(path).value();
+    const auto writer = recording::Writer::create(other, "tampered").value();
+    for (;;) {
+      auto record = std::move(reader.next()).value();
+      if (!record) return other;
+      if (record->has_end()) continue;
+      if (record->has_answer() && record->answer().frame() == frame)
+        record->mutable_answer()->set_contacts_hash(~record->answer().contacts_hash());
+      writer->write(*std::move(record));
+    }
+  }
+
+  const test::TemporaryFolder folder_;
+  test::LocalDaemon daemon_{config(folder_.path())};
+};
+
+/// A session with everything in it that a client can say: all positions, parts, poses, a body more, a body
+/// changed, a frame that is refused, and a loss, after which the session begins with poses.
+template <class Real>
+void stream_everything(Client& client) {
+  Heap<Real> heap;
+  Session session = client.create_session(heap.description, std::span<const Real>(heap.x)).value();
+  for (int k = 1; k <= 12; ++k) {
+    const Mixture<Real> mixture(k, heap);
+    ASSERT_TRUE(session.step(mixture.frame).ok());
+    if (k == 3) {
+      std::vector<Real> bad = heap.x;
+      bad[7] = std::numeric_limits<Real>::quiet_NaN();
+      EXPECT_EQ(session.step(std::span<const Real>(bad)).error().code, ErrorCode::kInvalidArgument);
+      ASSERT_TRUE(session.step(std::span<const Real>(heap.x)).ok());
+    }
+    if (k == 5) {
+      std::vector<Real> fresh;
+      Heap<Real>::append_octahedron(0.5, 0.5, fresh);
+      BodyAddition addition;
+      addition.body.vertex_count = 6;
+      addition.faces = testing::octahedron();
+      ASSERT_TRUE(session.add_body(addition, std::span<const Real>(fresh)).ok());
+      ASSERT_TRUE(session.change_body(0, {"", 0, 6, BodyKind::kDeformable}).ok());
+      EXPECT_FALSE(session.change_body(2, {"", 0, 6, BodyKind::kRigid, true, 1, 0}).ok());
+    }
+    if (k == 8) {
+      ASSERT_TRUE(client.delete_session(session.id()).ok());
+    }
+  }
+}
+
+TEST_F(ReplayTest, WhatADaemonRecordsReplaysThroughEngineAndDaemon) {
+  Client client = Client::connect(daemon_.address()).value();
+  stream_everything<float>(client);
+  stream_everything<double>(client);
+  const auto files = recordings();
+  ASSERT_EQ(files.size(), 4u) << "two sessions, each made twice";
+  std::uint64_t steps = 0, changes = 0;
+  for (const std::string& file : files) {
+    const ReplayResult result = replay_here(file);
+    EXPECT_EQ(result.difference, "");
+    EXPECT_EQ(result.defect, "");
+    steps += result.steps;
+    changes += result.changes;
+    expect_replays(file);
+  }
+  EXPECT_EQ(steps, 2u * (12 + 2)) << "twelve frames, one of its own, and one that is refused";
+  EXPECT_EQ(changes, 2u * 3);
+}
+
+TEST_F(ReplayTest, WhatTheCommandLineRecordsReplaysAndIsALoad) {
+  const std::string file = (folder_.path() / "here.wfrec").string();
+  const std::string scene = "'builtin:cloth-ball?triangles=1000&frames=8'";
+  ASSERT_EQ(run("detect " + scene + " --send moved --tier exact --record " + file).code, kExitOk);
+  EXPECT_EQ(replay_here(file).compared, 7u);
+  expect_replays(file);
+  EXPECT_EQ(run("detect " + scene + " --record " + file).code, kExitFailed) << "it exists";
+  const std::string report = (folder_.path() / "r.json").string();
+  const Outcome load = run("load --server " + daemon_.address() + " --scene " + file +
+                           " --duration 300ms --warmup 0s --check --json " + report);
+  EXPECT_EQ(load.code, kExitOk) << load.out;
+  EXPECT_THAT(load.out, HasSubstr("8 frames forth and back"));
+  EXPECT_THAT(load.out, HasSubstr(" 0 differ"));
+
+  const std::string sub = (folder_.path() / "sub").string();
+  std::filesystem::create_directory(sub);
+  EXPECT_EQ(run("load --server " + daemon_.address() + " --scene " + scene +
+                " --sessions 2 --duration 200ms --warmup 0s --record " + sub)
+                .code,
+            kExitOk);
+  std::size_t files = 0;
+  for (const auto& recorded : std::filesystem::directory_iterator(sub)) {
+    const ReplayResult result = replay_here(recorded.path());
+    EXPECT_EQ(result.difference + result.defect, "");
+    EXPECT_GT(result.compared, 0u);
+    ++files;
+  }
+  EXPECT_EQ(files, 2u);
+}
+
+TEST_F(ReplayTest, ADifferentAnswerIsNamedAndExitsWith2) {
+  const std::string file = (folder_.path() / "a.wfrec").string();
+  ASSERT_EQ(run("detect 'builtin:bart?triangles=1000&frames=6' --record " + file).code, kExitOk);
+  const std::string changed = tampered(file, 3);
+  EXPECT_THAT(replay_here(changed).difference, HasSubstr("frame 3 differs: recorded"));
+  for (const std::string& where : {std::string("--in-process"), "--server " + daemon_.address()}) {
+    const Outcome outcome = run("replay " + changed + " " + where);
+    EXPECT_EQ(outcome.code, kExitFailed);
+    EXPECT_THAT(outcome.out, HasSubstr("frame 3 differs"));
+  }
+  EXPECT_EQ(run("replay " + file).code, kExitUsage);
+  EXPECT_EQ(run("replay " + file + " --in-process --server " + daemon_.address()).code, kExitUsage);
+  EXPECT_EQ(run("replay " + folder_.path().string() + " --in-process").code, kExitFailed);
+}
+
+TEST_F(ReplayTest, ATornRecordingReplaysToItsLastWholeRecord) {
+  const std::string file = (folder_.path() / "a.wfrec").string();
+  ASSERT_EQ(run("detect 'builtin:bart?triangles=1000&frames=6' --record " + file).code, kExitOk);
+  // Into the last answer: behind it there is the end, of a few bytes.
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 20);
+  const ReplayResult result = replay_here(file);
+  EXPECT_EQ(result.difference, "");
+  EXPECT_EQ(result.steps, 5u)
+      << "the last step is carried out all the same: it may be what the writer died of";
+  EXPECT_EQ(result.compared, 4u);
+  EXPECT_THAT(result.defect, HasSubstr("cut off"));
+  EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("not whole"));
+}
+
+TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
+  const test::TemporaryFolder folder;
+  server::Config config;
+  config.record_dir = folder.path();
+  config.record_max_bytes = 64 << 10;
+  test::LocalDaemon daemon(config);
+  Client client = Client::connect(daemon.address()).value();
+  Heap<double> heap;
+  {
+    Session session = client.create_session(heap.description, std::span<const double>(heap.x)).value();
+    for (int k = 1; k <= 200; ++k) ASSERT_TRUE(session.step(std::span<const double>(heap.x)).ok());
+    Session another = client.create_session(heap.description, std::span<const double>(heap.x)).value();
+    ASSERT_TRUE(another.step(std::span<const double>(heap.x)).ok());
+  }
+  EXPECT_THAT(daemon.log(), HasSubstr("recording_stopped"));
+  EXPECT_THAT(daemon.log(), HasSubstr("recording_refused"));
+  std::uintmax_t bytes = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder.path()))
+    if (file.path().extension() == ".wfrec") bytes += file.file_size();
+  EXPECT_GT(bytes, 0u);
+  EXPECT_LE(bytes, config.record_max_bytes);
+}
+
+TEST(DaemonRecording, AnUploadThatFailsLeavesNoFileAndABadFolderNoDaemon) {
+  const test::TemporaryFolder folder;
+  server::Config config;
+  config.record_dir = folder.path();
+  test::LocalDaemon daemon(config);
+  Client client = Client::connect(daemon.address()).value();
+  Heap<double> heap;
+  heap.description.faces[0] = {0, 0, 1};
+  EXPECT_FALSE(client.create_session(heap.description, std::span<const double>(heap.x)).ok());
+  for (const auto& file : std::filesystem::directory_iterator(folder.path()))
+    EXPECT_NE(file.path().extension(), ".wfrec");
+  config.record_dir = folder.path() / "none";
+  config.listen = {"unix:" + (folder.path() / "other.sock").string()};
+  std::ostringstream text;
+  server::Log log(server::LogLevel::kInfo, server::LogFormat::kText, &text);
+  const auto started = server::Daemon::start(config, log);
+  ASSERT_FALSE(started.ok());
+  EXPECT_THAT(started.error().message, HasSubstr("record-dir"));
+}
+
+}  // namespace
+}  // namespace warmfront::client
