@@ -168,17 +168,19 @@ class Loads {
   }
 
   /// Tries rates until the highest is known that keeps the limit, without errors, and at the pace asked for.
+  /// A rate that does not is tried once more: machines have other things to do now and then.
   Status find_knee(Plan plan, const Limit& limit, std::span<const Limit> limits) {
-    constexpr double kPace = 0.98;
     KneeSearch search(plan.rate);
     for (std::optional<double> rate; !interrupted && (rate = search.next());) {
       plan.rate = *rate;
-      Result<const Point*> point = run(plan, limits);
-      if (!point) return point.error();
-      const Measured& measured = point.value()->measured;
-      const bool held =
-          judge(limit, measured).kept && measured.kept_pace() >= kPace && measured.tally.error_count() == 0;
-      std::fprintf(stderr, "%.6g frames a second: %s\n", *rate, judge(limit, measured).text().c_str());
+      bool held = false;
+      for (int attempt = 0; attempt < 2 && !held && !interrupted; ++attempt) {
+        Result<const Point*> point = run(plan, limits);
+        if (!point) return point.error();
+        held = holds(point.value()->measured, limit);
+        std::fprintf(stderr, "%.6g frames a second: %s\n", *rate,
+                     judge(limit, point.value()->measured).text().c_str());
+      }
       if (!interrupted) search.tried(held);
     }
     report_.knee = Knee{limit.text(), search.highest_held(), search.lowest_failed()};
@@ -186,6 +188,11 @@ class Loads {
   }
 
  private:
+  static bool holds(const Measured& measured, const Limit& limit) {
+    constexpr double kPace = 0.98;
+    return judge(limit, measured).kept && measured.kept_pace() >= kPace && measured.tally.error_count() == 0;
+  }
+
   const Playback& playback_;
   const ExpectedAnswers* expected_;
   Report& report_;
@@ -302,8 +309,8 @@ Verb add_load(CLI::App& app) {
                      limit_names())
       ->type_name("NAME=VALUE");
   app.add_option("--knee", a.knee,
-                 "Look for the highest rate that keeps this limit, a load of --duration for each rate tried; "
-                 "--rate is the first")
+                 "Look for the highest rate that keeps this limit, a load of --duration for each rate tried, "
+                 "and another where it does not; --rate is the first")
       ->type_name("NAME=VALUE");
   app.add_flag("--check", a.check, "Compare every answer with that of the engine in this process");
   app.add_option("--tier", a.tier, "How an elementary test decides")
