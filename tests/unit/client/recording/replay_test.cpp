@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "client/cli/exit_codes.h"
 #include "client/cli/recording/replay_run.h"
@@ -35,6 +37,16 @@ class ReplayTest : public ::testing::Test {
     for (const auto& file : std::filesystem::directory_iterator(folder_.path()))
       if (file.path().extension() == ".wfrec") files.push_back(file.path());
     return files;
+  }
+  /// A session ends when the last that the daemon does for it is done: a moment after its client is told.
+  static void wait_for_end(const std::string& path) {
+    for (int i = 0; i < 2000; ++i) {
+      recording::Reader reader = recording::Reader::open(path).value();
+      for (auto record = reader.next(); record.ok() && record.value(); record = reader.next())
+        if (record.value()->has_end()) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    FAIL() << path << " has no end";
   }
   static ReplayResult replay_here(const std::string& path) {
     Result<RecordedSession> recorded = RecordedSession::open(path);
@@ -109,6 +121,7 @@ TEST_F(ReplayTest, WhatADaemonRecordsReplaysThroughEngineAndDaemon) {
   ASSERT_EQ(files.size(), 4u) << "two sessions, each made twice";
   std::uint64_t steps = 0, changes = 0;
   for (const std::string& file : files) {
+    wait_for_end(file);
     const ReplayResult result = replay_here(file);
     EXPECT_EQ(result.difference, "");
     EXPECT_EQ(result.defect, "");
@@ -118,6 +131,11 @@ TEST_F(ReplayTest, WhatADaemonRecordsReplaysThroughEngineAndDaemon) {
   }
   EXPECT_EQ(steps, 2u * (12 + 2)) << "twelve frames, one of its own, and one that is refused";
   EXPECT_EQ(changes, 2u * 3);
+}
+
+TEST_F(ReplayTest, RecordingsKeptFromEarlierHaveTheSameAnswersStill) {
+  for (const char* kept : {"everything", "resumed"})
+    expect_replays(std::string(WARMFRONT_RECORDINGS) + "/" + kept + ".wfrec");
 }
 
 TEST_F(ReplayTest, WhatTheCommandLineRecordsReplaysAndIsALoad) {
