@@ -14,10 +14,8 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
-#include "client/cli/load/knee.h"
-#include "client/cli/load/live.h"
+#include "client/cli/load/loads.h"
 #include "client/cli/load/report.h"
-#include "client/cli/load/run.h"
 #include "client/cli/load/sweep.h"
 #include "client/cli/recording/recorded_input.h"
 #include "client/cli/server_options.h"
@@ -151,53 +149,6 @@ Status describe_server(const Plan& plan, Report& report) {
   return {};
 }
 
-class Loads {
- public:
-  Loads(const Playback& playback, const ExpectedAnswers* expected, Report& report)
-      : playback_(playback), expected_(expected), report_(report) {}
-
-  /// The point, which the report has then too.
-  Result<const Point*> run(const Plan& plan, std::span<const Limit> limits) {
-    Live live(plan);
-    Result<Measured> measured = load::run(
-        plan, playback_, expected_, [&live](const Second& second) { live.show(second); }, interrupted);
-    if (!measured) return measured.error();
-    std::vector<Verdict> verdicts = judge(limits, measured.value());
-    report_.points.push_back({std::move(measured).value(), std::move(verdicts)});
-    return &report_.points.back();
-  }
-
-  /// Tries rates until the highest is known that keeps the limit, without errors, and at the pace asked for.
-  /// A rate that does not is tried once more: machines have other things to do now and then.
-  Status find_knee(Plan plan, const Limit& limit, std::span<const Limit> limits) {
-    KneeSearch search(plan.rate);
-    for (std::optional<double> rate; !interrupted && (rate = search.next());) {
-      plan.rate = *rate;
-      bool held = false;
-      for (int attempt = 0; attempt < 2 && !held && !interrupted; ++attempt) {
-        Result<const Point*> point = run(plan, limits);
-        if (!point) return point.error();
-        held = holds(point.value()->measured, limit);
-        std::fprintf(stderr, "%.6g frames a second: %s\n", *rate,
-                     judge(limit, point.value()->measured).text().c_str());
-      }
-      if (!interrupted) search.tried(held);
-    }
-    report_.knee = Knee{limit.text(), search.highest_held(), search.lowest_failed()};
-    return {};
-  }
-
- private:
-  static bool holds(const Measured& measured, const Limit& limit) {
-    constexpr double kPace = 0.98;
-    return judge(limit, measured).kept && measured.kept_pace() >= kPace && measured.tally.error_count() == 0;
-  }
-
-  const Playback& playback_;
-  const ExpectedAnswers* expected_;
-  Report& report_;
-};
-
 int exit_code(const Report& report) {
   bool kept = !report.knee || report.knee->rate.has_value();
   for (const Point& point : report.points) {
@@ -255,7 +206,7 @@ int load_verb(Arguments a) {
   }
 
   heed_interrupts();
-  Loads loads(playback.value(), expected ? &*expected : nullptr, report);
+  Loads loads(playback.value(), expected ? &*expected : nullptr, interrupted, report);
   const Series& wanted = series.value();
   if (wanted.knee) {
     if (Status found = loads.find_knee(wanted.plans.front(), *wanted.knee, wanted.limits); !found)
