@@ -18,8 +18,10 @@ class AutoPipeline final : public Pipeline {
     Result<StepResult> result = pipeline_->step(core, frame, stop);
     if (!result) return result;
     StepStatistics& statistics = result.value().statistics;
-    if (changed_ && statistics.front_state == FrontState::kBuilt)
+    if (changed_ && statistics.front_state == FrontState::kBuilt) {
       statistics.front_state = FrontState::kRebuilt;
+      statistics.rebuild = Rebuild::kBounds;
+    }
     if (trial_.take(statistics.ms)) {
       pipeline_ = make_pipeline(trial_.bounds());
       changed_ = true;
@@ -28,6 +30,8 @@ class AutoPipeline final : public Pipeline {
   }
   void parts_changed() override { pipeline_->parts_changed(); }
   BoundsKind bounds() const override { return trial_.bounds(); }
+  Status self_check(const Core& core) override { return pipeline_->self_check(core); }
+  void forget(Core& core) override { pipeline_->forget(core); }
   std::size_t memory_bytes() const override { return pipeline_->memory_bytes(); }
 
  private:

@@ -111,6 +111,13 @@ Status Collider::change_body(std::uint32_t index, Body body) {
   return {};
 }
 
+Status Collider::self_check() {
+  return impl_->pipeline->self_check(impl_->core);
+}
+void Collider::forget_warmth() {
+  impl_->pipeline->forget(impl_->core);
+}
+
 const Scene& Collider::scene() const {
   return *impl_->core.scene;
 }

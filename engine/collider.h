@@ -73,6 +73,11 @@ class Collider {
   /// stays warm. kInvalidArgument for an unknown or removed body, and as Scene::create().
   Status change_body(std::uint32_t index, Body body);
 
+  /// Checks what is kept between steps: kDataLoss or kInternal as self_check() in self_check.h says.
+  Status self_check();
+  /// Makes the next step a cold one: what is kept for speed is made anew from the scene and its positions.
+  void forget_warmth();
+
   /// The scene as it is, with the bodies added and changed since.
   const Scene& scene() const;
   const ColliderOptions& options() const;

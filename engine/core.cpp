@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "engine/self_check.h"
+
 namespace warmfront {
 
 std::vector<double> to_doubles(const Positions& positions) {
@@ -43,6 +45,7 @@ void Core::take_parts(const Scene& modelled) {
       orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
     }
   }
+  checksum = warmfront::checksum(*this);
 }
 
 }  // namespace warmfront

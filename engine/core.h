@@ -38,6 +38,7 @@ struct Core {
   std::vector<std::uint8_t> patch_culled;
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;  // of these, when asked for
+  std::uint64_t checksum = 0;             // see self_check.h
 };
 
 /// Row-major (n, 3), converted exactly.

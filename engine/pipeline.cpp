@@ -7,6 +7,7 @@
 #include <chrono>
 #include <iterator>
 #include <memory>
+#include <utility>
 #include <type_traits>
 
 #include "engine/bounds/moving.h"
@@ -15,6 +16,7 @@
 #include "engine/elementary/narrow_phase.h"
 #include "engine/front/front.h"
 #include "engine/front/near_parts.h"
+#include "engine/self_check.h"
 
 namespace warmfront {
 namespace {
@@ -84,6 +86,24 @@ class PipelineWith final : public Pipeline {
     return std::is_same_v<Bounds, Aabb> ? BoundsKind::kAabb : BoundsKind::kKDop18;
   }
 
+  Status self_check(const Core& core) override {
+    if (anew_ || trees_.empty()) return {};
+    const bool front = core.options.front != FrontMode::kNone && !front_lost_;
+    Status status;
+    core.workers->run([&] {
+      status = warmfront::self_check<Bounds>(
+          {core, trees_, roots_, near_pairs_, front ? &front_ : nullptr, magnitude_, self_checks_++});
+    });
+    return status;
+  }
+
+  void forget(Core& core) override {
+    forget_steps(core, Rebuild::kForgotten);
+    trees_.clear();
+    core.rigid_parts = {};
+    core.rigid_parts.take_parts(core.model);
+  }
+
   std::size_t memory_bytes() const override {
     std::size_t bytes = front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
                         roots_.capacity() * sizeof(Bounds);
@@ -96,6 +116,11 @@ class PipelineWith final : public Pipeline {
   void take_back(Core& core) {
     core.motion.undo();
     core.rigid_parts.undo();
+    forget_steps(core, Rebuild::kInterrupted);
+  }
+
+  void forget_steps(Core& core, Rebuild why) {
+    lost_to_ = why;
     front_.clear();
     front_lost_ = anew_ = true;
     std::ranges::fill(refit_in_, kNever);
@@ -131,6 +156,7 @@ class PipelineWith final : public Pipeline {
 
     narrow_.begin(trees_, input);
     statistics.front_state = advance_front(core.options, built || rebuilt, stop);
+    statistics.rebuild = reason_of(statistics.front_state);
     narrow_.flush();
     const double interleaved = stage.lap();
     const double elementary =
@@ -307,6 +333,15 @@ class PipelineWith final : public Pipeline {
     return update && !new_hierarchy ? FrontState::kUpdated : FrontState::kRebuilt;
   }
 
+  // What was lost stays so until a step was completed without it.
+  Rebuild reason_of(FrontState state) {
+    if (state == FrontState::kCapped) lost_to_ = Rebuild::kCapped;
+    if (state != FrontState::kRebuilt) return Rebuild::kNone;
+    const Rebuild lost = std::exchange(lost_to_, Rebuild::kNone);
+    if (lost != Rebuild::kNone) return lost;
+    return steps_since_build_ == 0 ? Rebuild::kPolicy : Rebuild::kDecayed;
+  }
+
   // The paper's deferred rebuild (section 4.3), or every K steps (its section 8).
   bool due_for_rebuild(const ColliderOptions& options) const {
     if (options.front != FrontMode::kPaper) return false;
@@ -371,10 +406,12 @@ class PipelineWith final : public Pipeline {
   std::vector<std::uint32_t> unplaced_;
   NearParts<Bounds> near_;
   std::vector<NearPair> near_pairs_;
+  std::uint64_t self_checks_ = 0;
   bool anew_ = true;      // nothing that is known of near parts holds
   double magnitude_ = 0;  // that bounds were made with
   Front<Bounds> front_;
   bool front_lost_ = true;
+  Rebuild lost_to_ = Rebuild::kNone;
   NarrowPhase<Bounds> narrow_;
   std::atomic<std::uint64_t> refit_nodes_{0};
   std::int64_t steps_ = 0;

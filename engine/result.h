@@ -17,6 +17,7 @@ enum class ErrorCode {
   kUnimplemented,       ///< a feature this build does not have
   kCancelled,           ///< the caller asked to stop
   kInternal,            ///< an invariant broke
+  kDataLoss,            ///< what was kept is broken, and cannot be made anew from what is left
   // The engine itself never gives these: they are what a service in between adds.
   kNotFound,          ///< no such session
   kAlreadyExists,     ///< the id is taken

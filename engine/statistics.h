@@ -19,6 +19,17 @@ enum class FrontState : std::uint8_t {
 };
 std::string_view to_string(FrontState state);
 
+/// Why a front that was there was made anew.
+enum class Rebuild : std::uint8_t {
+  kNone,         ///< it was not, or there was none
+  kPolicy,       ///< the paper's rule, or every K steps
+  kDecayed,      ///< a hierarchy had become loose, and is a new one
+  kInterrupted,  ///< the step before was cancelled, failed or taken back
+  kCapped,       ///< it had been longer than the cap
+  kBounds,       ///< with option auto, another kind of bounds is tried or stays
+  kForgotten,    ///< what was kept was forgotten on demand, as after a failed self-check
+};
+
 /// Wall-clock milliseconds. `front` and `elementary` run interleaved, block by block: of their common wall
 /// time, `elementary` is what the threads spent in the cascade divided by the number of threads, and `front`
 /// is the rest.
@@ -68,6 +79,7 @@ struct StepStatistics {
   StepCounts counts;
   FrontState front_state = FrontState::kNone;
   BoundsKind bounds = BoundsKind::kKDop18;  ///< that the step used
+  Rebuild rebuild = Rebuild::kNone;
 };
 
 }  // namespace warmfront

@@ -116,6 +116,21 @@ int close_session(const Arguments& arguments, Client& client) {
   return finish_output();
 }
 
+int check_session(const Arguments& arguments, Client& client) {
+  const Result<std::string> found = client.check_session(arguments.id);
+  if (!found) return failure(found.error().message);
+  const bool sound = found.value().empty();
+  if (!arguments.json_file.empty()) {
+    const Json json{{"checked", arguments.id}, {"sound", sound}, {"found", found.value()}};
+    if (const Status written = write_text(arguments.json_file, json.dump(1) + "\n"); !written)
+      return failure(written.error().message);
+  }
+  if (arguments.json_file != "-")
+    std::printf("%s: %s\n", arguments.id.c_str(), sound ? "sound" : found.value().c_str());
+  const int written = finish_output();
+  return written == kExitOk && !sound ? kExitNo : written;
+}
+
 int sessions(const Arguments& arguments) {
   if (arguments.action != "list" && arguments.id.empty())
     return usage_error("sessions " + arguments.action + ": an ID is needed; 'sessions list' shows them");
@@ -123,6 +138,10 @@ int sessions(const Arguments& arguments) {
     return usage_error("sessions list takes no ID; 'sessions show ID' shows one");
   Result<Client> client = Client::connect(arguments.server, {.security = arguments.security});
   if (!client) return failure(client.error().message);
+  if (arguments.action == "check") {
+    if (arguments.all) return usage_error("sessions check takes no --all: who made a session has it checked");
+    return check_session(arguments, client.value());
+  }
   if (arguments.action == "close") return close_session(arguments, client.value());
   if (arguments.action == "show") {
     if (arguments.all)
@@ -143,9 +162,9 @@ Verb add_sessions(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   app.add_option("ACTION", a.action, "What to do with them")
-      ->check(CLI::IsMember({"list", "show", "close"}))
+      ->check(CLI::IsMember({"list", "show", "check", "close"}))
       ->capture_default_str();
-  app.add_option("ID", a.id, "The session to show or close");
+  app.add_option("ID", a.id, "The session to show, check or close");
   add_server_options(app, a.server, a.security, "The daemon's address (HOST:PORT or unix:PATH)", true);
   app.add_flag("--all", a.all, "Sessions of every principal, for administrators");
   app.add_option("--json", a.json_file, "Write as JSON; - for stdout, with nothing else there")

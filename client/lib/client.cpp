@@ -60,6 +60,12 @@ Status Client::delete_session(const std::string& id) {
   return {};
 }
 
+Result<std::string> Client::check_session(const std::string& id) {
+  v1::CheckSessionResponse response;
+  if (const auto error = impl_->connection->check(id, response)) return error->error;
+  return response.found();
+}
+
 Result<std::vector<SessionInfo>> Client::list_all_sessions() {
   v1::ListAllSessionsResponse response;
   if (const auto error = impl_->connection->list_all(response)) return error->error;

@@ -118,6 +118,9 @@ class Client {
   /// kNotFound for an unknown session.
   Result<SessionInfo> get_session(const std::string& id);
   Status delete_session(const std::string& id);
+  /// Has the daemon check what it keeps for a session: what was found broken, and is made anew in the next
+  /// step; empty when nothing. kDataLoss when the session is lost to it.
+  Result<std::string> check_session(const std::string& id);
   /// For administrators, kPermissionDenied for others: the sessions of all principals.
   Result<std::vector<SessionInfo>> list_all_sessions();
   Status delete_any_session(const std::string& id);

@@ -126,6 +126,17 @@ std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSession
   return std::nullopt;
 }
 
+std::optional<RemoteError> Connection::check(const std::string& id, v1::CheckSessionResponse& response) {
+  grpc::ClientContext context;
+  set_deadline(context, options_.call_timeout);
+  prepare(context, id);
+  v1::CheckSessionRequest request;
+  request.set_session_id(id);
+  const grpc::Status status = stub_->CheckSession(&context, request, &response);
+  if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
 std::optional<RemoteError> Connection::remove(const std::string& id) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);

@@ -35,6 +35,7 @@ class Connection {
 
   std::optional<RemoteError> list(v1::ListSessionsResponse& response);
   std::optional<RemoteError> get(const std::string& id, v1::GetSessionResponse& response);
+  std::optional<RemoteError> check(const std::string& id, v1::CheckSessionResponse& response);
   std::optional<RemoteError> remove(const std::string& id);
   std::optional<RemoteError> change(const v1::ChangeSceneRequest& request);
   std::optional<RemoteError> list_all(v1::ListAllSessionsResponse& response);

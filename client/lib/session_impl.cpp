@@ -183,8 +183,7 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
       return take_answer(response.answer());
     case v1::StreamStepsResponse::kError: {
       // Dropped sessions end the stream too: it is read to its end, and resumed.
-      if (remote_error_from(response.error().status()).reason == v1::ERROR_REASON_SESSION_NOT_FOUND)
-        return std::nullopt;
+      if (remote_error_from(response.error().status()).lost_session()) return std::nullopt;
       return take_error(response.error());
     }
     case v1::StreamStepsResponse::kDraining:

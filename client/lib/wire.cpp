@@ -91,6 +91,8 @@ ErrorCode code_from(int code) {
       return ErrorCode::kUnimplemented;
     case grpc::StatusCode::CANCELLED:
       return ErrorCode::kCancelled;
+    case grpc::StatusCode::DATA_LOSS:
+      return ErrorCode::kDataLoss;
     case grpc::StatusCode::NOT_FOUND:
       return ErrorCode::kNotFound;
     case grpc::StatusCode::ALREADY_EXISTS:
@@ -246,8 +248,12 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   return {};
 }
 
+bool RemoteError::lost_session() const {
+  return reason == v1::ERROR_REASON_SESSION_NOT_FOUND || reason == v1::ERROR_REASON_DATA_LOSS;
+}
+
 bool RemoteError::lost_session_or_daemon() const {
-  if (reason == v1::ERROR_REASON_SESSION_NOT_FOUND || reason == v1::ERROR_REASON_DRAINING) return true;
+  if (lost_session() || reason == v1::ERROR_REASON_DRAINING) return true;
   if (reason != v1::ERROR_REASON_UNSPECIFIED) return false;
   // gRPC's own: a connection that ends in the middle shows as any of these.
   return error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kCancelled ||

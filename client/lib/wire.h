@@ -33,6 +33,8 @@ struct RemoteError {
   /// UNSPECIFIED when it is gRPC's own: the daemon was not reached, or died.
   v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
 
+  /// The daemon has the session no more.
+  bool lost_session() const;
   /// Whether creating the session again, or trying again, may help.
   bool lost_session_or_daemon() const;
 };

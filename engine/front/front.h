@@ -77,6 +77,8 @@ class Front {
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
   bool overflowed() const { return overflowed_; }
+  /// For a self-check.
+  std::span<const FrontSegment> segments() const { return segments_; }
   /// All pairs in order; for tests.
   std::vector<NodePair> pairs() const;
   /// Bytes held: by the pairs, which is the same for any number of threads, and in all.

@@ -5,6 +5,9 @@
 #include <civetweb.h>
 
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <thread>
 #include <utility>
 
 namespace warmfront::server {
@@ -25,13 +28,27 @@ constexpr const char* kText = "text/plain; charset=utf-8";
 
 struct Http::Impl {
   Pages pages;
+  std::string host;  // as it was given
   mg_context* server = nullptr;
 };
 
 Http::Http(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
+// CivetWeb looks whether it is to stop when someone connects, or every two seconds: so someone does.
 Http::~Http() {
-  mg_stop(impl_->server);
+  const int port = this->port();
+  std::atomic<bool> stopped{false};
+  std::thread stop([&] {
+    mg_stop(impl_->server);
+    stopped = true;
+  });
+  while (!stopped) {
+    std::array<char, 128> error{};
+    mg_connection* knock = mg_connect_client(impl_->host.c_str(), port, 0, error.data(), error.size());
+    if (knock != nullptr) mg_close_connection(knock);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  stop.join();
 }
 
 int Http::port() const {
@@ -40,7 +57,7 @@ int Http::port() const {
 }
 
 Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages pages) {
-  auto impl = std::make_unique<Impl>(Impl{std::move(pages)});
+  auto impl = std::make_unique<Impl>(Impl{std::move(pages), address.substr(0, address.rfind(':'))});
   // Few threads and short waits: a slow or silent scraper costs one of two threads for two seconds.
   const std::array<const char*, 9> options{"listening_ports",
                                            address.c_str(),

@@ -43,6 +43,8 @@ const char* name_of(Reason reason) {
       return "unauthenticated";
     case Reason::kPermissionDenied:
       return "permission_denied";
+    case Reason::kDataLoss:
+      return "data_loss";
   }
   return "other";
 }
@@ -73,6 +75,7 @@ void Metrics::step_done(const StepStatistics& statistics, std::uint64_t step_con
   add(steps_by_front[static_cast<std::size_t>(statistics.front_state)], 1);
   add(front_pairs, statistics.counts.front_pairs);
   add(front_pairs_skipped, statistics.counts.front_skipped);
+  if (statistics.rebuild != Rebuild::kNone) add(rebuilds[static_cast<std::size_t>(statistics.rebuild)], 1);
 }
 
 void Metrics::refused_with(const Fault& fault) {

@@ -37,10 +37,15 @@ struct Metrics {
   static constexpr std::array<const char*, kStages> kStageNames{"refit", "front", "elementary", "adjacent",
                                                                 "total"};
   static constexpr std::array<const char*, 5> kFrontNames{"none", "built", "updated", "rebuilt", "capped"};
+  /// By Rebuild, the first of which is none at all.
+  static constexpr std::array<const char*, 7> kRebuildNames{"none",        "policy", "decayed",
+                                                            "interrupted", "capped", "bounds", "self_check"};
+  enum SelfCheck : std::size_t { kPassed, kRebuilt, kDataLost, kSelfChecks };
+  static constexpr std::array<const char*, kSelfChecks> kSelfCheckNames{"passed", "rebuilt", "data_loss"};
   enum End : std::size_t { kDeleted, kExpired, kFailed, kEnds };
   static constexpr std::array<const char*, kEnds> kEndNames{"deleted", "expired", "failed"};
   /// Of refused requests: each limit by its setting, everything else by its kind.
-  static constexpr std::array<const char*, 26> kRefusals{"other",
+  static constexpr std::array<const char*, 28> kRefusals{"other",
                                                          "invalid_input",
                                                          "session_not_found",
                                                          "session_exists",
@@ -54,12 +59,14 @@ struct Metrics {
                                                          "cancelled",
                                                          "unauthenticated",
                                                          "permission_denied",
+                                                         "data_loss",
                                                          "max-sessions",
                                                          "max-sessions-per-principal",
                                                          "max-vertices",
                                                          "max-triangles",
                                                          "max-contacts",
                                                          "max-session-bytes",
+                                                         "max-principal-bytes",
                                                          "max-total-bytes",
                                                          "max-open-streams",
                                                          "max-frames-in-flight",
@@ -76,6 +83,8 @@ struct Metrics {
   DurationHistogram queue_seconds;
   Counter contacts{0};
   std::array<Counter, kFrontNames.size()> steps_by_front{};
+  std::array<Counter, kRebuildNames.size()> rebuilds{};
+  std::array<Counter, kSelfChecks> self_checks{};
   Counter front_pairs{0};          ///< over all steps: pairs that the front held
   Counter front_pairs_skipped{0};  ///< of these, not looked at
   Counter sessions_created{0};

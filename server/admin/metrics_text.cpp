@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "server/admin/process_stats.h"
 #include "server/version.h"
 
 namespace warmfront::server {
@@ -31,8 +32,11 @@ class Families {
     add(name, help, MetricType::Gauge, {std::move(metric)});
   }
   void counter(const char* name, const char* help, const Counter& counter) {
+    this->counter(name, help, value_of(counter));
+  }
+  void counter(const char* name, const char* help, double value) {
     ClientMetric metric;
-    metric.counter.value = value_of(counter);
+    metric.counter.value = value;
     add(name, help, MetricType::Counter, {std::move(metric)});
   }
   void counters(const char* name, const char* help, const char* label, std::span<const char* const> values,
@@ -94,12 +98,26 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
                std::span(&metrics.queue_seconds, 1));
   f.counters("warmfront_steps_total", "Steps computed, by what became of the front (rebuilt: its rebuilds)",
              "front", Metrics::kFrontNames, metrics.steps_by_front);
+  f.counters("warmfront_session_rebuilds_total",
+             "Fronts and hierarchies made anew in a session that was warm, by reason", "reason",
+             std::span(Metrics::kRebuildNames).subspan(1), std::span(metrics.rebuilds).subspan(1));
+  f.counters("warmfront_self_checks_total", "Self-checks of sessions, by what came of them", "result",
+             Metrics::kSelfCheckNames, metrics.self_checks);
   f.counter("warmfront_contacts_total", "Contacts found", metrics.contacts);
   f.counter("warmfront_front_pairs_total", "Pairs that the front held, over all steps", metrics.front_pairs);
   f.counter("warmfront_front_pairs_skipped_total", "Of these, pairs that needed no look: the front's reuse",
             metrics.front_pairs_skipped);
   f.counters("warmfront_rejected_total", "Requests refused, by limit or kind of fault", "reason",
              Metrics::kRefusals, metrics.refused);
+  const ProcessStats process = process_stats();
+  f.gauge("process_resident_memory_bytes", "Memory of this process that is in RAM",
+          number(process.resident_bytes));
+  f.gauge("process_virtual_memory_bytes", "Address space of this process", number(process.virtual_bytes));
+  f.counter("process_cpu_seconds_total", "Processor time used, user and system", process.cpu_seconds);
+  f.gauge("process_open_fds", "Open file descriptors", number(process.open_files));
+  f.gauge("process_max_fds", "Most file descriptors that may be open", number(process.max_files));
+  f.gauge("process_threads", "Threads of this process", number(process.threads));
+  f.gauge("process_start_time_seconds", "Start of this process, since the epoch", process.start_time_seconds);
   return f.text();
 }
 

@@ -3,19 +3,20 @@
 #include "server/session/account.h"
 
 #include <string>
+#include <string_view>
 
 #include "server/units.h"
 
 namespace warmfront::server {
-namespace {
 
-Fault total_exceeded(std::size_t limit) {
-  return limit_met("the sessions of this daemon hold all the memory that they may, " + describe_bytes(limit) +
-                       "; try again when others have closed, or raise --max-total-bytes",
-                   "max-total-bytes", true);
+Fault Budget::exceeded() const {
+  const bool daemon = std::string_view(setting_) == "max-total-bytes";
+  return limit_met(
+      std::string(daemon ? "the sessions of this daemon hold" : "this principal's sessions hold") +
+          " all the memory that they may, " + describe_bytes(limit_) +
+          "; try again when others have closed, or raise --" + setting_,
+      setting_, true);
 }
-
-}  // namespace
 
 bool Budget::try_take(std::size_t bytes) {
   std::size_t used = used_.load(std::memory_order_relaxed);
@@ -25,30 +26,49 @@ bool Budget::try_take(std::size_t bytes) {
   return true;
 }
 
-Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limit, std::size_t reserved) {
+std::shared_ptr<Budget> PrincipalBudgets::of(const std::string& principal) {
+  const MutexLock lock(mutex_);
+  std::erase_if(budgets_, [](const auto& entry) { return entry.second.expired(); });
+  std::weak_ptr<Budget>& kept = budgets_[principal];
+  std::shared_ptr<Budget> budget = kept.lock();
+  if (!budget) kept = budget = std::make_shared<Budget>(limit_, "max-principal-bytes");
+  return budget;
+}
+
+Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limit, std::size_t reserved,
+                                                std::shared_ptr<Budget> of_principal) {
   if (reserved > limit)
     return limit_met("vertex_count, face_count: a session of this size takes about " +
                          describe_bytes(reserved) + ", and one may hold " + describe_bytes(limit) +
                          "; split the scene, or raise --max-session-bytes",
                      "max-session-bytes", false);
-  if (!budget.try_take(reserved)) return total_exceeded(budget.limit());
-  return std::shared_ptr<Account>(new Account(budget, limit, reserved));
+  if (of_principal && !of_principal->try_take(reserved)) return of_principal->exceeded();
+  if (!budget.try_take(reserved)) {
+    if (of_principal) of_principal->give(reserved);
+    return budget.exceeded();
+  }
+  return std::shared_ptr<Account>(new Account(budget, std::move(of_principal), limit, reserved));
 }
 
 Account::~Account() {
   // Holdings keep the account, so nothing but the reservation is left.
   budget_.give(reserved_);
+  if (of_principal_) of_principal_->give(reserved_);
 }
 
 void Account::add(std::size_t bytes) {
   // Each change is told its own before and after, so the differences add up whoever comes first.
   const std::size_t before = held_.fetch_add(bytes, std::memory_order_relaxed);
-  budget_.take(charge(before + bytes) - charge(before));
+  const std::size_t more = charge(before + bytes) - charge(before);
+  budget_.take(more);
+  if (of_principal_) of_principal_->take(more);
 }
 
 void Account::remove(std::size_t bytes) {
   const std::size_t before = held_.fetch_sub(bytes, std::memory_order_relaxed);
-  budget_.give(charge(before) - charge(before - bytes));
+  const std::size_t less = charge(before) - charge(before - bytes);
+  budget_.give(less);
+  if (of_principal_) of_principal_->give(less);
 }
 
 std::optional<Fault> Account::refusal() const {
@@ -58,7 +78,9 @@ std::optional<Fault> Account::refusal() const {
                          "; take the answers that wait, or create it again with less, or raise "
                          "--max-session-bytes",
                      "max-session-bytes", true);
-  if (held > reserved_ && budget_.used() > budget_.limit()) return total_exceeded(budget_.limit());
+  if (held <= reserved_) return std::nullopt;
+  if (of_principal_ && of_principal_->used() > of_principal_->limit()) return of_principal_->exceeded();
+  if (budget_.used() > budget_.limit()) return budget_.exceeded();
   return std::nullopt;
 }
 

@@ -6,19 +6,24 @@
 
 #include <atomic>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
+#include "server/annotations.h"
 #include "server/session/fault.h"
 #include "server/session/limits.h"
 
 namespace warmfront::server {
 
-/// Bytes that all sessions of a daemon are charged, and their limit.
+/// Bytes that all sessions of a daemon, or of a principal, are charged, and their limit.
 class Budget {
  public:
-  explicit Budget(std::size_t limit) : limit_(limit) {}
+  /// `setting` is what the limit is called.
+  explicit Budget(std::size_t limit, const char* setting = "max-total-bytes")
+      : limit_(limit), setting_(setting) {}
 
   /// False, and nothing is taken, when that would exceed the limit.
   [[nodiscard]] bool try_take(std::size_t bytes);
@@ -27,20 +32,36 @@ class Budget {
 
   std::size_t used() const { return used_.load(std::memory_order_relaxed); }
   std::size_t limit() const { return limit_; }
+  /// What who meets the limit is told.
+  Fault exceeded() const;
 
  private:
   const std::size_t limit_;
+  const char* const setting_;
   std::atomic<std::size_t> used_{0};
 };
 
-/// What one session holds. The budget is charged what was reserved when the session was made, or what the
+/// The budgets of principals, by their names. Kept for as long as an account is charged to one. Thread-safe.
+class PrincipalBudgets {
+ public:
+  explicit PrincipalBudgets(std::size_t limit) : limit_(limit) {}
+  std::shared_ptr<Budget> of(const std::string& principal);
+
+ private:
+  const std::size_t limit_;
+  Mutex mutex_;
+  std::map<std::string, std::weak_ptr<Budget>> budgets_ WARMFRONT_GUARDED_BY(mutex_);
+};
+
+/// What one session holds. The budgets are charged what was reserved when the session was made, or what the
 /// session holds when that is more: a session that stays within its reservation never suffers from how others
 /// grow.
 class Account {
  public:
-  /// RESOURCE_EXHAUSTED when `reserved` is above the session's limit or does not fit into the budget any
-  /// more. `budget` outlives the account.
-  static Outcome<std::shared_ptr<Account>> open(Budget& budget, std::size_t limit, std::size_t reserved);
+  /// RESOURCE_EXHAUSTED when `reserved` is above the session's limit or does not fit into a budget any more:
+  /// the daemon's, which outlives the account, or that of its principal, if there is one.
+  static Outcome<std::shared_ptr<Account>> open(Budget& budget, std::size_t limit, std::size_t reserved,
+                                                std::shared_ptr<Budget> of_principal = nullptr);
   ~Account();
   Account(const Account&) = delete;
   Account& operator=(const Account&) = delete;
@@ -50,16 +71,17 @@ class Account {
   std::size_t held() const { return held_.load(std::memory_order_relaxed); }
 
   /// Why the session may not do what makes it grow: it holds more than its limit, or more than it reserved
-  /// while the daemon is beyond its own.
+  /// while its principal or the daemon is beyond theirs.
   std::optional<Fault> refusal() const;
 
  private:
-  Account(Budget& budget, std::size_t limit, std::size_t reserved)
-      : budget_(budget), limit_(limit), reserved_(reserved) {}
+  Account(Budget& budget, std::shared_ptr<Budget> of_principal, std::size_t limit, std::size_t reserved)
+      : budget_(budget), of_principal_(std::move(of_principal)), limit_(limit), reserved_(reserved) {}
   std::size_t charge(std::size_t held) const { return held > reserved_ ? held : reserved_; }
 
   // Constant after construction.
   Budget& budget_;
+  const std::shared_ptr<Budget> of_principal_;  // null: none
   const std::size_t limit_;
   const std::size_t reserved_;
 

@@ -30,6 +30,7 @@ enum class Reason : std::uint8_t {
   kCancelled,
   kUnauthenticated,
   kPermissionDenied,
+  kDataLoss,
 };
 
 struct Fault {
@@ -42,7 +43,9 @@ struct Fault {
   std::optional<std::chrono::milliseconds> retry_after = std::nullopt;
 
   /// The session is gone, and with it every stream on it.
-  bool session_lost() const { return reason == Reason::kSessionNotFound || reason == Reason::kEngine; }
+  bool session_lost() const { return reason == Reason::kSessionNotFound || engine_failed(); }
+  /// The session is to be dropped.
+  bool engine_failed() const { return reason == Reason::kEngine || reason == Reason::kDataLoss; }
 };
 
 /// The limit of that setting was met. With `passing`, because of what others do: trying again may help.
@@ -52,6 +55,13 @@ inline Fault limit_met(std::string message, const char* limit, bool passing) {
   Fault fault{ErrorCode::kResourceExhausted, Reason::kLimit, std::move(message), std::nullopt, limit};
   if (passing) fault.retry_after = kRetryAfter;
   return fault;
+}
+
+/// A scene above the limit of setting `flag`; `field` says what there is too much of.
+inline Fault too_large(const std::string& field, std::uint64_t value, std::uint64_t limit, const char* flag) {
+  return limit_met(field + ": " + std::to_string(value) + " is above the daemon's limit of " +
+                       std::to_string(limit) + "; split the scene, or raise --" + flag,
+                   flag, false);
 }
 
 /// The engine's error as a fault; `where` is put before its message, e.g. "frame 7: ".

@@ -46,7 +46,7 @@ class FrameBuffer {
   /// The most bytes that the frame may have.
   std::size_t expected_bytes() const { return expected_; }
   std::size_t memory_bytes() const;
-  /// The same bytes?
+  /// The same bytes? What was refused is like nothing.
   friend bool operator==(const FrameBuffer& a, const FrameBuffer& b);
 
  private:

@@ -19,12 +19,14 @@ struct Limits {
   std::size_t max_front_bytes = std::size_t{4} << 30;           ///< in a session
   std::size_t max_session_bytes = std::size_t{8} << 30;         ///< held for a session, everything counted
   std::size_t max_total_bytes = usable_memory_bytes() / 4 * 3;  ///< held for all sessions
+  std::size_t max_principal_bytes = max_total_bytes;            ///< held for all sessions of a principal
   std::uint32_t max_open_streams = 1024;                        ///< StreamSteps calls in the daemon
   std::uint32_t max_frames_in_flight = 4096;  ///< accepted in the daemon and not yet computed
   std::uint32_t window = 4;                   ///< frames of a session accepted and not yet answered
   std::size_t max_queued_bytes = std::size_t{256} << 20;  ///< answers of a stream, above which it is not read
   std::size_t answer_chunk_bytes = std::size_t{1} << 20;
   std::size_t max_message_bytes = std::size_t{32} << 20;
+  std::uint32_t self_check_steps = 1000;  ///< of a session, from one self-check to the next; 0: none
   std::chrono::milliseconds idle_timeout = std::chrono::minutes(30);  ///< of a session without a stream
   std::chrono::milliseconds upload_timeout =
       std::chrono::minutes(5);  ///< of a scene, a frame's parts, an attach

@@ -52,6 +52,7 @@ Positions PositionBuffer::view() const {
 }
 
 bool operator==(const PositionBuffer& a, const PositionBuffer& b) {
+  if (a.overflow_ || b.overflow_) return false;  // there was more than is kept
   if (a.received_ != b.received_ || a.values_.index() != b.values_.index()) return false;
   return std::visit(
       [&](const auto& values) {

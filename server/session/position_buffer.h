@@ -38,7 +38,7 @@ class PositionBuffer {
   std::size_t expected_bytes() const { return expected_; }
   /// The positions, once complete; valid while the buffer is.
   Positions view() const;
-  /// The same bytes?
+  /// The same bytes? What was refused is like nothing.
   friend bool operator==(const PositionBuffer& a, const PositionBuffer& b);
 
  private:

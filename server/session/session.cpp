@@ -56,8 +56,10 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
       options_(collider.options()),
       created_(std::chrono::system_clock::now()),
       lost_(std::move(host.lost)),
+      rebuilt_(std::move(host.rebuilt)),
       runner_(host.runner),
-      mailbox_(std::make_shared<Mailbox>(host.runner, host.mailbox_capacity,
+      limits_(host.limits),
+      mailbox_(std::make_shared<Mailbox>(host.runner, host.limits.window,
                                          lane_of(step_cost_ms(scene->face_count(), {})))),
       account_(std::move(host.account)),
       recording_(std::move(host.recording)),
@@ -147,7 +149,7 @@ Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome
       return Fault{ErrorCode::kInternal, Reason::kEngine, what + ": the engine failed: " + error.what()};
     }
   }();
-  if (!outcome && outcome.fault().reason == Reason::kEngine) {
+  if (!outcome && outcome.fault().engine_failed()) {
     close({ErrorCode::kNotFound, Reason::kSessionNotFound,
            "session " + id_.text() + " was dropped after a failure of the engine; create it again"});
     lost_(*this, outcome.fault());
@@ -169,12 +171,60 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request
   return guarded<std::shared_ptr<const Answer>>(name_of(request.frame), [&] { return compute(request); });
 }
 
+void Session::check(CheckDone done) {
+  auto reply = std::make_shared<CheckDone>(std::move(done));
+  const bool posted = mailbox_->post([self = shared_from_this(), reply] {
+    (*reply)(self->guarded<std::string>("the self-check", [&] { return self->self_check(""); }));
+  });
+  if (!posted)
+    (*reply)(limit_met("CheckSession: too many frames of this session wait; try again after an answer",
+                       "window", true));
+}
+
+Outcome<std::string> Session::self_check(const std::string& where) {
+  steps_unchecked_ = 0;
+  const Status sound = collider_.self_check();
+  const bool lost = !sound && (sound.error().code == ErrorCode::kDataLoss || was_rebuilt_);
+  if (metrics_ != nullptr)
+    ++metrics_->self_checks[sound ? Metrics::kPassed : lost ? Metrics::kDataLost : Metrics::kRebuilt];
+  if (sound) return std::string();
+  const std::string& found = sound.error().message;
+  if (lost)
+    return Fault{ErrorCode::kDataLoss, Reason::kDataLoss,
+                 where + found + (was_rebuilt_ ? ", after it was made anew once" : "") +
+                     "; the session is dropped, create it again"};
+  was_rebuilt_ = true;
+  steps_unchecked_ = limits_.self_check_steps;  // what comes of it is checked after a step
+  collider_.forget_warmth();
+  if (rebuilt_) rebuilt_(*this, found);
+  return found;
+}
+
+// Here and not when the request arrives: another one may be on its way.
+std::optional<Fault> Session::too_large_with(std::span<const SceneChange> changes) const {
+  std::uint64_t vertices = collider_.scene().vertex_count();
+  std::uint64_t faces = collider_.scene().face_count();
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const auto* add = std::get_if<AddBody>(&changes[i]);
+    if (add == nullptr) continue;
+    const std::string where = "changes[" + std::to_string(i) + "]: ";
+    vertices += add->addition.body.vertex_count;
+    faces += add->addition.faces.size();
+    if (vertices > limits_.max_vertices)
+      return too_large(where + "vertices of the scene", vertices, limits_.max_vertices, "max-vertices");
+    if (faces > limits_.max_triangles)
+      return too_large(where + "faces of the scene", faces, limits_.max_triangles, "max-triangles");
+  }
+  return std::nullopt;
+}
+
 std::optional<Fault> Session::apply(std::uint64_t next_frame, std::vector<SceneChange>& changes) {
   if (next_frame != frames_.expected())
     return Fault{ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
                  "next_frame: " + name_of(next_frame) + " is out of order: frame " +
                      std::to_string(frames_.expected()) + " is expected",
                  frames_.expected()};
+  if (std::optional<Fault> fault = too_large_with(changes)) return fault;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     if (std::optional<Fault> refusal = account_->refusal()) return refusal;
     const auto carry_out = [&]() -> Status {
@@ -201,8 +251,6 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   const Scene& scene = collider_.scene();
   if (request.pass.cancelled()) return cancelled(frame);
   if (request.pass.refused) return *request.pass.refused;
-  if (Status complete = request.contents.complete(scene); !complete)
-    return fault_from(complete.error(), name_of(frame) + ": ");
   switch (frames_.classify(frame)) {
     case FrameSequence::Verdict::kOutOfOrder:
       return Fault{
@@ -210,6 +258,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
           name_of(frame) + " is out of order: frame " + std::to_string(frames_.expected()) + " is expected",
           frames_.expected()};
     case FrameSequence::Verdict::kRepeat:
+      // By its bytes alone: the scene may have changed since they made a frame of it.
       if (!(request.contents == *last_frame_))
         return Fault{ErrorCode::kAborted, Reason::kFrameChanged,
                      name_of(frame) +
@@ -220,9 +269,14 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     case FrameSequence::Verdict::kNext:
       break;
   }
+  if (Status complete = request.contents.complete(scene); !complete)
+    return fault_from(complete.error(), name_of(frame) + ": ");
   if (std::optional<Fault> refusal = account_->refusal()) {
     refusal->message = name_of(frame) + ": " + refusal->message;
     return *std::move(refusal);
+  }
+  if (limits_.self_check_steps > 0 && steps_unchecked_ >= limits_.self_check_steps) {
+    if (Outcome<std::string> checked = self_check(name_of(frame) + ": "); !checked) return checked.fault();
   }
   // Beside others a short step takes one thread: it would wait for as many as a long one holds.
   std::optional<Workers::OneThread> one_thread;
@@ -243,6 +297,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   last_frame_ = std::move(request.contents);
   frames_.advance();
+  ++steps_unchecked_;
   if (metrics_ != nullptr)
     metrics_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
   lane_ = lane_of(step_cost_ms(scene.face_count(), last_answer_->statistics.counts));

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "server/session/frame_pass.h"
 #include "server/session/frame_sequence.h"
 #include "server/session/id.h"
+#include "server/session/limits.h"
 #include "server/session/mailbox.h"
 
 namespace warmfront::server {
@@ -63,11 +65,14 @@ class Session : public std::enable_shared_from_this<Session> {
  public:
   using StepDone = std::function<void(Outcome<std::shared_ptr<const Answer>>)>;
   using ChangeDone = std::function<void(std::optional<Fault>)>;
+  using CheckDone = std::function<void(const Outcome<std::string>&)>;
   using AttachDone = std::function<void(Outcome<std::uint64_t>)>;
   /// Told once, on a runner's thread, when the engine failed and the session must be forgotten.
   using Lost = std::function<void(Session&, const Fault&)>;
   /// Called on a runner's thread just before a request is carried out.
   using Before = std::function<void()>;
+  /// Told, on a runner's thread, when a self-check found something and it is made anew.
+  using Rebuilt = std::function<void(const Session&, const std::string& found)>;
   enum class Attachment : std::uint64_t {};
   /// Tells a stream to end with this fault, after the frames that it has in flight.
   using Evict = std::function<void(const Fault&)>;
@@ -76,12 +81,13 @@ class Session : public std::enable_shared_from_this<Session> {
   struct Host {
     std::shared_ptr<Workers> workers;
     Runner& runner;                    ///< outlives the session
-    std::size_t mailbox_capacity;      ///< frames that may wait
+    const Limits& limits;              ///< outlive the session
     std::shared_ptr<Account> account;  ///< what the session holds is charged to it
     Lost lost;
     std::string owner = {};      ///< the principal that makes it
     Metrics* metrics = nullptr;  ///< where its steps are counted, if anywhere; outlives the session
     std::shared_ptr<SessionRecording> recording = {};  ///< null where it is not recorded
+    Rebuilt rebuilt = {};                              ///< if anybody wants to know
   };
   /// Builds the hierarchy: slow, so call it on the runner. Fails as Scene::create() and Collider::create()
   /// do; RESOURCE_EXHAUSTED when memory runs out.
@@ -104,17 +110,22 @@ class Session : public std::enable_shared_from_this<Session> {
     kAlways,   ///< for callers that bound their frames themselves
   };
 
-  /// Steps to `frame` by the rule of step.proto; INVALID_ARGUMENT for positions that are not complete. `done`
-  /// is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for a frame
-  /// that is refused. A frame whose client gives up is left undone, CANCELLED: the session is then as it was
-  /// before it.
+  /// Steps to `frame` by the rule of step.proto; INVALID_ARGUMENT for a next frame that is not complete.
+  /// `done` is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for
+  /// a frame that is refused. A frame whose client gives up is left undone, CANCELLED: the session is then as
+  /// it was before it.
   void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done,
             Before before = {});
 
   /// Carries out the changes in order, up to the first that fails, if `next_frame` is the frame expected
-  /// then. `done` is called as in step().
+  /// then; none of them when all together would make a scene above the limits. `done` is called as in step().
   void change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done,
               Before before = {});
+
+  /// Checks, in its turn, what the collider keeps, as step() does by itself every limits.self_check_steps:
+  /// what was found broken, which is made anew in the next step, or nothing; DATA_LOSS, and the session is
+  /// dropped, where that is not possible, or the second time. `done` is called as in step().
+  void check(CheckDone done);
 
   /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
   /// evicted then. `done` gets the frame expected next, on a runner's thread, once all earlier frames are
@@ -142,6 +153,8 @@ class Session : public std::enable_shared_from_this<Session> {
 
   Outcome<std::shared_ptr<const Answer>> compute(Request& request);
   Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request);
+  Outcome<std::string> self_check(const std::string& where);
+  std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
   std::optional<Fault> apply(std::uint64_t next_frame, std::vector<SceneChange>& changes);
   // Runs work on the collider; what it throws becomes a fault, and the session is lost then.
   template <class T>
@@ -157,7 +170,9 @@ class Session : public std::enable_shared_from_this<Session> {
   const ColliderOptions options_;
   const std::chrono::system_clock::time_point created_;
   const Lost lost_;
+  const Rebuilt rebuilt_;
   Runner& runner_;
+  const Limits& limits_;
   const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Account> account_;
   const std::shared_ptr<SessionRecording> recording_;
@@ -166,6 +181,8 @@ class Session : public std::enable_shared_from_this<Session> {
   Collider collider_;
   Holding memory_;  // of the collider
   FrameSequence frames_;
+  std::uint32_t steps_unchecked_ = 0;
+  bool was_rebuilt_ = false;  // after a self-check
   Lane lane_ = Lane::kLong;
   std::shared_ptr<const Answer> last_answer_;
   std::optional<FrameBuffer> last_frame_;  // what it answers

@@ -29,6 +29,7 @@ struct Context {
         guard(guard_in),
         workers(std::make_shared<Workers>(threads)),
         budget(limits.max_total_bytes),
+        principals(limits.max_principal_bytes),
         streams(limits.max_open_streams),
         frames(limits.max_frames_in_flight),
         store(limits.max_sessions, limits.max_sessions_per_principal),
@@ -49,6 +50,7 @@ struct Context {
   Lifecycle lifecycle;
   Metrics metrics;
   Budget budget;
+  PrincipalBudgets principals;
   Gate streams;  ///< StreamSteps calls
   Gate frames;   ///< accepted and not yet computed
   Store store;

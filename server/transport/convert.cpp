@@ -16,12 +16,6 @@ Fault bad_enum(const std::string& field, int value) {
               " is unknown to this daemon; see its enum in warmfront.v1"};
 }
 
-Fault too_large(const std::string& field, std::uint64_t value, std::uint64_t limit, const char* flag) {
-  return limit_met(field + ": " + std::to_string(value) + " is above the daemon's limit of " +
-                       std::to_string(limit) + "; split the scene, or raise --" + flag,
-                   flag, false);
-}
-
 v1::FrontState to_proto(FrontState state) {
   switch (state) {
     case FrontState::kNone:
@@ -343,21 +337,12 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
   return spec;
 }
 
-Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype,
-                                               const Scene& scene, const Limits& limits) {
+Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype) {
   std::vector<SceneChange> changes;
-  std::uint64_t vertices = scene.vertex_count();
-  std::uint64_t faces = scene.face_count();
   for (int i = 0; i < request.changes_size(); ++i) {
     const v1::SceneChange& message = request.changes(i);
     const std::string where = "changes[" + std::to_string(i) + "]";
     if (message.has_add()) {
-      vertices += message.add().body().vertex_count();
-      faces += message.add().faces().size() / 12;
-      if (vertices > limits.max_vertices)
-        return too_large(where + ": vertices of the scene", vertices, limits.max_vertices, "max-vertices");
-      if (faces > limits.max_triangles)
-        return too_large(where + ": faces of the scene", faces, limits.max_triangles, "max-triangles");
       Outcome<SceneChange> change = addition_from(message.add(), dtype, where + ".add");
       if (!change) return change.fault();
       changes.push_back(std::move(change).value());
@@ -407,6 +392,8 @@ v1::Limits to_proto(const Limits& limits) {
   message.set_max_sessions_per_principal(limits.max_sessions_per_principal);
   message.set_max_session_bytes(limits.max_session_bytes);
   message.set_max_total_bytes(limits.max_total_bytes);
+  message.set_max_principal_bytes(limits.max_principal_bytes);
+  message.set_self_check_steps(limits.self_check_steps);
   message.set_max_open_streams(limits.max_open_streams);
   message.set_max_frames_in_flight(limits.max_frames_in_flight);
   message.set_max_queued_bytes(limits.max_queued_bytes);

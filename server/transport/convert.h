@@ -26,9 +26,8 @@ Outcome<Dtype> dtype_from(v1::Dtype dtype);
 /// limits.
 Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits);
 
-/// The changes of a request. INVALID_ARGUMENT and RESOURCE_EXHAUSTED as above; `scene` is the session's.
-Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype,
-                                               const Scene& scene, const Limits& limits);
+/// The changes of a request. INVALID_ARGUMENT as above; limits are for the session to look at, in its turn.
+Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype);
 
 /// Appends a message of a frame (v1::StepFrame or v1::StepRequest). What is too much is kept in the buffer as
 /// an error, for the session to answer by its rules.

@@ -17,13 +17,18 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
                               v1::CreateSessionResponse& response) {
   const std::shared_ptr<CreateCall> create(new CreateCall(context, call, response));
   create->self_ = create;
-  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
   Outcome<Principal> principal = context.guard.identify(call);
+  if (!principal) {
+    const MutexLock lock(create->mutex_);
+    create->fail_locked(context.refuse(principal.fault()));
+    return create.get();
+  }
+  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
   const MutexLock lock(create->mutex_);
-  if (begun) create->in_flight_.emplace(std::move(begun).value());
-  if (!begun || !principal) {
-    create->fail_locked(context.refuse(begun ? principal.fault() : begun.fault()));
+  if (!begun) {
+    create->fail_locked(context.refuse(begun.fault()));
   } else {
+    create->in_flight_.emplace(std::move(begun).value());
     create->owner_ = std::move(principal).value().name;
     create->StartRead(&create->incoming_);
   }
@@ -104,7 +109,8 @@ std::optional<Fault> CreateCall::reserve() {
   Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), owner_);
   if (!place) return place.fault();
   Outcome<std::shared_ptr<Account>> account =
-      Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes());
+      Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes(),
+                    context_.principals.of(owner_));
   if (!account) return account.fault();
   account_ = std::move(account).value();
   reservation_.emplace(std::move(place).value());
@@ -119,10 +125,14 @@ void CreateCall::build() {
     context.log.write(LogLevel::kError, "session_failed",
                       {{"session", session.id().text()}, {"reason", fault.message}});
   };
+  const auto rebuilt = [&context = context_](const Session& session, const std::string& found) {
+    context.log.write(LogLevel::kWarning, "session_rebuilt",
+                      {{"session", session.id().text()}, {"reason", found}});
+  };
   Outcome<std::shared_ptr<Session>> built =
       Session::create(upload_->take_spec(), upload_->take_positions(),
-                      {context_.workers, context_.runner, context_.limits.window, std::move(account_), lost,
-                       owner_, &context_.metrics, recording_});
+                      {context_.workers, context_.runner, context_.limits, std::move(account_), lost, owner_,
+                       &context_.metrics, recording_, rebuilt});
   if (!built) {
     reservation_.reset();
     recording_.reset();

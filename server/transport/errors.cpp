@@ -35,6 +35,8 @@ v1::ErrorReason to_proto(Reason reason) {
       return v1::ERROR_REASON_UNAUTHENTICATED;
     case Reason::kPermissionDenied:
       return v1::ERROR_REASON_PERMISSION_DENIED;
+    case Reason::kDataLoss:
+      return v1::ERROR_REASON_DATA_LOSS;
   }
   return v1::ERROR_REASON_UNSPECIFIED;
 }
@@ -55,6 +57,8 @@ grpc::StatusCode to_grpc_code(ErrorCode code) {
       return grpc::StatusCode::CANCELLED;
     case ErrorCode::kInternal:
       return grpc::StatusCode::INTERNAL;
+    case ErrorCode::kDataLoss:
+      return grpc::StatusCode::DATA_LOSS;
     case ErrorCode::kNotFound:
       return grpc::StatusCode::NOT_FOUND;
     case ErrorCode::kAlreadyExists:

@@ -25,10 +25,11 @@ using Base = v1::CollisionService::WithCallbackMethod_CreateSession<
     v1::CollisionService::WithCallbackMethod_GetSession<v1::CollisionService::WithCallbackMethod_ListSessions<
         v1::CollisionService::WithCallbackMethod_DeleteSession<
             v1::CollisionService::WithCallbackMethod_ChangeScene<
-                v1::CollisionService::WithCallbackMethod_Step<
-                    v1::CollisionService::WithCallbackMethod_GetServerInfo<
-                        v1::CollisionService::WithRawCallbackMethod_StreamSteps<
-                            v1::CollisionService::Service>>>>>>>>;
+                v1::CollisionService::WithCallbackMethod_CheckSession<
+                    v1::CollisionService::WithCallbackMethod_Step<
+                        v1::CollisionService::WithCallbackMethod_GetServerInfo<
+                            v1::CollisionService::WithRawCallbackMethod_StreamSteps<
+                                v1::CollisionService::Service>>>>>>>>>;
 
 grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, const grpc::Status& status) {
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
@@ -75,13 +76,12 @@ class CollisionService final : public Base {
   grpc::ServerUnaryReactor* ChangeScene(grpc::CallbackServerContext* call,
                                         const v1::ChangeSceneRequest* request,
                                         v1::ChangeSceneResponse* response) override {
-    Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-    if (!begun) return finish(call, context_.refuse(begun.fault()));
     Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
     if (!found) return finish(call, context_.refuse(found.fault()));
+    Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
+    if (!begun) return finish(call, context_.refuse(begun.fault()));
     const std::shared_ptr<Session> session = std::move(found).value();
-    Outcome<std::vector<SceneChange>> changes =
-        changes_from(*request, session->dtype(), *session->scene(), context_.limits);
+    Outcome<std::vector<SceneChange>> changes = changes_from(*request, session->dtype());
     if (!changes) return finish(call, context_.refuse(changes.fault()));
     grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
     // Shared, because a std::function must be copyable; released after the reactor was finished.
@@ -93,6 +93,23 @@ class CollisionService final : public Base {
           reactor->Finish(fault ? context.refuse(*fault) : grpc::Status::OK);
         });
     session->change(request->next_frame(), std::move(changes).value(), std::move(done), std::move(before));
+    return reactor;
+  }
+
+  grpc::ServerUnaryReactor* CheckSession(grpc::CallbackServerContext* call,
+                                         const v1::CheckSessionRequest* request,
+                                         v1::CheckSessionResponse* response) override {
+    Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
+    if (!found) return finish(call, context_.refuse(found.fault()));
+    Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
+    if (!begun) return finish(call, context_.refuse(begun.fault()));
+    grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+    auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
+    found.value()->check(
+        [&context = context_, reactor, response, in_flight](const Outcome<std::string>& outcome) {
+          if (outcome) response->set_found(outcome.value());
+          reactor->Finish(outcome ? grpc::Status::OK : context.refuse(outcome.fault()));
+        });
     return reactor;
   }
 

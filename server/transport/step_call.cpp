@@ -15,11 +15,10 @@ namespace warmfront::server {
 StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
                           const v1::StepRequest& request, v1::StepResponse& response) {
   auto* call = new StepCall(context, response);
-  Outcome<Lifecycle::Call> begun = context.lifecycle.begin();
-  if (!begun) {
-    call->Finish(context.refuse(begun.fault()));
-  } else if (!session) {
+  if (!session) {
     call->Finish(context.refuse(session.fault()));
+  } else if (Outcome<Lifecycle::Call> begun = context.lifecycle.begin(); !begun) {
+    call->Finish(context.refuse(begun.fault()));
   } else {
     call->in_flight_.emplace(std::move(begun).value());
     call->step(*session.value(), request);

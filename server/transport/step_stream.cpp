@@ -30,14 +30,17 @@ StepStream::StepStream(Context& context, grpc::CallbackServerContext& call)
 StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& call) {
   std::shared_ptr<StepStream> stream(new StepStream(context, call));
   stream->self_ = stream;
-  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(stream);
   Outcome<Principal> principal = context.guard.identify(call);
-  const MutexLock lock(stream->mutex_);
-  stream->ticket_ = context.streams.enter();
-  if (principal)
-    stream->owner_ = std::move(principal).value().name;
-  else
+  if (!principal) {
+    const MutexLock lock(stream->mutex_);
     stream->end_locked(context.refuse(principal.fault()));
+    stream->advance_locked();
+    return stream.get();
+  }
+  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(stream);
+  const MutexLock lock(stream->mutex_);
+  stream->owner_ = std::move(principal).value().name;
+  stream->ticket_ = context.streams.enter();
   if (!begun)
     stream->end_locked(context.refuse(begun.fault()));
   else

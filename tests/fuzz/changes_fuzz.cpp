@@ -10,15 +10,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using fuzz::expect;
   static const auto workers = std::make_shared<Workers>(1);
   static const auto scene = std::make_shared<const Scene>(Scene::create(fuzz::tiny_scene()).value());
-  server::Limits limits;
-  limits.max_vertices = limits.max_triangles = 100;
   v1::ChangeSceneRequest request;
   if (!request.ParseFromArray(data, static_cast<int>(size))) return 0;
-  auto changes = server::changes_from(request, server::Dtype::kFloat64, *scene, limits);
+  auto changes = server::changes_from(request, server::Dtype::kFloat64);
   if (!changes) {
-    expect((changes.fault().code == ErrorCode::kInvalidArgument ||
-            changes.fault().code == ErrorCode::kResourceExhausted) &&
-               !changes.fault().message.empty(),
+    expect(changes.fault().code == ErrorCode::kInvalidArgument && !changes.fault().message.empty(),
            "refused changes have a reason");
     return 0;
   }
@@ -41,9 +37,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     expect(collider.scene().body_count() == bodies + (adds && status.ok() ? 1 : 0),
            "and leaves the scene as it was");
   }
-  expect(collider.scene().vertex_count() <= limits.max_vertices &&
-             collider.scene().face_count() <= limits.max_triangles,
-         "the scene stays within the limits");
   const std::vector<double> now = collider.positions();
   const auto still = collider.step(std::span<const double>(now));
   expect(still.ok() || still.error().code == ErrorCode::kInvalidArgument, "the scene steps on");

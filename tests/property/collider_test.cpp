@@ -59,6 +59,7 @@ RC_GTEST_PROP(Collider, EqualsBruteForce, ()) {
       const auto result = collider.step(std::span<const double>(next));
       RC_ASSERT(result.ok());
       RC_ASSERT(std::ranges::equal(result.value().contacts, expected));
+      RC_ASSERT(collider.self_check().ok());
       state.positions = next;
     }
   }
@@ -76,6 +77,10 @@ RC_GTEST_PROP(Collider, WarmEqualsCold, ()) {
     const auto from_cold = cold.step(std::span<const double>(next));
     RC_ASSERT(from_warm.ok() && from_cold.ok());
     RC_ASSERT(std::ranges::equal(from_warm.value().contacts, from_cold.value().contacts));
+    const Status sound = warm.self_check();
+    if (!sound) RC_FAIL(sound.error().message);
+    // A collider that forgets what it kept is none the worse for it.
+    if (step == 3) warm.forget_warmth();
     state.positions = next;
   }
 }

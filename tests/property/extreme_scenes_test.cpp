@@ -41,6 +41,8 @@ std::vector<Step> step_through(const ClothOverBall& cloth, const ColliderOptions
     const auto next = placed(cloth.frames[k], exponent, offset);
     const auto result = collider.value().step(std::span<const double>(next));
     EXPECT_TRUE(result.ok());
+    const Status sound = collider.value().self_check();
+    EXPECT_TRUE(sound.ok()) << sound.error().message;
     steps.push_back({{result.value().contacts.begin(), result.value().contacts.end()},
                      result.value().statistics.counts,
                      collider.value().memory_bytes()});

@@ -268,6 +268,10 @@ RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExclu
       std::ranges::copy_if(expected, std::back_inserter(ties),
                            [&](const Contact& c) { return c.toi == all.value().earliest_toi; });
       RC_ASSERT(std::ranges::equal(earliest.value().contacts, ties));
+      for (Collider& collider : colliders) {
+        const Status sound = collider.self_check();
+        if (!sound) RC_FAIL(sound.error().message);
+      }
       world.x = world.next;
       world.rest = world.next_rest;
       RC_ASSERT(colliders[0].positions() == world.x);

@@ -106,7 +106,7 @@ TEST(Chaos, NothingLostNothingDoubleNothingDifferent) {
   const std::uint64_t seconds = number_from("WARMFRONT_CHAOS_SECONDS", 20),
                       seed = number_from("WARMFRONT_CHAOS_SEED", 1);
   constexpr int kSessions = 16;
-  DaemonProcess daemon({"--drain-timeout", "5s", "--log-level", "warning"});
+  DaemonProcess daemon({"--drain-timeout", "5s", "--log-level", "warning", "--self-check-steps", "5"});
   ChaosProxy proxy(daemon.socket().substr(5), seed);
   Totals totals;
   std::atomic<bool> end{false};

@@ -37,6 +37,7 @@ class Churn : public BareClient {
   std::uint64_t sessions() const { return sessions_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t wrong() const { return wrong_; }
+  std::uint64_t expired() const { return expired_; }
 
  private:
   bool upload(const MovingGrids& grids, const std::string& id) {
@@ -55,7 +56,11 @@ class Churn : public BareClient {
     const auto stream = stub_->StreamSteps(&context);
     stream->Write(attach(id));
     v1::StreamStepsResponse response;
-    stream->Read(&response);
+    if (!stream->Read(&response)) {
+      // On a busy machine it was idle for too long before it was attached.
+      ++(stream->Finish().error_code() == grpc::StatusCode::NOT_FOUND ? expired_ : wrong_);
+      return;
+    }
     for (std::uint64_t k = 1; k <= expected.size(); ++k) {
       stream->Write(frame_message(k, bytes_of(grids.positions(k))));
       if (!stream->Read(&response) || hash_of(response.answer().contacts()) != expected[k - 1]) ++wrong_;
@@ -85,7 +90,7 @@ class Churn : public BareClient {
   const std::string address_;
   const int number_;
   std::mt19937 random_;
-  std::atomic<std::uint64_t> sessions_{0}, frames_{0}, wrong_{0};
+  std::atomic<std::uint64_t> sessions_{0}, frames_{0}, wrong_{0}, expired_{0};
 };
 
 double median(std::vector<double> values) {
@@ -98,7 +103,8 @@ TEST(Soak, MemoryIsFlat) {
   const char* text = std::getenv("WARMFRONT_SOAK_SECONDS");
   const double seconds = text == nullptr ? 60 : std::atof(text);
   ASSERT_GE(seconds, 10);
-  const DaemonProcess daemon({"--idle-timeout", "500ms", "--log-level", "warning"});
+  const DaemonProcess daemon(
+      {"--idle-timeout", "500ms", "--log-level", "warning", "--self-check-steps", "3"});
   std::vector<std::unique_ptr<Churn>> clients;
   std::vector<std::thread> threads;
   std::atomic<bool> end{false};
@@ -112,11 +118,12 @@ TEST(Soak, MemoryIsFlat) {
   }
   end = true;
   for (std::thread& thread : threads) thread.join();
-  std::uint64_t sessions = 0, frames = 0, wrong = 0;
+  std::uint64_t sessions = 0, frames = 0, wrong = 0, expired = 0;
   for (const auto& client : clients) {
     sessions += client->sessions();
     frames += client->frames();
     wrong += client->wrong();
+    expired += client->expired();
   }
   // The first third warms up; then two windows far apart are compared.
   const std::size_t third = mebibytes.size() / 3, window = mebibytes.size() / 6;
@@ -124,13 +131,14 @@ TEST(Soak, MemoryIsFlat) {
   const double before = median({at(third), at(third + window)});
   const double after = median({at(mebibytes.size() - window), at(mebibytes.size())});
   std::printf(
-      "%.0f s: %lu sessions, %lu frames, %lu wrong; memory %.1f MiB a third in, %.1f at the end, %.1f at "
+      "%.0f s: %lu sessions, %lu frames, %lu wrong, %lu expired unused; memory %.1f MiB a third in, %.1f at "
+      "the end, %.1f at "
       "most\n",
       seconds, static_cast<unsigned long>(sessions), static_cast<unsigned long>(frames),
-      static_cast<unsigned long>(wrong), before, after,
+      static_cast<unsigned long>(wrong), static_cast<unsigned long>(expired), before, after,
       *std::max_element(mebibytes.begin(), mebibytes.end()));
   EXPECT_EQ(wrong, 0U);
-  EXPECT_GT(sessions, 20U);
+  EXPECT_GT(sessions, expired + 20);
   if (kSanitized) return;
   EXPECT_LE(after, before * 1.05 + 4) << "memory grows";
 }

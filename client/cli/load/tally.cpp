@@ -20,6 +20,8 @@ const char* canonical_name(ErrorCode code) {
       return "CANCELLED";
     case ErrorCode::kInternal:
       return "INTERNAL";
+    case ErrorCode::kDataLoss:
+      return "DATA_LOSS";
     case ErrorCode::kNotFound:
       return "NOT_FOUND";
     case ErrorCode::kAlreadyExists:

@@ -19,6 +19,7 @@ from .errors import (
     AlreadyExists,
     Cancelled,
     Code,
+    DataLoss,
     DeadlineExceeded,
     FailedPrecondition,
     Internal,
@@ -37,8 +38,8 @@ from .scene import Body
 from .session import Session
 
 __all__ = [
-    "Aborted", "AllDeformable", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DeadlineExceeded",
-    "FailedPrecondition", "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience", "PermissionDenied",
-    "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status",
-    "StepCounts", "Unauthenticated", "Unavailable", "Unimplemented", "WarmfrontError", "connect",
+    "Aborted", "AllDeformable", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DataLoss",
+    "DeadlineExceeded", "FailedPrecondition", "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience",
+    "PermissionDenied", "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics",
+    "Status", "StepCounts", "Unauthenticated", "Unavailable", "Unimplemented", "WarmfrontError", "connect",
 ]

@@ -94,6 +94,12 @@ class Internal(WarmfrontError):
     code = Code.INTERNAL
 
 
+class DataLoss(WarmfrontError):
+    """What was kept is broken, and cannot be made anew from what is left."""
+
+    code = Code.DATA_LOSS
+
+
 class NotFound(WarmfrontError):
     """No such session."""
 
@@ -138,8 +144,8 @@ class Unavailable(WarmfrontError, ConnectionError):
 
 _CLASSES: dict[int, type[WarmfrontError]] = {
     cls.code: cls
-    for cls in (InvalidArgument, FailedPrecondition, ResourceExhausted, Unimplemented, Cancelled, NotFound, AlreadyExists,
-                Aborted, DeadlineExceeded, Unauthenticated, PermissionDenied, Unavailable)
+    for cls in (InvalidArgument, FailedPrecondition, ResourceExhausted, Unimplemented, Cancelled, DataLoss, NotFound,
+                AlreadyExists, Aborted, DeadlineExceeded, Unauthenticated, PermissionDenied, Unavailable)
 }
 _CLASSES[Code.OUT_OF_RANGE] = InvalidArgument
 
@@ -149,9 +155,14 @@ def class_of(code: int) -> type[WarmfrontError]:
     return _CLASSES.get(code, Internal)
 
 
+def lost_session(error: WarmfrontError) -> bool:
+    """Whether the daemon has the session no more."""
+    return error.reason in ("SESSION_NOT_FOUND", "DATA_LOSS")
+
+
 def lost_session_or_daemon(error: WarmfrontError) -> bool:
     """Whether creating the session again, or trying again, may help."""
-    if error.reason in ("SESSION_NOT_FOUND", "DRAINING"):
+    if lost_session(error) or error.reason == "DRAINING":
         return True
     # gRPC's own: a connection that ends in the middle shows as any of these.
     return not error.reason and isinstance(error, (Unavailable, Cancelled, Internal, DeadlineExceeded))

@@ -13,7 +13,8 @@ from typing import Any, Optional, Union
 from ._contacts import AnswerPart, error_from, finish
 from ._resume import Link
 from .answer import Contacts
-from .errors import DeadlineExceeded, FailedPrecondition, Internal, Unavailable, WarmfrontError, lost_session_or_daemon
+from .errors import (DeadlineExceeded, FailedPrecondition, Internal, Unavailable, WarmfrontError, lost_session,
+                     lost_session_or_daemon)
 from .info import SessionInfo
 from .scene import Body
 from .v1 import session_pb2, step_pb2
@@ -222,7 +223,7 @@ class Session:
         error = error_from(status.code, status.message, status.details)
         due = link.unanswered[0].number
         # Dropped sessions end the stream too: it is read to its end, and resumed.
-        if error.reason == "SESSION_NOT_FOUND":
+        if lost_session(error):
             return None
         if response.error.frame != due:
             link.fail(Internal(f"the daemon refused frame {response.error.frame} where frame {due} is due: {error.message}"))

@@ -115,6 +115,7 @@ Answers step_through(FrameSequence& frames, const Way& way, double separation, i
     const std::vector<float> positions = frames.read(k);
     const auto result = engine.step(std::span<const float>(positions));
     EXPECT_TRUE(result.ok());
+    EXPECT_TRUE(engine.self_check().ok());
     hash.add_step(*scene, result.value().contacts);
     answers.contacts += result.value().contacts.size();
     answers.triangle_pairs.push_back(result.value().statistics.counts.triangle_pairs);

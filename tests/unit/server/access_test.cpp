@@ -5,6 +5,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <thread>
@@ -69,13 +70,14 @@ class TokenTest : public ::testing::Test {
     config.token_file = (folder_.path() / "tokens").string();
     return config;
   }
-  Result<Client> connect(const std::string& token) {
+  Result<Client> connect(const std::string& token) { return connect(token, daemon_); }
+  Result<Client> connect(const std::string& token, const LocalDaemon& daemon) {
     ClientOptions options;
     if (!token.empty()) {
       write(folder_.path() / "mine", token + "\n");
       options.security.token_file = (folder_.path() / "mine").string();
     }
-    return Client::connect(daemon_.address(), options);
+    return Client::connect(daemon.address(), options);
   }
 
   const TemporaryFolder folder_;
@@ -135,6 +137,71 @@ TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndAdministratorsHaveCallsOfThei
   EXPECT_TRUE(alice.list_sessions().value().empty());
   EXPECT_THAT(daemon_.log(), HasSubstr("\"principal\":\"alice\""));
   for (const char* secret : {kAlice, kBob, kRoot}) EXPECT_THAT(daemon_.log(), Not(HasSubstr(secret)));
+}
+
+class PrincipalBytesTest : public TokenTest {
+ protected:
+  static server::Config small(server::Config config) {
+    config.limits.max_principal_bytes = 300 << 10;
+    return config;
+  }
+  LocalDaemon small_{small(config())};
+};
+
+TEST_F(PrincipalBytesTest, OneWhoHasUsedItsBytesDoesNotKeepOthersOut) {
+  Client alice = connect(kAlice, small_).value(), bob = connect(kBob, small_).value();
+  std::vector<client::Session> sessions;
+  Result<client::Session> next = open(alice);
+  for (; next.ok() && sessions.size() < 100; next = open(alice)) sessions.push_back(std::move(next).value());
+  ASSERT_FALSE(next.ok());
+  EXPECT_EQ(next.error().code, ErrorCode::kResourceExhausted);
+  EXPECT_THAT(next.error().message, HasSubstr("--max-principal-bytes"));
+  EXPECT_GE(sessions.size(), 2u);
+  EXPECT_TRUE(open(bob).ok()) << "the daemon has room for others";
+  const std::vector<double> moved = MovingGrids(4).positions(1);
+  EXPECT_TRUE(sessions.front().step(std::span<const double>(moved)).ok()) << "what it has goes on";
+}
+
+TEST_F(TokenTest, WhoCallsIsAskedFirstAlsoWhileDraining) {
+  // An upload that goes on keeps the daemon from ending.
+  Client alice = connect(kAlice).value();
+  const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
+  const auto stub = v1::CollisionService::NewStub(channel);
+  grpc::ClientContext upload_context;
+  upload_context.AddMetadata("authorization", std::string("Bearer ") + kAlice);
+  v1::CreateSessionResponse created;
+  const auto upload = stub->CreateSession(&upload_context, &created);
+  v1::CreateSessionRequest request;
+  request.mutable_header()->set_session_id("01234567-89ab-cdef-0123-456789abcdef");
+  request.mutable_header()->set_vertex_count(3);
+  request.mutable_header()->set_face_count(1);
+  request.mutable_header()->set_dtype(v1::DTYPE_FLOAT64);
+  ASSERT_TRUE(upload->Write(request));
+  std::atomic<bool> enough{false};
+  std::thread uploading([&] {
+    request.set_faces("");
+    while (!enough && upload->Write(request)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  });
+  std::thread draining([&] { daemon_->drain(); });
+  while (!alice.server_info().value().draining) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+
+  const auto nobody = [] {
+    auto context = std::make_unique<grpc::ClientContext>();
+    context->AddMetadata("authorization", "Bearer nobody-0123456789abcdef");
+    return context;
+  };
+  v1::ChangeSceneResponse changed;
+  v1::StepResponse stepped;
+  v1::CreateSessionResponse never;
+  const auto create_context = nobody(), stream_context = nobody();
+  for (const grpc::Status& status :
+       {stub->ChangeScene(nobody().get(), {}, &changed), stub->Step(nobody().get(), {}, &stepped),
+        stub->CreateSession(create_context.get(), &never)->Finish(),
+        stub->StreamSteps(stream_context.get())->Finish()})
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << status.error_message();
+  enough = true;
+  uploading.join();
+  draining.join();
 }
 
 TEST_F(TokenTest, TheFileIsReadAgainAndAMistakeInItChangesNothing) {

@@ -63,6 +63,37 @@ TEST(AccountTest, OnlyWhoGrewBeyondItsReservationSuffersFromAFullDaemon) {
   EXPECT_THAT(greedy->refusal()->message, HasSubstr("2.1 KiB"));
 }
 
+TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
+  Budget budget(1000);
+  PrincipalBudgets principals(500);
+  const auto open = [&](const char* name, std::size_t reserved) {
+    return Account::open(budget, 2000, reserved, principals.of(name));
+  };
+  auto alices = open("alice", 300).value();
+  const auto refused = open("alice", 300);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.fault().code, ErrorCode::kResourceExhausted);
+  EXPECT_STREQ(refused.fault().limit, "max-principal-bytes");
+  EXPECT_THAT(refused.fault().message, HasSubstr("this principal's sessions hold all"));
+  EXPECT_TRUE(refused.fault().retry_after);
+  EXPECT_EQ(budget.used(), 300u) << "what was refused is charged to nobody";
+  const auto bobs = open("bob", 300).value();
+  EXPECT_STREQ(open("carol", 450).fault().limit, "max-total-bytes");
+  EXPECT_EQ(principals.of("carol")->used(), 0u);
+
+  // One who grows beyond what is its own meets its limit, and nobody else does.
+  Holding grown(alices, 600);
+  ASSERT_TRUE(alices->refusal());
+  EXPECT_STREQ(alices->refusal()->limit, "max-principal-bytes");
+  EXPECT_FALSE(bobs->refusal());
+  grown.set(0);
+  EXPECT_FALSE(alices->refusal());
+  grown = Holding();
+  alices.reset();
+  EXPECT_EQ(principals.of("alice")->used(), 0u);
+  EXPECT_TRUE(open("alice", 500).ok());
+}
+
 TEST(AccountTest, ManyThreadsLeaveNothingBehind) {
   Budget budget(1 << 20);
   {

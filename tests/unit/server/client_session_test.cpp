@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "client/lib/client.h"
+#include "tests/unit/server/answer_hash.h"
 #include "tests/unit/server/local_daemon.h"
 #include "tests/unit/server/moving_grids.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
@@ -22,15 +23,6 @@ using client::Client;
 using client::Session;
 using ::testing::HasSubstr;
 using Doubles = std::span<const double>;
-
-std::uint64_t hash_of(const Answer& answer) {
-  ContactHash hash;
-  hash.begin_step(answer.contacts.size());
-  for (std::size_t i = 0; i < answer.contacts.size(); ++i)
-    hash.add(answer.contacts.kind[i], answer.contacts.status[i], answer.contacts.vertices[i],
-             answer.contacts.toi[i]);
-  return hash.value();
-}
 
 class ClientSessionTest : public ::testing::Test {
  protected:

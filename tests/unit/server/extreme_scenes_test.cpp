@@ -7,6 +7,7 @@
 #include "client/lib/client.h"
 #include "engine/contact_hash.h"
 #include "tests/support/cloth_over_ball.h"
+#include "tests/unit/server/answer_hash.h"
 #include "tests/unit/server/local_daemon.h"
 
 namespace warmfront::test {
@@ -35,11 +36,7 @@ Outcome through_daemon(Client& client, const ClothOverBall& cloth, int exponent,
     const Result<Answer> step = session.value().step(Doubles(placed(cloth.frames[k], exponent, offset)));
     EXPECT_TRUE(step.ok()) << step.error().message;
     const Answer& answer = step.value();
-    hash.begin_step(answer.contacts.size());
-    for (std::size_t i = 0; i < answer.contacts.size(); ++i) {
-      hash.add(answer.contacts.kind[i], answer.contacts.status[i], answer.contacts.vertices[i],
-               answer.contacts.toi[i]);
-    }
+    add_to(hash, answer);
     outcome.contacts += answer.contacts.size();
     outcome.front_bytes = std::max(outcome.front_bytes, answer.statistics.counts.front_bytes);
   }

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <ctime>
 #include <cstring>
 #include <future>
 #include <regex>
@@ -45,6 +46,7 @@ TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
   StepStatistics statistics;
   statistics.ms.total = 3;
   statistics.front_state = FrontState::kUpdated;
+  statistics.rebuild = Rebuild::kDecayed;
   metrics.step_done(statistics, 7, 0.5);
   metrics.refused_with(server::limit_met("full", "max-sessions", true));
   metrics.refused_with("nothing known");
@@ -53,11 +55,13 @@ TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
   EXPECT_THAT(text, HasSubstr("warmfront_contacts_total 7\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_steps_total{front=\"updated\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"max-sessions\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_session_rebuilds_total{reason=\"decayed\"} 1\n"));
+  EXPECT_THAT(text, Not(HasSubstr("reason=\"none\"")));
   EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"other\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_count{stage=\"total\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_bucket{stage=\"total\",le=\"+Inf\"} 1\n"));
   std::istringstream lines(text);
-  const std::regex shape("(# (HELP|TYPE) )?warmfront_[a-z_]+.*");
+  const std::regex shape("(# (HELP|TYPE) )?(warmfront|process)_[a-z_]+.*");
   for (std::string line; std::getline(lines, line);) EXPECT_TRUE(std::regex_match(line, shape)) << line;
 }
 
@@ -84,6 +88,17 @@ TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
   EXPECT_THAT(text, HasSubstr("warmfront_queue_duration_seconds_count 3\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"frame_out_of_order\"} 1\n"));
   EXPECT_THAT(text, Not(HasSubstr(kId))) << "no session stands in a label";
+  const auto process = [&text](const std::string& name) {
+    const std::size_t at = text.find("\n" + name + " ");
+    return at == std::string::npos ? -1 : std::stod(text.substr(at + name.size() + 2));
+  };
+  EXPECT_GT(process("process_resident_memory_bytes"), 1e6);
+  EXPECT_GT(process("process_virtual_memory_bytes"), process("process_resident_memory_bytes"));
+  EXPECT_GT(process("process_cpu_seconds_total"), 0);
+  EXPECT_GT(process("process_open_fds"), 3);
+  EXPECT_GT(process("process_max_fds"), process("process_open_fds"));
+  EXPECT_GT(process("process_threads"), 2);
+  EXPECT_NEAR(process("process_start_time_seconds"), static_cast<double>(std::time(nullptr)), 3600);
   EXPECT_THAT(get(port, "/healthz"), HasSubstr("HTTP/1.1 200"));
   EXPECT_THAT(get(port, "/readyz"), HasSubstr("HTTP/1.1 200"));
   EXPECT_THAT(get(port, "/else"), HasSubstr("HTTP/1.1 404"));

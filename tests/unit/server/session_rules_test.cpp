@@ -145,13 +145,14 @@ class StoreTest : public ::testing::Test {
     const std::vector<double> start = grids.positions(0);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(start.data()), start.size() * 8}).ok());
     return Session::create({id, grids.scene(), {}, Dtype::kFloat64, 0, {}}, positions,
-                           {workers_, runner_, 4, Account::open(budget_, 1 << 30, 0).value(),
+                           {workers_, runner_, limits_, Account::open(budget_, 1 << 30, 0).value(),
                             [](Session&, const Fault&) {}})
         .value();
   }
   std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
   Budget budget_{1 << 30};
   Runner runner_{1};
+  const Limits limits_;
   const SessionId id_ = SessionId::parse(kId).value();
 };
 

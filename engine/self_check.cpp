@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checking, part by part and segment by segment. Thread safety as stated in the header.
+#include "engine/self_check.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "engine/bounds/moving.h"
+#include "engine/front/descend.h"
+
+namespace warmfront {
+namespace {
+
+std::string text(const NodePair& pair) {
+  return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")";
+}
+
+/// The first thing that any thread found.
+class Finding {
+ public:
+  explicit operator bool() const { return found_.load(std::memory_order_relaxed); }
+  void report(ErrorCode code, const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    if (!found_.exchange(true)) error_ = Error{code, "self-check: " + what};
+  }
+  Status status() const { return error_ ? Status(*error_) : Status(); }
+
+ private:
+  std::atomic<bool> found_{false};
+  std::mutex mutex_;
+  std::optional<Error> error_;
+};
+
+template <class Bounds>
+bool holds(const Bounds& outer, const Bounds& inner) {
+  bool all = true;
+  for (std::size_t k = 0; k < outer.lane.size(); ++k) all &= outer.lane[k] <= inner.lane[k];
+  return all;
+}
+
+template <class Bounds>
+class SelfCheck {
+ public:
+  explicit SelfCheck(const KeptState<Bounds>& kept) : kept_(kept), core_(kept.core) {}
+
+  Status run() {
+    if (checksum(core_) != core_.checksum)
+      found_.report(ErrorCode::kDataLoss, "the scene's topology is not what it was");
+    if (kept_.trees.size() != core_.topology->parts.size())
+      found_.report(ErrorCode::kInternal, "parts and hierarchies differ in number");
+    if (!found_) {
+      tbb::parallel_for(std::size_t{0}, kept_.trees.size(),
+                        [&](std::size_t p) { check_part(static_cast<std::uint32_t>(p)); });
+    }
+    if (!found_) check_near();
+    if (!found_ && kept_.front != nullptr) check_front();
+    return found_.status();
+  }
+
+ private:
+  void broken(const std::string& what) { found_.report(ErrorCode::kInternal, what); }
+
+  // A part whose bounds are those of the last step.
+  bool current(std::uint32_t p) const {
+    return !core_.model.is_removed(p) && !core_.motion.unplaced(p) && !kept_.trees[p].nodes.empty() &&
+           !kept_.trees[p].order.empty();
+  }
+
+  void check_part(std::uint32_t p) {
+    if (!current(p)) return;
+    const std::string of_part = " of part " + std::to_string(p);
+    if (!holds_each_once(p)) return broken("the hierarchy" + of_part + " does not hold each primitive once");
+    if (!leaves_agree(p)) return broken("the leaves" + of_part + " are not those of its order");
+    const FeatureRange& features = core_.topology->parts[p].features;
+    tbb::parallel_for(features.first_vertex, features.end_vertex, [&](std::uint32_t v) {
+      const Motion& motion = core_.motion.vertices();
+      const KDop18 bounds =
+          moving_bounds(motion.vertices()[v], motion.frame(), core_.options.min_separation, kept_.magnitude);
+      if (!holds(core_.vertex_bounds[v], bounds))
+        found_.report(ErrorCode::kDataLoss, "vertex " +
+                                                std::to_string(core_.topology->numbering.vertices()[v]) +
+                                                " is not within its bounds");
+    });
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    tbb::parallel_for(NodeId{0}, tree.shape.node_count(), [&](NodeId node) {
+      if (!node_holds(tree, node))
+        broken("node " + std::to_string(node) + of_part + " does not hold what is below it");
+    });
+  }
+
+  bool holds_each_once(std::uint32_t p) const {
+    const PartTopology& part = core_.topology->parts[p];
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    if (tree.order.size() != part.order.size() || tree.nodes.size() != tree.shape.node_count() ||
+        tree.shape.primitive_count() != part.shape.primitive_count() ||
+        tree.shape.leaf_count() != part.shape.leaf_count())
+      return false;
+    // The first order is the hierarchy's own at first, and the same set ever after.
+    if (std::ranges::equal(tree.order, part.order)) return true;
+    std::vector<Primitive> order(tree.order), first(part.order);
+    std::ranges::sort(order);
+    std::ranges::sort(first);
+    return order == first;
+  }
+
+  bool leaves_agree(std::uint32_t p) const {
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    const Scene& scene = core_.topology->scene;
+    if (!tree.leaves.empty() && tree.leaves.size() != tree.shape.leaf_count()) return false;
+    for (NodeId leaf = tree.shape.first_leaf(); leaf < tree.shape.node_count(); ++leaf) {
+      const std::uint32_t begin = tree.shape.begin_of_leaf(leaf);
+      const std::uint32_t end = tree.shape.begin_of_leaf(leaf + 1);
+      const LeafBlock<Bounds>* block =
+          tree.leaves.empty() ? nullptr : &tree.leaves[leaf - tree.shape.first_leaf()];
+      if (block != nullptr && block->count != end - begin) return false;
+      for (std::uint32_t i = begin; i < end; ++i) {
+        const Primitive primitive = tree.order[i];
+        if ((primitive & kPoint) == 0) {
+          const std::uint32_t at = primitive - tree.first_face;
+          if (at >= tree.leaf_of_face.size() || tree.leaf_of_face[at] != leaf) return false;
+        }
+        const Face vertices = primitive_vertices(scene, primitive);
+        for (std::size_t k = 0; block != nullptr && k < 3; ++k)
+          if (block->vertex[k][i - begin] != vertices[k]) return false;
+      }
+    }
+    return true;
+  }
+
+  bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
+    const Bounds& bounds = tree.nodes[node];
+    if (!tree.shape.is_leaf(node)) {
+      const NodeId left = TreeShape::left(node);
+      return holds(bounds, tree.nodes[left]) && holds(bounds, tree.nodes[left + 1]);
+    }
+    const std::uint32_t begin = tree.shape.begin_of_leaf(node);
+    for (std::uint32_t i = begin; i < tree.shape.begin_of_leaf(node + 1); ++i) {
+      for (const std::uint32_t v : primitive_vertices(core_.topology->scene, tree.order[i])) {
+        const Bounds inner = narrow<Bounds>(core_.vertex_bounds[v]);
+        if (!holds(bounds, inner)) return false;
+        if (tree.leaves.empty()) continue;
+        const LeafBlock<Bounds>& block = tree.leaves[node - tree.shape.first_leaf()];
+        for (std::size_t k = 0; k < inner.lane.size(); ++k)
+          if (!(block.lane[k][i - begin] <= inner.lane[k])) return false;
+      }
+    }
+    return true;
+  }
+
+  // Parts that may meet and whose bounds overlap are looked at.
+  void check_near() {
+    const auto parts = static_cast<std::uint32_t>(kept_.roots.size());
+    constexpr std::uint64_t kTests = 1U << 20;
+    const std::uint64_t rows = std::clamp<std::uint64_t>(kTests / std::max(parts, 1U), 1, parts);
+    tbb::parallel_for(std::uint64_t{0}, rows, [&](std::uint64_t row) {
+      const auto p = static_cast<std::uint32_t>((kept_.turn * rows + row) % parts);
+      for (std::uint32_t q = 0; q < parts; ++q) {
+        const PartPair pair{std::min(p, q), std::max(p, q)};
+        if (core_.model.is_removed(p) || core_.model.is_removed(q)) continue;
+        if (p == q ? !core_.model.self_collision(p) || core_.rigid_parts.rigid(p)
+                   : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
+          continue;
+        if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts))
+          return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
+                        " are near and are not looked at");
+      }
+    });
+  }
+
+  void check_front() {
+    const std::span<const FrontSegment> segments = kept_.front->segments();
+    if (!std::ranges::equal(segments, kept_.near, {}, &FrontSegment::parts, &NearPair::parts))
+      return broken("the front's segments are not those of the parts that are near");
+    std::size_t size = 0;
+    for (const FrontSegment& segment : segments) size += segment.size;
+    if (size != kept_.front->size()) return broken("the front counts other pairs than it holds");
+    tbb::parallel_for(std::size_t{0}, segments.size(), [&](std::size_t s) {
+      const FrontSegment& segment = segments[s];
+      if (!current(segment.parts.a) || !current(segment.parts.b)) return;
+      check_cut(segment);
+      tbb::parallel_for(std::size_t{0}, segment.chunks.size(),
+                        [&](std::size_t c) { check_chunk(segment, segment.chunks[c]); });
+    });
+  }
+
+  static std::string of(const FrontSegment& segment) {
+    return " of parts " + std::to_string(segment.parts.a) + " and " + std::to_string(segment.parts.b);
+  }
+
+  // Walking down the test tree meets the front's pairs in order: each path from the root ends at one of them.
+  void check_cut(const FrontSegment& segment) {
+    const Bvtt bvtt(kept_.trees[segment.parts.a].shape, kept_.trees[segment.parts.b].shape,
+                    segment.parts.a == segment.parts.b);
+    std::size_t pairs = 0;
+    std::vector<NodePair> stack{Bvtt::root()};
+    for (const FrontChunk& chunk : segment.chunks) {
+      pairs += chunk.pairs.size();
+      for (const FrontPair& pair : chunk.pairs) {
+        for (;;) {
+          if (stack.empty() || stack.size() > kDeepest)
+            return broken("the front" + of(segment) + " has pair " + text(pair.nodes) + " out of place");
+          const NodePair at = stack.back();
+          stack.pop_back();
+          if (at == pair.nodes) break;
+          if (bvtt.is_leaf(at)) return broken("the front" + of(segment) + " lacks pair " + text(at));
+          const auto children = static_cast<std::ptrdiff_t>(stack.size());
+          bvtt.for_children(at, [&](const NodePair& child) { stack.push_back(child); });
+          std::reverse(stack.begin() + children, stack.end());
+        }
+      }
+    }
+    if (!stack.empty())
+      return broken("the front" + of(segment) + " lacks what is below " + text(stack.back()));
+    if (pairs != segment.size) broken("the front" + of(segment) + " counts other pairs than it holds");
+  }
+
+  void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
+    if (found_) return;
+    const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b]);
+    const Bvtt bvtt = trees.bvtt();
+    std::uint64_t tests = 0;
+    for (const FrontPair& pair : chunk.pairs) {
+      if (!bvtt.is_leaf(pair.nodes) && !(trees.gap(pair.nodes, tests) > 0))
+        return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for disjoint");
+    }
+    std::size_t contacts = 0;
+    for (std::size_t i = 0; i < chunk.kept.pairs.size(); ++i) {
+      contacts += chunk.kept.pairs[i].contacts;
+      if (chunk.kept.pairs[i].pair >= chunk.pairs.size() ||
+          (i > 0 && chunk.kept.pairs[i].pair <= chunk.kept.pairs[i - 1].pair))
+        return broken("the front" + of(segment) + " keeps answers of pairs that it does not hold");
+    }
+    if (contacts != chunk.kept.contacts.size())
+      broken("the front" + of(segment) + " counts other contacts than it keeps");
+  }
+
+  // Two nodes of 31 levels at most, and two siblings left behind at each.
+  static constexpr std::size_t kDeepest = 192;
+
+  const KeptState<Bounds>& kept_;
+  const Core& core_;
+  Finding found_;
+};
+
+/// A word at a time, each place with a weight of its own (after MurmurHash3's finaliser, Appleby 2011).
+class Checksum {
+ public:
+  template <class T>
+  void add(std::span<const T> values) {
+    static_assert(sizeof(T) % 4 == 0 && std::has_unique_object_representations_v<T>);
+    add_word(values.size());
+    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+    for (std::size_t at = 0; at < values.size_bytes(); at += 4) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, bytes + at, 4);
+      add_word(word);
+    }
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(std::span<const T>(values));
+  }
+  void add(const Csr& lists) {
+    add(lists.begin);
+    add(lists.items);
+  }
+  void add(const Scene& scene) {
+    add(scene.faces());
+    add(scene.edges());
+    add(scene.face_edges());
+    add(scene.vertex_faces());
+    add(scene.edge_faces());
+    add(scene.isolated_vertices());
+    add(scene.body_of_vertex());
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  void add_word(std::uint64_t word) {
+    value_ = (value_ ^ word) * 0xff51afd7ed558ccdULL;
+    value_ ^= value_ >> 33;
+  }
+  std::uint64_t value_ = 0;
+};
+
+}  // namespace
+
+std::uint64_t checksum(const Core& core) {
+  Checksum sum;
+  sum.add(*core.scene);
+  sum.add(core.topology->scene);
+  sum.add(core.topology->numbering.vertices());
+  for (const PartTopology& part : core.topology->parts) {
+    sum.add(part.order);
+    sum.add(part.orphans.vertex_face);
+    sum.add(part.orphans.edge_edge);
+  }
+  return sum.value();
+}
+
+template <class Bounds>
+Status self_check(const KeptState<Bounds>& kept) {
+  return SelfCheck<Bounds>(kept).run();
+}
+template Status self_check(const KeptState<Aabb>&);
+template Status self_check(const KeptState<KDop18>&);
+
+}  // namespace warmfront

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each thing that a self-check is to find, broken on purpose: it is found, and named for what it is.
+#include "engine/self_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+#include "engine/front/near_parts.h"
+#include "tests/support/hierarchy.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kSide = 12;
+constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1);  // of each grid
+
+/// Two grids, one in the other's way.
+SceneDescription two_grids() {
+  SceneDescription scene;
+  scene.vertex_count = 2 * kVertices;
+  scene.faces = testing::grid(kSide);
+  for (auto face : testing::grid(kSide)) {
+    for (auto& v : face) v += kVertices;
+    scene.faces.push_back(face);
+  }
+  scene.bodies = {{"", 0, kVertices}, {"", kVertices, kVertices}};
+  return scene;
+}
+
+std::vector<double> wavy(double at) {
+  std::vector<double> positions;
+  for (int grid = 0; grid < 2; ++grid) {
+    for (int i = 0; i <= kSide; ++i) {
+      for (int j = 0; j <= kSide; ++j) {
+        positions.push_back(i + 0.3 * grid);
+        positions.push_back(j + 0.2 * grid);
+        positions.push_back(at * grid + std::sin(0.9 * i + 0.5 * j + grid));
+      }
+    }
+  }
+  return positions;
+}
+
+/// What a pipeline keeps, with all of it at hand.
+template <class Bounds>
+struct Kept {
+  Kept()
+      : core(scene, *scene, std::span<const double>(start), {}, std::make_shared<Workers>(2)) {
+    core.workers->run([&] {
+      for (const double at : {0.3, 0.2}) step(at);
+    });
+  }
+
+  void step(double at) {
+    const std::vector<double> positions = wavy(at);
+    Frame frame{std::span<const double>(positions)};
+    ASSERT_TRUE(core.motion.check(*core.scene, frame).ok());
+    core.motion.begin(frame);
+    const auto& parts = core.topology->parts;
+    const Motion& motion = core.motion.vertices();
+    for (std::size_t v = 0; v < core.vertex_bounds.size(); ++v)
+      core.vertex_bounds[v] = moving_bounds(motion.vertices()[v], motion.frame(), 0, motion.magnitude());
+    const bool first = trees.empty();
+    trees.resize(parts.size());
+    roots.resize(parts.size());
+    const std::vector<std::uint8_t> changed(parts.size(), 1);
+    for (std::uint32_t p = 0; p < parts.size(); ++p) {
+      if (first) trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, true);
+      refit({core.topology->scene, core.vertex_bounds, motion.states(), core.motion.range(p),
+             motion.magnitude(), Known::kNothing},
+            trees[p]);
+      roots[p] = trees[p].nodes[0];
+    }
+    std::uint64_t bv_tests = 0;
+    const auto found = near_parts.find(core.model, roots, changed, true, bv_tests);
+    near.assign(found.begin(), found.end());
+    testing::CountingSinks sinks;
+    front.advance(trees, near, sinks, {.lazy = true});
+  }
+
+  Status check() {
+    Status status;
+    core.workers->run([&] {
+      status = self_check<Bounds>({core, trees, roots, near, &front, core.motion.vertices().magnitude(), 0});
+    });
+    return status;
+  }
+  /// The front's own memory.
+  FrontSegment& segment(std::size_t s) { return const_cast<FrontSegment&>(front.segments()[s]); }
+  FrontPair& first_disjoint() {
+    for (const FrontSegment& its : front.segments()) {
+      const bool self = its.parts.a == its.parts.b;
+      const Bvtt bvtt(trees[its.parts.a].shape, trees[its.parts.b].shape, self);
+      for (const FrontChunk& chunk : its.chunks)
+        for (const FrontPair& pair : chunk.pairs)
+          if (!bvtt.is_leaf(pair.nodes)) return const_cast<FrontPair&>(pair);
+    }
+    throw std::logic_error("no pair is disjoint");
+  }
+
+  const std::vector<double> start = wavy(0.5);
+  const std::shared_ptr<const Scene> scene =
+      std::make_shared<const Scene>(Scene::create(two_grids()).value());
+  Core core;
+  std::vector<Bvh<Bounds>> trees;
+  std::vector<Bounds> roots;
+  NearParts<Bounds> near_parts;
+  std::vector<NearPair> near;
+  Front<Bounds> front;
+};
+
+template <class Bounds>
+class SelfCheckOf : public ::testing::Test {
+ protected:
+  void expect_found(const std::function<void(Kept<Bounds>&)>& corrupt, ErrorCode code, const char* words) {
+    Kept<Bounds> kept;
+    ASSERT_TRUE(kept.check().ok()) << kept.check().error().message;
+    corrupt(kept);
+    const Status status = kept.check();
+    ASSERT_FALSE(status.ok()) << words;
+    EXPECT_EQ(status.error().code, code);
+    EXPECT_THAT(status.error().message, HasSubstr(words));
+  }
+};
+using BothBounds = ::testing::Types<Aabb, KDop18>;
+TYPED_TEST_SUITE(SelfCheckOf, BothBounds);
+
+TYPED_TEST(SelfCheckOf, WhatCannotBeMadeAnewIsDataLoss) {
+  using K = Kept<TypeParam>;
+  const auto loss = ErrorCode::kDataLoss;
+  this->expect_found([](K& k) { const_cast<Face&>(k.core.topology->scene.faces()[5])[1] ^= 1; }, loss,
+                     "topology is not what it was");
+  this->expect_found([](K& k) { const_cast<Face&>(k.core.scene->faces()[7])[2] ^= 1U << 20; }, loss,
+                     "topology is not what it was");
+  this->expect_found([](K& k) { k.core.topology->parts[1].orphans.edge_edge[3].b ^= 4; }, loss,
+                     "topology is not what it was");
+  this->expect_found(
+      [](K& k) {
+        const std::uint32_t v = k.core.topology->numbering.new_vertices()[17];
+        const_cast<VertexMotion&>(k.core.motion.vertices().vertices()[v]).t1[0] += 1e-3;
+      },
+      loss, "vertex 17 is not within its bounds");
+}
+
+TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
+  using K = Kept<TypeParam>;
+  const auto broken = ErrorCode::kInternal;
+  this->expect_found([](K& k) { k.trees[0].order[3] = k.trees[0].order[4]; }, broken,
+                     "of part 0 does not hold each primitive once");
+  this->expect_found([](K& k) { std::swap(k.trees[1].order[0], k.trees[1].order[200]); }, broken,
+                     "leaves of part 1");
+  this->expect_found([](K& k) { k.trees[1].leaf_of_face[9] ^= 1; }, broken, "leaves of part 1");
+  this->expect_found([](K& k) { k.trees[0].leaves[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].leaves[2].lane[0][0] += 0.125F; }, broken,
+                     "of part 0 does not hold what is below it");
+  this->expect_found([](K& k) { k.trees[1].nodes[6].lane[2] += 0.125F; }, broken,
+                     "of part 1 does not hold what is below it");
+  this->expect_found([](K& k) { k.trees[1].nodes[0].lane[5] = std::numeric_limits<float>::quiet_NaN(); },
+                     broken, "node 0 of part 1 does not hold what is below it");
+}
+
+TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
+  using K = Kept<TypeParam>;
+  const auto broken = ErrorCode::kInternal;
+  this->expect_found([](K& k) { k.near.erase(k.near.begin() + 1); }, broken,
+                     "parts 0 and 1 are near and are not looked at");
+  this->expect_found([](K& k) { k.front.forget(0); }, broken, "lacks what is below (0, 0)");
+  this->expect_found([](K& k) { k.segment(0).chunks[0].pairs[20].nodes.a ^= 2; }, broken, "lacks pair");
+  this->expect_found(
+      [](K& k) { k.segment(0).chunks[0].pairs.erase(k.segment(0).chunks[0].pairs.begin() + 30); }, broken,
+      "of parts 0 and 0 lacks pair");
+  this->expect_found([](K& k) { k.segment(0).chunks.pop_back(); }, broken, "lacks what is below");
+  this->expect_found(
+      [](K& k) {
+        auto& pairs = k.segment(0).chunks.back().pairs;
+        pairs.push_back(pairs.back());
+      },
+      broken, "out of place");
+  this->expect_found([](K& k) { k.segment(1).size += 1; }, broken, "counts other pairs than it holds");
+  this->expect_found(
+      [](K& k) {
+        // Two nodes held apart that are not: one of them grows over everything.
+        const FrontPair pair = k.first_disjoint();
+        const FrontSegment& segment = k.segment(0);
+        for (NodeId node = pair.nodes.a;; node = TreeShape::parent(node)) {
+          for (float& lane : k.trees[segment.parts.a].nodes[node].lane) lane = -1e30F;
+          if (node == 0) break;
+        }
+      },
+      broken, "for disjoint");
+  this->expect_found(
+      [](K& k) {
+        k.segment(2).chunks[0].kept.pairs.push_back({1U << 30, 1, 0});
+      },
+      broken, "keeps answers of pairs that it does not hold");
+  this->expect_found([](K& k) { k.segment(2).chunks[0].kept.contacts.push_back({}); }, broken,
+                     "counts other contacts than it keeps");
+}
+
+TEST(SelfCheck, IsPassedByAColliderThatHasNothingToShow) {
+  const std::vector<double> start = wavy(0.5), next = wavy(0.3);
+  Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(two_grids()).value()),
+                                       std::span<const double>(start), {}, std::make_shared<Workers>(1))
+                          .value();
+  EXPECT_TRUE(collider.self_check().ok()) << "before its first step";
+  collider.forget_warmth();
+  const auto first = collider.step(std::span<const double>(next));
+  ASSERT_TRUE(first.ok());
+  EXPECT_GT(first.value().contacts.size(), 50U);
+  EXPECT_EQ(first.value().statistics.front_state, FrontState::kBuilt);
+  EXPECT_TRUE(collider.self_check().ok());
+  collider.forget_warmth();
+  EXPECT_TRUE(collider.self_check().ok()) << "all is made anew in the next step";
+  const auto second = collider.step(std::span<const double>(start));
+  ASSERT_TRUE(second.ok());
+  EXPECT_EQ(second.value().statistics.front_state, FrontState::kRebuilt);
+}
+
+}  // namespace
+}  // namespace warmfront

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes that change between frames: limits hold however changes meet, and a frame that was answered is
+// answered again after them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "server/session/session.h"
+#include "tests/support/scenes.h"
+#include "tests/unit/server/service_fixture.h"
+
+namespace warmfront::test {
+namespace {
+
+using grpc::StatusCode;
+using server::Fault;
+using ::testing::HasSubstr;
+
+server::AddBody octahedron() {
+  server::AddBody add;
+  add.addition.body.vertex_count = 6;
+  add.addition.faces = testing::octahedron();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1.0, 1.0})
+      for (int k = 0; k < 3; ++k) add.positions.push_back(k == axis ? sign : 0.0);
+  return add;
+}
+
+/// Of an octahedron alone, told what may be added to it.
+std::optional<Fault> change_twice(const server::Limits& limits) {
+  server::Budget budget(1 << 30);
+  server::Runner runner(2);
+  const server::AddBody first = octahedron();
+  SceneDescription scene;
+  scene.vertex_count = 6;
+  scene.faces = first.addition.faces;
+  scene.bodies = {{"", 0, 6}};
+  server::PositionBuffer positions(server::Dtype::kFloat64, 6);
+  EXPECT_TRUE(positions.append(bytes_of(first.positions)).ok());
+  const auto session =
+      server::Session::create(
+          {server::SessionId::parse(kId).value(), scene, {}, server::Dtype::kFloat64, 0, {}}, positions,
+          {std::make_shared<Workers>(1), runner, limits, server::Account::open(budget, 1 << 30, 0).value(),
+           [](server::Session&, const Fault&) {}})
+          .value();
+  std::promise<std::optional<Fault>> one, other;
+  session->change(1, {octahedron()}, [&](const std::optional<Fault>& fault) { one.set_value(fault); });
+  session->change(1, {octahedron()}, [&](const std::optional<Fault>& fault) { other.set_value(fault); });
+  EXPECT_FALSE(one.get_future().get().has_value()) << "there is room for one";
+  std::optional<Fault> fault = other.get_future().get();
+  EXPECT_EQ(session->scene()->vertex_count(), fault ? 12U : 18U);
+  return fault;
+}
+
+TEST(SceneChangesTest, TwoThatMeetDoNotExceedALimitTogether) {
+  server::Limits limits;
+  EXPECT_FALSE(change_twice(limits).has_value());
+  limits.max_vertices = 17;
+  std::optional<Fault> fault = change_twice(limits);
+  ASSERT_TRUE(fault.has_value());
+  EXPECT_EQ(fault->code, ErrorCode::kResourceExhausted);
+  EXPECT_STREQ(fault->limit, "max-vertices");
+  EXPECT_THAT(fault->message, HasSubstr("changes[0]: vertices of the scene: 18"));
+  limits = {};
+  limits.max_triangles = 23;
+  fault = change_twice(limits);
+  ASSERT_TRUE(fault.has_value());
+  EXPECT_STREQ(fault->limit, "max-triangles");
+}
+
+class ChangedSceneTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.max_vertices = 72 + 12;  // two octahedra beside the grids
+    return config;
+  }
+  ChangedSceneTest() : ServiceTest(config()) {}
+
+  grpc::Status create_with_bodies() {
+    v1::SessionHeader wanted = header();
+    for (const std::uint32_t first : {0U, grids_.vertex_count() / 2}) {
+      v1::Body& body = *wanted.add_bodies();
+      body.set_first_vertex(first);
+      body.set_vertex_count(grids_.vertex_count() / 2);
+      body.set_kind(v1::BODY_KIND_DEFORMABLE);
+    }
+    return create(wanted, faces(), frame(0));
+  }
+  grpc::Status add_bodies(std::uint64_t next_frame, int count) {
+    const server::AddBody add = octahedron();
+    v1::ChangeSceneRequest request;
+    request.set_session_id(kId);
+    request.set_next_frame(next_frame);
+    for (int i = 0; i < count; ++i) {
+      auto& message = *request.add_changes()->mutable_add();
+      message.mutable_body()->set_vertex_count(6);
+      message.mutable_body()->set_kind(v1::BODY_KIND_DEFORMABLE);
+      message.set_faces(std::string(reinterpret_cast<const char*>(add.addition.faces.data()),
+                                    12 * add.addition.faces.size()));
+      message.set_positions(bytes_of(add.positions));
+    }
+    Context context;
+    v1::ChangeSceneResponse response;
+    return stub_->ChangeScene(&context, request, &response);
+  }
+};
+
+TEST_F(ChangedSceneTest, AFrameAnsweredBeforeIsAnsweredAgain) {
+  ASSERT_TRUE(create_with_bodies().ok());
+  v1::StepResponse first, again;
+  ASSERT_TRUE(step(1, frame(1), &first).ok());
+  ASSERT_GT(first.summary().rows(), 0U);
+  ASSERT_TRUE(add_bodies(2, 1).ok());
+  const grpc::Status repeated = step(1, frame(1), &again);
+  ASSERT_TRUE(repeated.ok()) << repeated.error_message();
+  EXPECT_EQ(again.SerializeAsString(), first.SerializeAsString());
+  const grpc::Status longer = step(1, frame(1) + frame(1));
+  EXPECT_EQ(longer.error_code(), StatusCode::ABORTED) << "more than was answered is another frame";
+  const grpc::Status short_of_a_body = step(2, frame(2));
+  EXPECT_EQ(short_of_a_body.error_code(), StatusCode::INVALID_ARGUMENT);
+  ASSERT_TRUE(step(2, frame(2) + bytes_of(octahedron().positions)).ok());
+}
+
+TEST_F(ChangedSceneTest, BodiesTooManyAreRefusedTogether) {
+  ASSERT_TRUE(create_with_bodies().ok());
+  EXPECT_EQ(add_bodies(1, 3).error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  Context context;
+  v1::GetSessionRequest request;
+  request.set_session_id(kId);
+  v1::GetSessionResponse response;
+  ASSERT_TRUE(stub_->GetSession(&context, request, &response).ok());
+  EXPECT_EQ(response.session().vertex_count(), grids_.vertex_count()) << "none was added";
+  EXPECT_TRUE(add_bodies(1, 2).ok());
+}
+
+}  // namespace
+}  // namespace warmfront::test
