@@ -50,7 +50,7 @@ v1::MovedParts joined(std::span<const v1::StepFrame> parts) {
 }  // namespace
 
 int rpc_code(ErrorCode code) {
-  constexpr std::array kCodes{3, 9, 8, 12, 1, 13, 5, 6, 10, 4, 16, 7, 14};
+  constexpr std::array kCodes{3, 9, 8, 12, 1, 13, 15, 5, 6, 10, 4, 16, 7, 14};
   static_assert(kCodes.size() == static_cast<std::size_t>(ErrorCode::kUnavailable) + 1);
   return kCodes[static_cast<std::size_t>(code)];
 }
