@@ -208,8 +208,11 @@ TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
   {
     Session session = client.create_session(heap.description, std::span<const double>(heap.x)).value();
     for (int k = 1; k <= 200; ++k) ASSERT_TRUE(session.step(std::span<const double>(heap.x)).ok());
-    Session another = client.create_session(heap.description, std::span<const double>(heap.x)).value();
-    ASSERT_TRUE(another.step(std::span<const double>(heap.x)).ok());
+    // Of what is left some may begin still; in the end there is no room for that either.
+    for (int k = 0; k < 8; ++k) {
+      Session another = client.create_session(heap.description, std::span<const double>(heap.x)).value();
+      ASSERT_TRUE(another.step(std::span<const double>(heap.x)).ok());
+    }
   }
   EXPECT_THAT(daemon.log(), HasSubstr("recording_stopped"));
   EXPECT_THAT(daemon.log(), HasSubstr("recording_refused"));
