@@ -72,15 +72,12 @@ WARMFRONT_TARGET_CLONES
 void bounds_of_all(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
                    const LocalFrame& frame, const Thickening& thickening, Known known, KDop18* bounds) {
   for (std::size_t v = 0; v < vertices.size(); ++v) {
-    if (known == Known::kNothing) {
+    if (known != Known::kNothing && (states[v] & kChanged) == 0) continue;
+    if (known == Known::kLastStep) {
+      bounds[v].shift();
+      bounds_at(vertices[v].t1, frame, thickening, bounds[v].lane.data() + KDop18::kEnd);
+    } else {
       bounds_of(vertices[v], frame, thickening, bounds[v]);
-    } else if ((states[v] & kChanged) != 0) {
-      if (known == Known::kLastStep) {
-        bounds[v].shift();
-        bounds_at(vertices[v].t1, frame, thickening, bounds[v].lane.data() + KDop18::kEnd);
-      } else {
-        bounds_of(vertices[v], frame, thickening, bounds[v]);
-      }
     }
   }
 }

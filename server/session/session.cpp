@@ -290,8 +290,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   answer.queue_ms = 1e3 * waited.count();
   if (answer.all_deformable) {
     answer.all_deformable->frame_bytes = request.contents.bytes();
-    answer.all_deformable->positions_bytes =
-        std::size_t{3} * scene.vertex_count() * (dtype_ == Dtype::kFloat32 ? 4 : 8);
+    answer.all_deformable->positions_bytes = std::size_t{3} * scene.vertex_count() * size_of(dtype_);
   }
   answer.memory = Holding(account_, answer.memory_bytes());
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
