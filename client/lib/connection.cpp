@@ -96,78 +96,57 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
   return std::nullopt;
 }
 
-std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request) {
+template <class Stub, class Request, class Response>
+std::optional<RemoteError> Connection::call(Stub& stub, UnaryMethod<Stub, Request, Response> method,
+                                            const std::type_identity_t<Request>& request, Response& response,
+                                            const std::string& session_id,
+                                            std::optional<std::chrono::milliseconds> timeout) {
   grpc::ClientContext context;
-  set_deadline(context, options_.create_timeout);
-  prepare(context, request.session_id());
-  v1::ChangeSceneResponse response;
-  const grpc::Status status = stub_->ChangeScene(&context, request, &response);
+  set_deadline(context, timeout.value_or(options_.call_timeout));
+  prepare(context, session_id);
+  const grpc::Status status = (stub.*method)(&context, request, &response);
   if (!status.ok()) return remote_error_from(status);
   return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request) {
+  v1::ChangeSceneResponse response;
+  return call(*stub_, &v1::CollisionService::Stub::ChangeScene, request, response, request.session_id(),
+              options_.create_timeout);
 }
 
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
-  grpc::ClientContext context;
-  set_deadline(context, options_.call_timeout);
-  prepare(context);
-  const grpc::Status status = stub_->ListSessions(&context, {}, &response);
-  if (!status.ok()) return remote_error_from(status);
-  return std::nullopt;
+  return call(*stub_, &v1::CollisionService::Stub::ListSessions, {}, response);
 }
 
 std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSessionResponse& response) {
-  grpc::ClientContext context;
-  set_deadline(context, options_.call_timeout);
-  prepare(context, id);
   v1::GetSessionRequest request;
   request.set_session_id(id);
-  const grpc::Status status = stub_->GetSession(&context, request, &response);
-  if (!status.ok()) return remote_error_from(status);
-  return std::nullopt;
+  return call(*stub_, &v1::CollisionService::Stub::GetSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::check(const std::string& id, v1::CheckSessionResponse& response) {
-  grpc::ClientContext context;
-  set_deadline(context, options_.call_timeout);
-  prepare(context, id);
   v1::CheckSessionRequest request;
   request.set_session_id(id);
-  const grpc::Status status = stub_->CheckSession(&context, request, &response);
-  if (!status.ok()) return remote_error_from(status);
-  return std::nullopt;
+  return call(*stub_, &v1::CollisionService::Stub::CheckSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::remove(const std::string& id) {
-  grpc::ClientContext context;
-  set_deadline(context, options_.call_timeout);
-  prepare(context, id);
   v1::DeleteSessionRequest request;
   request.set_session_id(id);
   v1::DeleteSessionResponse response;
-  const grpc::Status status = stub_->DeleteSession(&context, request, &response);
-  if (!status.ok()) return remote_error_from(status);
-  return std::nullopt;
+  return call(*stub_, &v1::CollisionService::Stub::DeleteSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::list_all(v1::ListAllSessionsResponse& response) {
-  grpc::ClientContext context;
-  set_deadline(context, options_.call_timeout);
-  prepare(context);
-  const grpc::Status status = admin_->ListAllSessions(&context, {}, &response);
-  if (!status.ok()) return remote_error_from(status);
-  return std::nullopt;
+  return call(*admin_, &v1::AdminService::Stub::ListAllSessions, {}, response);
 }
 
 std::optional<RemoteError> Connection::remove_any(const std::string& id) {
-  grpc::ClientContext context;
-  set_deadline(context, options_.call_timeout);
-  prepare(context, id);
   v1::DeleteAnySessionRequest request;
   request.set_session_id(id);
   v1::DeleteAnySessionResponse response;
-  const grpc::Status status = admin_->DeleteAnySession(&context, request, &response);
-  if (!status.ok()) return remote_error_from(status);
-  return std::nullopt;
+  return call(*admin_, &v1::AdminService::Stub::DeleteAnySession, request, response, id);
 }
 
 }  // namespace warmfront::client

@@ -4,10 +4,12 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "client/lib/client.h"
@@ -42,6 +44,16 @@ class Connection {
   std::optional<RemoteError> remove_any(const std::string& id);
 
  private:
+  template <class Stub, class Request, class Response>
+  using UnaryMethod = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
+
+  // A call of one message and one answer; about a session, if one is named.
+  template <class Stub, class Request, class Response>
+  std::optional<RemoteError> call(Stub& stub, UnaryMethod<Stub, Request, Response> method,
+                                  const std::type_identity_t<Request>& request, Response& response,
+                                  const std::string& session_id = {},
+                                  std::optional<std::chrono::milliseconds> timeout = std::nullopt);
+
   // Constant after construction.
   const std::string address_;
   const ClientOptions options_;
