@@ -87,7 +87,8 @@ class Session {
   /// unanswered.
   Result<Answer> next_answer();
 
-  /// Deletes the session in the daemon; unanswered frames are given up. Further calls fail.
+  /// Deletes the session in the daemon; unanswered frames are given up. Further calls fail. A daemon that
+  /// is being started again is waited for, some two seconds; then kUnavailable.
   Status close();
 
  private:

@@ -12,6 +12,16 @@ namespace {
 /// the limit.
 constexpr std::size_t kUploadChunk = 60 << 10;
 
+/// Calls that may be made twice are, by gRPC itself, when the connection breaks under them or the daemon is being
+/// started again (some two seconds); a session deleted twice is gone all the same. Steps, uploads and changes have
+/// their own way to go on (session_resume.cpp).
+constexpr char kServiceConfig[] = R"({"methodConfig": [{
+  "name": [{"service": "warmfront.v1.CollisionService", "method": "DeleteSession"},
+           {"service": "warmfront.v1.CollisionService", "method": "GetSession"},
+           {"service": "warmfront.v1.CollisionService", "method": "ListSessions"}],
+  "retryPolicy": {"maxAttempts": 5, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2,
+                  "retryableStatusCodes": ["UNAVAILABLE"]}}]})";
+
 grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   grpc::ChannelArguments arguments;
   // Answers come in chunks of the daemon's choosing.
@@ -26,6 +36,7 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   // The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  arguments.SetServiceConfigJSON(kServiceConfig);
   if (!server_name.empty()) arguments.SetSslTargetNameOverride(server_name);
   return arguments;
 }

@@ -2,6 +2,7 @@
 """A channel to a daemon and its small calls. Thread-safe."""
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from typing import Any, Optional
@@ -19,7 +20,16 @@ _UPLOAD_CHUNK = 60 << 10
 # Of v1.CreateSessionRequest.
 _HEADER, _FACES, _POSITIONS = 1, 2, 3
 
+# Calls that may be made twice are, by gRPC itself, when the connection breaks under them or the daemon is being started
+# again (some two seconds). Steps, uploads and changes have their own way to go on (_resume.py).
+_SERVICE_CONFIG = json.dumps({"methodConfig": [{
+    "name": [{"service": "warmfront.v1.CollisionService", "method": method}
+             for method in ("DeleteSession", "GetSession", "ListSessions")],
+    "retryPolicy": {"maxAttempts": 5, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2,
+                    "retryableStatusCodes": ["UNAVAILABLE"]}}]})
+
 _ARGUMENTS = [
+    ("grpc.service_config", _SERVICE_CONFIG),
     # Answers come in chunks of the daemon's choosing.
     ("grpc.max_receive_message_length", -1),
     # A connection of its own for each client: one connection is bound to one core or so.
