@@ -98,7 +98,7 @@ class Connection:
         self._metadata = [("authorization", authorization)] if authorization else []
         arguments = list(_ARGUMENTS)
         if security.server_name:
-            arguments.append(("grpc.ssl_target_name_override", security.server_name))  # type: ignore[arg-type]
+            arguments.append(("grpc.ssl_target_name_override", security.server_name))
         if encrypted:
             credentials = grpc.ssl_channel_credentials(
                 _read("CA file", security.ca_file), _read("key file", security.key_file),
