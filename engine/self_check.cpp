@@ -116,8 +116,8 @@ class SelfCheck {
     const Scene& scene = core_.topology->scene;
     if (!tree.leaves.empty() && tree.leaves.size() != tree.shape.leaf_count()) return false;
     for (NodeId leaf = tree.shape.first_leaf(); leaf < tree.shape.node_count(); ++leaf) {
-      const std::uint32_t begin = tree.shape.begin_of_leaf(leaf);
-      const std::uint32_t end = tree.shape.begin_of_leaf(leaf + 1);
+      const std::uint32_t begin = tree.shape.begin(leaf);
+      const std::uint32_t end = tree.shape.end(leaf);
       const LeafBlock<Bounds>* block =
           tree.leaves.empty() ? nullptr : &tree.leaves[leaf - tree.shape.first_leaf()];
       if (block != nullptr && block->count != end - begin) return false;
@@ -141,8 +141,8 @@ class SelfCheck {
       const NodeId left = TreeShape::left(node);
       return holds(bounds, tree.nodes[left]) && holds(bounds, tree.nodes[left + 1]);
     }
-    const std::uint32_t begin = tree.shape.begin_of_leaf(node);
-    for (std::uint32_t i = begin; i < tree.shape.begin_of_leaf(node + 1); ++i) {
+    const std::uint32_t begin = tree.shape.begin(node);
+    for (std::uint32_t i = begin; i < tree.shape.end(node); ++i) {
       for (const std::uint32_t v : primitive_vertices(core_.topology->scene, tree.order[i])) {
         const Bounds inner = narrow<Bounds>(core_.vertex_bounds[v]);
         if (!holds(bounds, inner)) return false;

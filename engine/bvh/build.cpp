@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <numeric>
 
 #include "engine/bvh/bvh.h"
@@ -11,9 +12,10 @@
 namespace warmfront {
 
 TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
-    : primitives_(primitive_count), leaf_size_(leaf_size) {
-  while ((std::uint64_t{leaf_size} << depth_) < primitive_count) ++depth_;
-}
+    : primitives_(primitive_count),
+      leaf_size_(leaf_size),
+      leaves_(std::max(1U, primitive_count / leaf_size + (primitive_count % leaf_size != 0))),
+      depth_(std::bit_width(leaves_ - 1)) {}
 
 Face primitive_vertices(const Scene& scene, Primitive primitive) {
   if ((primitive & kPoint) == 0) return scene.faces()[primitive];
@@ -38,11 +40,12 @@ struct Splitter {
   const Places& places;
   std::span<std::uint32_t> order;
 
-  void split(int level, std::uint32_t index) const {
-    if (level + 1 == shape.levels()) return;
-    const auto begin = order.begin() + shape.begin(level, index);
-    const auto middle = order.begin() + shape.begin(level + 1, 2 * index + 1);
-    const auto end = order.begin() + shape.begin(level, index + 1);
+  void split(NodeId node) const {
+    if (shape.is_leaf(node)) return;
+    const NodeId first = TreeShape::left(node);
+    const auto begin = order.begin() + shape.begin(node);
+    const auto middle = order.begin() + shape.end(first);
+    const auto end = order.begin() + shape.end(node);
     const std::span<const std::uint32_t> range{begin, end};
     const bool one_body =
         std::ranges::all_of(range, [&](std::uint32_t p) { return places.body[p] == places.body[range[0]]; });
@@ -55,8 +58,8 @@ struct Splitter {
       std::nth_element(begin, middle, end,
                        [&](std::uint32_t a, std::uint32_t b) { return body_before(a, b, axis); });
     }
-    const auto left = [&] { split(level + 1, 2 * index); };
-    const auto right = [&] { split(level + 1, 2 * index + 1); };
+    const auto left = [&] { split(first); };
+    const auto right = [&] { split(first + 1); };
     constexpr std::ptrdiff_t kSerialBelow = 2048;
     if (end - begin < kSerialBelow) {
       left();
@@ -139,7 +142,7 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
   std::vector<std::uint32_t> order(primitives.size());
   std::iota(order.begin(), order.end(), 0U);
   const Places places = find_places(scene, motion, primitives);
-  Splitter{shape, places, order}.split(0, 0);
+  Splitter{shape, places, order}.split(0);
   for (std::uint32_t& p : order) p = primitives[p];
   return order;
 }
@@ -161,7 +164,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   leaves.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.leaf_count());
   if (!order.empty()) {
     for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
-      for (std::uint32_t i = shape.begin_of_leaf(node); i < shape.begin_of_leaf(node + 1); ++i) {
+      for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
         if ((order[i] & kPoint) == 0) leaf_of_face[order[i] - first_face] = node;
       }
     }
@@ -169,9 +172,9 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t l) {
     LeafBlock<Bounds>& leaf = leaves[l];
     const NodeId node = shape.first_leaf() + static_cast<NodeId>(l);
-    const std::uint32_t begin = shape.begin_of_leaf(node);
+    const std::uint32_t begin = shape.begin(node);
     leaf = {};
-    leaf.count = shape.begin_of_leaf(node + 1) - begin;
+    leaf.count = shape.end(node) - begin;
     for (std::uint32_t i = 0; i < leaf.count; ++i) {
       const Face vertices = primitive_vertices(scene, order[begin + i]);
       for (int corner = 0; corner < 3; ++corner) leaf.vertex[corner][i] = vertices[corner];

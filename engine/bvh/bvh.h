@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounding volume hierarchy over a scene's primitives: a balanced binary tree laid out by levels.
+// The bounding volume hierarchy over a scene's primitives: a complete binary tree laid out by levels.
 // Written by build and refit between steps, read by all threads during a step.
 #pragma once
 
@@ -18,9 +18,11 @@
 
 namespace warmfront {
 
-/// The shape of the hierarchy. All leaves lie on one level, so a node's number says it all: children of i are
-/// 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a leaf when its number is at least
-/// first_leaf(). Node j of level l holds the primitives in positions [j P / 2^l, (j + 1) P / 2^l) of `order`.
+/// The shape of the hierarchy: a complete binary tree, numbered by levels, whose leaves are as full as they can
+/// be. Its last level is filled from the left, so leaves lie on one level or two, and a node's number says it
+/// all: children of i are 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a leaf when its
+/// number is at least first_leaf(). Of L leaves, counted from left to right, the one at place k holds the
+/// primitives in positions [k P / L, (k + 1) P / L) of `order`: none is empty unless all are.
 class TreeShape {
  public:
   TreeShape() = default;
@@ -29,25 +31,34 @@ class TreeShape {
   std::uint32_t primitive_count() const { return primitives_; }
   std::uint32_t leaf_size() const { return leaf_size_; }
   int levels() const { return depth_ + 1; }
-  std::uint32_t node_count() const { return (2U << depth_) - 1; }
-  std::uint32_t leaf_count() const { return 1U << depth_; }
-  NodeId first_leaf() const { return (1U << depth_) - 1; }
+  std::uint32_t node_count() const { return 2 * leaves_ - 1; }
+  std::uint32_t leaf_count() const { return leaves_; }
+  NodeId first_leaf() const { return leaves_ - 1; }
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
-  /// Position in `order` where the primitives of leaf `node` begin.
-  std::uint32_t begin_of_leaf(NodeId node) const { return begin(depth_, node - first_leaf()); }
-  /// Position where node `index` of `level` begins; its end is begin(level, index + 1).
-  std::uint32_t begin(int level, std::uint32_t index) const {
-    return static_cast<std::uint32_t>((std::uint64_t{index} * primitives_) >> level);
-  }
+  /// Position in `order` where the primitives below `node` begin, and where they end.
+  std::uint32_t begin(NodeId node) const { return begin(level_of(node), index_of(node)); }
+  std::uint32_t end(NodeId node) const { return begin(level_of(node), index_of(node) + 1); }
 
+  static int level_of(NodeId node) { return std::bit_width(node + 1) - 1; }
   static NodeId left(NodeId node) { return 2 * node + 1; }
   static NodeId parent(NodeId node) { return (node - 1) / 2; }
   static bool is_left(NodeId node) { return (node & 1U) != 0; }
 
  private:
+  static std::uint32_t index_of(NodeId node) { return node + 1 - (1U << level_of(node)); }
+  // Leaves left of node `index` of `level`: counted on the last level, where beyond its end every two stand for
+  // one of the level above.
+  std::uint32_t begin(int level, std::uint32_t index) const {
+    const std::uint32_t last = index << (depth_ - level);
+    const std::uint32_t filled = 2 * leaves_ - (1U << depth_);
+    const std::uint32_t place = last <= filled ? last : filled + (last - filled) / 2;
+    return static_cast<std::uint32_t>(std::uint64_t{place} * primitives_ / leaves_);
+  }
+
   std::uint32_t primitives_ = 0;
   std::uint32_t leaf_size_ = 1;
-  int depth_ = 0;
+  std::uint32_t leaves_ = 1;
+  int depth_ = 0;  // of the last level
 };
 
 /// A hierarchy over some of a scene's primitives, with bounds of one kind.

@@ -153,7 +153,7 @@ WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, Node
   } else if (!bvh.leaves.empty()) {
     refit_block<kFrom>(input.vertex_bounds, bvh.leaves[node - first_leaf], bounds);
   } else {
-    const Primitive primitive = bvh.order[bvh.shape.begin_of_leaf(node)];
+    const Primitive primitive = bvh.order[bvh.shape.begin(node)];
     OfVertices<Bounds, kFrom>::merged(input.vertex_bounds, primitive_vertices(input.scene, primitive))
         .store(bounds);
   }
@@ -163,8 +163,8 @@ WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, Node
 template <class Bounds>
 MotionState leaf_state(const RefitInput& input, const Bvh<Bounds>& bvh, NodeId node) {
   MotionState state = 0;
-  const std::uint32_t end = bvh.shape.begin_of_leaf(node + 1);
-  for (std::uint32_t i = bvh.shape.begin_of_leaf(node); i < end; ++i) {
+  const std::uint32_t end = bvh.shape.end(node);
+  for (std::uint32_t i = bvh.shape.begin(node); i < end; ++i) {
     for (const std::uint32_t v : primitive_vertices(input.scene, bvh.order[i])) {
       state |= input.vertex_states[v];
       if (state == (kMoving | kChanged)) return state;  // most often the first says it all
@@ -194,10 +194,7 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
     }
     if (input.known == Known::kNothing) bvh.states[node] |= kChanged;
     if ((bvh.states[node] & kChanged) == 0) continue;
-    if (leaf && bvh.leaves.empty() && bvh.shape.begin_of_leaf(node) == bvh.shape.begin_of_leaf(node + 1)) {
-      bvh.nodes[node] = Bounds::empty();
-      bvh.states[node] = 0;  // as it is gathered
-    } else if (input.known == Known::kLastStep) {
+    if (input.known == Known::kLastStep) {
       refit_node<kNewLanes<Bounds>>(input, bvh, node);
     } else {
       refit_node<0>(input, bvh, node);
@@ -263,17 +260,21 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   const int task_level = depth <= kSmallDepth ? 0 : std::min(depth, 8);
   tbb::parallel_for(std::uint32_t{0}, 1U << task_level, [&](std::uint32_t task) {
     const NodeId root = ((1U << task_level) - 1) + task;
+    if (root >= bvh.shape.node_count()) return;
     if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
     for (int level = depth; level >= task_level; --level) {
       const std::uint32_t width = 1U << (level - task_level);
-      const NodeId first = ((1U << level) - 1) + task * width;
-      refit_range(input, from, bvh, first, first + width);
+      const NodeId first = std::min(((1U << level) - 1) + task * width, bvh.shape.node_count());
+      refit_range(input, from, bvh, first, std::min(first + width, bvh.shape.node_count()));
     }
   });
   for (int level = task_level; level-- > 0;)
     refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
-  const int mark_level = std::min(depth, 8);
-  for (NodeId node = (1U << mark_level) - 1; node < (2U << mark_level) - 1; ++node) {
+  // What is above or below these has part in them: a whole level, or all leaves of a hierarchy that has less.
+  constexpr NodeId kMarkBegin = (1U << 8) - 1;
+  const NodeId mark_begin = std::min(bvh.shape.first_leaf(), kMarkBegin);
+  const NodeId mark_end = std::min(bvh.shape.node_count(), 2 * kMarkBegin + 1);
+  for (NodeId node = mark_begin; node < mark_end; ++node) {
     if ((bvh.states[node] & kChanged) != 0) bvh.changed.add(node);
   }
   std::size_t changed = 0;

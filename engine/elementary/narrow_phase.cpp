@@ -36,8 +36,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const Bvh<Bounds>& a = trees_[parts.a];
     const Bvh<Bounds>& b = trees_[parts.b];
     const bool same = parts.a == parts.b && leaves.a == leaves.b;
-    const std::uint32_t begin_a = a.shape.begin_of_leaf(leaves.a);
-    const std::uint32_t begin_b = b.shape.begin_of_leaf(leaves.b);
+    const std::uint32_t begin_a = a.shape.begin(leaves.a);
+    const std::uint32_t begin_b = b.shape.begin(leaves.b);
     // Adjacent primitives never come apart and are never tested here.
     constexpr float kFar = std::numeric_limits<float>::max();
     if (a.leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested

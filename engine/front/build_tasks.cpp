@@ -2,14 +2,9 @@
 #include "engine/front/build_tasks.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace warmfront {
 namespace {
-
-int level_of(NodeId node) {
-  return std::bit_width(node + 1) - 1;
-}
 
 // The share of `a`'s box that lies in the box of `b`.
 template <class Bounds>
@@ -28,8 +23,8 @@ double overlap_share(const Bounds& a, const Bounds& b) {
 
 template <class Bounds>
 double build_cost(const TreePair<Bounds>& trees, const NodePair& pair) {
-  const int below_a = trees.a.shape.levels() - 1 - level_of(pair.a);
-  const int below_b = trees.b.shape.levels() - 1 - level_of(pair.b);
+  const int below_a = trees.a.shape.levels() - 1 - TreeShape::level_of(pair.a);
+  const int below_b = trees.b.shape.levels() - 1 - TreeShape::level_of(pair.b);
   if (trees.bvtt().is_self(pair)) return static_cast<double>(1U << below_a) * (below_a + 1);
   const Bounds& a = trees.a.nodes[pair.a];
   const Bounds& b = trees.b.nodes[pair.b];

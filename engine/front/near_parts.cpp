@@ -15,12 +15,12 @@ double middle(const Bounds& bounds, int axis) {
 
 // The static ones apart first, then by the widest axis of the middles, as the parts' own hierarchies.
 template <class Bounds>
-void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bounds> roots, int level,
-                              std::uint32_t index) {
-  if (level + 1 == shape_.levels()) return;
-  const auto begin = order_.begin() + shape_.begin(level, index);
-  const auto half = order_.begin() + shape_.begin(level + 1, 2 * index + 1);
-  const auto end = order_.begin() + shape_.begin(level, index + 1);
+void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node) {
+  if (shape_.is_leaf(node)) return;
+  const NodeId first = TreeShape::left(node);
+  const auto begin = order_.begin() + shape_.begin(node);
+  const auto half = order_.begin() + shape_.end(first);
+  const auto end = order_.begin() + shape_.end(node);
   const auto is_static = [&](std::uint32_t part) { return model.is_static(part); };
   if (std::any_of(begin, end, is_static) && !std::all_of(begin, end, is_static)) {
     std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
@@ -45,8 +45,8 @@ void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bound
       return x != y ? x < y : p < q;
     });
   }
-  order(model, roots, level + 1, 2 * index);
-  order(model, roots, level + 1, 2 * index + 1);
+  order(model, roots, first);
+  order(model, roots, first + 1);
 }
 
 template <class Bounds>
@@ -62,7 +62,7 @@ void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bou
     const double sum = middle(roots[p], 0) + middle(roots[p], 1) + middle(roots[p], 2);
     return sum - sum == 0;
   });
-  if (!order_.empty() && placed) order(model, roots, 0, 0);
+  if (!order_.empty() && placed) order(model, roots, 0);
 }
 
 template <class Bounds>
@@ -77,11 +77,9 @@ void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bound
       to.bounds.merge(right.bounds);
       to.set.add(right.set);
       to.changed |= right.changed;
-    } else if (const std::uint32_t at = shape_.begin_of_leaf(node); at < shape_.begin_of_leaf(node + 1)) {
-      const std::uint32_t part = order_[at];
-      to = {roots[part], model.set_of(part), changed[part] != 0};
     } else {
-      to = {Bounds::empty(), {}, false};
+      const std::uint32_t part = order_[shape_.begin(node)];
+      to = {roots[part], model.set_of(part), changed[part] != 0};
     }
   }
 }
@@ -137,8 +135,8 @@ std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, s
       bvtt.for_children(pair, [&](const NodePair& child) { stack.push_back(child); });
       continue;
     }
-    const std::uint32_t p = order_[shape_.begin_of_leaf(pair.a)];
-    const std::uint32_t q = order_[shape_.begin_of_leaf(pair.b)];
+    const std::uint32_t p = order_[shape_.begin(pair.a)];
+    const std::uint32_t q = order_[shape_.begin(pair.b)];
     if (model.may_meet(p, q))
       near_.push_back({{std::min(p, q), std::max(p, q)}, changed[p] == 0 && changed[q] == 0});
   }

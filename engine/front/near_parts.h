@@ -34,7 +34,7 @@ class NearParts {
   };
 
   void arrange(const CollisionModel& model, std::span<const Bounds> roots);
-  void order(const CollisionModel& model, std::span<const Bounds> roots, int level, std::uint32_t index);
+  void order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node);
   void refit(const CollisionModel& model, std::span<const Bounds> roots,
              std::span<const std::uint8_t> changed);
   double looseness() const;

@@ -47,9 +47,9 @@ class FaultTableMemory : public FaultTable {
   std::vector<std::uint32_t> leaf_of_face() const {
     const auto faces = static_cast<std::uint32_t>(victim_.scene().faces.size());
     const TreeShape shape(faces / 2, ColliderOptions().leaf_size);
-    std::vector<std::uint32_t> leaves;
+    std::vector<std::uint32_t> leaves(shape.primitive_count());
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
-      leaves.resize(shape.begin_of_leaf(leaf + 1), leaf);
+      std::fill(leaves.begin() + shape.begin(leaf), leaves.begin() + shape.end(leaf), leaf);
     return leaves;
   }
   int break_hierarchy() {

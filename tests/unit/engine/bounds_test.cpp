@@ -132,7 +132,7 @@ TEST(Refit, NodesHoldTheirPrimitives) {
     hierarchy.step(testing::random_motion(random, *scene, positions));
     const auto& bvh = hierarchy.bvh;
     for (NodeId leaf = bvh.shape.first_leaf(); leaf < bvh.shape.node_count(); ++leaf) {
-      for (std::uint32_t i = bvh.shape.begin_of_leaf(leaf); i < bvh.shape.begin_of_leaf(leaf + 1); ++i) {
+      for (std::uint32_t i = bvh.shape.begin(leaf); i < bvh.shape.end(leaf); ++i) {
         for (const std::uint32_t v : primitive_vertices(*scene, bvh.order[i])) {
           for (NodeId node = leaf;; node = TreeShape::parent(node)) {
             for (std::size_t lane = 0; lane < bvh.nodes[node].lane.size(); ++lane) {

@@ -29,15 +29,17 @@ void reach(const Bvtt& bvtt, const NodePair& pair, int& visited) {
 }
 
 TEST(Bvtt, ParentUndoesOpeningOfAPartAgainstItself) {
-  const TreeShape shape(64, 1);
-  int visited = 0;
-  reach(Bvtt(shape, shape, true), Bvtt::root(), visited);
-  EXPECT_GT(visited, 64 * 63 / 2);
+  for (const std::uint32_t leaves : {1U, 2U, 3U, 5U, 11U, 64U, 100U}) {
+    const TreeShape shape(leaves, 1);
+    int visited = 0;
+    reach(Bvtt(shape, shape, true), Bvtt::root(), visited);
+    EXPECT_GE(visited, leaves * (leaves - 1) / 2);
+  }
 }
 
 TEST(Bvtt, ParentUndoesOpeningOfTwoParts) {
-  for (const std::uint32_t a : {1U, 2U, 8U, 64U}) {
-    for (const std::uint32_t b : {1U, 4U, 64U}) {
+  for (const std::uint32_t a : {1U, 2U, 3U, 11U, 64U, 99U}) {
+    for (const std::uint32_t b : {1U, 4U, 5U, 64U}) {
       const TreeShape shape_a(a, 1);
       const TreeShape shape_b(b, 1);
       int visited = 0;
@@ -47,20 +49,35 @@ TEST(Bvtt, ParentUndoesOpeningOfTwoParts) {
   }
 }
 
-TEST(TreeShape, LeavesPartitionThePrimitives) {
-  for (const std::uint32_t primitives : {1U, 2U, 3U, 7U, 8U, 9U, 100U, 92230U}) {
+// The leaves below a node, from left to right.
+void gather_leaves(const TreeShape& shape, NodeId node, std::vector<NodeId>& leaves) {
+  ASSERT_LT(node, shape.node_count());
+  if (shape.is_leaf(node)) return leaves.push_back(node);
+  gather_leaves(shape, TreeShape::left(node), leaves);
+  gather_leaves(shape, TreeShape::left(node) + 1, leaves);
+}
+
+TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
+  for (const std::uint32_t primitives : {1U, 2U, 3U, 7U, 8U, 9U, 80U, 100U, 4097U, 92230U}) {
     for (const std::uint32_t leaf_size : {1U, 2U, 4U, 8U}) {
       const TreeShape shape(primitives, leaf_size);
+      EXPECT_EQ(shape.leaf_count(), (primitives + leaf_size - 1) / leaf_size);
+      std::vector<NodeId> leaves;
+      gather_leaves(shape, 0, leaves);
+      ASSERT_EQ(leaves.size(), shape.leaf_count());
       std::uint32_t next = 0;
-      for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
-        ASSERT_EQ(shape.begin_of_leaf(leaf), next);
-        next = shape.begin_of_leaf(leaf + 1);
-        if (leaf_size > 1) {
-          ASSERT_GT(next, shape.begin_of_leaf(leaf)) << "empty leaf";
-        }
-        ASSERT_LE(next - shape.begin_of_leaf(leaf), leaf_size);
+      for (const NodeId leaf : leaves) {
+        ASSERT_EQ(shape.begin(leaf), next);
+        next = shape.end(leaf);
+        ASSERT_GT(next, shape.begin(leaf)) << "empty leaf";
+        ASSERT_LE(next - shape.begin(leaf), leaf_size);
       }
       ASSERT_EQ(next, primitives);
+      for (NodeId node = 0; node < shape.first_leaf(); ++node) {
+        EXPECT_EQ(shape.begin(node), shape.begin(TreeShape::left(node)));
+        EXPECT_EQ(shape.end(TreeShape::left(node)), shape.begin(TreeShape::left(node) + 1));
+        EXPECT_EQ(shape.end(node), shape.end(TreeShape::left(node) + 1));
+      }
     }
   }
 }
