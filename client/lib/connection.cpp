@@ -16,7 +16,8 @@ constexpr std::size_t kUploadChunk = 60 << 10;
 /// started again (some two seconds); a session deleted twice is gone all the same. Steps, uploads and changes have
 /// their own way to go on (session_resume.cpp).
 constexpr char kServiceConfig[] = R"({"methodConfig": [{
-  "name": [{"service": "warmfront.v1.CollisionService", "method": "DeleteSession"},
+  "name": [{"service": "warmfront.v1.CollisionService", "method": "GetServerInfo"},
+           {"service": "warmfront.v1.CollisionService", "method": "DeleteSession"},
            {"service": "warmfront.v1.CollisionService", "method": "GetSession"},
            {"service": "warmfront.v1.CollisionService", "method": "ListSessions"}],
   "retryPolicy": {"maxAttempts": 5, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2,

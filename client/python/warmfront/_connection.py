@@ -24,7 +24,7 @@ _HEADER, _FACES, _POSITIONS = 1, 2, 3
 # again (some two seconds). Steps, uploads and changes have their own way to go on (_resume.py).
 _SERVICE_CONFIG = json.dumps({"methodConfig": [{
     "name": [{"service": "warmfront.v1.CollisionService", "method": method}
-             for method in ("DeleteSession", "GetSession", "ListSessions")],
+             for method in ("GetServerInfo", "DeleteSession", "GetSession", "ListSessions")],
     "retryPolicy": {"maxAttempts": 5, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2,
                     "retryableStatusCodes": ["UNAVAILABLE"]}}]})
 
