@@ -2,6 +2,7 @@
 #include "engine/options.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -75,8 +76,8 @@ Status validate(const ColliderOptions& options) {
                             " is not a finite length >= 0");
   }
   const std::uint32_t leaf = options.leaf_size;
-  if (leaf != 1 && leaf != 2 && leaf != 4 && leaf != 8) {
-    return invalid_argument("leaf_size: " + std::to_string(leaf) + " is not one of 1, 2, 4, 8");
+  if (!std::has_single_bit(leaf) || leaf > 64) {
+    return invalid_argument("leaf_size: " + std::to_string(leaf) + " is not one of 1, 2, 4, 8, 16, 32, 64");
   }
   if (options.min_separation > 0 && options.tier != Tier::kCertified) {
     return invalid_argument("min_separation: tier \"" + std::string(to_string(options.tier)) +

@@ -71,8 +71,9 @@ struct ColliderOptions {
   /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
   /// holds. Off, because since bounds ask for relative motion it costs more than it saves.
   bool normal_cones = false;
-  /// Most triangles a leaf of the hierarchy holds: 1, 2, 4 or 8.
-  std::uint32_t leaf_size = 8;
+  /// Most triangles a leaf of the hierarchy holds: a power of two, 64 at most. Above 8 they are in blocks of
+  /// 8, which are tested eight against one.
+  std::uint32_t leaf_size = 64;
   /// `paper` mode: rebuild the front after this many steps in a row in which it did not grow. 0: never.
   std::uint32_t rebuild_after_stalled_steps = 3;
   /// `paper` mode: rebuild the front every this many steps. 0: never.

@@ -7,8 +7,8 @@
 #include <chrono>
 #include <iterator>
 #include <memory>
-#include <utility>
 #include <type_traits>
+#include <utility>
 
 #include "engine/bounds/moving.h"
 #include "engine/bounds/normal_cone.h"
@@ -24,6 +24,9 @@ namespace {
 /// A lazy front looks for pairs to fold every this many steps: a pair that could be folded costs a compare a
 /// step, looking whether it can costs a test.
 constexpr std::int64_t kLazyPruneSteps = 8;
+
+/// Vertices whose bounds are worth a task of their own.
+constexpr std::uint32_t kGrain = 4096;
 
 /// The step of bounds that are to be made anew as a whole.
 constexpr std::int64_t kNever = -1;
@@ -207,8 +210,10 @@ class PipelineWith final : public Pipeline {
     };
     if (range.listed && known != Known::kNothing) {
       for (const std::uint32_t v : range.changed) bound(v, v + 1);
+    } else if (features.end_vertex - features.first_vertex <= kGrain) {
+      bound(features.first_vertex, features.end_vertex);
     } else {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(features.first_vertex, features.end_vertex, 4096),
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(features.first_vertex, features.end_vertex, kGrain),
                         [&](const auto& vertices) { bound(vertices.begin(), vertices.end()); });
     }
     refit_nodes_ += refit(

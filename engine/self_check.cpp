@@ -113,23 +113,37 @@ class SelfCheck {
 
   bool leaves_agree(std::uint32_t p) const {
     const Bvh<Bounds>& tree = kept_.trees[p];
-    const Scene& scene = core_.topology->scene;
-    if (!tree.leaves.empty() && tree.leaves.size() != tree.shape.leaf_count()) return false;
-    for (NodeId leaf = tree.shape.first_leaf(); leaf < tree.shape.node_count(); ++leaf) {
-      const std::uint32_t begin = tree.shape.begin(leaf);
-      const std::uint32_t end = tree.shape.end(leaf);
-      const LeafBlock<Bounds>* block =
-          tree.leaves.empty() ? nullptr : &tree.leaves[leaf - tree.shape.first_leaf()];
-      if (block != nullptr && block->count != end - begin) return false;
-      for (std::uint32_t i = begin; i < end; ++i) {
-        const Primitive primitive = tree.order[i];
-        if ((primitive & kPoint) == 0) {
-          const std::uint32_t at = primitive - tree.first_face;
-          if (at >= tree.leaf_of_face.size() || tree.leaf_of_face[at] != leaf) return false;
-        }
-        const Face vertices = primitive_vertices(scene, primitive);
-        for (std::size_t k = 0; block != nullptr && k < 3; ++k)
-          if (block->vertex[k][i - begin] != vertices[k]) return false;
+    const TreeShape& shape = tree.shape;
+    if (!tree.blocks.empty() && tree.blocks.size() != shape.block_count()) return false;
+    if (!tree.wide.empty() && tree.wide.size() != shape.leaf_count()) return false;
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+      for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
+        if ((tree.order[i] & kPoint) != 0) continue;
+        const std::uint32_t at = tree.order[i] - tree.first_face;
+        if (at >= tree.leaf_of_face.size() || tree.leaf_of_face[at] != leaf) return false;
+      }
+      if (!tree.blocks.empty() && !blocks_agree(tree, leaf)) return false;
+    }
+    return true;
+  }
+
+  bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
+    const std::uint32_t first = tree.shape.first_block(leaf);
+    const std::uint32_t count = tree.shape.end_block(leaf) - first;
+    if (!tree.wide.empty()) {
+      const EightBounds<Bounds>& wide = tree.wide[leaf - tree.shape.first_leaf()];
+      if (wide.first != first || wide.count != count) return false;
+    }
+    const auto blocks = tree.blocks_of(leaf);
+    for (std::uint32_t b = 0; b < count; ++b) {
+      const LeafBlock<Bounds>& block = blocks[b];
+      const std::uint32_t begin = tree.shape.begin_of_block(first + b);
+      if (block.first != begin || block.count != tree.shape.begin_of_block(first + b + 1) - begin)
+        return false;
+      for (std::uint32_t i = 0; i < block.count; ++i) {
+        const Face vertices = primitive_vertices(core_.topology->scene, tree.order[begin + i]);
+        for (std::size_t k = 0; k < 3; ++k)
+          if (block.vertex[k][i] != vertices[k]) return false;
       }
     }
     return true;
@@ -141,17 +155,31 @@ class SelfCheck {
       const NodeId left = TreeShape::left(node);
       return holds(bounds, tree.nodes[left]) && holds(bounds, tree.nodes[left + 1]);
     }
-    const std::uint32_t begin = tree.shape.begin(node);
-    for (std::uint32_t i = begin; i < tree.shape.end(node); ++i) {
-      for (const std::uint32_t v : primitive_vertices(core_.topology->scene, tree.order[i])) {
+    const auto holds_primitive = [&](std::uint32_t position, auto&& holds_bounds) {
+      const Face vertices = primitive_vertices(core_.topology->scene, tree.order[position]);
+      return std::ranges::all_of(vertices, [&](std::uint32_t v) {
         const Bounds inner = narrow<Bounds>(core_.vertex_bounds[v]);
-        if (!holds(bounds, inner)) return false;
-        if (tree.leaves.empty()) continue;
-        const LeafBlock<Bounds>& block = tree.leaves[node - tree.shape.first_leaf()];
-        for (std::size_t k = 0; k < inner.lane.size(); ++k)
-          if (!(block.lane[k][i - begin] <= inner.lane[k])) return false;
+        return holds(bounds, inner) && holds_bounds(inner);
+      });
+    };
+    if (tree.blocks.empty())
+      return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
+    const auto blocks = tree.blocks_of(node);
+    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+      for (std::uint32_t i = 0; i < blocks[b].count; ++i) {
+        const bool held = holds_primitive(blocks[b].first + i, [&](const Bounds& inner) {
+          return holds_lanes(blocks[b], i, inner) &&
+                 (tree.wide.empty() || holds_lanes(tree.wide[node - tree.shape.first_leaf()], b, inner));
+        });
+        if (!held) return false;
       }
     }
+    return true;
+  }
+
+  static bool holds_lanes(const EightBounds<Bounds>& eight, std::uint32_t slot, const Bounds& inner) {
+    for (std::size_t k = 0; k < inner.lane.size(); ++k)
+      if (!(eight.lane[k][slot] <= inner.lane[k])) return false;
     return true;
   }
 

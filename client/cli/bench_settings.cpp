@@ -54,7 +54,7 @@ std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<
     add("nothing found", [](ColliderOptions& o) { o.find_bodies = o.find_rigid = false; });
   }
   if (ablations.leaf) {
-    for (const std::uint32_t size : {1U, 2U, 4U, 8U})
+    for (const std::uint32_t size : {1U, 2U, 4U, 8U, 16U, 32U, 64U})
       add("leaf " + std::to_string(size), [&](ColliderOptions& o) { o.leaf_size = size; });
   }
   if (ablations.tier) {

@@ -335,7 +335,7 @@ Verb add_detect(CLI::App& app) {
          "Record the session: what is sent and what is answered, for 'replay'; the file must not exist")
       ->type_name("FILE");
   app.add_option("--leaf-size", a.options.leaf_size, "Most triangles a leaf of the hierarchy holds")
-      ->check(CLI::IsMember({1, 2, 4, 8}))
+      ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}))
       ->capture_default_str();
   app.add_option("--rebuild-after", a.options.rebuild_after_stalled_steps,
                  "Front 'paper': rebuild after so many steps in a row without growth; 0: never")

@@ -10,11 +10,19 @@
 #include "engine/bvh/bvh.h"
 
 namespace warmfront {
+namespace {
+
+std::uint32_t shares(std::uint32_t count, std::uint32_t most) {
+  return count / most + (count % most != 0);
+}
+
+}  // namespace
 
 TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
     : primitives_(primitive_count),
       leaf_size_(leaf_size),
-      leaves_(std::max(1U, primitive_count / leaf_size + (primitive_count % leaf_size != 0))),
+      blocks_(std::max(1U, shares(primitive_count, std::min(leaf_size, kBlockSize)))),
+      leaves_(shares(blocks_, std::max(1U, leaf_size / kBlockSize))),
       depth_(std::bit_width(leaves_ - 1)) {}
 
 Face primitive_vertices(const Scene& scene, Primitive primitive) {
@@ -41,11 +49,36 @@ struct Splitter {
   std::span<std::uint32_t> order;
 
   void split(NodeId node) const {
-    if (shape.is_leaf(node)) return;
+    if (shape.is_leaf(node)) return split_blocks(shape.first_block(node), shape.end_block(node));
     const NodeId first = TreeShape::left(node);
-    const auto begin = order.begin() + shape.begin(node);
-    const auto middle = order.begin() + shape.end(first);
-    const auto end = order.begin() + shape.end(node);
+    split_at(shape.begin(node), shape.end(first), shape.end(node));
+    in_parallel(
+        shape.end(node) - shape.begin(node), [&] { split(first); }, [&] { split(first + 1); });
+  }
+
+  void split_blocks(std::uint32_t first, std::uint32_t last) const {
+    if (last - first < 2) return;
+    const std::uint32_t middle = first + (last - first + 1) / 2;
+    split_at(shape.begin_of_block(first), shape.begin_of_block(middle), shape.begin_of_block(last));
+    split_blocks(first, middle);
+    split_blocks(middle, last);
+  }
+
+  template <class Left, class Right>
+  static void in_parallel(std::uint32_t size, Left&& left, Right&& right) {
+    constexpr std::uint32_t kSerialBelow = 2048;
+    if (size < kSerialBelow) {
+      left();
+      right();
+    } else {
+      tbb::parallel_invoke(left, right);
+    }
+  }
+
+  void split_at(std::uint32_t first, std::uint32_t half, std::uint32_t last) const {
+    const auto begin = order.begin() + first;
+    const auto middle = order.begin() + half;
+    const auto end = order.begin() + last;
     const std::span<const std::uint32_t> range{begin, end};
     const bool one_body =
         std::ranges::all_of(range, [&](std::uint32_t p) { return places.body[p] == places.body[range[0]]; });
@@ -57,15 +90,6 @@ struct Splitter {
       const int axis = widest_axis(range, [this](std::uint32_t p) { return places.of_body[places.body[p]]; });
       std::nth_element(begin, middle, end,
                        [&](std::uint32_t a, std::uint32_t b) { return body_before(a, b, axis); });
-    }
-    const auto left = [&] { split(first); };
-    const auto right = [&] { split(first + 1); };
-    constexpr std::ptrdiff_t kSerialBelow = 2048;
-    if (end - begin < kSerialBelow) {
-      left();
-      right();
-    } else {
-      tbb::parallel_invoke(left, right);
     }
   }
 
@@ -161,7 +185,8 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   if (faces > 0)  // points have the greater numbers
     first_face = *std::ranges::min_element(order);
   travel.assign(keep_travel ? nodes.size() : 0, {});
-  leaves.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.leaf_count());
+  blocks.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count());
+  wide.resize(shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0);
   if (!order.empty()) {
     for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
       for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
@@ -169,15 +194,25 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       }
     }
   }
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t l) {
-    LeafBlock<Bounds>& leaf = leaves[l];
-    const NodeId node = shape.first_leaf() + static_cast<NodeId>(l);
-    const std::uint32_t begin = shape.begin(node);
-    leaf = {};
-    leaf.count = shape.end(node) - begin;
-    for (std::uint32_t i = 0; i < leaf.count; ++i) {
-      const Face vertices = primitive_vertices(scene, order[begin + i]);
-      for (int corner = 0; corner < 3; ++corner) leaf.vertex[corner][i] = vertices[corner];
+  if (blocks.empty()) return;
+  tbb::parallel_for(shape.first_leaf(), shape.node_count(), [&](NodeId node) {
+    const std::uint32_t leaf = node - shape.first_leaf();
+    const std::uint32_t first = shape.first_block(node);
+    const std::uint32_t end = shape.end_block(node);
+    if (!wide.empty()) {
+      wide[leaf] = {};
+      wide[leaf].count = end - first;
+      wide[leaf].first = first;
+    }
+    for (std::uint32_t b = first; b < end; ++b) {
+      LeafBlock<Bounds>& block = blocks[wide.empty() ? leaf : b];
+      block = {};
+      block.first = shape.begin_of_block(b);
+      block.count = shape.begin_of_block(b + 1) - block.first;
+      for (std::uint32_t i = 0; i < block.count; ++i) {
+        const Face vertices = primitive_vertices(scene, order[block.first + i]);
+        for (int corner = 0; corner < 3; ++corner) block.vertex[corner][i] = vertices[corner];
+      }
     }
   });
 }

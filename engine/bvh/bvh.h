@@ -18,14 +18,18 @@
 
 namespace warmfront {
 
-/// The shape of the hierarchy: a complete binary tree, numbered by levels, whose leaves are as full as they can
-/// be. Its last level is filled from the left, so leaves lie on one level or two, and a node's number says it
-/// all: children of i are 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a leaf when its
-/// number is at least first_leaf(). Of L leaves, counted from left to right, the one at place k holds the
-/// primitives in positions [k P / L, (k + 1) P / L) of `order`: none is empty unless all are.
+/// The shape of the hierarchy: a complete binary tree, numbered by levels, whose leaves are as full as they
+/// can be. Its last level is filled from the left, so leaves lie on one level or two, and a node's number
+/// says it all: children of i are 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a
+/// leaf when its number is at least first_leaf(). P primitives are B blocks of at most eight, and these L
+/// leaves: counted from left to right, leaf k holds blocks [k B / L, (k + 1) B / L), and block b the
+/// primitives in positions [b P / B, (b + 1) P / B) of `order`. None is empty unless all are.
 class TreeShape {
  public:
+  static constexpr std::uint32_t kBlockSize = 8;
+
   TreeShape() = default;
+  /// `leaf_size`: primitives in a leaf at most; a power of two, 64 at most.
   TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size);
 
   std::uint32_t primitive_count() const { return primitives_; }
@@ -33,11 +37,18 @@ class TreeShape {
   int levels() const { return depth_ + 1; }
   std::uint32_t node_count() const { return 2 * leaves_ - 1; }
   std::uint32_t leaf_count() const { return leaves_; }
+  std::uint32_t block_count() const { return blocks_; }
+  bool has_wide_leaves() const { return leaf_size_ > kBlockSize; }
   NodeId first_leaf() const { return leaves_ - 1; }
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
+  /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
+  std::uint32_t begin_of_block(std::uint32_t block) const { return share(block, primitives_, blocks_); }
+  /// Where the blocks below `node` begin, and where they end.
+  std::uint32_t first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
+  std::uint32_t end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
   /// Position in `order` where the primitives below `node` begin, and where they end.
-  std::uint32_t begin(NodeId node) const { return begin(level_of(node), index_of(node)); }
-  std::uint32_t end(NodeId node) const { return begin(level_of(node), index_of(node) + 1); }
+  std::uint32_t begin(NodeId node) const { return begin_of_block(first_block(node)); }
+  std::uint32_t end(NodeId node) const { return begin_of_block(end_block(node)); }
 
   static int level_of(NodeId node) { return std::bit_width(node + 1) - 1; }
   static NodeId left(NodeId node) { return 2 * node + 1; }
@@ -46,17 +57,20 @@ class TreeShape {
 
  private:
   static std::uint32_t index_of(NodeId node) { return node + 1 - (1U << level_of(node)); }
-  // Leaves left of node `index` of `level`: counted on the last level, where beyond its end every two stand for
-  // one of the level above.
-  std::uint32_t begin(int level, std::uint32_t index) const {
+  static std::uint32_t share(std::uint32_t i, std::uint32_t of, std::uint32_t among) {
+    return static_cast<std::uint32_t>(std::uint64_t{i} * of / among);
+  }
+  // From the leaves left of node `index` of `level`: counted on the last level, where beyond its end every
+  // two stand for one of the level above.
+  std::uint32_t first_block(int level, std::uint32_t index) const {
     const std::uint32_t last = index << (depth_ - level);
     const std::uint32_t filled = 2 * leaves_ - (1U << depth_);
-    const std::uint32_t place = last <= filled ? last : filled + (last - filled) / 2;
-    return static_cast<std::uint32_t>(std::uint64_t{place} * primitives_ / leaves_);
+    return share(last <= filled ? last : filled + (last - filled) / 2, blocks_, leaves_);
   }
 
   std::uint32_t primitives_ = 0;
   std::uint32_t leaf_size_ = 1;
+  std::uint32_t blocks_ = 1;
   std::uint32_t leaves_ = 1;
   int depth_ = 0;  // of the last level
 };
@@ -64,11 +78,19 @@ class TreeShape {
 /// A hierarchy over some of a scene's primitives, with bounds of one kind.
 template <class Bounds>
 struct Bvh {
+  /// The blocks of a leaf.
+  std::span<const LeafBlock<Bounds>> blocks_of(NodeId leaf) const {
+    const NodeId l = leaf - shape.first_leaf();
+    return wide.empty() ? std::span(&blocks[l], 1) : std::span(&blocks[wide[l].first], wide[l].count);
+  }
+
   TreeShape shape;
   std::vector<Primitive> order;  ///< primitive at each position
   std::vector<Bounds> nodes;     ///< by NodeId
-  /// By leaf. Empty for leaves of one primitive, whose node says it all.
-  std::vector<LeafBlock<Bounds>> leaves;
+  /// Empty for leaves of one primitive, whose node says it all. Leaf l's is blocks[l], unless leaves are
+  /// wide.
+  std::vector<LeafBlock<Bounds>> blocks;
+  std::vector<EightBounds<Bounds>> wide;    ///< by leaf, of its blocks; empty where each has one
   std::vector<NodeTravel> travel;           ///< by NodeId; empty when nobody asks
   std::uint32_t travel_slack = 0;           ///< what rounding can hide of a node's travel, in its units
   double built_looseness = 0;               ///< looseness() right after the build
@@ -85,8 +107,8 @@ struct Bvh {
 
   std::size_t memory_bytes() const {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
-           nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + leaves.size() * sizeof(LeafBlock<Bounds>) +
-           travel.size() * sizeof(NodeTravel);
+           nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks.size() * sizeof(LeafBlock<Bounds>) +
+           wide.size() * sizeof(EightBounds<Bounds>) + travel.size() * sizeof(NodeTravel);
   }
 };
 

@@ -14,6 +14,9 @@ using Int8 = std::int32_t __attribute__((vector_size(32)));
 using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
 constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
+constexpr Int8 kSlot{0, 1, 2, 3, 4, 5, 6, 7};
+constexpr float kMost = std::numeric_limits<float>::max();
+constexpr Float8 kFar{kMost, kMost, kMost, kMost, kMost, kMost, kMost, kMost};
 
 // One primitive against each lane of a block.
 struct Row {
@@ -23,10 +26,10 @@ struct Row {
 
 // `one` is a function from lane number to value.
 template <class When, class Bounds, class LaneOf>
-WARMFRONT_INLINE Row against(When stays_open, const LeafBlock<Bounds>& block, LaneOf&& one) {
+WARMFRONT_INLINE Row against(When stays_open, const EightBounds<Bounds>& eight, LaneOf&& one) {
   constexpr int kAxes = Bounds::kAxes;
   constexpr int kEnd = Bounds::kEnd;
-  const auto many = [&](int lane) { return load<Float8>(block.lane[lane].data()); };
+  const auto many = [&](int lane) { return load<Float8>(eight.lane[lane].data()); };
   Float8 open{};  // positive where an axis keeps them apart, as gap() of lanes.h
   Float8 straight{};
   Float8 diagonal{};
@@ -57,65 +60,112 @@ WARMFRONT_INLINE std::uint64_t bytes_of(Int8 lanes) {
   return packed;
 }
 
+// The items of `a` that are not apart from `whole_b`, as bits; the gap of the others goes into `gap`.
 template <class When, class Bounds>
-WARMFRONT_INLINE LeafOverlaps all_pairs(When open, const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b,
-                                        const Bounds& node_b, bool same) {
-  const Float8 far = Float8{} + std::numeric_limits<float>::max();
-  const Int8 slot{0, 1, 2, 3, 4, 5, 6, 7};
-  const Int8 used = slot < static_cast<std::int32_t>(b.count);
-  Float8 gap = far;
-  std::uint32_t rows = (1U << a.count) - 1;
-  if (!same) {
-    const Row row = against(open, a, [&](int k) { return node_b.lane[k]; });
-    const Int8 out = row.apart & (slot < static_cast<std::int32_t>(a.count));
-    gap = out ? row.gap : far;
-    rows &= ~bits_of(out);
+WARMFRONT_INLINE std::uint32_t rows_near(When open, const EightBounds<Bounds>& a, LanesOfOne whole_b,
+                                         Float8& gap) {
+  const Row row = against(open, a, whole_b);
+  const Int8 out = row.apart & (kSlot < static_cast<std::int32_t>(a.count));
+  gap = out ? row.gap : gap;
+  return ((1U << a.count) - 1) & ~bits_of(out);
+}
+
+// The primitives of `b` that share a vertex with primitive i of `a`.
+template <class Bounds>
+WARMFRONT_INLINE Int8 sharing(const LeafBlock<Bounds>& a, int i, const LeafBlock<Bounds>& b) {
+  Int8 shared{};
+  for (int p = 0; p < 3; ++p) {
+    const auto vertex = static_cast<std::int32_t>(a.vertex[p][i]);
+    for (int q = 0; q < 3; ++q) {
+      Int8 others;
+      std::memcpy(&others, b.vertex[q].data(), sizeof others);
+      shared |= others == vertex;
+    }
   }
+  return shared;
+}
+
+template <class When, class Bounds>
+WARMFRONT_INLINE EightOverlaps primitive_pairs(When open, const LeafBlock<Bounds>& a,
+                                               const LeafBlock<Bounds>& b, LanesOfOne whole_b, bool same) {
+  const Int8 used = kSlot < static_cast<std::int32_t>(b.count);
+  Float8 gap = kFar;
+  std::uint32_t rows = same ? (1U << a.count) - 1 : rows_near(open, a, whole_b, gap);
   Int8 to_test{};
   for (; rows != 0; rows &= rows - 1) {
     const int i = std::countr_zero(rows);
     const auto bit = static_cast<std::int32_t>(rows & -rows);
-    Int8 shared{};
-    for (int p = 0; p < 3; ++p) {
-      const auto vertex = static_cast<std::int32_t>(a.vertex[p][i]);
-      for (int q = 0; q < 3; ++q) {
-        Int8 others;
-        std::memcpy(&others, b.vertex[q].data(), sizeof others);
-        shared |= others == vertex;
-      }
-    }
-    const Int8 wanted = used & ~shared & (same ? slot > i : used);
-    const Row row = against(open, b, [&](int k) { return a.lane[k][i]; });
-    to_test |= wanted & ~row.apart & bit;
-    gap = lesser(wanted ? row.gap : far, gap);
+    const Int8 wanted = same ? used & (kSlot > i) : used;
+    const Row row = against(open, b, LanesOfOne::of<Bounds>(a, i));
+    const Int8 near = wanted & ~row.apart;
+    gap = lesser(wanted & row.apart ? row.gap : kFar, gap);
+    // What shares a vertex is never apart, so most rows are done.
+    if (bits_of(near) == 0) continue;
+    const Int8 free = near & ~sharing(a, i, b);
+    to_test |= free & bit;
+    gap = lesser(free ? row.gap : kFar, gap);
   }
   return {bytes_of(to_test), -largest(-gap)};
+}
+
+template <class When, class Bounds>
+WARMFRONT_INLINE EightOverlaps block_pairs(When open, const EightBounds<Bounds>& a,
+                                           const EightBounds<Bounds>& b, LanesOfOne whole_b, bool same) {
+  const Int8 used = kSlot < static_cast<std::int32_t>(b.count);
+  Float8 gap = kFar;
+  std::uint32_t rows = same ? (1U << a.count) - 1 : rows_near(open, a, whole_b, gap);
+  Int8 to_test{};
+  for (; rows != 0; rows &= rows - 1) {
+    const int i = std::countr_zero(rows);
+    const auto bit = static_cast<std::int32_t>(rows & -rows);
+    const Int8 wanted = same ? used & (kSlot >= i) : used;
+    const Row row = against(open, b, LanesOfOne::of<Bounds>(a, i));
+    const Int8 apart =
+        row.apart & wanted & (same ? kSlot > i : used);  // an empty step's bounds do not matter
+    to_test |= wanted & ~apart & bit;
+    gap = lesser(apart ? row.gap : kFar, gap);
+  }
+  return {bytes_of(to_test), -largest(-gap)};
+}
+
+template <class Bounds>
+WARMFRONT_INLINE EightOverlaps primitive_pairs_until(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b,
+                                                     LanesOfOne whole_b, bool same, float until) {
+  return until < 1 ? primitive_pairs(Until{until}, a, b, whole_b, same)
+                   : primitive_pairs(Throughout{}, a, b, whole_b, same);
+}
+
+template <class Bounds>
+WARMFRONT_INLINE EightOverlaps block_pairs_until(const EightBounds<Bounds>& a, const EightBounds<Bounds>& b,
+                                                 LanesOfOne whole_b, bool same, float until) {
+  return until < 1 ? block_pairs(Until{until}, a, b, whole_b, same)
+                   : block_pairs(Throughout{}, a, b, whole_b, same);
 }
 
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
-LeafOverlaps leaf_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, const Aabb& node_b,
-                           bool same) {
-  return all_pairs(Throughout{}, a, b, node_b, same);
+EightOverlaps primitive_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, LanesOfOne whole_b,
+                                 bool same, float until) {
+  return primitive_pairs_until(a, b, whole_b, same, until);
 }
 
 WARMFRONT_TARGET_CLONES
-LeafOverlaps leaf_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, const KDop18& node_b,
-                           bool same) {
-  return all_pairs(Throughout{}, a, b, node_b, same);
+EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, LanesOfOne whole_b,
+                                 bool same, float until) {
+  return primitive_pairs_until(a, b, whole_b, same, until);
 }
 
 WARMFRONT_TARGET_CLONES
-LeafOverlaps leaf_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, const Aabb& node_b, bool same,
-                           float until) {
-  return all_pairs(Until{until}, a, b, node_b, same);
+EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, LanesOfOne whole_b,
+                             bool same, float until) {
+  return block_pairs_until(a, b, whole_b, same, until);
 }
 
 WARMFRONT_TARGET_CLONES
-LeafOverlaps leaf_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, const KDop18& node_b,
-                           bool same, float until) {
-  return all_pairs(Until{until}, a, b, node_b, same);
+EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, LanesOfOne whole_b,
+                             bool same, float until) {
+  return block_pairs_until(a, b, whole_b, same, until);
 }
 
 }  // namespace warmfront

@@ -114,29 +114,61 @@ WARMFRONT_INLINE void transpose(const float* rows, std::size_t stride, float* la
   for (int i = 0; i < 8; ++i) std::memcpy(lanes + 8 * i, &s[i], sizeof s[i]);
 }
 
-template <std::size_t kFrom, class Bounds>
-WARMFRONT_INLINE void refit_block(std::span<const KDop18> vertex_bounds, LeafBlock<Bounds>& leaf,
-                                  Bounds& node) {
+// The rows of eight bounds, one by one, until they are lanes.
+template <class Bounds, std::size_t kFrom>
+class Rows {
+ public:
   using Row = Lanes<Bounds, kFrom>;
-  for (std::size_t k = 0; k < kFrom; ++k) {
-    const Float8 last = load<Float8>(leaf.lane[k + kFrom].data());
-    std::memcpy(leaf.lane[k].data(), &last, sizeof last);
-    asm volatile("" ::: "memory");  // else compilers make it one string instruction, which is slower here
-  }
-  Row sum;
-  alignas(32) float rows[LeafBlock<Bounds>::kSlots][Row::kCount][8];
-  for (std::uint32_t i = 0; i < leaf.count; ++i) {
-    const Row row = OfVertices<Bounds, kFrom>::merged(
-        vertex_bounds, {leaf.vertex[0][i], leaf.vertex[1][i], leaf.vertex[2][i]});
-    sum.merge(row);
+
+  WARMFRONT_INLINE void set(std::uint32_t slot, const Row& row) {
 #pragma GCC unroll 8
-    for (std::size_t k = 0; k < Row::kCount; ++k) std::memcpy(rows[i][k], &row.of[k], sizeof row.of[k]);
+    for (std::size_t k = 0; k < Row::kCount; ++k) std::memcpy(rows_[slot][k], &row.of[k], sizeof row.of[k]);
   }
-  sum.store(node);
-  for (std::uint32_t i = leaf.count; i < LeafBlock<Bounds>::kSlots; ++i)
-    std::memset(rows[i], 0, sizeof rows[i]);
-  for (std::size_t i = 0; i < Row::kCount; ++i)
-    transpose(rows[0][i], 8 * Row::kCount, leaf.lane[Row::lane_of(i)].data());
+  /// Puts them in place of the lanes of the last step, which become those of t = 0.
+  WARMFRONT_INLINE void put(EightBounds<Bounds>& eight) {
+    for (std::size_t k = 0; k < kFrom; ++k) {
+      const Float8 last = load<Float8>(eight.lane[k + kFrom].data());
+      std::memcpy(eight.lane[k].data(), &last, sizeof last);
+      asm volatile("" ::: "memory");  // else compilers make it one string instruction, which is slower here
+    }
+    for (std::uint32_t i = eight.count; i < EightBounds<Bounds>::kSlots; ++i)
+      std::memset(rows_[i], 0, sizeof rows_[i]);
+    for (std::size_t i = 0; i < Row::kCount; ++i)
+      transpose(rows_[0][i], 8 * Row::kCount, eight.lane[Row::lane_of(i)].data());
+  }
+
+ private:
+  alignas(32) float rows_[EightBounds<Bounds>::kSlots][Row::kCount][8];
+};
+
+// A block's bounds as a whole.
+template <std::size_t kFrom, class Bounds>
+WARMFRONT_INLINE Lanes<Bounds, kFrom> refit_block(std::span<const KDop18> vertex_bounds,
+                                                  LeafBlock<Bounds>& block) {
+  Lanes<Bounds, kFrom> sum;
+  Rows<Bounds, kFrom> rows;
+  for (std::uint32_t i = 0; i < block.count; ++i) {
+    const Lanes<Bounds, kFrom> row = OfVertices<Bounds, kFrom>::merged(
+        vertex_bounds, {block.vertex[0][i], block.vertex[1][i], block.vertex[2][i]});
+    sum.merge(row);
+    rows.set(i, row);
+  }
+  rows.put(block);
+  return sum;
+}
+
+template <std::size_t kFrom, class Bounds>
+WARMFRONT_INLINE Lanes<Bounds, kFrom> refit_wide(std::span<const KDop18> vertex_bounds,
+                                                 LeafBlock<Bounds>* blocks, EightBounds<Bounds>& wide) {
+  Lanes<Bounds, kFrom> sum;
+  Rows<Bounds, kFrom> rows;
+  for (std::uint32_t i = 0; i < wide.count; ++i) {
+    const Lanes<Bounds, kFrom> row = refit_block<kFrom>(vertex_bounds, blocks[i]);
+    sum.merge(row);
+    rows.set(i, row);
+  }
+  rows.put(wide);
+  return sum;
 }
 
 // The bounds of a node whose children are of this step already.
@@ -150,8 +182,11 @@ WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, Node
     Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
     lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
     lanes.store(bounds);
-  } else if (!bvh.leaves.empty()) {
-    refit_block<kFrom>(input.vertex_bounds, bvh.leaves[node - first_leaf], bounds);
+  } else if (!bvh.wide.empty()) {
+    EightBounds<Bounds>& wide = bvh.wide[node - first_leaf];
+    refit_wide<kFrom>(input.vertex_bounds, &bvh.blocks[wide.first], wide).store(bounds);
+  } else if (!bvh.blocks.empty()) {
+    refit_block<kFrom>(input.vertex_bounds, bvh.blocks[node - first_leaf]).store(bounds);
   } else {
     const Primitive primitive = bvh.order[bvh.shape.begin(node)];
     OfVertices<Bounds, kFrom>::merged(input.vertex_bounds, primitive_vertices(input.scene, primitive))
@@ -256,9 +291,9 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   // Subtrees that root on one level are refit side by side, each bottom up; what is above them is small.
   const int depth = bvh.shape.levels() - 1;
   // A small hierarchy is one task: there are many more of its kind.
-  constexpr int kSmallDepth = 7;
-  const int task_level = depth <= kSmallDepth ? 0 : std::min(depth, 8);
-  tbb::parallel_for(std::uint32_t{0}, 1U << task_level, [&](std::uint32_t task) {
+  constexpr std::uint32_t kSmall = 1024;
+  const int task_level = bvh.shape.primitive_count() <= kSmall ? 0 : std::min(depth, 8);
+  const auto refit_below = [&](std::uint32_t task) {
     const NodeId root = ((1U << task_level) - 1) + task;
     if (root >= bvh.shape.node_count()) return;
     if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
@@ -267,7 +302,11 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
       const NodeId first = std::min(((1U << level) - 1) + task * width, bvh.shape.node_count());
       refit_range(input, from, bvh, first, std::min(first + width, bvh.shape.node_count()));
     }
-  });
+  };
+  if (task_level == 0)
+    refit_below(0);
+  else
+    tbb::parallel_for(std::uint32_t{0}, 1U << task_level, refit_below);
   for (int level = task_level; level-- > 0;)
     refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
   // What is above or below these has part in them: a whole level, or all leaves of a hierarchy that has less.

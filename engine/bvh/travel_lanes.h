@@ -104,9 +104,14 @@ WARMFRONT_INLINE void advance_travel(Bvh<Bounds>& bvh, NodeId node) {
   const float x = centre[0] - travel.centre[0];
   const float y = centre[1] - travel.centre[1];
   const float z = centre[2] - travel.centre[2];
-  const float length = node >= first_leaf && !bvh.leaves.empty()
-                           ? wandered(bvh.leaves[node - first_leaf], x, y, z)
-                           : wandered(bvh.nodes[node], x, y, z);
+  float length = 0;
+  if (node < first_leaf || bvh.blocks.empty()) {
+    length = wandered(bvh.nodes[node], x, y, z);
+  } else {
+    // A length that is not a number comes with a slack that outlives no budget, too.
+    for (const LeafBlock<Bounds>& block : bvh.blocks_of(node))
+      length = std::max(length, wandered(block, x, y, z));
+  }
   travel.centre = centre;
   travel.wandered += std::min(travel::units(length) + bvh.travel_slack, travel::kMost);
 }

@@ -36,30 +36,38 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const Bvh<Bounds>& a = trees_[parts.a];
     const Bvh<Bounds>& b = trees_[parts.b];
     const bool same = parts.a == parts.b && leaves.a == leaves.b;
-    const std::uint32_t begin_a = a.shape.begin(leaves.a);
-    const std::uint32_t begin_b = b.shape.begin(leaves.b);
     // Adjacent primitives never come apart and are never tested here.
     constexpr float kFar = std::numeric_limits<float>::max();
-    if (a.leaves.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
+    if (a.blocks.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
       if (same) return kFar;
-      const Primitive p = a.order[begin_a];
-      const Primitive q = b.order[begin_b];
+      const Primitive p = a.order[a.shape.begin(leaves.a)];
+      const Primitive q = b.order[b.shape.begin(leaves.b)];
       if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return kFar;
       tester.primitive_pair(p, q);
       return -1;
     }
-    const LeafBlock<Bounds>& leaf_a = a.leaves[leaves.a - a.shape.first_leaf()];
-    const LeafBlock<Bounds>& leaf_b = b.leaves[leaves.b - b.shape.first_leaf()];
-    const float until = tester.until();
-    const LeafOverlaps overlaps = until < 1 ? leaf_overlaps(leaf_a, leaf_b, b.nodes[leaves.b], same, until)
-                                            : leaf_overlaps(leaf_a, leaf_b, b.nodes[leaves.b], same);
-    tester.output().counts.primitive_tests +=
-        same ? leaf_a.count * (leaf_a.count - 1) / 2 : leaf_a.count * leaf_b.count;
-    for (std::uint64_t bits = overlaps.to_test; bits != 0; bits &= bits - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      tester.primitive_pair(a.order[begin_a + bit % 8], b.order[begin_b + bit / 8]);
+    const std::span<const LeafBlock<Bounds>> blocks_a = a.blocks_of(leaves.a);
+    const std::span<const LeafBlock<Bounds>> blocks_b = b.blocks_of(leaves.b);
+    const LanesOfOne whole_b = LanesOfOne::of(b.nodes[leaves.b]);
+    if (blocks_a.size() == 1 && blocks_b.size() == 1)
+      return block_pair(a, blocks_a[0], b, blocks_b[0], whole_b, same);
+    // Of a single block the leaf's bounds are its own; pairs of blocks, unless both leaves have several, are
+    // all looked at.
+    const bool wide = blocks_a.size() > 1 && blocks_b.size() > 1;
+    EightOverlaps pairs{((std::uint64_t{1} << blocks_a.size()) - 1), kFar};
+    if (wide)
+      pairs = block_overlaps(a.wide[leaves.a - a.shape.first_leaf()], b.wide[leaves.b - b.shape.first_leaf()],
+                             whole_b, same, tester.until());
+    else if (blocks_b.size() > 1)
+      pairs.to_test = 0x0101010101010101U >> (64 - 8 * blocks_b.size());
+    for (; pairs.to_test != 0; pairs.to_test &= pairs.to_test - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(pairs.to_test));
+      const LanesOfOne of_b =
+          blocks_b.size() > 1 ? LanesOfOne::of(b.wide[leaves.b - b.shape.first_leaf()], bit / 8) : whole_b;
+      pairs.gap = std::min(pairs.gap, block_pair(a, blocks_a[bit % 8], b, blocks_b[bit / 8], of_b,
+                                                 same && bit % 8 == bit / 8));
     }
-    return overlaps.gap;
+    return pairs.gap;
   }
 
   float leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, std::vector<Contact>& contacts,
@@ -79,6 +87,19 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   PairTester tester;
 
  private:
+  // Hands the primitives of two blocks over; the gap between the nearest two, as leaf_pair().
+  float block_pair(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
+                   const LeafBlock<Bounds>& block_b, LanesOfOne whole_b, bool same) {
+    const EightOverlaps pairs = primitive_overlaps(block_a, block_b, whole_b, same, tester.until());
+    tester.output().counts.primitive_tests +=
+        same ? block_a.count * (block_a.count - 1) / 2 : block_a.count * block_b.count;
+    for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      tester.primitive_pair(a.order[block_a.first + bit % 8], b.order[block_b.first + bit / 8]);
+    }
+    return pairs.gap;
+  }
+
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
   StopSignal stop_;

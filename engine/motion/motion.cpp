@@ -74,6 +74,11 @@ struct Moved {
 // Runs of_vertex(v, moved) for all vertices of a range.
 template <class OfVertex>
 Moved over_range(std::uint32_t first, std::uint32_t end, OfVertex&& of_vertex) {
+  if (end - first <= kGrain) {  // one of many small bodies: a task costs as much as its vertices
+    Moved moved;
+    for (std::uint32_t v = first; v < end; ++v) of_vertex(v, moved);
+    return moved;
+  }
   return tbb::parallel_reduce(
       tbb::blocked_range<std::uint32_t>(first, end, kGrain), Moved{},
       [&](const auto& range, Moved moved) {

@@ -90,10 +90,11 @@ BENCHMARK(node_separation<KDop18>);
 template <class Bounds>
 void leaf_against_leaf(benchmark::State& state) {
   const ClothStep<Bounds>& step = ClothStep<Bounds>::get();
-  const auto& leaves = step.hierarchy.bvh.leaves;
+  const auto& blocks = step.hierarchy.bvh.blocks;
   const auto nodes = step.leaf_nodes();
-  run_on_neighbours(state, leaves, [&](const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
-    return leaf_overlaps(a, b, nodes[static_cast<std::size_t>(&b - leaves.data())], false).to_test;
+  run_on_neighbours(state, blocks, [&](const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
+    const LanesOfOne whole_b = LanesOfOne::of(nodes[static_cast<std::size_t>(&b - blocks.data())]);
+    return primitive_overlaps(a, b, whole_b, false, 1).to_test;
   });
 }
 BENCHMARK(leaf_against_leaf<Aabb>);

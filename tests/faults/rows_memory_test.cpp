@@ -26,6 +26,7 @@ class FaultTableMemory : public FaultTable {
     v1::SessionHeader wanted = header();
     wanted.set_vertex_count(victim_.vertex_count());
     wanted.set_face_count(static_cast<std::uint32_t>(victim_.scene().faces.size()));
+    wanted.mutable_options()->set_leaf_size(kLeafSize);
     const SceneDescription scene = victim_.scene();
     ASSERT_TRUE(create(wanted, {reinterpret_cast<const char*>(scene.faces.data()), 12 * scene.faces.size()},
                        victim_frame(0))
@@ -46,7 +47,7 @@ class FaultTableMemory : public FaultTable {
   /// order.
   std::vector<std::uint32_t> leaf_of_face() const {
     const auto faces = static_cast<std::uint32_t>(victim_.scene().faces.size());
-    const TreeShape shape(faces / 2, ColliderOptions().leaf_size);
+    const TreeShape shape(faces / 2, kLeafSize);
     std::vector<std::uint32_t> leaves(shape.primitive_count());
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
       std::fill(leaves.begin() + shape.begin(leaf), leaves.begin() + shape.end(leaf), leaf);
@@ -69,6 +70,8 @@ class FaultTableMemory : public FaultTable {
     return socket.read_all(5000);
   }
 
+  /// Small, for a table of leaves that no other memory looks like.
+  static constexpr std::uint32_t kLeafSize = 8;
   const MovingGrids victim_{9};
   std::uint64_t frame_ = 0;
 };

@@ -30,7 +30,7 @@ ColliderOptions draw_options() {
   ColliderOptions options;
   options.front = *rc::gen::element(FrontMode::kNone, FrontMode::kPaper, FrontMode::kWarm);
   options.bounds = *rc::gen::element(BoundsKind::kAabb, BoundsKind::kKDop18);
-  options.leaf_size = *rc::gen::element(1U, 2U, 4U, 8U);
+  options.leaf_size = *rc::gen::element(1U, 2U, 4U, 8U, 16U, 32U, 64U);
   options.min_separation = *rc::gen::element(0.0, 0.0, 0.0, 0.01, 0.3);
   options.rebuild_every_steps = *rc::gen::element(0U, 2U);
   options.normal_cones = false;

@@ -53,7 +53,10 @@ std::vector<Step> step_through(const ClothOverBall& cloth, const ColliderOptions
 class ExtremeScenes : public ::testing::TestWithParam<std::tuple<Tier, BoundsKind>> {
  protected:
   ColliderOptions options() const {
-    return {.tier = std::get<0>(GetParam()), .bounds = std::get<1>(GetParam()), .normal_cones = false};
+    return {.tier = std::get<0>(GetParam()),
+            .bounds = std::get<1>(GetParam()),
+            .normal_cones = false,
+            .leaf_size = 8};
   }
 };
 

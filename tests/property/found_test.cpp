@@ -106,6 +106,7 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
   const auto scene = std::make_shared<const Scene>(Scene::create(world.description).value());
   ColliderOptions found;
   found.tier = world.below(3) == 0 ? Tier::kExact : Tier::kCertified;
+  found.leaf_size = 1U << world.below(7);
   if (found.tier == Tier::kCertified) {
     found.tolerance = std::pow(10.0, -1.0 - world.below(8));
     if (world.below(3) == 0) found.min_separation = std::pow(10.0, -1.0 - world.below(6));

@@ -203,7 +203,7 @@ Pairs pairs(const std::vector<Contact>& contacts, bool proved_only = false) {
 }
 
 std::vector<ColliderOptions> promising_options() {
-  return {{.tier = Tier::kCertified}, {.tier = Tier::kExact}};
+  return {{.tier = Tier::kCertified}, {.tier = Tier::kExact, .leaf_size = 4}};
 }
 
 // Whatever one of the two proves, the other reports; in the exact tier they are equal.

@@ -175,7 +175,7 @@ ColliderOptions draw_options(World& world) {
   ColliderOptions options;
   options.front = static_cast<FrontMode>(world.below(3));
   options.bounds = static_cast<BoundsKind>(world.below(2));
-  options.leaf_size = 1U << world.below(4);
+  options.leaf_size = 1U << world.below(7);
   options.min_separation = world.below(3) == 0 ? 0.02 : 0;
   options.lazy_front = world.below(2) == 0;
   return options;

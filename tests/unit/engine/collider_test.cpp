@@ -246,7 +246,7 @@ TEST(Collider, ARefusedStepLeavesNoPromises) {
   for (int k = 20; k < 63; k += 3) refused[k] = 7 - refused[k];  // the pile turns inside out: many contacts
   std::vector<double> crossing = start;
   for (const int x : {9, 12, 15}) crossing[x] -= 1.3;  // the neighbour comes into the wide one
-  for (const std::uint32_t leaf_size : {1U, 8U}) {
+  for (const std::uint32_t leaf_size : {1U, 8U, 64U}) {
     const ColliderOptions options{.leaf_size = leaf_size, .max_contacts = 4};
     const auto make = [&](ColliderOptions with) {
       return std::move(Collider::create(scene, std::span<const double>(start), with, workers())).value();

@@ -59,9 +59,13 @@ void gather_leaves(const TreeShape& shape, NodeId node, std::vector<NodeId>& lea
 
 TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
   for (const std::uint32_t primitives : {1U, 2U, 3U, 7U, 8U, 9U, 80U, 100U, 4097U, 92230U}) {
-    for (const std::uint32_t leaf_size : {1U, 2U, 4U, 8U}) {
+    for (const std::uint32_t leaf_size : {1U, 2U, 4U, 8U, 16U, 64U}) {
       const TreeShape shape(primitives, leaf_size);
       EXPECT_EQ(shape.leaf_count(), (primitives + leaf_size - 1) / leaf_size);
+      for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+        ASSERT_LT(shape.begin_of_block(block), shape.begin_of_block(block + 1)) << "empty block";
+        ASSERT_LE(shape.begin_of_block(block + 1) - shape.begin_of_block(block), std::min(leaf_size, 8U));
+      }
       std::vector<NodeId> leaves;
       gather_leaves(shape, 0, leaves);
       ASSERT_EQ(leaves.size(), shape.leaf_count());
@@ -71,6 +75,7 @@ TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
         next = shape.end(leaf);
         ASSERT_GT(next, shape.begin(leaf)) << "empty leaf";
         ASSERT_LE(next - shape.begin(leaf), leaf_size);
+        ASSERT_LE(shape.end_block(leaf) - shape.first_block(leaf), std::max(1U, leaf_size / 8));
       }
       ASSERT_EQ(next, primitives);
       for (NodeId node = 0; node < shape.first_leaf(); ++node) {

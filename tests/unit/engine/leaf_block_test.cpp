@@ -38,7 +38,7 @@ Leaf<Bounds> random_leaf(std::mt19937& random) {
     if (random() % 16 == 0) bounds.lane.fill(-std::numeric_limits<float>::infinity());  // holds everything
     leaf.bounds.push_back(bounds);
     leaf.node.merge(bounds);
-    leaf.block.set(i, bounds);
+    for (std::size_t k = 0; k < bounds.lane.size(); ++k) leaf.block.lane[k][i] = bounds.lane[k];
     for (auto& corner : leaf.block.vertex) corner[i] = random() % 24;
   }
   return leaf;
@@ -66,7 +66,7 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
     const bool same = trial % 4 == 0;
     const auto b = same ? a : random_leaf<TypeParam>(random);
     float nearest = std::numeric_limits<float>::max();
-    const LeafOverlaps overlaps = leaf_overlaps(a.block, b.block, b.node, same);
+    const EightOverlaps overlaps = primitive_overlaps(a.block, b.block, LanesOfOne::of(b.node), same, 1);
     for (std::uint32_t i = 0; i < 8; ++i) {
       for (std::uint32_t j = 0; j < 8; ++j) {
         const bool pair = i < a.block.count && j < b.block.count && (!same || i < j);
@@ -88,6 +88,30 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
   }
   EXPECT_GT(met, 1000U);
   EXPECT_GT(apart, 30U);
+}
+
+TYPED_TEST(LeafBlockTest, BlocksEqualPairByPair) {
+  std::mt19937 random(8);
+  int met = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto a = random_leaf<TypeParam>(random);
+    const bool same = trial % 4 == 0;
+    const auto b = same ? a : random_leaf<TypeParam>(random);
+    float nearest = std::numeric_limits<float>::max();
+    const EightOverlaps overlaps = block_overlaps(a.block, b.block, LanesOfOne::of(b.node), same, 1);
+    for (std::uint32_t i = 0; i < 8; ++i) {
+      for (std::uint32_t j = 0; j < 8; ++j) {
+        const bool pair = i < a.block.count && j < b.block.count && (!same || i <= j);
+        const bool overlapping = pair && ((same && i == j) || overlap(a.bounds[i], b.bounds[j]));
+        met += overlapping;
+        if (pair && !overlapping) nearest = std::min(nearest, separation(a.bounds[i], b.bounds[j]));
+        ASSERT_EQ((overlaps.to_test >> (8 * j + i)) & 1U, overlapping) << trial << ": " << i << ", " << j;
+      }
+    }
+    EXPECT_GT(overlaps.gap, 0) << trial;
+    EXPECT_LE(overlaps.gap, nearest) << trial;
+  }
+  EXPECT_GT(met, 1000);
 }
 
 }  // namespace

@@ -52,8 +52,10 @@ std::vector<double> wavy(double at) {
 /// What a pipeline keeps, with all of it at hand.
 template <class Bounds>
 struct Kept {
-  Kept()
-      : core(scene, *scene, std::span<const double>(start), {}, std::make_shared<Workers>(2)) {
+  /// Leaves of eight: a front of many pairs over a small scene.
+  explicit Kept(std::uint32_t leaf_size = 8)
+      : core(scene, *scene, std::span<const double>(start), {.leaf_size = leaf_size},
+             std::make_shared<Workers>(2)) {
     core.workers->run([&] {
       for (const double at : {0.3, 0.2}) step(at);
     });
@@ -120,8 +122,9 @@ struct Kept {
 template <class Bounds>
 class SelfCheckOf : public ::testing::Test {
  protected:
-  void expect_found(const std::function<void(Kept<Bounds>&)>& corrupt, ErrorCode code, const char* words) {
-    Kept<Bounds> kept;
+  void expect_found(const std::function<void(Kept<Bounds>&)>& corrupt, ErrorCode code, const char* words,
+                    std::uint32_t leaf_size = 8) {
+    Kept<Bounds> kept(leaf_size);
     ASSERT_TRUE(kept.check().ok()) << kept.check().error().message;
     corrupt(kept);
     const Status status = kept.check();
@@ -158,13 +161,27 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
   this->expect_found([](K& k) { std::swap(k.trees[1].order[0], k.trees[1].order[200]); }, broken,
                      "leaves of part 1");
   this->expect_found([](K& k) { k.trees[1].leaf_of_face[9] ^= 1; }, broken, "leaves of part 1");
-  this->expect_found([](K& k) { k.trees[0].leaves[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
-  this->expect_found([](K& k) { k.trees[0].leaves[2].lane[0][0] += 0.125F; }, broken,
+  this->expect_found([](K& k) { k.trees[0].blocks[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].blocks[2].lane[0][0] += 0.125F; }, broken,
                      "of part 0 does not hold what is below it");
   this->expect_found([](K& k) { k.trees[1].nodes[6].lane[2] += 0.125F; }, broken,
                      "of part 1 does not hold what is below it");
   this->expect_found([](K& k) { k.trees[1].nodes[0].lane[5] = std::numeric_limits<float>::quiet_NaN(); },
                      broken, "node 0 of part 1 does not hold what is below it");
+}
+
+TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
+  using K = Kept<TypeParam>;
+  const auto broken = ErrorCode::kInternal;
+  const auto expect = [&](const std::function<void(K&)>& corrupt, const char* words) {
+    this->expect_found(corrupt, broken, words, 64);
+  };
+  expect([](K& k) { k.trees[0].wide[1].count -= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[1].wide[0].first += 1; }, "leaves of part 1");
+  expect([](K& k) { k.trees[1].blocks[5].first += 1; }, "leaves of part 1");
+  expect([](K& k) { k.trees[0].blocks[9].vertex[2][3] ^= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[0].blocks[9].lane[1][3] += 0.125F; }, "of part 0 does not hold what is below it");
+  expect([](K& k) { k.trees[1].wide[1].lane[4][2] += 0.125F; }, "of part 1 does not hold what is below it");
 }
 
 TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
