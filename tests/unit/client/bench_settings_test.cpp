@@ -41,7 +41,8 @@ TEST(BenchSettings, AblationsDifferFromTheDefaultInOneThing) {
   for (const BenchSetting& setting : settings) names.push_back(setting.name);
   EXPECT_THAT(names, ::testing::ElementsAre("default", "default", "front none", "front warm",
                                             "front warm, lazy", "cones on", "bounds aabb", "nothing found",
-                                            "leaf 1", "leaf 4", "leaf 8", "tier fast", "tier certified"));
+                                            "leaf 1", "leaf 4", "leaf 8", "leaf 16", "leaf 32", "leaf 64",
+                                            "tier fast", "tier certified"));
   EXPECT_EQ(settings[1].threads, 4);
   for (std::size_t i = 2; i < settings.size(); ++i) {
     const ColliderOptions& o = settings[i].options;

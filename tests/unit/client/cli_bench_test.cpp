@@ -81,14 +81,14 @@ TEST_F(CliBench, EverySettingHasItsFieldsAndOneAnswer) {
     }
   }
   EXPECT_THAT(names, ElementsAre("default", "default", "front none", "front paper", "front warm", "cones on",
-                                 "bounds aabb", "nothing found", "leaf 1", "leaf 2", "leaf 4", "tier fast",
-                                 "tier exact"));
+                                 "bounds aabb", "nothing found", "leaf 1", "leaf 2", "leaf 4", "leaf 8",
+                                 "leaf 16", "leaf 32", "tier fast", "tier exact"));
 }
 
 TEST_F(CliBench, SettingsChangeWhatTheyName) {
   const Json report = measure("--ablations front,leaf");
   const Json& all = report["inputs"][0]["settings"];
-  EXPECT_EQ(all.size(), 8U);
+  EXPECT_EQ(all.size(), 11U);
   EXPECT_EQ(all[0]["threads"], 1);
   EXPECT_EQ(all[1]["threads"], 2);
   EXPECT_EQ(all[0]["counts"], all[1]["counts"]);
