@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `warmfront VERB`: the command line. Runs on one thread.
+#include <malloc.h>
+
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <new>
@@ -71,6 +73,10 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Frames come and go by the megabyte. To give their memory back to the system after each, and to fault it
+  // in anew, costs more than to encode them.
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
   try {
     return run(argc, argv);
   } catch (const std::bad_alloc&) {
