@@ -128,4 +128,5 @@ def main():
         measure(binary, "cloth-ball: 100 vertices move", few, (DATA / "cloth-ball", *whole), "--send", "moved")
 
 
-main()
+if __name__ == "__main__":
+    main()
