@@ -85,9 +85,27 @@ WARMFRONT_INLINE Int8 sharing(const LeafBlock<Bounds>& a, int i, const LeafBlock
   return shared;
 }
 
-template <class When, class Bounds>
-WARMFRONT_INLINE EightOverlaps primitive_pairs(When open, const LeafBlock<Bounds>& a,
-                                               const LeafBlock<Bounds>& b, LanesOfOne whole_b, bool same) {
+// Of the primitives of `b` that are near one of `a`, those that share no vertex with it; their gap counts.
+template <class Bounds>
+WARMFRONT_INLINE Int8 sift(const LeafBlock<Bounds>& a, int i, const LeafBlock<Bounds>& b, Int8 near,
+                           Float8 their_gap, Float8& gap) {
+  if (bits_of(near) == 0) return near;  // most rows: what shares a vertex is never apart
+  const Int8 free = near & ~sharing(a, i, b);
+  gap = lesser(free ? their_gap : kFar, gap);
+  return free;
+}
+
+// Blocks that are near are looked into, and their primitives tell the gap.
+template <class Bounds>
+WARMFRONT_INLINE Int8 sift(const EightBounds<Bounds>&, int, const EightBounds<Bounds>&, Int8 near, Float8,
+                           Float8&) {
+  return near;
+}
+
+// With `same`, item i of a meets those of b from i + `beyond` on.
+template <class When, class Eight>
+WARMFRONT_INLINE EightOverlaps all_pairs(When open, const Eight& a, const Eight& b, LanesOfOne whole_b,
+                                         bool same, int beyond) {
   const Int8 used = kSlot < static_cast<std::int32_t>(b.count);
   Float8 gap = kFar;
   std::uint32_t rows = same ? (1U << a.count) - 1 : rows_near(open, a, whole_b, gap);
@@ -95,51 +113,19 @@ WARMFRONT_INLINE EightOverlaps primitive_pairs(When open, const LeafBlock<Bounds
   for (; rows != 0; rows &= rows - 1) {
     const int i = std::countr_zero(rows);
     const auto bit = static_cast<std::int32_t>(rows & -rows);
-    const Int8 wanted = same ? used & (kSlot > i) : used;
-    const Row row = against(open, b, LanesOfOne::of<Bounds>(a, i));
-    const Int8 near = wanted & ~row.apart;
+    const Int8 wanted = same ? used & (kSlot >= i + beyond) : used;
+    const Row row = against(open, b, LanesOfOne::of(a, static_cast<std::uint32_t>(i)));
     gap = lesser(wanted & row.apart ? row.gap : kFar, gap);
-    // What shares a vertex is never apart, so most rows are done.
-    if (bits_of(near) == 0) continue;
-    const Int8 free = near & ~sharing(a, i, b);
-    to_test |= free & bit;
-    gap = lesser(free ? row.gap : kFar, gap);
+    to_test |= sift(a, i, b, wanted & ~row.apart, row.gap, gap) & bit;
   }
   return {bytes_of(to_test), -largest(-gap)};
 }
 
-template <class When, class Bounds>
-WARMFRONT_INLINE EightOverlaps block_pairs(When open, const EightBounds<Bounds>& a,
-                                           const EightBounds<Bounds>& b, LanesOfOne whole_b, bool same) {
-  const Int8 used = kSlot < static_cast<std::int32_t>(b.count);
-  Float8 gap = kFar;
-  std::uint32_t rows = same ? (1U << a.count) - 1 : rows_near(open, a, whole_b, gap);
-  Int8 to_test{};
-  for (; rows != 0; rows &= rows - 1) {
-    const int i = std::countr_zero(rows);
-    const auto bit = static_cast<std::int32_t>(rows & -rows);
-    const Int8 wanted = same ? used & (kSlot >= i) : used;
-    const Row row = against(open, b, LanesOfOne::of<Bounds>(a, i));
-    const Int8 apart =
-        row.apart & wanted & (same ? kSlot > i : used);  // an empty step's bounds do not matter
-    to_test |= wanted & ~apart & bit;
-    gap = lesser(apart ? row.gap : kFar, gap);
-  }
-  return {bytes_of(to_test), -largest(-gap)};
-}
-
-template <class Bounds>
-WARMFRONT_INLINE EightOverlaps primitive_pairs_until(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b,
-                                                     LanesOfOne whole_b, bool same, float until) {
-  return until < 1 ? primitive_pairs(Until{until}, a, b, whole_b, same)
-                   : primitive_pairs(Throughout{}, a, b, whole_b, same);
-}
-
-template <class Bounds>
-WARMFRONT_INLINE EightOverlaps block_pairs_until(const EightBounds<Bounds>& a, const EightBounds<Bounds>& b,
-                                                 LanesOfOne whole_b, bool same, float until) {
-  return until < 1 ? block_pairs(Until{until}, a, b, whole_b, same)
-                   : block_pairs(Throughout{}, a, b, whole_b, same);
+template <class Eight>
+WARMFRONT_INLINE EightOverlaps overlaps(const Eight& a, const Eight& b, LanesOfOne whole_b, bool same,
+                                        int beyond, float until) {
+  return until < 1 ? all_pairs(Until{until}, a, b, whole_b, same, beyond)
+                   : all_pairs(Throughout{}, a, b, whole_b, same, beyond);
 }
 
 }  // namespace
@@ -147,25 +133,25 @@ WARMFRONT_INLINE EightOverlaps block_pairs_until(const EightBounds<Bounds>& a, c
 WARMFRONT_TARGET_CLONES
 EightOverlaps primitive_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, LanesOfOne whole_b,
                                  bool same, float until) {
-  return primitive_pairs_until(a, b, whole_b, same, until);
+  return overlaps(a, b, whole_b, same, 1, until);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, LanesOfOne whole_b,
                                  bool same, float until) {
-  return primitive_pairs_until(a, b, whole_b, same, until);
+  return overlaps(a, b, whole_b, same, 1, until);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, LanesOfOne whole_b,
                              bool same, float until) {
-  return block_pairs_until(a, b, whole_b, same, until);
+  return overlaps(a, b, whole_b, same, 0, until);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, LanesOfOne whole_b,
                              bool same, float until) {
-  return block_pairs_until(a, b, whole_b, same, until);
+  return overlaps(a, b, whole_b, same, 0, until);
 }
 
 }  // namespace warmfront
