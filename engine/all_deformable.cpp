@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/all_deformable.h"
 
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -23,30 +24,28 @@ Scene plain(const Scene& scene) {
 
 }  // namespace
 
-AllDeformable::AllDeformable(const Collider& collider, std::shared_ptr<Workers> workers)
-    : workers_(std::move(workers)) {
-  start(collider);
-}
-
-void AllDeformable::start(const Collider& collider) {
+void AllDeformable::begin(const Collider& collider) {
+  if (collider_) return;
   ColliderOptions options = collider.options();
   options.explain = options.find_bodies = options.find_rigid = false;
   if (options.bounds == BoundsKind::kAuto) options.bounds = BoundsKind::kKDop18;
   const std::vector<double> positions = collider.positions();
   Result<Collider> made = Collider::create(std::make_shared<const Scene>(plain(collider.scene())),
                                            std::span<const double>(positions), options, workers_);
-  collider_.reset();
   if (made) collider_.emplace(std::move(made).value());
 }
 
 std::optional<StepStatistics> AllDeformable::follow(const Collider& collider,
                                                     const std::atomic<bool>* cancelled) {
-  if (collider_) {
+  if (!collider_) return std::nullopt;
+  // The collider's step is made and stays so, whatever becomes of this one.
+  try {
     const std::vector<double> positions = collider.positions();
     const Result<StepResult> step = collider_->step(std::span<const double>(positions), cancelled);
     if (step) return step.value().statistics;
+  } catch (const std::bad_alloc&) {
   }
-  start(collider);
+  forget();
   return std::nullopt;
 }
 

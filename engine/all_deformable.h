@@ -5,6 +5,7 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "engine/collider.h"
 
@@ -15,18 +16,20 @@ namespace warmfront {
 /// takes a second collider's memory and time.
 class AllDeformable {
  public:
-  /// At rest where `collider` is. Its removed bodies stay out. Nothing where there is no memory for it.
-  explicit AllDeformable(const Collider& collider, std::shared_ptr<Workers> workers);
+  explicit AllDeformable(std::shared_ptr<Workers> workers) : workers_(std::move(workers)) {}
 
-  /// The step that `collider` has just made; none where it could not be made (it was stopped, or has more
-  /// contacts than options allow): the next one begins from here.
+  /// Before a step of `collider`: stands where it does, made if it is not there. Removed bodies stay out.
+  void begin(const Collider& collider);
+  /// The step that `collider` has just made; none where it could not be made (it was stopped, has more
+  /// contacts than options allow, or there is no memory for it).
   std::optional<StepStatistics> follow(const Collider& collider, const std::atomic<bool>* cancelled);
+  /// Made anew when it is next needed: `collider` has moved or become another one, perhaps not for the last
+  /// time before its next step.
+  void forget() { collider_.reset(); }
 
   std::size_t memory_bytes() const { return collider_ ? collider_->memory_bytes() : 0; }
 
  private:
-  void start(const Collider& collider);
-
   std::shared_ptr<Workers> workers_;
   std::optional<Collider> collider_;
 };

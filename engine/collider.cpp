@@ -30,6 +30,10 @@ struct Collider::Impl {
   Core core;
   std::unique_ptr<Pipeline> pipeline;
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
+
+  void compare_anew() {
+    if (all_deformable != nullptr) all_deformable->forget();
+  }
 };
 
 Collider::Collider(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -47,18 +51,15 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
   std::unique_ptr<Pipeline> pipeline =
       options.bounds == BoundsKind::kAuto ? make_auto_pipeline() : make_pipeline(options.bounds);
   Collider collider(std::make_unique<Impl>(Impl{std::move(core), std::move(pipeline)}));
-  collider.compare_anew();
+  if (options.explain)
+    collider.impl_->all_deformable = std::make_unique<AllDeformable>(collider.impl_->core.workers);
   return collider;
-}
-
-void Collider::compare_anew() {
-  if (impl_->core.options.explain)
-    impl_->all_deformable = std::make_unique<AllDeformable>(*this, impl_->core.workers);
 }
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled) {
   Core& core = impl_->core;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
+  if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(*this);
   Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled));
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(*this, cancelled);
@@ -71,7 +72,7 @@ Status Collider::place(std::span<const BodyPose> poses) {
   frame.poses = poses;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status;
   core.motion.set_poses(poses);
-  compare_anew();
+  impl_->compare_anew();
   return {};
 }
 
@@ -91,7 +92,7 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
     core.take_parts(*core.scene);
   });
   impl_->pipeline->parts_changed();
-  compare_anew();
+  impl_->compare_anew();
   return core.scene->body_count() - 1;
 }
 
@@ -107,7 +108,7 @@ Status Collider::change_body(std::uint32_t index, Body body) {
     core.take_parts(*core.scene);
   });
   impl_->pipeline->parts_changed();
-  compare_anew();
+  impl_->compare_anew();
   return {};
 }
 

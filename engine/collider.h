@@ -89,7 +89,6 @@ class Collider {
  private:
   struct Impl;
   explicit Collider(std::unique_ptr<Impl> impl);
-  void compare_anew();  // the scene has changed: with options.explain
   std::unique_ptr<Impl> impl_;
 };
 

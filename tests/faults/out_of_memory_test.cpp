@@ -45,7 +45,12 @@ void operator delete[](void* memory, std::size_t) noexcept {
 namespace warmfront {
 namespace {
 
-TEST(OutOfMemory, AStepThatFailsDidNotHappen) {
+// With options.explain a second collider steps beside, which may run out of memory when the first has
+// stepped.
+class OutOfMemory : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Explain, OutOfMemory, ::testing::Bool());
+
+TEST_P(OutOfMemory, AStepThatFailsDidNotHappen) {
   std::mt19937_64 random(2);
   const auto scene = testing::make_scene(21 * 21, testing::grid(20));
   std::vector<double> start(3 * 21 * 21);
@@ -56,8 +61,10 @@ TEST(OutOfMemory, AStepThatFailsDidNotHappen) {
   std::vector<double> crumpled = start;
   for (double& x : crumpled) x += 3 * (static_cast<double>(random() >> 11) * 0x1p-53);
   const auto workers = std::make_shared<Workers>(1);
+  ColliderOptions options;
+  options.explain = GetParam();
   const auto make = [&] {
-    return std::move(Collider::create(scene, std::span<const double>(start), {}, workers)).value();
+    return std::move(Collider::create(scene, std::span<const double>(start), options, workers)).value();
   };
   Collider reference = make();
   const auto expected = reference.step(std::span<const double>(crumpled));
