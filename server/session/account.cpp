@@ -104,10 +104,11 @@ void Holding::set(std::size_t bytes) {
 }
 
 std::size_t estimate_bytes(std::uint64_t vertices, std::uint64_t triangles, std::size_t bytes_per_number,
-                           const Limits& limits) {
+                           bool explain, const Limits& limits) {
   constexpr std::size_t kPerVertex = 300, kPerTriangle = 800, kPerSession = 64 << 10;
   const std::size_t frame = 3 * bytes_per_number * vertices;
-  return kPerSession + kPerVertex * vertices + kPerTriangle * triangles + (limits.window + 1) * frame;
+  const std::size_t collider = kPerVertex * vertices + kPerTriangle * triangles;
+  return kPerSession + (explain ? 2 : 1) * collider + (limits.window + 1) * frame;
 }
 
 }  // namespace warmfront::server

@@ -107,8 +107,9 @@ class Holding {
 };
 
 /// What a session is going to hold, measured on the built-in and recorded scenes and rounded up: scene,
-/// hierarchy, a usual front, the upload, and a window of frames that wait.
+/// hierarchy, a usual front, the upload, and a window of frames that wait. With `explain` a second collider
+/// runs beside the first.
 std::size_t estimate_bytes(std::uint64_t vertices, std::uint64_t triangles, std::size_t bytes_per_number,
-                           const Limits& limits);
+                           bool explain, const Limits& limits);
 
 }  // namespace warmfront::server

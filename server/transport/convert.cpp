@@ -228,12 +228,12 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   if (message.has_max_front_bytes()) options.max_front_bytes = message.max_front_bytes();
   if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
   // The two parts of a session that grow with its motion: each may take up a part of what a session may hold,
-  // so that a step knows its bound before it begins.
-  options.max_front_bytes =
-      std::min({options.max_front_bytes, limits.max_front_bytes, limits.max_session_bytes / 2});
-  options.max_contacts = std::min(
-      {options.max_contacts, limits.max_contacts,
-       std::max<std::size_t>(limits.max_session_bytes / 2 / (sizeof(Contact) + Answer::kBytesPerRow), 1)});
+  // so that a step knows its bound before it begins. What runs beside it to explain takes its part of that.
+  const std::size_t half = limits.max_session_bytes / 2 / (options.explain ? 2 : 1);
+  options.max_front_bytes = std::min({options.max_front_bytes, limits.max_front_bytes, half});
+  options.max_contacts =
+      std::min({options.max_contacts, limits.max_contacts,
+                std::max<std::size_t>(half / (sizeof(Contact) + Answer::kBytesPerRow), 1)});
   if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
   return options;
 }

@@ -52,7 +52,8 @@ std::optional<Fault> Upload::add_faces(std::string_view bytes) {
 }
 
 std::size_t Upload::estimate_bytes() const {
-  return server::estimate_bytes(spec_->scene.vertex_count, face_count_, size_of(spec_->dtype), limits_);
+  return server::estimate_bytes(spec_->scene.vertex_count, face_count_, size_of(spec_->dtype),
+                                spec_->options.explain, limits_);
 }
 
 std::optional<Fault> Upload::complete() const {

@@ -130,9 +130,16 @@ TEST(GateTest, LetsInAsManyAsItSays) {
 
 TEST(EstimateTest, GrowsWithTheScene) {
   const Limits limits;
-  EXPECT_GT(estimate_bytes(1000, 2000, 8, limits), estimate_bytes(1000, 2000, 4, limits));
-  EXPECT_GT(estimate_bytes(0, 0, 4, limits), 0u);
-  EXPECT_GT(estimate_bytes(16'000'000, 16'000'000, 8, limits), std::size_t{16} << 30);
+  EXPECT_GT(estimate_bytes(1000, 2000, 8, false, limits), estimate_bytes(1000, 2000, 4, false, limits));
+  EXPECT_GT(estimate_bytes(0, 0, 4, false, limits), 0u);
+  EXPECT_GT(estimate_bytes(16'000'000, 16'000'000, 8, false, limits), std::size_t{16} << 30);
+}
+
+TEST(EstimateTest, CountsTheColliderThatExplainRunsBeside) {
+  const Limits limits;
+  const std::size_t alone = estimate_bytes(100'000, 200'000, 8, false, limits);
+  const std::size_t frames = (limits.window + 1) * 24 * 100'000;
+  EXPECT_GT(estimate_bytes(100'000, 200'000, 8, true, limits), 2 * alone - frames - (1 << 20));
 }
 
 }  // namespace

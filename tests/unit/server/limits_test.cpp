@@ -8,6 +8,7 @@
 #include <chrono>
 #include <thread>
 
+#include "server/session/account.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace warmfront::test {
@@ -83,6 +84,32 @@ TEST_F(MemoryTest, WhatIsHeldIsCountedWithAnswers) {
   EXPECT_GE(held(), before + 26 * response.summary().rows());
 }
 
+class ExplainTest : public ServiceTest {
+ protected:
+  static std::size_t estimate(bool explain) {
+    return server::estimate_bytes(100'000, 200'000, 8, explain, server::Limits());
+  }
+  static server::Config config() {
+    server::Config config;
+    // Room for a session that does not explain, and for nothing besides.
+    config.limits.max_session_bytes = estimate(false);
+    return config;
+  }
+  ExplainTest() : ServiceTest(config()) {}
+};
+
+TEST_F(ExplainTest, ASessionThatExplainsReservesTheColliderThatRunsBesideIt) {
+  v1::SessionHeader wanted = header();
+  wanted.set_vertex_count(100'000);
+  wanted.set_face_count(200'000);
+  wanted.mutable_options()->set_explain(true);
+  expect_refused(create(wanted, "", ""), "max-session-bytes", false);
+  wanted.mutable_options()->set_explain(false);
+  EXPECT_EQ(create(wanted, "", "").error_code(), StatusCode::INVALID_ARGUMENT)
+      << "let in; then the faces are missed";
+  expect_healthy();
+}
+
 class GrownTest : public ServiceTest {
  protected:
   static server::Config config() {
@@ -102,6 +129,16 @@ TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
   ASSERT_TRUE(stub_->GetSession(&context, request, &response).ok());
   EXPECT_LE(response.session().options().max_front_bytes(), 150u << 10);
   EXPECT_LE(response.session().options().max_contacts() * 26, 150u << 10);
+
+  // To explain takes a front and contacts twice.
+  v1::SessionHeader explaining = header(kOther);
+  explaining.mutable_options()->set_explain(true);
+  ASSERT_TRUE(create(explaining, faces(), bytes_of(grids_.positions(0))).ok());
+  Context again;
+  request.set_session_id(kOther);
+  ASSERT_TRUE(stub_->GetSession(&again, request, &response).ok());
+  EXPECT_LE(response.session().options().max_front_bytes(), 75u << 10);
+  EXPECT_LE(response.session().options().max_contacts() * 26, 75u << 10);
 }
 
 class FewStreamsTest : public ServiceTest {
