@@ -193,7 +193,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   if (!how.record || overflowed_) return clear();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     FrontSegment& segment = segments_[s];
-    if (near[s].rests && segment.size != 0) continue;
+    if (near[s].rests && !how.retest && segment.size != 0) continue;
     segment.size = 0;
     for (const FrontChunk& chunk : segment.chunks) segment.size += chunk.pairs.size();
     rebalance(segment);

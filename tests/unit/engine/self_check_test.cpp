@@ -222,6 +222,27 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
                      "counts other contacts than it keeps");
 }
 
+// The earliest contact is looked for anew where nothing moves, and what a motion has opened is folded then.
+TEST(SelfCheck, CountsAFrontThatFoldsAtRest) {
+  ColliderOptions options;
+  options.report = Report::kEarliest;
+  options.leaf_size = 1;
+  const std::vector<double> start = wavy(0.3);
+  for (const bool lazy : {false, true}) {
+    options.lazy_front = lazy;
+    Collider collider =
+        Collider::create(std::make_shared<const Scene>(Scene::create(two_grids()).value()),
+                         std::span<const double>(start), options, std::make_shared<Workers>(2))
+            .value();
+    for (int step = 0; step < 30; ++step) {
+      const std::vector<double> positions = wavy(step == 3 ? 1.5 : 0.3);
+      ASSERT_TRUE(collider.step(std::span<const double>(positions)).ok());
+      const Status sound = collider.self_check();
+      EXPECT_TRUE(sound.ok()) << sound.error().message << ", step " << step << (lazy ? ", lazy" : "");
+    }
+  }
+}
+
 TEST(SelfCheck, IsPassedByAColliderThatHasNothingToShow) {
   const std::vector<double> start = wavy(0.5), next = wavy(0.3);
   Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(two_grids()).value()),
