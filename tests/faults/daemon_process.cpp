@@ -41,6 +41,10 @@ DaemonProcess::DaemonProcess(std::vector<std::string> flags, std::vector<std::st
 
 DaemonProcess::~DaemonProcess() {
   if (pid_ > 0) kill_hard();
+  // A sanitizer's report stays in the log, and after a kill no exit status tells of it.
+  if (!log_.starts_with(folder_.path().string())) return;
+  const std::string text = log();
+  EXPECT_EQ(text.find("Sanitizer:"), std::string::npos) << text;
 }
 
 std::string DaemonProcess::socket() const {

@@ -37,6 +37,8 @@ class FaultTable : public ::testing::Test, protected BareClient {
 
   /// grpc.health.v1's answer for the service: 1 is SERVING; -1 without an answer.
   int health();
+  /// health() of a daemon that was just started, once it says that it serves: it listens a moment before.
+  int health_at_start();
 
   /// A call of any of the service's methods with any bytes as messages, compressed or not: how it ended.
   grpc::Status raw_call(const std::string& method, const std::vector<std::string>& messages,

@@ -76,7 +76,7 @@ TEST_F(FaultTable, Row11_UnknownExpiredOrDeletedSession) {
   const DaemonProcess hasty({"--idle-timeout", "100ms"});
   BareClient& client = *this;
   client.connect(hasty.socket());
-  ASSERT_EQ(health(), 1);
+  ASSERT_EQ(health_at_start(), 1);
   ASSERT_TRUE(create().ok());
   Context context;
   for (int i = 0; i < 500 && hasty.log().find("\"reason\":\"idle\"") == std::string::npos; ++i)
