@@ -96,7 +96,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
                                                               const FrontUpdate& how) {
   // A task is worth its own only above a share of the whole, and above some work.
   constexpr double kShare = 1.0 / 256;
-  constexpr double kLeastCost = 256;
+  constexpr double kLeastCost = 32;
   const auto pair_of = [&](const FrontSegment& s) {
     return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b]);
   };

@@ -47,7 +47,7 @@ struct KeptAnswers {
 
 /// A run of pairs in depth-first order, the unit of work.
 struct FrontChunk {
-  static constexpr std::size_t kPairs = 512;  ///< about
+  static constexpr std::size_t kPairs = 64;  ///< about; a leaf pair may be thousands of triangle pairs
 
   std::vector<FrontPair> pairs;
   KeptAnswers kept;
