@@ -116,7 +116,20 @@ void DaemonProcess::limit(int resource, std::size_t value) const {
 }
 
 void DaemonProcess::terminate() const {
+  for (int i = 0; i < 1000 && !hears(SIGTERM); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   kill(pid_, SIGTERM);
+}
+
+bool DaemonProcess::hears(int signal) const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  std::string word, mask;
+  while (status >> word) {
+    if (word != "SigBlk:" && word != "SigCgt:") continue;
+    status >> mask;
+    if ((std::stoull(mask, nullptr, 16) >> (signal - 1) & 1U) != 0) return true;
+  }
+  return false;
 }
 
 void DaemonProcess::kill_hard() {

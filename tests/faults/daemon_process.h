@@ -41,12 +41,14 @@ class DaemonProcess {
   void limit(int resource, std::size_t value) const;
 
   void start();
+  /// SIGTERM, once the process has a mind for it: to one that is just being loaded it is the end.
   void terminate() const;
   void kill_hard();
   /// The exit status as waitpid() gives it; -1 when the process does not end in time.
   int wait();
 
  private:
+  bool hears(int signal) const;
   std::size_t status_bytes(const char* field) const;
 
   const TemporaryFolder folder_;
