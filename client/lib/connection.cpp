@@ -12,9 +12,9 @@ namespace {
 /// the limit.
 constexpr std::size_t kUploadChunk = 60 << 10;
 
-/// Calls that may be made twice are, by gRPC itself, when the connection breaks under them or the daemon is being
-/// started again (some two seconds); a session deleted twice is gone all the same. Steps, uploads and changes have
-/// their own way to go on (session_resume.cpp).
+/// Calls that may be made twice are, by gRPC itself, when the connection breaks under them or the daemon is
+/// being started again (some two seconds); a session deleted twice is gone all the same. Steps, uploads and
+/// changes have their own way to go on (session_resume.cpp).
 constexpr char kServiceConfig[] = R"({"methodConfig": [{
   "name": [{"service": "warmfront.v1.CollisionService", "method": "GetServerInfo"},
            {"service": "warmfront.v1.CollisionService", "method": "DeleteSession"},

@@ -51,21 +51,15 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const LanesOfOne whole_b = LanesOfOne::of(b.nodes[leaves.b]);
     if (blocks_a.size() == 1 && blocks_b.size() == 1)
       return block_pair(a, blocks_a[0], b, blocks_b[0], whole_b, same);
-    // Of a single block the leaf's bounds are its own; pairs of blocks, unless both leaves have several, are
-    // all looked at.
-    const bool wide = blocks_a.size() > 1 && blocks_b.size() > 1;
-    EightOverlaps pairs{((std::uint64_t{1} << blocks_a.size()) - 1), kFar};
-    if (wide)
-      pairs = block_overlaps(a.wide[leaves.a - a.shape.first_leaf()], b.wide[leaves.b - b.shape.first_leaf()],
-                             whole_b, same, tester.until());
-    else if (blocks_b.size() > 1)
-      pairs.to_test = 0x0101010101010101U >> (64 - 8 * blocks_b.size());
+    const EightBounds<Bounds>& wide_a = a.wide[leaves.a - a.shape.first_leaf()];
+    const EightBounds<Bounds>& wide_b = b.wide[leaves.b - b.shape.first_leaf()];
+    EightOverlaps pairs = block_overlaps(wide_a, wide_b, whole_b, same, tester.until());
     for (; pairs.to_test != 0; pairs.to_test &= pairs.to_test - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(pairs.to_test));
-      const LanesOfOne of_b =
-          blocks_b.size() > 1 ? LanesOfOne::of(b.wide[leaves.b - b.shape.first_leaf()], bit / 8) : whole_b;
-      pairs.gap = std::min(pairs.gap, block_pair(a, blocks_a[bit % 8], b, blocks_b[bit / 8], of_b,
-                                                 same && bit % 8 == bit / 8));
+      const std::uint32_t i = bit % 8;
+      const std::uint32_t j = bit / 8;
+      pairs.gap = std::min(
+          pairs.gap, block_pair(a, blocks_a[i], b, blocks_b[j], LanesOfOne::of(wide_b, j), same && i == j));
     }
     return pairs.gap;
   }
