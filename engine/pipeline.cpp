@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "engine/apart_parts.h"
 #include "engine/bounds/moving.h"
 #include "engine/bounds/normal_cone.h"
 #include "engine/bvh/bvh.h"
@@ -94,8 +95,8 @@ class PipelineWith final : public Pipeline {
     const bool front = core.options.front != FrontMode::kNone && !front_lost_;
     Status status;
     core.workers->run([&] {
-      status = warmfront::self_check<Bounds>(
-          {core, trees_, roots_, near_pairs_, front ? &front_ : nullptr, magnitude_, self_checks_++});
+      status = warmfront::self_check<Bounds>({core, trees_, roots_, waits_, near_pairs_, apart_.pairs(),
+                                              front ? &front_ : nullptr, magnitude_, self_checks_++});
     });
     return status;
   }
@@ -109,7 +110,7 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     std::size_t bytes = front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
-                        roots_.capacity() * sizeof(Bounds);
+                        apart_.memory_bytes() + roots_.capacity() * sizeof(Bounds);
     for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
     return bytes;
   }
@@ -182,6 +183,7 @@ class PipelineWith final : public Pipeline {
     const auto& parts = core.topology->parts;
     refit_in_.resize(parts.size(), kNever);
     states_.resize(parts.size());
+    waits_.resize(parts.size(), 1);
     roots_.resize(parts.size());
     if (trees_.size() == parts.size()) return false;
     std::size_t first = trees_.size();
@@ -203,6 +205,7 @@ class PipelineWith final : public Pipeline {
                         : refit_in_[p] == steps_ - 1 ? Known::kLastStep
                                                      : Known::kOlder;
     refit_in_[p] = steps_;
+    waits_[p] = 0;
     const auto bound = [&](std::size_t begin, std::size_t end) {
       moving_bounds(motion.vertices().subspan(begin, end - begin),
                     motion.states().subspan(begin, end - begin), motion.frame(), core.options.min_separation,
@@ -222,9 +225,16 @@ class PipelineWith final : public Pipeline {
     if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
   }
 
-  // All parts but those that only their poses are known of: they wait until something comes near.
+  // May the part's hierarchy wait until another part comes near? Its root tells when.
+  bool may_wait(const Core& core, std::uint32_t p) const {
+    return apart_.small(core.motion, p) && (!core.model.self_collision(p) || core.rigid_parts.rigid(p));
+  }
+
+  // All parts but those that wait until something comes near: small ones, and those that only their poses are
+  // known of.
   void refit_placed(Core& core) {
     refit_nodes_ = 0;
+    separate_ = apart_.begin(core.motion, core.options);
     const double magnitude = core.motion.vertices().magnitude();
     if (magnitude != magnitude_) {  // bounds made before are with the smaller margin
       magnitude_ = magnitude;
@@ -236,7 +246,16 @@ class PipelineWith final : public Pipeline {
         states_[p] = 0;
         roots_[p] = Bounds::empty();
         trees_[p] = {};
+        waits_[p] = 1;
+      } else if (separate_ && may_wait(core, p)) {
+        waits_[p] = 1;
+        states_[p] = core.motion.state(p);
+        if (states_[p] == 0 && !anew_) return;
+        roots_[p] =
+            narrow<Bounds>(moving_bounds(apart_.points(core.motion, p), core.motion.vertices().frame(),
+                                         core.options.min_separation, magnitude_));
       } else if (core.motion.unplaced(p)) {
+        waits_[p] = 1;
         states_[p] = core.motion.state(p);
         const SceneMotion::Ball ball = core.motion.ball(p);
         roots_[p] = narrow<Bounds>(moving_bounds(ball.centre, ball.radius, core.motion.vertices().frame(),
@@ -256,24 +275,29 @@ class PipelineWith final : public Pipeline {
     std::ranges::copy_if(near, std::back_inserter(near_pairs_), [&](const NearPair& pair) {
       return pair.parts.a != pair.parts.b || !core.rigid_parts.rigid(pair.parts.a);
     });
+    if (separate_) apart_.sift(core.motion, core.options, anew_, near_pairs_);
     anew_ = false;
     return bv_tests;
   }
 
-  // Parts whose poses alone were known, and that have come near others.
+  // Parts that waited, and have others near them.
   void refit_near(Core& core) {
-    unplaced_.clear();
+    late_.clear();
     for (const NearPair& pair : near_pairs_) {
       for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
-        if (core.motion.unplaced(p)) unplaced_.push_back(p);
+        if (waits_[p] != 0) late_.push_back(p);
       }
     }
-    std::ranges::sort(unplaced_);
-    unplaced_.erase(std::unique(unplaced_.begin(), unplaced_.end()), unplaced_.end());
-    tbb::parallel_for(std::size_t{0}, unplaced_.size(), [&](std::size_t i) {
-      core.motion.place(unplaced_[i]);
-      refit_part(core, unplaced_[i]);
+    std::ranges::sort(late_);
+    late_.erase(std::unique(late_.begin(), late_.end()), late_.end());
+    tbb::parallel_for(std::size_t{0}, late_.size(), [&](std::size_t i) {
+      if (core.motion.unplaced(late_[i])) core.motion.place(late_[i]);
+      refit_part(core, late_[i]);
     });
+    // What changed unseen is made anew when it is needed.
+    for (std::uint32_t p = 0; p < waits_.size(); ++p) {
+      if (waits_[p] != 0 && states_[p] != 0) refit_in_[p] = kNever;
+    }
   }
 
   // Gives a part whose hierarchy has decayed a new one. Returns whether there was one.
@@ -282,7 +306,7 @@ class PipelineWith final : public Pipeline {
     bool rebuilt = false;
     for (std::uint32_t p = 0; p < trees_.size(); ++p) {
       Bvh<Bounds>& tree = trees_[p];
-      if (tree.nodes.empty() || core.motion.unplaced(p)) continue;
+      if (tree.nodes.empty() || waits_[p] != 0) continue;
       if (tree.built_looseness == 0) {
         tree.built_looseness = looseness(tree);
       } else if (look && (states_[p] & kMoving) != 0 &&
@@ -401,6 +425,7 @@ class PipelineWith final : public Pipeline {
     counts.parts = core.model.part_count();
     counts.parts_rigid = core.rigid_parts.count();
     counts.near_parts = near_pairs_.size();
+    counts.parts_apart = apart_.pairs().size();
     counts.part_pairs_excluded = core.excluded_pairs;
   }
 
@@ -408,9 +433,12 @@ class PipelineWith final : public Pipeline {
   std::vector<Bounds> roots_;           // by part: what holds it in this step
   std::vector<std::uint8_t> states_;    // by part: MotionState
   std::vector<std::int64_t> refit_in_;  // by part: the step that its bounds are of
-  std::vector<std::uint32_t> unplaced_;
+  std::vector<std::uint8_t> waits_;     // by part: its hierarchy is not of this step
+  std::vector<std::uint32_t> late_;     // parts whose hierarchies followed
   NearParts<Bounds> near_;
   std::vector<NearPair> near_pairs_;
+  ApartParts apart_;
+  bool separate_ = false;  // does it look at parts?
   std::uint64_t self_checks_ = 0;
   bool anew_ = true;      // nothing that is known of near parts holds
   double magnitude_ = 0;  // that bounds were made with

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "engine/collider.h"
+#include "engine/elementary/certified.h"
 
 namespace warmfront {
 namespace {
@@ -47,13 +48,12 @@ bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidRe
   const double gap = kLeastStretch * clearance - off;
   if (!(cosine >= 0)) return false;
   if (options.tier == Tier::kExact) return gap > 0;
-  // What the certified tier may report at (elementary/certified.h), of pairs at the clearance, which are no
-  // larger than two edges and the clearance; of pairs farther apart the gap grows faster than the size.
-  const double share = 2 * options.tolerance + 0x1p-18;
+  // What the certified tier may report at, of pairs at the clearance, which are no larger than two edges and
+  // the clearance; of pairs farther apart the gap grows faster than the size.
+  const double share = certified_reach(options.tolerance);
   const double size = 2 * edges.longest + clearance + 3 * off;
-  // And its windows: a pair needs about one for each time that it moves its gap, far fewer than it may use.
   const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine)) * size + 2 * off;
-  return share < 0.5 * kLeastStretch && gap > options.min_separation + share * size && motion < 64 * gap;
+  return share < 0.5 * kLeastStretch && gap > options.min_separation + share * size && motion < kSurelyDecided * gap;
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ class SelfCheck {
                         [&](std::size_t p) { check_part(static_cast<std::uint32_t>(p)); });
     }
     if (!found_) check_near();
+    if (!found_) check_apart();
     if (!found_ && kept_.front != nullptr) check_front();
     return found_.status();
   }
@@ -70,7 +71,7 @@ class SelfCheck {
 
   // A part whose bounds are those of the last step.
   bool current(std::uint32_t p) const {
-    return !core_.model.is_removed(p) && !core_.motion.unplaced(p) && !kept_.trees[p].nodes.empty() &&
+    return !core_.model.is_removed(p) && kept_.waits[p] == 0 && !kept_.trees[p].nodes.empty() &&
            !kept_.trees[p].order.empty();
   }
 
@@ -196,9 +197,34 @@ class SelfCheck {
         if (p == q ? !core_.model.self_collision(p) || core_.rigid_parts.rigid(p)
                    : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
           continue;
-        if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts))
+        if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&
+            !std::ranges::binary_search(kept_.apart, pair, {}, &ApartPair::parts))
           return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
                         " are near and are not looked at");
+      }
+    });
+  }
+
+  // All of b lies beyond all of a, at both ends.
+  void check_apart() {
+    tbb::parallel_for(std::size_t{0}, kept_.apart.size(), [&](std::size_t i) {
+      const ApartPair& pair = kept_.apart[i];
+      const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
+      for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
+        const auto along = [&](std::uint32_t part, std::uint32_t v) {
+          const VertexMotion vertex = core_.motion.vertex(part, v);
+          double sum = 0;
+          for (std::size_t k = 0; k < 3; ++k) sum += pair.direction[k] * ((vertex.*end)[k] - (base.*end)[k]);
+          return sum;
+        };
+        double most = 0;
+        for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.a); ++v)
+          most = std::max(most, along(pair.parts.a, v));
+        for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
+          if (!(along(pair.parts.b, v) - most > core_.options.min_separation))
+            return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
+                          " are not apart along the direction that was found");
+        }
       }
     });
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "engine/apart_parts.h"
 #include "engine/core.h"
 #include "engine/front/front.h"
 #include "engine/result.h"
@@ -16,12 +17,14 @@ namespace warmfront {
 template <class Bounds>
 struct KeptState {
   const Core& core;
-  std::span<const Bvh<Bounds>> trees;  ///< by part
-  std::span<const Bounds> roots;       ///< by part
+  std::span<const Bvh<Bounds>> trees;   ///< by part
+  std::span<const Bounds> roots;        ///< by part
+  std::span<const std::uint8_t> waits;  ///< by part: its hierarchy is not of this step, nor needed
   std::span<const NearPair> near;
-  const Front<Bounds>* front;  ///< null where none is kept
-  double magnitude;            ///< that bounds were made with
-  std::uint64_t turn;          ///< of checks: what is sampled goes on from turn to turn
+  std::span<const ApartPair> apart;  ///< near ones that are left out
+  const Front<Bounds>* front;        ///< null where none is kept
+  double magnitude;                  ///< that bounds were made with
+  std::uint64_t turn;                ///< of checks: what is sampled goes on from turn to turn
 };
 
 /// Of everything that must not change between steps: the scene in both numberings, who owns which test, the
@@ -31,10 +34,10 @@ std::uint64_t checksum(const Core& core);
 /// Fails with kDataLoss when what cannot be made anew is broken: the checksum, or positions outside of their
 /// bounds, of which either may be wrong. Fails with kInternal when what is kept for speed is: a hierarchy
 /// that does not hold its primitives once each or whose bounds do not hold them, parts that are near and not
-/// looked at, a front that is no cut through its test tree, in depth-first order, or that holds pairs as
-/// disjoint which are not, and counts that do not add up. The message says what and where. Checks all but the
-/// nearness of parts, of which about a million pairs are looked at in a turn. About as dear as a refit and
-/// two looks at each pair of the front.
+/// looked at, parts that are taken for apart and are not, a front that is no cut through its test tree, in
+/// depth-first order, or that holds pairs as disjoint which are not, and counts that do not add up. The
+/// message says what and where. Checks all but the nearness of parts, of which about a million pairs are
+/// looked at in a turn. About as dear as a refit and two looks at each pair of the front.
 template <class Bounds>
 Status self_check(const KeptState<Bounds>& kept);
 

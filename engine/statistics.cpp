@@ -43,6 +43,7 @@ void add(StepCounts& sum, const StepCounts& more) {
   sum.parts_moved += more.parts_moved;
   sum.parts_rigid += more.parts_rigid;
   sum.near_parts += more.near_parts;
+  sum.parts_apart += more.parts_apart;
   sum.part_pairs_excluded += more.part_pairs_excluded;
 }
 

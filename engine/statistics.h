@@ -68,6 +68,7 @@ struct StepCounts {
   std::uint64_t parts_moved = 0;          ///< parts in which something moved
   std::uint64_t parts_rigid = 0;          ///< parts found to move rigidly: not tested against themselves
   std::uint64_t near_parts = 0;           ///< pairs of parts, a part with itself included, with a front
+  std::uint64_t parts_apart = 0;          ///< pairs of parts that are near, and that a plane keeps apart
   std::uint64_t part_pairs_excluded = 0;  ///< pairs of parts that the model leaves out
 };
 

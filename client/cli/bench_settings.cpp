@@ -13,7 +13,7 @@ bool same(const ColliderOptions& a, const ColliderOptions& b) {
   const auto key = [](const ColliderOptions& o) {
     const bool lazy = o.front == FrontMode::kWarm && o.lazy_front;
     return std::tuple(o.tier, o.front, lazy, o.bounds, o.normal_cones, o.leaf_size, o.find_bodies,
-                      o.find_rigid);
+                      o.find_rigid, o.separate_parts);
   };
   return key(a) == key(b);
 }
@@ -51,7 +51,8 @@ std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<
       add("bounds " + std::string(to_string(kind)), [&](ColliderOptions& o) { o.bounds = kind; });
   }
   if (ablations.found) {
-    add("nothing found", [](ColliderOptions& o) { o.find_bodies = o.find_rigid = false; });
+    add("nothing found", [](ColliderOptions& o) { o.find_bodies = o.find_rigid = o.separate_parts = false; });
+    add("parts not separated", [](ColliderOptions& o) { o.separate_parts = false; });
   }
   if (ablations.leaf) {
     for (const std::uint32_t size : {1U, 2U, 4U, 8U, 16U, 32U, 64U})

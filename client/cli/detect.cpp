@@ -46,6 +46,7 @@ struct Arguments {
   std::vector<std::string> fields;
   std::string find_bodies = "on";
   std::string find_rigid = "on";
+  std::string separate_parts = "on";
   std::string frames;
   OutputFiles files;
   std::string json_file;
@@ -64,6 +65,7 @@ Status read_names(Arguments& arguments) {
   options.normal_cones = arguments.normal_cones == "on";
   options.find_bodies = arguments.find_bodies == "on";
   options.find_rigid = arguments.find_rigid == "on";
+  options.separate_parts = arguments.separate_parts == "on";
   for (const std::string& field : arguments.fields) {
     options.fields.weights |= field == "weights";
     options.fields.normal |= field == "normal";
@@ -299,6 +301,10 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--find-rigid", a.find_rigid,
                  "Find bodies that move rigidly, and do not test them against themselves where that cannot "
                  "change the contacts")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  app.add_option("--separate-parts", a.separate_parts,
+                 "Look for a plane between small bodies that are near each other; the contacts are the same")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option(

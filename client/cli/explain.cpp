@@ -90,10 +90,12 @@ void Explanation::print() const {
     return static_cast<double>(modelled_.counts.*member) /
            static_cast<double>(std::max<std::uint64_t>(steps_, 1));
   };
-  std::printf("bodies: %.0f, of which %.1f are found to move rigidly; pairs left out: %.0f%s\n",
-              mean(&StepCounts::parts), mean(&StepCounts::parts_rigid),
-              mean(&StepCounts::part_pairs_excluded),
-              all_ != nullptr ? "; contacts: those of the all-deformable scene less theirs" : "");
+  std::printf(
+      "bodies: %.0f, of which %.1f are found to move rigidly; pairs near each other: %.1f tested, %.1f kept "
+      "apart by a plane; pairs left out: %.0f%s\n",
+      mean(&StepCounts::parts), mean(&StepCounts::parts_rigid), mean(&StepCounts::near_parts),
+      mean(&StepCounts::parts_apart), mean(&StepCounts::part_pairs_excluded),
+      all_ != nullptr ? "; contacts: those of the all-deformable scene less theirs" : "");
 }
 
 }  // namespace warmfront::client

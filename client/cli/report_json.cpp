@@ -45,6 +45,7 @@ Json format_frame(const FrameReport& frame) {
             {"nodes_refit", counts.nodes_refit},
             {"parts_moved", counts.parts_moved},
             {"near_parts", counts.near_parts},
+            {"parts_apart", counts.parts_apart},
             {"part_pairs_excluded", counts.part_pairs_excluded},
             {"parts", counts.parts},
             {"parts_rigid", counts.parts_rigid}}},

@@ -70,6 +70,7 @@ StepStatistics statistics_from(const v1::StepStatistics& message) {
   to.nodes_refit = from.nodes_refit();
   to.parts_moved = from.parts_moved();
   to.near_parts = from.near_parts();
+  to.parts_apart = from.parts_apart();
   to.part_pairs_excluded = from.part_pairs_excluded();
   to.parts = from.parts();
   to.parts_rigid = from.parts_rigid();
@@ -123,6 +124,7 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_bounds(static_cast<v1::BoundsKind>(static_cast<int>(options.bounds) + 1));
   message.set_find_bodies(options.find_bodies);
   message.set_find_rigid(options.find_rigid);
+  message.set_separate_parts(options.separate_parts);
   message.set_explain(options.explain);
   message.set_tolerance(options.tolerance);
   message.set_min_separation(options.min_separation);
@@ -150,6 +152,7 @@ ColliderOptions options_from(const v1::ColliderOptions& message) {
   options.bounds = bounds_from(message.bounds());
   options.find_bodies = message.find_bodies();
   options.find_rigid = message.find_rigid();
+  options.separate_parts = message.separate_parts();
   options.explain = message.explain();
   options.tolerance = message.tolerance();
   options.min_separation = message.min_separation();

@@ -82,6 +82,36 @@ void bounds_of_all(std::span<const VertexMotion> vertices, std::span<const Motio
   }
 }
 
+// How far points reach along each axis' slabs, down and up: as axes_of(), of the least and of the largest.
+WARMFRONT_TARGET_CLONES
+void reaches_of(const MovingPoints& points, int end, double* reach) {
+  constexpr std::size_t kLanes = 8;
+  float least[18][kLanes];
+  for (auto& lanes : least) std::fill(lanes, lanes + kLanes, std::numeric_limits<float>::max());
+  const float* x = points.lane(end, 0);
+  const float* y = points.lane(end, 1);
+  const float* z = points.lane(end, 2);
+  for (std::size_t i = 0; i < points.count(); i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const float at[9] = {x[i + k],
+                           y[i + k],
+                           z[i + k],
+                           x[i + k] + y[i + k],
+                           x[i + k] - y[i + k],
+                           y[i + k] + z[i + k],
+                           y[i + k] - z[i + k],
+                           z[i + k] + x[i + k],
+                           z[i + k] - x[i + k]};
+      for (std::size_t axis = 0; axis < 9; ++axis) {
+        least[axis][k] = std::min(least[axis][k], at[axis]);
+        least[axis + 9][k] = std::min(least[axis + 9][k], -at[axis]);
+      }
+    }
+  }
+  for (std::size_t axis = 0; axis < 18; ++axis)
+    reach[axis] = *std::min_element(least[axis], least[axis] + kLanes);
+}
+
 }  // namespace
 
 void moving_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
@@ -108,6 +138,30 @@ KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame
     bounds_of(centre, frame, Thickening(frame, min_separation, magnitude, radius), bounds);
   else
     bounds.lane.fill(-std::numeric_limits<float>::infinity());
+  return bounds;
+}
+
+KDop18 moving_bounds(const MovingPoints& points, const LocalFrame& frame, double min_separation,
+                     double magnitude) {
+  KDop18 bounds;
+  bounds.lane.fill(-std::numeric_limits<float>::infinity());
+  if (!(magnitude < 1e300)) return bounds;
+  const Thickening thickening(frame, min_separation, magnitude);
+  // What MovingPoints says of its coordinates, of which a diagonal sums two; the sum's own rounding is less.
+  const double slack = 0x1p-19 * points.radius() + 4 * points.blur() + 0x1p-44 * magnitude;
+  for (int end = 0; end < 2; ++end) {
+    double reach[18];
+    reaches_of(points, end, reach);
+    const auto& c = points.centre(end);
+    const auto x = local_position({c[0], c[1], c[2], 0}, frame);
+    double centre[9];
+    axes_of(x[0], x[1], x[2], centre);
+    for (int k = 0; k < 18; ++k) {
+      const double at = k < 9 ? centre[k] : -centre[k - 9];
+      bounds.lane[static_cast<std::size_t>(end * KDop18::kEnd + k)] =
+          round_down(at + reach[k] - slack - thickening.lane[k]);
+    }
+  }
   return bounds;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounds of a vertex within a step, thickened by half the minimum separation. Pure function.
+// The bounds of a vertex, or of several, within a step, thickened by half the minimum separation. Pure
+// function.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/motion/motion.h"
+#include "engine/motion/moving_points.h"
 
 namespace warmfront {
 
@@ -41,5 +43,9 @@ void moving_bounds(std::span<const VertexMotion> vertices, std::span<const Motio
 /// within the ball at both ends of the step, up to rounding of 2^-44 of the magnitude.
 KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame& frame,
                      double min_separation, double magnitude);
+
+/// The same for all of a small part's vertices.
+KDop18 moving_bounds(const MovingPoints& points, const LocalFrame& frame, double min_separation,
+                     double magnitude);
 
 }  // namespace warmfront

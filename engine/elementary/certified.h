@@ -36,4 +36,12 @@ struct CertifiedOptions {
 ///   - at most `budget` windows, no allocation.
 Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);
 
+/// The share of a pair's size, beyond min_separation, that the test may report at.
+inline double certified_reach(double tolerance) {
+  return 2 * tolerance + 0x1p-18;
+}
+/// A pair is looked at in about one window for each time that its primitives move, relative to each other, as
+/// far as they are apart. One that moves less than so many times its gap is decided far below any budget.
+inline constexpr double kSurelyDecided = 64;
+
 }  // namespace warmfront

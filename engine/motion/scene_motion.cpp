@@ -81,8 +81,8 @@ void SceneMotion::append(const Scene& scene, std::span<const double> positions) 
 // Where the part is, is its rest shape.
 void SceneMotion::make_rigid(Part& part) {
   part.rest.resize(std::size_t{3} * (part.end - part.first));
-  std::array<double, 3> lo;
-  std::array<double, 3> hi;
+  std::array<double, 3> lo{};
+  std::array<double, 3> hi{};
   for (std::uint32_t v = part.first; v < part.end; ++v) {
     for (int axis = 0; axis < 3; ++axis) {
       const double x = motion_.vertices()[v].t1[axis];
@@ -92,6 +92,8 @@ void SceneMotion::make_rigid(Part& part) {
     }
   }
   for (int axis = 0; axis < 3; ++axis) part.centre[axis] = lo[axis] / 2 + hi[axis] / 2;
+  const bool small = part.end > part.first && part.end - part.first <= MovingPoints::kMost;
+  part.points = small ? RestPoints(part.rest, motion_.frame()) : RestPoints();
   double square = 0;
   for (std::size_t i = 0; i < part.rest.size(); i += 3) {
     double distance = 0;
@@ -123,6 +125,7 @@ void SceneMotion::change_kind(const Scene& scene, std::uint32_t body) {
   settle(part);
   part.kind = kind;
   part.rest.clear();
+  part.points = {};
   if (kind == BodyKind::kRigid) make_rigid(part);
 }
 
@@ -324,6 +327,22 @@ SceneMotion::Ball SceneMotion::ball(std::uint32_t index) const {
           part.radius};
 }
 
+VertexMotion SceneMotion::vertex(std::uint32_t index, std::uint32_t i) const {
+  const Part& part = parts_[index];
+  if (!unplaced(index)) return motion_.vertices()[part.first + i];
+  const double* rest = part.rest.data() + std::size_t{3} * i;
+  return {padded(part.last_pose.place(rest)), padded(part.pose.place(rest))};
+}
+
+void SceneMotion::points(std::uint32_t index, MovingPoints& points) const {
+  const Part& part = parts_[index];
+  if (unplaced(index)) {
+    points.take(part.points, part.last_pose, part.pose, motion_.frame());
+  } else {
+    points.take(motion_.vertices().subspan(part.first, part.end - part.first), motion_.frame());
+  }
+}
+
 std::uint64_t SceneMotion::moved_vertices() const {
   std::uint64_t moved = 0;
   for (std::uint32_t p = 0; p < parts_.size(); ++p) {
@@ -358,6 +377,7 @@ std::size_t SceneMotion::memory_bytes() const {
   std::size_t bytes = motion_.memory_bytes() + named_.capacity();
   for (const Part& part : parts_)
     bytes += sizeof(part) + part.rest.capacity() * sizeof(double) +
+             part.points.lane.capacity() * sizeof(float) +
              part.range.changed.capacity() * sizeof(std::uint32_t);
   return bytes;
 }

@@ -9,6 +9,7 @@
 
 #include "engine/frame.h"
 #include "engine/motion/motion.h"
+#include "engine/motion/moving_points.h"
 #include "engine/result.h"
 #include "engine/scene/renumbering.h"
 #include "engine/scene/scene.h"
@@ -60,6 +61,12 @@ class SceneMotion {
   };
   Ball ball(std::uint32_t part) const;
 
+  std::uint32_t vertex_count(std::uint32_t part) const { return parts_[part].end - parts_[part].first; }
+  /// Where vertex i of a part is at both ends of the step, placed or not.
+  VertexMotion vertex(std::uint32_t part, std::uint32_t i) const;
+  /// The same of all vertices of a part of MovingPoints::kMost or fewer, side by side.
+  void points(std::uint32_t part, MovingPoints& points) const;
+
   /// Vertices that are not where they were; of unplaced parts all.
   std::uint64_t moved_vertices() const;
   /// Where everything is at the step's end, (n, 3), in the numbers first given.
@@ -74,6 +81,7 @@ class SceneMotion {
     RangeMotion range;
     // Of rigid parts.
     std::vector<double> rest;  // (end - first, 3), in the order of the vertices here
+    RestPoints points;         // of a small one
     std::array<double, 3> centre{};
     double radius = 0;
     Pose pose;

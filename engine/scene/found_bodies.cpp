@@ -6,8 +6,10 @@
 namespace warmfront {
 namespace {
 
-/// Fewest faces of a body of its own: eight full leaves.
-constexpr std::uint32_t kFewestFaces = 64;
+/// Fewest faces of a body of its own: a full block; where that gives too many bodies, a full leaf.
+constexpr std::uint32_t kFewestFaces = 8;
+constexpr std::uint32_t kFewestOfMany = 64;
+constexpr std::size_t kMany = 4096;
 
 // By vertex: the end of what its faces reach, and how many faces have it for their least vertex.
 struct Reach {
@@ -24,10 +26,7 @@ struct Reach {
   }
 };
 
-}  // namespace
-
-std::vector<Body> found_bodies(const Scene& scene) {
-  const Reach reach(scene);
+std::vector<Body> ranges(const Scene& scene, const Reach& reach, std::uint32_t fewest_faces) {
   std::vector<Body> bodies;
   std::uint32_t first = 0;
   std::uint32_t end = 0;
@@ -35,12 +34,21 @@ std::vector<Body> found_bodies(const Scene& scene) {
   for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
     end = std::max(end, reach.end[v]);
     faces += reach.faces[v];
-    if (end > v + 1 || faces < kFewestFaces) continue;
+    if (end > v + 1 || faces < fewest_faces) continue;
     bodies.push_back({"", first, v + 1 - first});
     first = v + 1;
     faces = 0;
   }
   if (!bodies.empty()) bodies.back().vertex_count += scene.vertex_count() - first;  // too small a rest
+  return bodies;
+}
+
+}  // namespace
+
+std::vector<Body> found_bodies(const Scene& scene) {
+  const Reach reach(scene);
+  std::vector<Body> bodies = ranges(scene, reach, kFewestFaces);
+  if (bodies.size() > kMany) bodies = ranges(scene, reach, kFewestOfMany);
   if (bodies.size() < 2) bodies.clear();
   return bodies;
 }

@@ -74,6 +74,7 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
   counts.set_nodes_refit(statistics.counts.nodes_refit);
   counts.set_parts_moved(statistics.counts.parts_moved);
   counts.set_near_parts(statistics.counts.near_parts);
+  counts.set_parts_apart(statistics.counts.parts_apart);
   counts.set_part_pairs_excluded(statistics.counts.part_pairs_excluded);
   counts.set_parts(statistics.counts.parts);
   counts.set_parts_rigid(statistics.counts.parts_rigid);
@@ -215,6 +216,7 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   }
   if (message.has_find_bodies()) options.find_bodies = message.find_bodies();
   if (message.has_find_rigid()) options.find_rigid = message.find_rigid();
+  if (message.has_separate_parts()) options.separate_parts = message.separate_parts();
   options.explain = message.explain();
   if (message.has_tolerance()) options.tolerance = message.tolerance();
   if (message.has_min_separation()) options.min_separation = message.min_separation();
@@ -276,6 +278,7 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_bounds(to_proto(options.bounds));
   message.set_find_bodies(options.find_bodies);
   message.set_find_rigid(options.find_rigid);
+  message.set_separate_parts(options.separate_parts);
   message.set_explain(options.explain);
   message.set_tolerance(options.tolerance);
   message.set_min_separation(options.min_separation);

@@ -178,6 +178,7 @@ ColliderOptions draw_options(World& world) {
   options.leaf_size = 1U << world.below(7);
   options.min_separation = world.below(3) == 0 ? 0.02 : 0;
   options.lazy_front = world.below(2) == 0;
+  options.separate_parts = world.below(3) != 0;
   return options;
 }
 

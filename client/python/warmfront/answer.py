@@ -65,6 +65,7 @@ class StepCounts:
     nodes_refit: int
     parts_moved: int
     near_parts: int
+    parts_apart: int
     part_pairs_excluded: int
     parts: int
     parts_rigid: int

@@ -36,7 +36,7 @@ class Options:
     report: "all" contacts (default), those of the "earliest" time of the step only, or the "count".
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
-    find_bodies, find_rigid: what the daemon finds by itself, on unless False; the contacts are the same.
+    find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.
     explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
     max_contacts: a step with more fails with ResourceExhausted.
     fields: what else to tell of a contact; what is not asked for is neither computed nor sent.
@@ -57,6 +57,7 @@ class Options:
     max_contacts: Optional[int] = None
     find_bodies: Optional[bool] = None
     find_rigid: Optional[bool] = None
+    separate_parts: Optional[bool] = None
     explain: Optional[bool] = None
     fields: Collection[ContactField] = ()
 

@@ -41,14 +41,14 @@ TEST(BenchSettings, AblationsDifferFromTheDefaultInOneThing) {
   for (const BenchSetting& setting : settings) names.push_back(setting.name);
   EXPECT_THAT(names, ::testing::ElementsAre("default", "default", "front none", "front warm",
                                             "front warm, lazy", "cones on", "bounds aabb", "nothing found",
-                                            "leaf 1", "leaf 4", "leaf 8", "leaf 16", "leaf 32", "leaf 64",
-                                            "tier fast", "tier certified"));
+                                            "parts not separated", "leaf 1", "leaf 4", "leaf 8", "leaf 16",
+                                            "leaf 32", "leaf 64", "tier fast", "tier certified"));
   EXPECT_EQ(settings[1].threads, 4);
   for (std::size_t i = 2; i < settings.size(); ++i) {
     const ColliderOptions& o = settings[i].options;
     EXPECT_EQ(settings[i].threads, 2);
     EXPECT_EQ((o.tier != base.tier) + (o.front != base.front) + (o.bounds != base.bounds) +
-                  (o.normal_cones != base.normal_cones) + (o.find_rigid != base.find_rigid) +
+                  (o.normal_cones != base.normal_cones) + (o.separate_parts != base.separate_parts) +
                   (o.leaf_size != base.leaf_size),
               1)
         << settings[i].name;

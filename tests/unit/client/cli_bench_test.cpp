@@ -81,8 +81,8 @@ TEST_F(CliBench, EverySettingHasItsFieldsAndOneAnswer) {
     }
   }
   EXPECT_THAT(names, ElementsAre("default", "default", "front none", "front paper", "front warm", "cones on",
-                                 "bounds aabb", "nothing found", "leaf 1", "leaf 2", "leaf 4", "leaf 8",
-                                 "leaf 16", "leaf 32", "tier fast", "tier exact"));
+                                 "bounds aabb", "nothing found", "parts not separated", "leaf 1", "leaf 2",
+                                 "leaf 4", "leaf 8", "leaf 16", "leaf 32", "tier fast", "tier exact"));
 }
 
 TEST_F(CliBench, SettingsChangeWhatTheyName) {

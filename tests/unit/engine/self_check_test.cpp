@@ -73,6 +73,7 @@ struct Kept {
     const bool first = trees.empty();
     trees.resize(parts.size());
     roots.resize(parts.size());
+    waits.resize(parts.size());
     const std::vector<std::uint8_t> changed(parts.size(), 1);
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
       if (first) trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, true);
@@ -91,7 +92,8 @@ struct Kept {
   Status check() {
     Status status;
     core.workers->run([&] {
-      status = self_check<Bounds>({core, trees, roots, near, &front, core.motion.vertices().magnitude(), 0});
+      status = self_check<Bounds>(
+          {core, trees, roots, waits, near, apart, &front, core.motion.vertices().magnitude(), 0});
     });
     return status;
   }
@@ -115,7 +117,9 @@ struct Kept {
   std::vector<Bvh<Bounds>> trees;
   std::vector<Bounds> roots;
   NearParts<Bounds> near_parts;
+  std::vector<std::uint8_t> waits;
   std::vector<NearPair> near;
+  std::vector<ApartPair> apart;
   Front<Bounds> front;
 };
 
@@ -220,6 +224,20 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
       broken, "keeps answers of pairs that it does not hold");
   this->expect_found([](K& k) { k.segment(2).chunks[0].kept.contacts.push_back({}); }, broken,
                      "counts other contacts than it keeps");
+}
+
+TYPED_TEST(SelfCheckOf, PartsThatAreTakenForApartAndAreNotAreNamed) {
+  using K = Kept<TypeParam>;
+  // The grids lie across each other: along no direction is one beyond the other.
+  for (const std::array<double, 3>& direction :
+       {std::array{0.0, 0.0, 1.0}, std::array{0.0, 0.0, -1.0}, std::array{0.0, 0.0, 0.0}}) {
+    this->expect_found(
+        [&](K& k) {
+          k.near.erase(k.near.begin() + 1);
+          k.apart.push_back({{0, 1}, direction});
+        },
+        ErrorCode::kInternal, "parts 0 and 1 are not apart along the direction");
+  }
 }
 
 // The earliest contact is looked for anew where nothing moves, and what a motion has opened is folded then.

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/apart_parts.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/elementary/certified.h"
+
+namespace warmfront {
+
+WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame) {
+  if (options.tier == Tier::kExact) return {};
+  return {.least = frame.to_local(options.min_separation),
+          .share_of_size = certified_reach(options.tolerance),
+          .share_of_motion = 1 / kSurelyDecided};
+}
+
+bool ApartParts::begin(const SceneMotion& motion, const ColliderOptions& options) {
+  ++step_;
+  const bool looks = options.separate_parts && options.tier != Tier::kFast && motion.part_count() > 1;
+  if (looks) points_.resize(motion.part_count());
+  return looks;
+}
+
+const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t part) {
+  PartPoints& of = points_[part];
+  if (of.step != step_) motion.points(part, of.points);
+  of.step = step_;
+  return of.points;
+}
+
+void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool anew,
+                      std::vector<NearPair>& near) {
+  choose(motion, anew, near);
+  look(motion, options, near);
+  apart_.clear();
+  auto candidate = candidates_.begin();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const bool chosen = candidate != candidates_.end() && candidate->place == i;
+    if (chosen && candidate->direction) {
+      apart_.push_back({near[i].parts, *candidate->direction});
+    } else {
+      near[kept++] = near[i];
+    }
+    if (chosen) ++candidate;
+  }
+  near.resize(kept);
+}
+
+// Pairs of small parts, but for those at rest that were not shown to be apart: they are as near as they were.
+void ApartParts::choose(const SceneMotion& motion, bool anew, std::span<const NearPair> near) {
+  candidates_.clear();
+  auto last = apart_.begin();
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const auto [a, b] = near[i].parts;
+    if (a == b || !small(motion, a) || !small(motion, b)) continue;
+    const bool rests = near[i].rests && !anew;
+    while (last != apart_.end() && last->parts < near[i].parts) ++last;
+    if (last != apart_.end() && last->parts == near[i].parts) {
+      candidates_.push_back({i, last->direction, rests});
+    } else if (!rests) {
+      candidates_.push_back({i, std::nullopt, false});
+    }
+  }
+}
+
+void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
+                      std::span<const NearPair> near) {
+  parts_.clear();
+  for (const Candidate& candidate : candidates_) {
+    const PartPair& parts = near[candidate.place].parts;
+    if (!candidate.holds) parts_.insert(parts_.end(), {parts.a, parts.b});
+  }
+  std::ranges::sort(parts_);
+  parts_.erase(std::unique(parts_.begin(), parts_.end()), parts_.end());
+  const auto in_parallel = [](std::size_t count, auto&& body) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 16), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
+    });
+  };
+  in_parallel(parts_.size(), [&](std::size_t i) { points(motion, parts_[i]); });
+  const LocalFrame& frame = motion.vertices().frame();
+  const WantedGap wanted = wanted_gap(options, frame);
+  in_parallel(candidates_.size(), [&](std::size_t i) {
+    Candidate& candidate = candidates_[i];
+    if (candidate.holds) return;
+    const PartPair& parts = near[candidate.place].parts;
+    candidate.direction = separating_direction(points_[parts.a].points, points_[parts.b].points, frame,
+                                               wanted, candidate.direction);
+  });
+}
+
+std::size_t ApartParts::memory_bytes() const {
+  std::size_t bytes = apart_.capacity() * sizeof(ApartPair) + candidates_.capacity() * sizeof(Candidate) +
+                      points_.capacity() * sizeof(PartPoints) + parts_.capacity() * sizeof(std::uint32_t);
+  for (const PartPoints& of : points_) bytes += of.points.memory_bytes();
+  return bytes;
+}
+
+}  // namespace warmfront

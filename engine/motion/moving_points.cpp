@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/motion/moving_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/target_clones.h"
+
+namespace warmfront {
+namespace {
+
+constexpr std::size_t padded(std::size_t points) {
+  return (points + 7) / 8 * 8;
+}
+
+// Nothing here is off by more than a few units of 2^-24: all of it is less than this.
+constexpr double kRoundingUp = 1 + 0x1p-18;
+
+WARMFRONT_TARGET_CLONES
+void turn(std::size_t count, const float* from, const float* matrix, float* to) {
+  for (int row = 0; row < 3; ++row) {
+    const float a = matrix[3 * row];
+    const float b = matrix[3 * row + 1];
+    const float c = matrix[3 * row + 2];
+    float* out = to + static_cast<std::size_t>(row) * count;
+    for (std::size_t i = 0; i < count; ++i)
+      out[i] = (a * from[i] + b * from[count + i]) + c * from[2 * count + i];
+  }
+}
+
+// The largest squares of a lane's offsets from the centre at either end, and of how they change.
+WARMFRONT_TARGET_CLONES
+void largest_squares(std::size_t count, const float* at0, const float* at1, float& offset, float& change) {
+  constexpr std::size_t kLanes = 8;
+  float offsets[kLanes] = {};
+  float changes[kLanes] = {};
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      float square0 = 0;
+      float square1 = 0;
+      float difference = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float x0 = at0[axis * count + i + k];
+        const float x1 = at1[axis * count + i + k];
+        square0 += x0 * x0;
+        square1 += x1 * x1;
+        difference += (x1 - x0) * (x1 - x0);
+      }
+      const float square = square0 > square1 ? square0 : square1;
+      offsets[k] = square > offsets[k] ? square : offsets[k];
+      changes[k] = difference > changes[k] ? difference : changes[k];
+    }
+  }
+  offset = *std::max_element(offsets, offsets + kLanes);
+  change = *std::max_element(changes, changes + kLanes);
+}
+
+}  // namespace
+
+RestPoints::RestPoints(std::span<const double> rest, const LocalFrame& frame) {
+  const std::size_t points = rest.size() / 3;
+  const std::size_t count = padded(points);
+  lane.resize(3 * count);
+  double square = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double lo = rest[axis];
+    double hi = rest[axis];
+    for (std::size_t i = 0; i < points; ++i) {
+      lo = std::min(lo, rest[3 * i + axis]);
+      hi = std::max(hi, rest[3 * i + axis]);
+    }
+    centre[axis] = lo / 2 + hi / 2;
+    reach = std::max({reach, frame.to_local(std::fabs(lo)), frame.to_local(std::fabs(hi))});
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    double offset = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = frame.to_local(rest[3 * std::min(i, points - 1) + axis] - centre[axis]);
+      lane[axis * count + i] = static_cast<float>(x);
+      offset += x * x;
+    }
+    square = std::max(square, offset);
+  }
+  radius = std::sqrt(square) * kRoundingUp;
+}
+
+void MovingPoints::make_room(std::size_t points) {
+  count_ = static_cast<std::uint32_t>(padded(points));
+  lanes_.resize(std::size_t{6} * count_);
+}
+
+void MovingPoints::measure() {
+  float offset = 0;
+  float change = 0;
+  largest_squares(count_, lane(0, 0), lane(1, 0), offset, change);
+  // Differences of rounded offsets are off by a share of the offsets.
+  radius_ = std::sqrt(double{offset}) * kRoundingUp;
+  wander_ = std::sqrt(double{change}) * kRoundingUp + 0x1p-20 * radius_;
+}
+
+void MovingPoints::take(std::span<const VertexMotion> vertices, const LocalFrame& frame) {
+  make_room(vertices.size());
+  blur_ = 0;
+  for (int end = 0; end < 2; ++end) {
+    const auto at = [&](std::size_t i) -> const std::array<double, 4>& {
+      const VertexMotion& vertex = vertices[std::min(i, vertices.size() - 1)];
+      return end == 0 ? vertex.t0 : vertex.t1;
+    };
+    std::array<double, 4> lo = at(0);
+    std::array<double, 4> hi = at(0);
+    for (std::size_t i = 1; i < vertices.size(); ++i) {
+      for (std::size_t axis = 0; axis < 4; ++axis) {
+        lo[axis] = std::min(lo[axis], at(i)[axis]);
+        hi[axis] = std::max(hi[axis], at(i)[axis]);
+      }
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      centre_[end][axis] = lo[axis] / 2 + hi[axis] / 2;
+      float* to = room(end, static_cast<int>(axis));
+      for (std::size_t i = 0; i < count_; ++i)
+        to[i] = static_cast<float>(frame.to_local(at(i)[axis] - centre_[end][axis]));
+    }
+  }
+  measure();
+}
+
+void MovingPoints::take(const RestPoints& rest, const Pose& from, const Pose& to, const LocalFrame& frame) {
+  make_room(rest.lane.size() / 3);
+  blur_ = 0;
+  for (int end = 0; end < 2; ++end) {
+    const Pose& pose = end == 0 ? from : to;
+    std::array<float, 9> matrix;
+    double shift = 0;
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t column = 0; column < 3; ++column)
+        matrix[3 * row + column] = static_cast<float>(pose.matrix[4 * row + column]);
+      shift = std::max(shift, frame.to_local(std::fabs(pose.matrix[4 * row + 3])));
+    }
+    turn(count_, rest.lane.data(), matrix.data(), room(end, 0));
+    centre_[end] = pose.place(rest.centre.data());
+    // Pose::place rounds sums of three products of rest coordinates and the shift, four times a coordinate:
+    // of a vertex, and of the centre.
+    blur_ = std::max(blur_, 0x1p-47 * (4 * rest.reach + shift));
+  }
+  measure();
+}
+
+}  // namespace warmfront
