@@ -284,6 +284,8 @@ class SelfCheck {
     for (const FrontPair& pair : chunk.pairs) {
       if (!bvtt.is_leaf(pair.nodes) && !(trees.gap(pair.nodes, tests) > 0))
         return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for disjoint");
+      if (pair.adjacent && trees.gap(pair.nodes, tests) > 0)
+        return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for adjacent");
     }
     std::size_t contacts = 0;
     for (std::size_t i = 0; i < chunk.kept.pairs.size(); ++i) {

@@ -86,11 +86,14 @@ WARMFRONT_INLINE Int8 sharing(const LeafBlock<Bounds>& a, int i, const LeafBlock
 }
 
 // Of the primitives of `b` that are near one of `a`, those that share no vertex with it; their gap counts.
+// The others go into `adjacent`.
 template <class Bounds>
 WARMFRONT_INLINE Int8 sift(const LeafBlock<Bounds>& a, int i, const LeafBlock<Bounds>& b, Int8 near,
-                           Float8 their_gap, Float8& gap) {
+                           Float8 their_gap, Float8& gap, Int8& adjacent) {
   if (bits_of(near) == 0) return near;  // most rows: what shares a vertex is never apart
-  const Int8 free = near & ~sharing(a, i, b);
+  const Int8 shared = near & sharing(a, i, b);
+  adjacent |= shared;
+  const Int8 free = near & ~shared;
   gap = lesser(free ? their_gap : kFar, gap);
   return free;
 }
@@ -98,7 +101,7 @@ WARMFRONT_INLINE Int8 sift(const LeafBlock<Bounds>& a, int i, const LeafBlock<Bo
 // Blocks that are near are looked into, and their primitives tell the gap.
 template <class Bounds>
 WARMFRONT_INLINE Int8 sift(const EightBounds<Bounds>&, int, const EightBounds<Bounds>&, Int8 near, Float8,
-                           Float8&) {
+                           Float8&, Int8&) {
   return near;
 }
 
@@ -110,15 +113,16 @@ WARMFRONT_INLINE EightOverlaps all_pairs(When open, const Eight& a, const Eight&
   Float8 gap = kFar;
   std::uint32_t rows = same ? (1U << a.count) - 1 : rows_near(open, a, whole_b, gap);
   Int8 to_test{};
+  Int8 adjacent{};
   for (; rows != 0; rows &= rows - 1) {
     const int i = std::countr_zero(rows);
     const auto bit = static_cast<std::int32_t>(rows & -rows);
     const Int8 wanted = same ? used & (kSlot >= i + beyond) : used;
     const Row row = against(open, b, LanesOfOne::of(a, static_cast<std::uint32_t>(i)));
     gap = lesser(wanted & row.apart ? row.gap : kFar, gap);
-    to_test |= sift(a, i, b, wanted & ~row.apart, row.gap, gap) & bit;
+    to_test |= sift(a, i, b, wanted & ~row.apart, row.gap, gap, adjacent) & bit;
   }
-  return {bytes_of(to_test), -largest(-gap)};
+  return {bytes_of(to_test), -largest(-gap), bits_of(adjacent) != 0};
 }
 
 template <class Eight>

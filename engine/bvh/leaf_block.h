@@ -49,6 +49,7 @@ struct LanesOfOne {
 struct EightOverlaps {
   std::uint64_t to_test;
   float gap;
+  bool adjacent;  ///< some of two different items share a vertex
 };
 
 /// All primitives of block `a` against all of block `b`, whose bounds as a whole are `whole_b`. With `same`
@@ -62,7 +63,7 @@ EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDo
                                  bool same, float until);
 
 /// The same for the blocks of two leaves. With `same` each pair once, i <= j, and a block overlaps itself.
-/// The gap is that of the nearest two that do not overlap.
+/// The gap is that of the nearest two that do not overlap; who shares vertices is not looked at.
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, LanesOfOne whole_b,
                              bool same, float until);
 EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, LanesOfOne whole_b,

@@ -30,7 +30,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     tester.begin(input, shared);
   }
 
-  float leaf_pair(const PartPair& parts, const NodePair& leaves) override {
+  LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves) override {
     // One pair of the front may be all the work there is, when what was far apart comes together.
     stop_.check();
     const Bvh<Bounds>& a = trees_[parts.a];
@@ -39,12 +39,12 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     // Adjacent primitives never come apart and are never tested here.
     constexpr float kFar = std::numeric_limits<float>::max();
     if (a.blocks.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
-      if (same) return kFar;
+      if (same) return {kFar, true};
       const Primitive p = a.order[a.shape.begin(leaves.a)];
       const Primitive q = b.order[b.shape.begin(leaves.b)];
-      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return kFar;
+      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return {kFar, true};
       tester.primitive_pair(p, q);
-      return -1;
+      return {-1, false};
     }
     const std::span<const LeafBlock<Bounds>> blocks_a = a.blocks_of(leaves.a);
     const std::span<const LeafBlock<Bounds>> blocks_b = b.blocks_of(leaves.b);
@@ -53,20 +53,23 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       return block_pair(a, blocks_a[0], b, blocks_b[0], whole_b, same);
     const EightBounds<Bounds>& wide_a = a.wide[leaves.a - a.shape.first_leaf()];
     const EightBounds<Bounds>& wide_b = b.wide[leaves.b - b.shape.first_leaf()];
-    EightOverlaps pairs = block_overlaps(wide_a, wide_b, whole_b, same, tester.until());
-    for (; pairs.to_test != 0; pairs.to_test &= pairs.to_test - 1) {
-      const auto bit = static_cast<std::uint32_t>(std::countr_zero(pairs.to_test));
+    const EightOverlaps pairs = block_overlaps(wide_a, wide_b, whole_b, same, tester.until());
+    LeafGap nearest{pairs.gap, false};
+    for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       const std::uint32_t i = bit % 8;
       const std::uint32_t j = bit / 8;
-      pairs.gap = std::min(
-          pairs.gap, block_pair(a, blocks_a[i], b, blocks_b[j], LanesOfOne::of(wide_b, j), same && i == j));
+      const LeafGap gap =
+          block_pair(a, blocks_a[i], b, blocks_b[j], LanesOfOne::of(wide_b, j), same && i == j);
+      nearest.gap = std::min(nearest.gap, gap.gap);
+      nearest.adjacent |= gap.adjacent;
     }
-    return pairs.gap;
+    return nearest;
   }
 
-  float leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, std::vector<Contact>& contacts,
-                          std::uint32_t& triangle_pairs) override {
-    float gap = 0;
+  LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, std::vector<Contact>& contacts,
+                            std::uint32_t& triangle_pairs) override {
+    LeafGap gap{};
     const std::uint64_t before = tester.output().counts.triangle_pairs;
     tester.recording(contacts, [&] { gap = leaf_pair(parts, leaves); });
     triangle_pairs = static_cast<std::uint32_t>(tester.output().counts.triangle_pairs - before);
@@ -81,9 +84,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   PairTester tester;
 
  private:
-  // Hands the primitives of two blocks over; the gap between the nearest two, as leaf_pair().
-  float block_pair(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
-                   const LeafBlock<Bounds>& block_b, LanesOfOne whole_b, bool same) {
+  // Hands the primitives of two blocks over; what is learnt, as leaf_pair().
+  LeafGap block_pair(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
+                     const LeafBlock<Bounds>& block_b, LanesOfOne whole_b, bool same) {
     const EightOverlaps pairs = primitive_overlaps(block_a, block_b, whole_b, same, tester.until());
     tester.output().counts.primitive_tests +=
         same ? block_a.count * (block_a.count - 1) / 2 : block_a.count * block_b.count;
@@ -91,7 +94,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       tester.primitive_pair(a.order[block_a.first + bit % 8], b.order[block_b.first + bit / 8]);
     }
-    return pairs.gap;
+    return {pairs.gap, pairs.adjacent};
   }
 
   std::span<const Bvh<Bounds>> trees_;

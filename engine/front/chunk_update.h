@@ -88,12 +88,14 @@ class ChunkUpdate {
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;
       }
-      const float gap = trees_.gap(pair.nodes, counts_.bv_tests);
+      const float gap = pair.adjacent ? -1 : trees_.gap(pair.nodes, counts_.bv_tests);
       if (gap > 0) {
         pair.budget = grant(pair.nodes, gap);
         how_.prune ? fold(chunk, i) : keep(chunk, i);
       } else if (bvtt_.is_leaf(pair.nodes)) {
-        pair.budget = grant(pair.nodes, test_leaves(pair.nodes));
+        const LeafGap learnt = test_leaves(pair.nodes);
+        pair.budget = grant(pair.nodes, learnt.gap);
+        pair.adjacent = learnt.adjacent;
         keep_found(place(i));
         keep(chunk, i);
       } else {
@@ -112,16 +114,16 @@ class ChunkUpdate {
   void sprout(const NodePair& from, float gap, Wanted&& wanted) {
     descend(
         trees_, from, gap, counts_.bv_tests, [this](const NodePair& pair) { return test_leaves(pair); },
-        [&](const NodePair& end, float end_gap) {
+        [&](const NodePair& end, const LeafGap& learnt) {
           if (wanted()) {
             keep_found(static_cast<std::uint32_t>(scratch_.pairs.size()));
-            scratch_.pairs.push_back({end, grant(end, end_gap)});
+            scratch_.pairs.push_back({end, grant(end, learnt.gap), learnt.adjacent});
           }
           forget_found();
         });
   }
 
-  float test_leaves(const NodePair& pair) {
+  LeafGap test_leaves(const NodePair& pair) {
     const bool at_rest = !how_.retest && (trees_.state(pair) & kMoving) == 0;
     return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, scratch_.found, scratch_.found_pairs)
                    : sink_.leaf_pair(parts_, pair);
@@ -172,7 +174,7 @@ class ChunkUpdate {
       pair = bvtt_.parent(pair);
       folded_gap_ = gap;
     }
-    scratch_.pairs.push_back({pair, grant(pair, folded_gap_)});
+    scratch_.pairs.push_back({pair, grant(pair, folded_gap_), false});
   }
 
   // Siblings are neighbours in the front, so the last answer often serves again.

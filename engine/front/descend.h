@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "engine/bounds/overlap.h"
-#include "engine/front/node_pair.h"
+#include "engine/front/leaf_pairs.h"
 
 namespace warmfront {
 
@@ -36,7 +36,8 @@ struct TreePair {
 
 /// Traverses from `from`, whose gap is known. In depth-first order, `terminal` is called with each pair that
 /// the front would hold and its gap: disjoint pairs with their separation, and leaf pairs that overlap with
-/// what `leaf_pair`, to which they go first, says. `bv_tests` counts the overlap tests below `from`.
+/// what `leaf_pair`, to which they go first, says (LeafGap). `bv_tests` counts the overlap tests below
+/// `from`.
 template <class Bounds, class LeafPair, class Terminal>
 void descend(const TreePair<Bounds>& trees, const NodePair& from, float gap, std::uint64_t& bv_tests,
              LeafPair&& leaf_pair, Terminal&& terminal) {
@@ -46,7 +47,7 @@ void descend(const TreePair<Bounds>& trees, const NodePair& from, float gap, std
   int top = 0;
   const auto visit = [&](const NodePair& pair, float apart) {
     if (apart > 0) {
-      terminal(pair, apart);
+      terminal(pair, LeafGap{apart, false});
     } else if (bvtt.is_leaf(pair)) {
       terminal(pair, leaf_pair(pair));
     } else {

@@ -11,21 +11,28 @@
 
 namespace warmfront {
 
+/// What is learnt of a leaf pair.
+struct LeafGap {
+  /// How far apart at t = 1 the nearest two of their primitives are that share no vertex, as separation()
+  /// measures it; not positive when some of them overlap then.
+  float gap;
+  /// Some of their primitives share a vertex: so the leaves overlap in every step.
+  bool adjacent;
+};
+
 /// Takes leaf pairs as they are found. Used by one thread at a time.
 class LeafPairSink {
  public:
   virtual ~LeafPairSink() = default;
 
-  /// Leaves of two parts whose bounds overlap; of one part, a < b, or a leaf against itself, a == b. Returns
-  /// how far apart at t = 1 the nearest two of their primitives are that share no vertex, as separation()
-  /// measures it; not positive when some of them overlap then. What met on the way and came apart again need
-  /// not be met in the next step.
-  virtual float leaf_pair(const PartPair& parts, const NodePair& leaves) = 0;
+  /// Leaves of two parts whose bounds overlap; of one part, a < b, or a leaf against itself, a == b. What
+  /// met on the way and came apart again need not be met in the next step.
+  virtual LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves) = 0;
 
   /// The same for leaves at rest; appends the contacts that it finds to `contacts`, and counts the triangle
   /// pairs whose bounds overlap.
-  virtual float leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves,
-                                  std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) = 0;
+  virtual LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves,
+                                    std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) = 0;
   /// What leaf_pair_at_rest() found in an earlier step, of leaves that have not moved since.
   virtual void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) = 0;
 };

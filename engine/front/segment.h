@@ -15,6 +15,7 @@ namespace warmfront {
 struct FrontPair {
   NodePair nodes;
   TravelBudget budget;
+  bool adjacent = false;  ///< leaves that share a vertex: they overlap, and need no test to tell
 };
 
 /// The budget of a pair whose nodes are `gap` apart; none where travel is not kept.

@@ -18,15 +18,15 @@ namespace warmfront::testing {
 class CountingSinks final : public LeafPairSinks, public LeafPairSink {
  public:
   LeafPairSink& local() override { return *this; }
-  float leaf_pair(const PartPair&, const NodePair&) override {
+  LeafGap leaf_pair(const PartPair&, const NodePair&) override {
     ++count;
-    return -1;
+    return {-1, false};
   }
-  float leaf_pair_at_rest(const PartPair&, const NodePair&, std::vector<Contact>&,
-                          std::uint32_t& triangle_pairs) override {
+  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, std::vector<Contact>&,
+                            std::uint32_t& triangle_pairs) override {
     ++count;
     triangle_pairs = 1;
-    return -1;
+    return {-1, false};
   }
   void keep(std::uint64_t triangle_pairs, std::span<const Contact>) override { count += triangle_pairs; }
   std::atomic<std::uint64_t> count{0};

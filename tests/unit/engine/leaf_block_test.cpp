@@ -66,6 +66,7 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
     const bool same = trial % 4 == 0;
     const auto b = same ? a : random_leaf<TypeParam>(random);
     float nearest = std::numeric_limits<float>::max();
+    bool any_adjacent = false;
     const EightOverlaps overlaps = primitive_overlaps(a.block, b.block, LanesOfOne::of(b.node), same, 1);
     for (std::uint32_t i = 0; i < 8; ++i) {
       for (std::uint32_t j = 0; j < 8; ++j) {
@@ -73,12 +74,14 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
         const bool overlapping = pair && overlap(a.bounds[i], b.bounds[j]);
         met += overlapping;
         const bool adjacent = overlapping && share_vertex(a, i, b, j);
+        any_adjacent |= adjacent;
         if (pair && !share_vertex(a, i, b, j))
           nearest = std::min(nearest, separation(a.bounds[i], b.bounds[j]));
         ASSERT_EQ((overlaps.to_test >> (8 * j + i)) & 1U, overlapping && !adjacent)
             << trial << ": " << i << ", " << j;
       }
     }
+    EXPECT_EQ(overlaps.adjacent, any_adjacent) << trial;
     if (overlaps.to_test == 0) {
       // Rows that are apart from the leaf as a whole count with their gap to that.
       EXPECT_GT(overlaps.gap, 0) << trial;

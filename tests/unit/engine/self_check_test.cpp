@@ -219,6 +219,19 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
       broken, "for disjoint");
   this->expect_found(
       [](K& k) {
+        const auto far = [&](const FrontPair& pair) {
+          return separation(k.trees[0].nodes[pair.nodes.a], k.trees[0].nodes[pair.nodes.b]) > 0;
+        };
+        for (FrontChunk& chunk : k.segment(0).chunks) {
+          const auto pair = std::ranges::find_if(chunk.pairs, far);
+          if (pair == chunk.pairs.end()) continue;
+          pair->adjacent = true;
+          return;
+        }
+      },
+      broken, "for adjacent");
+  this->expect_found(
+      [](K& k) {
         k.segment(2).chunks[0].kept.pairs.push_back({1U << 30, 1, 0});
       },
       broken, "keeps answers of pairs that it does not hold");
