@@ -2,6 +2,8 @@
 // The unary calls, and the upload. Thread safety as stated in the header.
 #include "client/lib/connection.h"
 
+#include <grpcpp/generic/generic_stub.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -61,6 +63,12 @@ Connection::Connection(const std::string& address, const ClientOptions& options,
 void Connection::prepare(grpc::ClientContext& context, const std::string& session_id) const {
   if (!authorization_.empty()) context.AddMetadata("authorization", authorization_);
   if (!session_id.empty()) context.AddMetadata("warmfront-session", session_id);
+}
+
+std::unique_ptr<grpc::ClientAsyncReaderWriter<grpc::ByteBuffer, v1::StreamStepsResponse>>
+Connection::prepare_step_stream(grpc::ClientContext& context, grpc::CompletionQueue& queue) {
+  grpc::TemplatedGenericStub<grpc::ByteBuffer, v1::StreamStepsResponse> stub(channel_);
+  return stub.PrepareCall(&context, "/warmfront.v1.CollisionService/StreamSteps", &queue);
 }
 
 std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& response) {

@@ -25,7 +25,9 @@ class Connection {
   Connection(const std::string& address, const ClientOptions& options, const Credentials& credentials);
 
   const ClientOptions& options() const { return options_; }
-  v1::CollisionService::Stub& stub() { return *stub_; }
+  /// A StreamSteps call whose requests are given as bytes; not started yet.
+  std::unique_ptr<grpc::ClientAsyncReaderWriter<grpc::ByteBuffer, v1::StreamStepsResponse>>
+  prepare_step_stream(grpc::ClientContext& context, grpc::CompletionQueue& queue);
   /// Every call's context comes by here: says who calls, and which session it is about, if any.
   void prepare(grpc::ClientContext& context, const std::string& session_id = {}) const;
 

@@ -44,7 +44,7 @@ T value_at(const std::string& bytes, std::size_t index) {
 SceneState::SceneState(SceneDescription scene, const Positions& positions)
     : scene_(std::move(scene)),
       float32_(is_float32(positions)),
-      positions_(bytes_of(positions)),
+      positions_(std::make_shared<const std::string>(bytes_of(positions))),
       poses_(scene_.bodies.size()) {}
 
 void SceneState::describe(v1::SessionHeader& header) const {
@@ -87,7 +87,7 @@ Result<SentFrame> SceneState::encode(const Frame& frame) const {
       return invalid_argument("positions: the frame gives all vertices, and parts besides; give either");
     if (Status status = check_kind(*frame.positions, scene_.vertex_count, "positions"); !status)
       return status.error();
-    sent.positions = bytes_of(*frame.positions);
+    sent.positions = std::make_shared<const std::string>(bytes_of(*frame.positions));
     return sent;
   }
   v1::MovedParts& moved = sent.moved.emplace();
@@ -127,13 +127,22 @@ Result<SentFrame> SceneState::encode(const Frame& frame) const {
   return sent;
 }
 
+std::string& SceneState::own_positions() {
+  if (!own_) {
+    own_ = std::make_shared<std::string>(*positions_);
+    positions_ = own_;
+  }
+  return *own_;
+}
+
 void SceneState::put_rows(std::uint32_t first, const char* bytes, std::size_t vertices) {
-  std::memcpy(positions_.data() + 3 * number_size() * first, bytes, 3 * number_size() * vertices);
+  std::memcpy(own_positions().data() + 3 * number_size() * first, bytes, 3 * number_size() * vertices);
 }
 
 void SceneState::take(const SentFrame& frame) {
   if (!frame.moved) {
     positions_ = frame.positions;
+    own_.reset();
     std::ranges::fill(poses_, std::nullopt);
     return;
   }
@@ -184,7 +193,7 @@ void SceneState::take(BodyAddition addition, const Positions& positions) {
   addition.body.first_vertex = scene_.vertex_count;
   scene_.vertex_count += addition.body.vertex_count;
   scene_.bodies.push_back(std::move(addition.body));
-  positions_ += bytes_of(positions);
+  own_positions() += bytes_of(positions);
   poses_.emplace_back();
 }
 
@@ -207,7 +216,7 @@ void SceneState::take(std::uint32_t index, Body body) {
   body.vertex_count = old.vertex_count;
   if (poses_[index] && body.kind != BodyKind::kRigid) {
     for (std::uint32_t v = 0; v < old.vertex_count && !float32_; ++v) {
-      char* row = positions_.data() + 3 * sizeof(double) * (old.first_vertex + v);
+      char* row = own_positions().data() + 3 * sizeof(double) * (old.first_vertex + v);
       std::array<double, 3> x;
       std::memcpy(x.data(), row, sizeof x);
       x = poses_[index]->place(x.data());

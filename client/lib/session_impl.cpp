@@ -2,8 +2,11 @@
 // Frames and answers of a session. Resuming is in session_resume.cpp. Thread safety as stated in the header.
 #include "client/lib/session_impl.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
+
+#include "client/lib/frame_message.h"
 
 namespace warmfront::client {
 namespace {
@@ -64,30 +67,35 @@ void Session::Impl::send_frames() {
 
 bool Session::Impl::send_frame(SentFrame& frame) {
   Clock::time_point encoding_since = Clock::now();
-  v1::StreamStepsRequest request;
-  v1::StepFrame& step = *request.mutable_step();
-  step.set_frame(frame.number);
-  const auto write = [&](bool more) {
-    step.set_more(more);
-    frame.sent_bytes += request.ByteSizeLong();
+  const auto write = [&](const grpc::ByteBuffer& message) {
+    frame.sent_bytes += message.Length();
     frame.encode_ms += milliseconds_since(encoding_since);
-    const StepStream::Event event = stream_->write(request, after(connection_->options().answer_timeout));
+    const StepStream::Event event = stream_->write(message, after(connection_->options().answer_timeout));
     encoding_since = Clock::now();
     return event == StepStream::Event::kDone;
   };
   if (!frame.moved) {
+    const std::size_t size = frame.positions->size();
     std::size_t at = 0;
     do {
-      step.set_positions(frame.positions.substr(at, chunk_bytes_));
-      at += chunk_bytes_;
-      if (!write(at < frame.positions.size())) return false;
-    } while (step.more());
+      const std::size_t count = std::min(chunk_bytes_, size - at);
+      const bool more = at + count < size;
+      if (!write(positions_message(frame.number, more, frame.positions, at, count))) return false;
+      at += count;
+    } while (at < size);
     return true;
   }
+  v1::StreamStepsRequest request;
+  v1::StepFrame& step = *request.mutable_step();
+  step.set_frame(frame.number);
+  const auto write_step = [&](bool more) {
+    step.set_more(more);
+    return write(serialize(request));
+  };
   const v1::MovedParts& moved = *frame.moved;
   if (moved.ByteSizeLong() <= chunk_bytes_) {
     *step.mutable_moved() = moved;
-    return write(false);
+    return write_step(false);
   }
   // Field by field, piece by piece; an empty last part ends the frame.
   using Parts = v1::MovedParts;
@@ -95,7 +103,7 @@ bool Session::Impl::send_frame(SentFrame& frame) {
     for (std::size_t at = 0; at < bytes.size(); at += chunk_bytes_) {
       step.clear_moved();
       set(*step.mutable_moved(), bytes.substr(at, chunk_bytes_));
-      if (!write(true)) return false;
+      if (!write_step(true)) return false;
     }
     return true;
   };
@@ -110,7 +118,7 @@ bool Session::Impl::send_frame(SentFrame& frame) {
             [](Parts& to, std::string piece) { to.set_vertex_positions(std::move(piece)); }))
     return false;
   step.clear_moved();
-  return write(false);
+  return write_step(false);
 }
 
 Status Session::Impl::change(v1::SceneChange change, const std::function<void()>& taken) {

@@ -5,13 +5,15 @@
 
 #include <utility>
 
+#include "client/lib/frame_message.h"
+
 namespace warmfront::client {
 
 StepStream::StepStream(Connection& connection, const std::string& session_id) {
   connection.prepare(context_, session_id);
   // A daemon that is about to come back is waited for, up to the deadline of start().
   context_.set_wait_for_ready(true);
-  call_ = connection.stub().PrepareAsyncStreamSteps(&context_, &queue_);
+  call_ = connection.prepare_step_stream(context_, queue_);
   call_->StartCall(tag(kStart));
 }
 
@@ -40,7 +42,11 @@ StepStream::Event StepStream::start(Deadline deadline) {
 }
 
 StepStream::Event StepStream::write(const v1::StreamStepsRequest& request, Deadline deadline) {
-  call_->Write(request, tag(kWrite));
+  return write(serialize(request), deadline);
+}
+
+StepStream::Event StepStream::write(const grpc::ByteBuffer& message, Deadline deadline) {
+  call_->Write(message, tag(kWrite));
   return await(kWrite, deadline);
 }
 

@@ -33,6 +33,8 @@ class StepStream {
   /// Waits until the call has begun.
   Event start(Deadline deadline);
   Event write(const v1::StreamStepsRequest& request, Deadline deadline);
+  /// A message's bytes.
+  Event write(const grpc::ByteBuffer& message, Deadline deadline);
   Event read(v1::StreamStepsResponse& response, Deadline deadline);
   /// After kEnded: how the call ended. UNAVAILABLE when even that is not known in time.
   grpc::Status finish(Deadline deadline);
@@ -46,7 +48,8 @@ class StepStream {
 
   grpc::ClientContext context_;
   grpc::CompletionQueue queue_;
-  std::unique_ptr<grpc::ClientAsyncReaderWriter<v1::StreamStepsRequest, v1::StreamStepsResponse>> call_;
+  // Requests as bytes: those of a frame are not copied into a message first.
+  std::unique_ptr<grpc::ClientAsyncReaderWriter<grpc::ByteBuffer, v1::StreamStepsResponse>> call_;
   std::array<State, kCount> completed_{};  // written by completions, by address
   // Referred to by operations: they must outlive the queue's drain.
   v1::StreamStepsResponse incoming_;
