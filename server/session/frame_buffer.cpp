@@ -40,6 +40,12 @@ Status FrameBuffer::append(std::string_view positions) {
   return positions_.append(positions);
 }
 
+Status FrameBuffer::append(std::span<const std::string_view> positions) {
+  if (positions.empty()) return {};
+  whole_ = true;
+  return positions_.append(positions);
+}
+
 Status FrameBuffer::append(const MovedPiece& piece) {
   moved_ = true;
   const std::array pieces{piece.bodies, piece.body_positions, piece.pose_bodies,

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,7 @@ class FrameBuffer {
 
   /// Appends the next bytes of all positions, as PositionBuffer does.
   Status append(std::string_view positions);
+  Status append(std::span<const std::string_view> positions);
   /// Appends the next bytes of what moved. INVALID_ARGUMENT, kept until complete(), for more than the scene
   /// could use, or in a frame that gives all positions.
   Status append(const MovedPiece& piece);

@@ -2,6 +2,7 @@
 // Positions from bytes. Thread safety as stated in the header.
 #include "server/session/position_buffer.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -13,7 +14,7 @@ static_assert(std::endian::native == std::endian::little,
 
 PositionBuffer::PositionBuffer(Dtype dtype, std::uint32_t vertex_count)
     : expected_(std::size_t{3} * vertex_count * size_of(dtype)) {
-  if (dtype == Dtype::kFloat64) values_.emplace<std::vector<double>>();
+  if (dtype == Dtype::kFloat64) values_.emplace<Numbers<double>>();
 }
 
 std::string PositionBuffer::shape() const {
@@ -22,21 +23,23 @@ std::string PositionBuffer::shape() const {
          " vertices x 3 x float" + std::to_string(8 * size) + ")";
 }
 
-Status PositionBuffer::append(std::string_view bytes) {
-  if (!overflow_ && bytes.size() > expected_ - received_)
-    overflow_ = invalid_argument("positions: at least " + std::to_string(received_ + bytes.size()) +
-                                 " bytes, but " + shape());
+Status PositionBuffer::append(std::span<const std::string_view> pieces) {
+  std::size_t size = 0;
+  for (const std::string_view piece : pieces) size += piece.size();
+  if (!overflow_ && size > expected_ - received_)
+    overflow_ = invalid_argument("positions: at least " + std::to_string(received_ + size) + " bytes, but " +
+                                 shape());
   if (overflow_) return *overflow_;
-  if (bytes.empty()) return {};
+  if (size == 0) return {};
   std::visit(
       [&](auto& values) {
         constexpr std::size_t kSize = sizeof(values[0]);
-        const std::size_t end = received_ + bytes.size();
-        values.resize((end + kSize - 1) / kSize);
-        std::memcpy(reinterpret_cast<char*>(values.data()) + received_, bytes.data(), bytes.size());
+        values.resize((received_ + size + kSize - 1) / kSize);
+        char* to = reinterpret_cast<char*>(values.data()) + received_;
+        for (const std::string_view piece : pieces) to = std::ranges::copy(piece, to).out;
       },
       values_);
-  received_ += bytes.size();
+  received_ += size;
   return {};
 }
 
@@ -47,8 +50,8 @@ Status PositionBuffer::complete() const {
 }
 
 Positions PositionBuffer::view() const {
-  if (const auto* floats = std::get_if<std::vector<float>>(&values_)) return std::span<const float>(*floats);
-  return std::span<const double>(std::get<std::vector<double>>(values_));
+  if (const auto* floats = std::get_if<Numbers<float>>(&values_)) return std::span<const float>(*floats);
+  return std::span<const double>(std::get<Numbers<double>>(values_));
 }
 
 bool operator==(const PositionBuffer& a, const PositionBuffer& b) {
@@ -57,9 +60,7 @@ bool operator==(const PositionBuffer& a, const PositionBuffer& b) {
   return std::visit(
       [&](const auto& values) {
         const auto& others = std::get<std::decay_t<decltype(values)>>(b.values_);
-        return values.size() == others.size() &&
-               (values.empty() ||
-                std::memcmp(values.data(), others.data(), values.size() * sizeof(values[0])) == 0);
+        return a.received_ == 0 || std::memcmp(values.data(), others.data(), a.received_) == 0;
       },
       a.values_);
 }

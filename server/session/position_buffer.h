@@ -5,6 +5,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,6 +25,17 @@ inline std::size_t size_of(Dtype dtype) {
   return dtype == Dtype::kFloat32 ? 4 : 8;
 }
 
+/// Leaves new numbers as they are: bytes that arrive are about to be written over them.
+template <class T>
+struct Unwritten : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = Unwritten<U>;
+  };
+  void construct(T* number) noexcept { ::new (static_cast<void*>(number)) T; }
+  void construct(T* number, T value) noexcept { ::new (static_cast<void*>(number)) T(value); }
+};
+
 /// Row-major (n, 3), little-endian.
 class PositionBuffer {
  public:
@@ -30,7 +43,8 @@ class PositionBuffer {
 
   /// Appends the next bytes; a piece may end within a number. INVALID_ARGUMENT beyond 3 n sizeof(dtype)
   /// bytes: nothing is appended then or later. Memory grows with what arrives, never with what was announced.
-  Status append(std::string_view bytes);
+  Status append(std::string_view bytes) { return append(std::span(&bytes, 1)); }
+  Status append(std::span<const std::string_view> pieces);
   /// INVALID_ARGUMENT unless all bytes are there, and no more than these were offered.
   Status complete() const;
 
@@ -47,7 +61,9 @@ class PositionBuffer {
   std::size_t expected_;
   std::size_t received_ = 0;
   std::optional<Error> overflow_;
-  std::variant<std::vector<float>, std::vector<double>> values_;
+  template <class T>
+  using Numbers = std::vector<T, Unwritten<T>>;
+  std::variant<Numbers<float>, Numbers<double>> values_;
 };
 
 }  // namespace warmfront::server

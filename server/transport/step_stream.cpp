@@ -63,11 +63,12 @@ void StepStream::OnReadDone(bool ok) {
   }
   if (!ok) {
     half_closed();
-  } else if (Outcome<v1::StreamStepsRequest> request = parse_request(incoming_); request) {
-    handle(std::move(request).value());
+  } else if (const Outcome<StreamRequest> request = read_request(incoming_); request) {
+    handle(request.value());
   } else {
     end(request.fault());
   }
+  incoming_.Clear();
   const MutexLock lock(mutex_);
   handling_ = false;
   advance_locked();
@@ -81,12 +82,12 @@ void StepStream::half_closed() {
   end_locked(grpc::Status::OK);
 }
 
-void StepStream::handle(v1::StreamStepsRequest request) {
-  switch (request.message_case()) {
+void StepStream::handle(const StreamRequest& request) {
+  switch (request.message.message_case()) {
     case v1::StreamStepsRequest::kAttach:
-      return attach(request.attach());
+      return attach(request.message.attach());
     case v1::StreamStepsRequest::kStep:
-      return take(std::move(*request.mutable_step()));
+      return take(request);
     case v1::StreamStepsRequest::kDetach:
       return half_closed();
     case v1::StreamStepsRequest::MESSAGE_NOT_SET:
@@ -131,7 +132,8 @@ void StepStream::attach(const v1::Attach& request) {
   }
 }
 
-void StepStream::take(v1::StepFrame part) {
+void StepStream::take(const StreamRequest& request) {
+  const v1::StepFrame& part = request.message.step();
   std::shared_ptr<Session> session;
   {
     const MutexLock lock(mutex_);
@@ -150,7 +152,10 @@ void StepStream::take(v1::StepFrame part) {
                             "; mark a frame's last part with more = false"));
   // An overflow is kept in the buffer and answered in the frame's turn, so that answers keep their order; of
   // a frame that is refused nothing is kept.
-  if (!assembly_->pass.refused) append(part, assembly_->contents);
+  if (!assembly_->pass.refused) {
+    static_cast<void>(assembly_->contents.append(request.positions));
+    append(part, assembly_->contents);
+  }
   {
     const MutexLock lock(mutex_);
     if (!part.more()) {
@@ -162,7 +167,7 @@ void StepStream::take(v1::StepFrame part) {
   }
   const std::uint64_t frame = part.frame();
   const bool more = part.more();
-  if (session->recording()) assembly_->parts.push_back(std::move(part));
+  if (session->recording()) assembly_->parts.push_back(request.whole_step());
   if (more) return;
 
   auto [before, done] =

@@ -66,9 +66,9 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   StepStream(Context& context, grpc::CallbackServerContext& call);
 
   // What a message asks for. Called by OnReadDone() only, without the lock.
-  void handle(v1::StreamStepsRequest request);
+  void handle(const StreamRequest& request);
   void attach(const v1::Attach& request);
-  void take(v1::StepFrame frame);
+  void take(const StreamRequest& request);
   void half_closed();
 
   // Replies, from any thread, without the lock.

@@ -2,15 +2,80 @@
 // StreamSteps messages from and to bytes. Thread-safe.
 #include "server/transport/stream_codec.h"
 
+#include <google/protobuf/io/coded_stream.h>
 #include <grpcpp/impl/codegen/proto_utils.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 
 namespace warmfront::server {
+namespace {
+
+using google::protobuf::io::CodedInputStream;
+
+constexpr std::uint32_t kVarint = 0;
+constexpr std::uint32_t kLengthDelimited = 2;
+
+constexpr std::uint32_t tag_of(int field, std::uint32_t wire_type) {
+  return static_cast<std::uint32_t>(field) << 3 | wire_type;
+}
+
+/// The next bytes, where they are.
+bool take_bytes(CodedInputStream& in, int size, std::vector<std::string_view>& pieces) {
+  while (size > 0) {
+    const void* data = nullptr;
+    int here = 0;
+    if (!in.GetDirectBufferPointer(&data, &here)) return false;
+    here = std::min(here, size);
+    pieces.emplace_back(static_cast<const char*>(data), static_cast<std::size_t>(here));
+    if (!in.Skip(here)) return false;
+    size -= here;
+  }
+  return true;
+}
+
+/// A step of positions as clients write it: one of each field, and nothing else. What is written otherwise,
+/// or wrongly, is for the general parser.
+std::optional<StreamRequest> read_positions_step(grpc::ByteBuffer& buffer) {
+  const std::size_t total = buffer.Length();
+  grpc::ProtoBufferReader reader(&buffer);
+  if (!reader.status().ok()) return std::nullopt;
+  CodedInputStream in(&reader);
+  const auto left = [&] { return total - static_cast<std::size_t>(in.CurrentPosition()); };
+  std::uint32_t length = 0;
+  if (in.ReadTag() != tag_of(v1::StreamStepsRequest::kStepFieldNumber, kLengthDelimited) ||
+      !in.ReadVarint32(&length) || length != left())
+    return std::nullopt;
+  StreamRequest request;
+  v1::StepFrame& step = *request.message.mutable_step();
+  while (left() > 0) {
+    std::uint64_t value = 0;
+    switch (in.ReadTag()) {
+      case tag_of(v1::StepFrame::kFrameFieldNumber, kVarint):
+        if (!in.ReadVarint64(&value)) return std::nullopt;
+        step.set_frame(value);
+        break;
+      case tag_of(v1::StepFrame::kMoreFieldNumber, kVarint):
+        if (!in.ReadVarint64(&value)) return std::nullopt;
+        step.set_more(value != 0);
+        break;
+      case tag_of(v1::StepFrame::kPositionsFieldNumber, kLengthDelimited):
+        if (!request.positions.empty() || !in.ReadVarint32(&length) || length > left() ||
+            !take_bytes(in, static_cast<int>(length), request.positions))
+          return std::nullopt;
+        break;
+      default:
+        return std::nullopt;
+    }
+  }
+  return request;
+}
+
+}  // namespace
 
 Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer) {
   const std::size_t size = buffer.Length();
@@ -25,6 +90,19 @@ Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer) {
                  "StreamSteps: a message of " + std::to_string(size) +
                      " bytes carries none of step, attach and detach"};
   return request;
+}
+
+v1::StepFrame StreamRequest::whole_step() const {
+  v1::StepFrame step = message.step();
+  for (const std::string_view piece : positions) step.mutable_positions()->append(piece);
+  return step;
+}
+
+Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer) {
+  if (std::optional<StreamRequest> request = read_positions_step(buffer)) return *std::move(request);
+  Outcome<v1::StreamStepsRequest> parsed = parse_request(buffer);
+  if (!parsed) return parsed.fault();
+  return StreamRequest{std::move(parsed).value(), {}};
 }
 
 grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response) {

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
+#include <vector>
 
 #include "server/session/answer.h"
 #include "server/session/fault.h"
@@ -17,6 +19,19 @@ namespace warmfront::server {
 /// INVALID_ARGUMENT for bytes that are no message, and for a message that carries none of step, attach and
 /// detach. `buffer` is consumed.
 Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer);
+
+/// A request, of which a step's positions may be left where they arrived: they are most of it, and the
+/// session puts them into its own memory anyway.
+struct StreamRequest {
+  v1::StreamStepsRequest message;
+  std::vector<std::string_view> positions;  ///< a step's, one after the other, when the message has none
+
+  /// The step with its positions in it.
+  v1::StepFrame whole_step() const;
+};
+
+/// As parse_request(), but `buffer` must live, and stay as it is, for as long as `positions` are used.
+Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer);
 
 grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response);
 

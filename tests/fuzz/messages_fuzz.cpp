@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any bytes as a message of StreamSteps, cut into slices anywhere: parsed whole or refused with
-// INVALID_ARGUMENT, and what was parsed says the same when it is sent again. A frame in it, whole or of what
-// moved, is then stepped or refused with words. One thread.
+// INVALID_ARGUMENT, the same when it is read in place, and what was parsed says the same when it is sent
+// again. A frame in it, whole or of what moved, is then stepped or refused with words. One thread.
 #include <grpcpp/grpcpp.h>
 
 #include <vector>
@@ -51,7 +51,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Bytes input(data, size);
   const std::size_t piece = std::size_t{1} + input.next();
   grpc::ByteBuffer buffer = buffer_of(input.rest(), piece);
+  grpc::ByteBuffer in_place = buffer_of(input.rest(), piece);
   const auto request = server::parse_request(buffer);
+  const auto read = server::read_request(in_place);
+  expect(read.ok() == request.ok(), "a message read in place is one");
   if (!request) {
     expect(request.fault().code == ErrorCode::kInvalidArgument,
            "bytes that are no message are INVALID_ARGUMENT");
@@ -62,6 +65,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   expect(message.message_case() != v1::StreamStepsRequest::MESSAGE_NOT_SET,
          "an accepted message says something");
   const std::string bytes = message.SerializeAsString();
+  v1::StreamStepsRequest whole = read.value().message;
+  if (whole.has_step()) *whole.mutable_step() = read.value().whole_step();
+  expect(whole.SerializeAsString() == bytes, "and says what it says when it is parsed");
   grpc::ByteBuffer again = buffer_of(bytes, bytes.size() + 1);
   const auto second = server::parse_request(again);
   expect(second.ok() && second.value().SerializeAsString() == bytes,
