@@ -85,6 +85,78 @@ RC_GTEST_PROP(Collider, WarmEqualsCold, ()) {
   }
 }
 
+/// Sheets in one hierarchy, of which some rest and some drift, for a while.
+class DriftingSheets {
+ public:
+  explicit DriftingSheets(std::mt19937_64& random) : random_(random) {
+    const int sheets = 3 + below(6);
+    const int quads = 2 + below(5);
+    testing::Faces faces;
+    for (int s = 0; s < sheets; ++s) {
+      first_.push_back(state.positions.size());
+      for (auto face : testing::grid(quads)) {
+        for (auto& v : face) v += static_cast<std::int32_t>(first_.back() / 3);
+        faces.push_back(face);
+      }
+      const std::array<double, 3> at{uniform(1), uniform(1), uniform(0.5)};
+      for (int i = 0; i <= quads; ++i) {
+        for (int j = 0; j <= quads; ++j)
+          state.positions.insert(state.positions.end(),
+                                 {at[0] + 1.0 * i / quads, at[1] + 1.0 * j / quads, at[2] + uniform(0.02)});
+      }
+    }
+    first_.push_back(state.positions.size());
+    state.scene = testing::make_scene(static_cast<std::uint32_t>(first_.back() / 3), std::move(faces));
+    drift_.resize(first_.size() - 1);
+  }
+
+  void move() {
+    for (std::size_t s = 0; s < drift_.size(); ++s) {
+      if (below(6) == 0)
+        drift_[s] =
+            below(2) == 0 ? std::array{0.0, 0.0, 0.0} : std::array{uniform(0.2), uniform(0.2), uniform(0.2)};
+      for (std::size_t i = first_[s]; i < first_[s + 1]; ++i) {
+        double& x = state.positions[i];
+        if (std::fabs(x) > 2)
+          drift_[s][i % 3] = x > 0 ? -std::fabs(drift_[s][i % 3]) : std::fabs(drift_[s][i % 3]);
+      }
+      for (std::size_t i = first_[s]; i < first_[s + 1]; ++i) state.positions[i] += drift_[s][i % 3];
+    }
+  }
+
+  testing::RandomScene state;
+
+ private:
+  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
+  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
+
+  std::mt19937_64& random_;
+  std::vector<std::size_t> first_;  // coordinate of each sheet
+  std::vector<std::array<double, 3>> drift_;
+};
+
+// Long enough for a lazy front to fold, several times, pairs that lie beside those of resting leaves.
+RC_GTEST_PROP(Collider, LongRunsOfWhatRestsAndMovesLoseNothing, ()) {
+  std::mt19937_64 random = draw_random();
+  DriftingSheets sheets(random);
+  ColliderOptions options = draw_options();
+  options.front = FrontMode::kWarm;
+  options.leaf_size = *rc::gen::element(1U, 1U, 2U, 8U);
+  options.find_bodies = false;
+  Collider warm = make(sheets.state, options);
+  options.front = FrontMode::kNone;
+  Collider none = make(sheets.state, options);
+  for (int step = 0; step < 60; ++step) {
+    sheets.move();
+    const auto from_warm = warm.step(std::span<const double>(sheets.state.positions));
+    const auto from_none = none.step(std::span<const double>(sheets.state.positions));
+    RC_ASSERT(from_warm.ok() && from_none.ok());
+    RC_ASSERT(std::ranges::equal(from_warm.value().contacts, from_none.value().contacts));
+    const Status sound = warm.self_check();
+    if (!sound) RC_FAIL(sound.error().message);
+  }
+}
+
 // What cones leave out is free of contact: nothing that is proved may be missing.
 RC_GTEST_PROP(Collider, NormalConesLoseNoContact, ()) {
   std::mt19937_64 random = draw_random();
