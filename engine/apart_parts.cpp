@@ -9,6 +9,13 @@
 #include "engine/elementary/certified.h"
 
 namespace warmfront {
+namespace {
+
+/// Near pairs a part. Where there are more, bodies are not side by side but in one place: nothing separates
+/// them, and lists of their pairs would be long.
+constexpr std::size_t kMostNear = 64;
+
+}  // namespace
 
 WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame) {
   if (options.tier == Tier::kExact) return {};
@@ -31,10 +38,14 @@ const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t 
   return of.points;
 }
 
-void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool anew,
+void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool anew, StopSignal stop,
                       std::vector<NearPair>& near) {
+  if (near.size() > kMostNear * motion.part_count()) {
+    apart_.clear();
+    return;
+  }
   choose(motion, anew, near);
-  look(motion, options, near);
+  look(motion, options, stop, near);
   apart_.clear();
   auto candidate = candidates_.begin();
   std::size_t kept = 0;
@@ -67,7 +78,7 @@ void ApartParts::choose(const SceneMotion& motion, bool anew, std::span<const Ne
   }
 }
 
-void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
+void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
                       std::span<const NearPair> near) {
   parts_.clear();
   for (const Candidate& candidate : candidates_) {
@@ -76,8 +87,9 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
   }
   std::ranges::sort(parts_);
   parts_.erase(std::unique(parts_.begin(), parts_.end()), parts_.end());
-  const auto in_parallel = [](std::size_t count, auto&& body) {
+  const auto in_parallel = [&](std::size_t count, auto&& body) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 16), [&](const auto& range) {
+      stop.check();
       for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
     });
   };

@@ -12,6 +12,7 @@
 #include "engine/front/segment.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -39,8 +40,8 @@ class ApartParts {
   const MovingPoints& points(const SceneMotion& motion, std::uint32_t part);
 
   /// Takes the pairs out of `near` (sorted) that are shown to be apart in this step. Of pairs at rest what
-  /// was found in the last step holds, unless `anew`.
-  void sift(const SceneMotion& motion, const ColliderOptions& options, bool anew,
+  /// was found in the last step holds, unless `anew`. Throws Stopped when told to stop.
+  void sift(const SceneMotion& motion, const ColliderOptions& options, bool anew, StopSignal stop,
             std::vector<NearPair>& near);
 
   /// The pairs taken out, sorted.
@@ -62,7 +63,8 @@ class ApartParts {
   };
 
   void choose(const SceneMotion& motion, bool anew, std::span<const NearPair> near);
-  void look(const SceneMotion& motion, const ColliderOptions& options, std::span<const NearPair> near);
+  void look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
+            std::span<const NearPair> near);
 
   std::vector<ApartPair> apart_;
   std::vector<Candidate> candidates_;

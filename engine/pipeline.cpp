@@ -142,7 +142,7 @@ class PipelineWith final : public Pipeline {
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, stop);
     const bool built = arrange_new(core);
     refit_placed(core);
-    statistics.counts.bv_tests = find_near(core);
+    statistics.counts.bv_tests = find_near(core, stop);
     refit_near(core);
     const bool rebuilt = rearrange_loose(core);
     cull_patches(core, statistics.counts);
@@ -267,7 +267,7 @@ class PipelineWith final : public Pipeline {
   }
 
   // Returns the tests that it took.
-  std::uint64_t find_near(Core& core) {
+  std::uint64_t find_near(Core& core, StopSignal stop) {
     std::uint64_t bv_tests = 0;
     const auto near =
         near_.find(core.model, roots_, states_, anew_ || core.options.front == FrontMode::kNone, bv_tests);
@@ -275,7 +275,7 @@ class PipelineWith final : public Pipeline {
     std::ranges::copy_if(near, std::back_inserter(near_pairs_), [&](const NearPair& pair) {
       return pair.parts.a != pair.parts.b || !core.rigid_parts.rigid(pair.parts.a);
     });
-    if (separate_) apart_.sift(core.motion, core.options, anew_, near_pairs_);
+    if (separate_) apart_.sift(core.motion, core.options, anew_, stop, near_pairs_);
     anew_ = false;
     return bv_tests;
   }

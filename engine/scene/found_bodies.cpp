@@ -6,10 +6,11 @@
 namespace warmfront {
 namespace {
 
-/// Fewest faces of a body of its own: a full block; where that gives too many bodies, a full leaf.
+/// Fewest faces of a body of its own: a full block; where that gives many bodies, all of which may be near all
+/// others, a full leaf.
 constexpr std::uint32_t kFewestFaces = 8;
 constexpr std::uint32_t kFewestOfMany = 64;
-constexpr std::size_t kMany = 4096;
+constexpr std::size_t kMany = 512;
 
 // By vertex: the end of what its faces reach, and how many faces have it for their least vertex.
 struct Reach {
