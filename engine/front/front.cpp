@@ -149,8 +149,8 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
     update.build(work.task.pair, work.task.gap, how.record ? max_pairs_ : 0);
     return store(chunk);
   }
-  // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold together,
-  // or those that do are lost: so no chunk is passed over where others may fold.
+  // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold
+  // together, or those that do are lost: so no chunk is passed over where others may fold.
   if (!how.retest && !how.prune && !chunk.nodes_a.meets(pair.a.changed) &&
       !chunk.nodes_b.meets(pair.b.changed)) {
     keep_all(chunk);
