@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/lib/socket_buffer.h"
+
 namespace warmfront::client {
 namespace {
 
@@ -39,6 +41,7 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   // The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  enlarge_send_buffer(arguments);
   arguments.SetServiceConfigJSON(kServiceConfig);
   if (!server_name.empty()) arguments.SetSslTargetNameOverride(server_name);
   return arguments;

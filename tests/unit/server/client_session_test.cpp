@@ -4,8 +4,12 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <fstream>
 #include <limits>
 #include <thread>
 
@@ -45,6 +49,27 @@ class ClientSessionTest : public ::testing::Test {
   LocalDaemon daemon_;
   Client client_ = Client::connect(daemon_.address()).value();
 };
+
+int send_bytes(int socket) {
+  int domain = 0, bytes = 0;
+  socklen_t length = sizeof domain;
+  if (getsockopt(socket, SOL_SOCKET, SO_DOMAIN, &domain, &length) != 0 || domain != AF_UNIX) return 0;
+  length = sizeof bytes;
+  return getsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, &length) == 0 ? bytes : 0;
+}
+
+TEST_F(ClientSessionTest, AUnixSocketTakesALargeFrameAtOnce) {
+  const int fresh = socket(AF_UNIX, SOCK_STREAM, 0);
+  const int usual = send_bytes(fresh);
+  close(fresh);
+  int most = 0;
+  std::ifstream("/proc/sys/net/core/wmem_max") >> most;
+  const int expected = 2 * std::min(most, 2 << 20);  // Linux counts its own share too
+  if (expected <= usual) GTEST_SKIP() << "the system allows no more than the usual " << usual << " bytes";
+  std::vector<int> sizes;
+  for (int file = 3; file < 1024; ++file) sizes.push_back(send_bytes(file));
+  EXPECT_THAT(sizes, ::testing::Contains(expected));
+}
 
 TEST_F(ClientSessionTest, TheSameBitsAsInThisProcess) {
   Session session = open(grids_);
