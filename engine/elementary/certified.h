@@ -40,8 +40,9 @@ Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& 
 inline double certified_reach(double tolerance) {
   return 2 * tolerance + 0x1p-18;
 }
-/// A pair is looked at in about one window for each time that its primitives move, relative to each other, as
-/// far as they are apart. One that moves less than so many times its gap is decided far below any budget.
-inline constexpr double kSurelyDecided = 64;
+/// A direction that separates a pair at the middle of a window separates it for as long as the pair needs to
+/// move its gap. So windows narrower than twice the gap over the motion are excluded, and one that moves less
+/// than so many times its gap takes at most twice as many windows: half of the budget.
+inline constexpr double kSurelyDecided = 128;
 
 }  // namespace warmfront

@@ -142,6 +142,7 @@ RC_GTEST_PROP(Collider, LongRunsOfWhatRestsAndMovesLoseNothing, ()) {
   ColliderOptions options = draw_options();
   options.front = FrontMode::kWarm;
   options.leaf_size = *rc::gen::element(1U, 1U, 2U, 8U);
+  options.report = *rc::gen::element(Report::kAll, Report::kAll, Report::kEarliest);
   options.find_bodies = false;
   Collider warm = make(sheets.state, options);
   options.front = FrontMode::kNone;

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <iostream>
 #include <random>
 
@@ -67,6 +68,51 @@ TEST(Certified, NothingMoves) {
   EXPECT_FALSE(Case(ContactKind::kVertexFace, kTriangleBelow, kTriangleBelow).test().contact);
   const Points flat = moved(kTriangleBelow, 0, 0, 0, -1);
   EXPECT_TRUE(Case(ContactKind::kVertexFace, flat, flat).test().contact);
+}
+
+// What bodies that a plane keeps apart rely on (engine/apart_parts.h), near its limits.
+TEST(Certified, NothingIsReportedOfWhatADirectionKeepsApart) {
+  std::mt19937_64 random(11);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  for (int trial = 0; trial < 60'000; ++trial) {
+    const ContactKind kind = trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
+    const int of_first = kind == ContactKind::kVertexFace ? 1 : 2;
+    const double tolerance = std::pow(10.0, -1.0 - static_cast<double>(random() % 7));
+    // In their own planes, exactly or roughly, at a distance that is hardly enough.
+    const double rough = random() % 2 == 0 ? 0 : 0.5 * (uniform() + 1);
+    const double far = random() % 3 == 0 ? 10 : 1;
+    const double fast = std::pow(10.0, uniform());
+    std::array<std::array<Vec3, 4>, 2> x;
+    const Vec3 drift{fast * uniform(), fast * uniform(), 0};
+    double size = 0;
+    for (int k = 0; k < 4; ++k) {
+      x[0][k] = {uniform(), uniform(), rough * std::fabs(uniform())};
+      if (k >= of_first && far > 1) x[0][k].x += far * uniform();
+      x[1][k] = {x[0][k].x + 0.1 * fast * uniform(), x[0][k].y + 0.1 * fast * uniform(),
+                 rough * std::fabs(uniform())};
+      if (k < of_first) x[1][k] = x[1][k] + drift;
+    }
+    const double motion = 2 * (std::fabs(drift.x) + std::fabs(drift.y) + 0.4 * fast + rough);
+    for (const auto& end : x) {
+      for (const Vec3& a : end)
+        for (const Vec3& b : end) size = std::max(size, max_abs(b - a));
+    }
+    const double gap = 1.01 * std::max(certified_reach(tolerance) * (size + 1), motion / kSurelyDecided);
+    const double turn = random() % 2 == 0 ? 0 : 3 * uniform();
+    const double lean = random() % 2 == 0 ? 0 : 3 * uniform();
+    Case apart(kind, {}, {});
+    for (int k = 0; k < 4; ++k) {
+      for (int end = 0; end < 2; ++end) {
+        Vec3 p = x[end][k];
+        p.z = k < of_first ? -p.z : p.z + gap;
+        p = {std::cos(turn) * p.x - std::sin(turn) * p.y, std::sin(turn) * p.x + std::cos(turn) * p.y, p.z};
+        p = {std::cos(lean) * p.x - std::sin(lean) * p.z, p.y, std::sin(lean) * p.x + std::cos(lean) * p.z};
+        (end == 0 ? apart.vertices[k].t0 : apart.vertices[k].t1) = {p.x, p.y, p.z, 0};
+      }
+    }
+    const Verdict verdict = apart.test({.tolerance = tolerance});
+    ASSERT_FALSE(verdict.contact) << trial << ": status " << static_cast<int>(verdict.status);
+  }
 }
 
 TEST(Certified, MotionWithinAPlane) {
