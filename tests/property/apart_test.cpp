@@ -10,14 +10,12 @@
 
 #include "engine/collider.h"
 #include "tests/support/scenes.h"
+#include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
 
-const std::shared_ptr<Workers>& workers() {
-  static const auto shared = std::make_shared<Workers>(2);
-  return shared;
-}
+using testing::workers;
 
 /// Bodies in a space so narrow that some touch in most steps.
 class Pile {

@@ -9,6 +9,7 @@
 
 #include "tests/support/brute_force.h"
 #include "tests/support/scenes.h"
+#include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
@@ -16,10 +17,7 @@ namespace {
 using testing::random_motion;
 using testing::random_scene;
 
-std::shared_ptr<Workers> workers() {
-  static const auto shared = std::make_shared<Workers>(2);
-  return shared;
-}
+using testing::workers;
 
 // At RapidCheck's nominal size throughout: small sizes would draw the same few seeds again and again.
 std::mt19937_64 draw_random() {

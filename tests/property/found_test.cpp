@@ -9,14 +9,12 @@
 
 #include "engine/collider.h"
 #include "tests/support/scenes.h"
+#include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
 
-const std::shared_ptr<Workers>& workers() {
-  static const auto shared = std::make_shared<Workers>(2);
-  return shared;
-}
+using testing::workers;
 
 /// Bodies that tumble as wholes, or deform, or rest, and change their minds.
 class World {

@@ -11,14 +11,12 @@
 #include "engine/collider.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/scenes.h"
+#include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
 
-const std::shared_ptr<Workers>& workers() {
-  static const auto shared = std::make_shared<Workers>(2);
-  return shared;
-}
+using testing::workers;
 
 /// A world and what is true of it, kept the simplest way.
 class World {

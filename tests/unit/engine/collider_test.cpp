@@ -11,16 +11,14 @@
 
 #include "engine/contact_hash.h"
 #include "tests/support/scenes.h"
+#include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
 
 using ::testing::HasSubstr;
 
-std::shared_ptr<Workers> workers() {
-  static const auto shared = std::make_shared<Workers>(2);
-  return shared;
-}
+using testing::workers;
 
 // Two triangles, one above the other.
 struct Two {
