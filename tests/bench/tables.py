@@ -14,6 +14,7 @@ import json
 import os
 import pathlib
 import resource
+import shutil
 import statistics
 import struct
 import subprocess
@@ -185,6 +186,28 @@ def tiled(binary):
           ["tiles", "triangles", "first step, ms", "warm step, ms", "ns a triangle", "peak memory, GiB"], rows)
 
 
+def write_longer(source, passes, folder):
+    """The sequence forth and back, so many passes of it, its frames as they are; returns the number of steps. More steps of
+    the sequence's own, where substeps would be shorter ones, of positions in double that its files do not have."""
+    header, *frames = split_cache((source / "frames.pc2").read_bytes())
+    order = list(range(len(frames)))
+    played = order[:1]
+    for k in range(passes):
+        played += (order if k % 2 == 0 else order[::-1])[1:]
+    with open(folder / "frames.pc2", "wb") as cache:
+        cache.write(header[:28] + struct.pack("<i", len(played)))
+        for k in played:
+            cache.write(frames[k])
+    shutil.copyfile(source / "mesh.ply", folder / "mesh.ply")
+    return len(played) - 1
+
+
+def split_cache(cache):
+    """The header of a PC2 cache, then its frames."""
+    vertices, count = struct.unpack_from("<16xi8xi", cache)
+    return [cache[:32], *(cache[32 + 12 * vertices * k:32 + 12 * vertices * (k + 1)] for k in range(count))]
+
+
 def wall_seconds(*command):
     start = time.perf_counter()
     run = subprocess.run([str(c) for c in command], capture_output=True, text=True)
@@ -195,20 +218,20 @@ def wall_seconds(*command):
 
 def remote(binary):
     """Whole runs, in-process and through the daemon: wall time a frame, positions in and answers out included. What both
-    do once (reading, and creating the session) is taken off by running two frames of the sequence alone."""
+    do once (reading, and creating the session) is taken off by running the first frames alone."""
     rows = []
-    with daemon(binary) as address:
-        for name in ["cloth-ball", "bart-like"]:
-            path = DATA / "sequences" / name
+    few = 10
+    for name, passes in [("cloth-ball", 3), ("bart-like", 10)]:
+        with daemon(binary) as address, tempfile.TemporaryDirectory() as folder:
+            steps = write_longer(DATA / "sequences" / name, passes, pathlib.Path(folder))
             ways = {"in-process": [], "daemon": ["--server", address]}
             best = {}
             for _ in range(2 * ROUNDS):
                 for way, flags in ways.items():
-                    for substeps in [1, 3]:
-                        seconds = wall_seconds(binary, "detect", path, "--substeps", substeps, *plain(flags))
-                        best[way, substeps] = min(best.get((way, substeps), 1e9), seconds)
-            frames = len(detect(binary, path)["frames"])
-            ms = {way: 1e3 * (best[way, 3] - best[way, 1]) / (2 * frames) for way in ways}
+                    for last in [few, steps]:
+                        seconds = wall_seconds(binary, "detect", folder, "--frames", f"0:{last}", *plain(flags))
+                        best[way, last] = min(best.get((way, last), 1e9), seconds)
+            ms = {way: 1e3 * (best[way, steps] - best[way, few]) / (steps - few) for way in ways}
             rows.append([name, f"{ms['in-process']:.2f}", f"{ms['daemon']:.2f}", f"{ms['daemon'] / ms['in-process']:.2f}",
                          f"{1e3 * (ms['daemon'] - ms['in-process']):.0f}"])
     table("A step in-process and through the daemon (wall ms a frame)",
@@ -233,23 +256,23 @@ def daemon(binary):
 def many(binary):
     """Frames a second of 64 sessions at once, beside one in-process on one thread. Start-up is taken off as in remote()."""
     sessions = 64
-    path = DATA / "sequences" / "bart-like"
-    report = detect(binary, path, "--threads", "1", "--substeps", "21")
-    alone = 1e3 / statistics.mean(f["ms"]["total"] for f in warm_frames(report))
-    frames = len(detect(binary, path)["frames"])
+    few = 10
     best = {}
-    with daemon(binary) as address:
+    with daemon(binary) as address, tempfile.TemporaryDirectory() as folder:
+        steps = write_longer(DATA / "sequences" / "bart-like", 20, pathlib.Path(folder))
+        report = detect(binary, folder, "--threads", "1")
+        alone = 1e3 / statistics.mean(f["ms"]["total"] for f in warm_frames(report))
         for _ in range(ROUNDS):
-            for substeps in [1, 21]:
+            for last in [few, steps]:
                 start = time.perf_counter()
-                clients = [subprocess.Popen([binary, "detect", str(path), "--server", address, "--substeps", str(substeps),
+                clients = [subprocess.Popen([binary, "detect", folder, "--server", address, "--frames", f"0:{last}",
                                              *plain([])],
                                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(sessions)]
                 for client in clients:
                     if client.wait() != 0:
                         sys.exit(client.stderr.read().decode())
-                best[substeps] = min(best.get(substeps, 1e9), time.perf_counter() - start)
-    together = 20 * frames * sessions / (best[21] - best[1])
+                best[last] = min(best.get(last, 1e9), time.perf_counter() - start)
+    together = (steps - few) * sessions / (best[steps] - best[few])
     cores = len(os.sched_getaffinity(0))
     table(f"{sessions} sessions of {report['triangles']} triangles at once, clients on the same {cores} cores",
           ["frames a second in all", "one in-process, one thread", "of cores x one"],
