@@ -13,8 +13,10 @@ constexpr std::size_t padded(std::size_t points) {
   return (points + 7) / 8 * 8;
 }
 
-// Nothing here is off by more than a few units of 2^-24: all of it is less than this.
+// Nothing here is off by more than a few units of 2^-24: all of it is less than this; and squares below
+// 2^-149 vanish, as where a part is a speck beside the scene that the frame was made for.
 constexpr double kRoundingUp = 1 + 0x1p-18;
+constexpr double kUnderflow = 0x1p-70;
 
 WARMFRONT_TARGET_CLONES
 void turn(std::size_t count, const float* from, const float* matrix, float* to) {
@@ -61,7 +63,6 @@ RestPoints::RestPoints(std::span<const double> rest, const LocalFrame& frame) {
   const std::size_t points = rest.size() / 3;
   const std::size_t count = padded(points);
   lane.resize(3 * count);
-  double square = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double lo = rest[axis];
     double hi = rest[axis];
@@ -73,15 +74,10 @@ RestPoints::RestPoints(std::span<const double> rest, const LocalFrame& frame) {
     reach = std::max({reach, frame.to_local(std::fabs(lo)), frame.to_local(std::fabs(hi))});
   }
   for (std::size_t i = 0; i < count; ++i) {
-    double offset = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double x = frame.to_local(rest[3 * std::min(i, points - 1) + axis] - centre[axis]);
-      lane[axis * count + i] = static_cast<float>(x);
-      offset += x * x;
-    }
-    square = std::max(square, offset);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      lane[axis * count + i] =
+          static_cast<float>(frame.to_local(rest[3 * std::min(i, points - 1) + axis] - centre[axis]));
   }
-  radius = std::sqrt(square) * kRoundingUp;
 }
 
 void MovingPoints::make_room(std::size_t points) {
@@ -94,8 +90,8 @@ void MovingPoints::measure() {
   float change = 0;
   largest_squares(count_, lane(0, 0), lane(1, 0), offset, change);
   // Differences of rounded offsets are off by a share of the offsets.
-  radius_ = std::sqrt(double{offset}) * kRoundingUp;
-  wander_ = std::sqrt(double{change}) * kRoundingUp + 0x1p-20 * radius_;
+  radius_ = std::sqrt(double{offset}) * kRoundingUp + kUnderflow;
+  wander_ = std::sqrt(double{change}) * kRoundingUp + 0x1p-20 * radius_ + kUnderflow;
 }
 
 void MovingPoints::take(std::span<const VertexMotion> vertices, const LocalFrame& frame) {

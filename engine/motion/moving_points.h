@@ -18,7 +18,6 @@ namespace warmfront {
 struct RestPoints {
   std::vector<float> lane;         ///< x of all, y of all, z of all; as MovingPoints
   std::array<double, 3> centre{};  ///< scene units
-  double radius = 0;               ///< local: no vertex is farther from the centre; rounding included
   double reach = 0;                ///< local: the largest rest coordinate
 
   RestPoints() = default;
@@ -27,7 +26,8 @@ struct RestPoints {
 };
 
 /// Each vertex relative to a centre that moves along. Lengths are in the local frame, whose coordinates are
-/// float32 here: each is off by at most 2^-21 of the radius, and by `blur`.
+/// float32 here: each is off by at most 2^-21 of the radius, which is never less than what underflow can
+/// hide, and by `blur`.
 class MovingPoints {
  public:
   /// A part of more vertices is no small one.

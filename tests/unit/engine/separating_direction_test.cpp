@@ -126,6 +126,18 @@ TEST(SeparatingDirection, CoordinatesBeyondFloatsRangeAreNeverTakenForApart) {
       points_of(box({5 * kHuge, 0, 0}, {5 * kHuge, 0, 0}, {kHuge, kHuge, kHuge}), frame), frame, {}));
 }
 
+// Found by fuzz_session: bodies of size 1 in a scene of size 1e112 were taken for points.
+TEST(SeparatingDirection, SpecksBesideTheirFrameAreNeverTakenForApart) {
+  const auto a = box({0, 0, 0}, {0, 0, 0}, {1, 1, 1});
+  const auto b = box({0.5, 0, 0.4}, {0.5, 0, 1.4}, {1, 1, 1});
+  for (const double scale : {0x1p-40, 0x1p-70, 0x1p-100, 0x1p-140, 0x1p-160, 0x1p-400, 0x1p-1000}) {
+    const LocalFrame frame{{}, scale, 1};
+    const MovingPoints points = points_of(a, frame);
+    EXPECT_GE(points.radius(), 1.7 * scale);
+    EXPECT_FALSE(separating_direction(points, points_of(b, frame), frame, {})) << scale;
+  }
+}
+
 class RandomParts {
  public:
   explicit RandomParts(std::uint64_t seed) : random_(seed) {}
@@ -165,7 +177,9 @@ TEST(SeparatingDirection, WhatIsFoundSeparatesAndWhatIsWellApartIsFound) {
     Vector centre = random.vector(2.5 * scale);
     for (std::size_t k = 0; k < 3; ++k) centre[k] += offset[k];
     const auto b = random.part(centre, scale * std::pow(10.0, random.uniform(1)), 0.3 * scale);
-    const LocalFrame frame{offset, std::exp2(-std::round(std::log2(scale))), 1};
+    // Now and then a frame that was made for something far larger, or smaller.
+    const int off = random.below(4) == 0 ? random.below(400) - 300 : 0;
+    const LocalFrame frame{offset, std::exp2(off - std::round(std::log2(scale))), 1};
     const double least = random.below(2) == 0 ? 0 : std::fabs(random.uniform(0.2 * scale));
     const auto direction = separating_direction(points_of(a, frame), points_of(b, frame), frame,
                                                 {.least = frame.to_local(least)});
@@ -173,7 +187,7 @@ TEST(SeparatingDirection, WhatIsFoundSeparatesAndWhatIsWellApartIsFound) {
       ++found;
       EXPECT_GT(gap_along(*direction, a, b), static_cast<long double>(least)) << seed;
       EXPECT_NEAR(std::hypot((*direction)[0], (*direction)[1], (*direction)[2]), 1, 1e-12);
-    } else {
+    } else if (off == 0) {
       // Some direction of many would have done by far.
       for (int i = 0; i < 100; ++i) {
         Vector d = random.vector(1);
