@@ -4,9 +4,12 @@
 // and a close at any moment. After each, the session says what its contract says, every request is answered
 // exactly once and in order, and a good frame still gets the right answer. The session works on threads of
 // its own.
+#include <chrono>
 #include <cstring>
 #include <future>
 #include <limits>
+#include <thread>
+#include <utility>
 
 #include "server/session/session.h"
 #include "tests/fuzz/expect.h"
@@ -48,6 +51,7 @@ class Driver {
     // Whatever happened before: an open session steps on rightly.
     right_frame();
     session_->close(kGone);
+    wait_until_gone();
   }
 
  private:
@@ -102,6 +106,17 @@ class Driver {
       case 15:
         return change_body();
     }
+  }
+
+  /// The runner's threads may be the last to let go of it. What the fuzzer counts as leaked is what is left
+  /// when an input is through.
+  void wait_until_gone() {
+    attachment_.reset();
+    left_.reset();
+    const std::weak_ptr<Session> last = std::exchange(session_, nullptr);
+    for (int i = 0; i < 10'000 && !last.expired(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    expect(last.expired(), "nobody keeps a closed session");
   }
 
   /// The bytes in pieces of the input's choosing.
