@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "engine/elementary/certified.h"
 
@@ -15,14 +14,16 @@ namespace {
 /// them, and lists of their pairs would be long.
 constexpr std::size_t kMostNear = 64;
 
-}  // namespace
-
+// How far apart two parts must be, so that nothing between them is reported. Only for the tiers certified and
+// exact.
 WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame) {
   if (options.tier == Tier::kExact) return {};
   return {.least = frame.to_local(options.min_separation),
           .share_of_size = certified_reach(options.tolerance),
           .share_of_motion = 1 / kSurelyDecided};
 }
+
+}  // namespace
 
 bool ApartParts::begin(const SceneMotion& motion, const ColliderOptions& options) {
   ++step_;

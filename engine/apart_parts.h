@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -72,9 +73,5 @@ class ApartParts {
   std::vector<std::uint32_t> parts_;  // that candidates name
   std::uint64_t step_ = 0;
 };
-
-/// How far apart two parts must be, so that nothing between them is reported. Only for the tiers certified
-/// and exact.
-WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame);
 
 }  // namespace warmfront

@@ -95,8 +95,9 @@ class PipelineWith final : public Pipeline {
     const bool front = core.options.front != FrontMode::kNone && !front_lost_;
     Status status;
     core.workers->run([&] {
-      status = warmfront::self_check<Bounds>({core, trees_, roots_, waits_, near_pairs_, apart_.pairs(),
-                                              front ? &front_ : nullptr, magnitude_, self_checks_++});
+      status =
+          warmfront::self_check<Bounds>({core, trees_, roots_, refit_in_, steps_, near_pairs_, apart_.pairs(),
+                                         front ? &front_ : nullptr, magnitude_, self_checks_++});
     });
     return status;
   }
@@ -183,7 +184,6 @@ class PipelineWith final : public Pipeline {
     const auto& parts = core.topology->parts;
     refit_in_.resize(parts.size(), kNever);
     states_.resize(parts.size());
-    waits_.resize(parts.size(), 1);
     roots_.resize(parts.size());
     if (trees_.size() == parts.size()) return false;
     std::size_t first = trees_.size();
@@ -205,7 +205,6 @@ class PipelineWith final : public Pipeline {
                         : refit_in_[p] == steps_ - 1 ? Known::kLastStep
                                                      : Known::kOlder;
     refit_in_[p] = steps_;
-    waits_[p] = 0;
     const auto bound = [&](std::size_t begin, std::size_t end) {
       moving_bounds(motion.vertices().subspan(begin, end - begin),
                     motion.states().subspan(begin, end - begin), motion.frame(), core.options.min_separation,
@@ -230,6 +229,9 @@ class PipelineWith final : public Pipeline {
     return apart_.small(core.motion, p) && (!core.model.self_collision(p) || core.rigid_parts.rigid(p));
   }
 
+  // Is the part's hierarchy not of this step?
+  bool waits(std::uint32_t p) const { return refit_in_[p] != steps_; }
+
   // All parts but those that wait until something comes near: small ones, and those that only their poses are
   // known of.
   void refit_placed(Core& core) {
@@ -246,16 +248,13 @@ class PipelineWith final : public Pipeline {
         states_[p] = 0;
         roots_[p] = Bounds::empty();
         trees_[p] = {};
-        waits_[p] = 1;
       } else if (separate_ && may_wait(core, p)) {
-        waits_[p] = 1;
         states_[p] = core.motion.state(p);
         if (states_[p] == 0 && !anew_) return;
         roots_[p] =
             narrow<Bounds>(moving_bounds(apart_.points(core.motion, p), core.motion.vertices().frame(),
                                          core.options.min_separation, magnitude_));
       } else if (core.motion.unplaced(p)) {
-        waits_[p] = 1;
         states_[p] = core.motion.state(p);
         const SceneMotion::Ball ball = core.motion.ball(p);
         roots_[p] = narrow<Bounds>(moving_bounds(ball.centre, ball.radius, core.motion.vertices().frame(),
@@ -285,7 +284,7 @@ class PipelineWith final : public Pipeline {
     late_.clear();
     for (const NearPair& pair : near_pairs_) {
       for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
-        if (waits_[p] != 0) late_.push_back(p);
+        if (waits(p)) late_.push_back(p);
       }
     }
     std::ranges::sort(late_);
@@ -295,8 +294,8 @@ class PipelineWith final : public Pipeline {
       refit_part(core, late_[i]);
     });
     // What changed unseen is made anew when it is needed.
-    for (std::uint32_t p = 0; p < waits_.size(); ++p) {
-      if (waits_[p] != 0 && states_[p] != 0) refit_in_[p] = kNever;
+    for (std::uint32_t p = 0; p < states_.size(); ++p) {
+      if (waits(p) && states_[p] != 0) refit_in_[p] = kNever;
     }
   }
 
@@ -306,7 +305,7 @@ class PipelineWith final : public Pipeline {
     bool rebuilt = false;
     for (std::uint32_t p = 0; p < trees_.size(); ++p) {
       Bvh<Bounds>& tree = trees_[p];
-      if (tree.nodes.empty() || waits_[p] != 0) continue;
+      if (tree.nodes.empty() || waits(p)) continue;
       if (tree.built_looseness == 0) {
         tree.built_looseness = looseness(tree);
       } else if (look && (states_[p] & kMoving) != 0 &&
@@ -433,7 +432,6 @@ class PipelineWith final : public Pipeline {
   std::vector<Bounds> roots_;           // by part: what holds it in this step
   std::vector<std::uint8_t> states_;    // by part: MotionState
   std::vector<std::int64_t> refit_in_;  // by part: the step that its bounds are of
-  std::vector<std::uint8_t> waits_;     // by part: its hierarchy is not of this step
   std::vector<std::uint32_t> late_;     // parts whose hierarchies followed
   NearParts<Bounds> near_;
   std::vector<NearPair> near_pairs_;

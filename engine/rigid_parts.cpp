@@ -53,7 +53,8 @@ bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidRe
   const double share = certified_reach(options.tolerance);
   const double size = 2 * edges.longest + clearance + 3 * off;
   const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine)) * size + 2 * off;
-  return share < 0.5 * kLeastStretch && gap > options.min_separation + share * size && motion < kSurelyDecided * gap;
+  return share < 0.5 * kLeastStretch && gap > options.min_separation + share * size &&
+         motion < kSurelyDecided * gap;
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ class SelfCheck {
 
   // A part whose bounds are those of the last step.
   bool current(std::uint32_t p) const {
-    return !core_.model.is_removed(p) && kept_.waits[p] == 0 && !kept_.trees[p].nodes.empty() &&
+    return !core_.model.is_removed(p) && kept_.refit_in[p] == kept_.step && !kept_.trees[p].nodes.empty() &&
            !kept_.trees[p].order.empty();
   }
 

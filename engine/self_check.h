@@ -17,9 +17,11 @@ namespace warmfront {
 template <class Bounds>
 struct KeptState {
   const Core& core;
-  std::span<const Bvh<Bounds>> trees;   ///< by part
-  std::span<const Bounds> roots;        ///< by part
-  std::span<const std::uint8_t> waits;  ///< by part: its hierarchy is not of this step, nor needed
+  std::span<const Bvh<Bounds>> trees;  ///< by part
+  std::span<const Bounds> roots;       ///< by part
+  std::span<const std::int64_t>
+      refit_in;  ///< by part: the step that its hierarchy is of; not this, when not needed
+  std::int64_t step;
   std::span<const NearPair> near;
   std::span<const ApartPair> apart;  ///< near ones that are left out
   const Front<Bounds>* front;        ///< null where none is kept

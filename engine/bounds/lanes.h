@@ -14,6 +14,7 @@ namespace warmfront {
 
 // Vectors of the compiler's: one register where the instruction set has it, two or more where it has not.
 using Float8 = float __attribute__((vector_size(32)));
+using Int8 = std::int32_t __attribute__((vector_size(32)));
 using Long4 = long long __attribute__((vector_size(32)));
 
 template <class Vector>
@@ -34,7 +35,6 @@ WARMFRONT_INLINE Vector greater(Vector a, Vector b) {
 }
 
 WARMFRONT_INLINE float largest(Float8 x) {
-  using Int8 = std::int32_t __attribute__((vector_size(32)));
   x = greater(x, __builtin_shuffle(x, Int8{4, 5, 6, 7, 0, 1, 2, 3}));
   x = greater(x, __builtin_shuffle(x, Int8{2, 3, 0, 1, 6, 7, 4, 5}));
   x = greater(x, __builtin_shuffle(x, Int8{1, 0, 3, 2, 5, 4, 7, 6}));

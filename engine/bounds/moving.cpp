@@ -20,7 +20,8 @@ WARMFRONT_INLINE float round_down(double value) {
                               : static_cast<float>(std::min(lowered, kFloatMax));
 }
 
-WARMFRONT_INLINE void axes_of(double x, double y, double z, double* out) {
+template <class Real>
+WARMFRONT_INLINE void axes_of(Real x, Real y, Real z, Real* out) {
   out[0] = x;
   out[1] = y;
   out[2] = z;
@@ -93,15 +94,8 @@ void reaches_of(const MovingPoints& points, int end, double* reach) {
   const float* z = points.lane(end, 2);
   for (std::size_t i = 0; i < points.count(); i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
-      const float at[9] = {x[i + k],
-                           y[i + k],
-                           z[i + k],
-                           x[i + k] + y[i + k],
-                           x[i + k] - y[i + k],
-                           y[i + k] + z[i + k],
-                           y[i + k] - z[i + k],
-                           z[i + k] + x[i + k],
-                           z[i + k] - x[i + k]};
+      float at[9];
+      axes_of(x[i + k], y[i + k], z[i + k], at);
       for (std::size_t axis = 0; axis < 9; ++axis) {
         least[axis][k] = std::min(least[axis][k], at[axis]);
         least[axis + 9][k] = std::min(least[axis + 9][k], -at[axis]);

@@ -6,8 +6,6 @@
 namespace warmfront {
 namespace {
 
-using Int8 = std::int32_t __attribute__((vector_size(32)));
-
 // Eight axes of a feature's bounds at both ends of the step.
 struct Feature {
   EightAxes at0;

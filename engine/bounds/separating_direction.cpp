@@ -11,8 +11,6 @@
 namespace warmfront {
 namespace {
 
-using Int8 = std::int32_t __attribute__((vector_size(32)));
-
 constexpr int kMostLooks = 24;
 
 struct Extreme {

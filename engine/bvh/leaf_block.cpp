@@ -10,7 +10,6 @@
 namespace warmfront {
 namespace {
 
-using Int8 = std::int32_t __attribute__((vector_size(32)));
 using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
 constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};

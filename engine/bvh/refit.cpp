@@ -87,7 +87,6 @@ struct OfVertices<Aabb, kFrom> {
 
 // Eight rows of eight lanes become eight lanes of eight rows.
 WARMFRONT_INLINE void transpose(const float* rows, std::size_t stride, float* lanes) {
-  using Int8 = std::int32_t __attribute__((vector_size(32)));
   Float8 r[8];
   Float8 s[8];
 #pragma GCC unroll 8

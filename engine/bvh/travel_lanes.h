@@ -12,8 +12,6 @@
 
 namespace warmfront {
 
-using Int8 = std::int32_t __attribute__((vector_size(32)));
-
 WARMFRONT_INLINE Float8 magnitude(Float8 x) {
   return greater(x, -x);
 }

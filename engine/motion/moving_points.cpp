@@ -59,24 +59,18 @@ void largest_squares(std::size_t count, const float* at0, const float* at1, floa
 
 }  // namespace
 
-RestPoints::RestPoints(std::span<const double> rest, const LocalFrame& frame) {
+RestPoints::RestPoints(std::span<const double> rest, const std::array<double, 3>& about,
+                       const LocalFrame& frame)
+    : centre(about) {
   const std::size_t points = rest.size() / 3;
   const std::size_t count = padded(points);
   lane.resize(3 * count);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    double lo = rest[axis];
-    double hi = rest[axis];
-    for (std::size_t i = 0; i < points; ++i) {
-      lo = std::min(lo, rest[3 * i + axis]);
-      hi = std::max(hi, rest[3 * i + axis]);
-    }
-    centre[axis] = lo / 2 + hi / 2;
-    reach = std::max({reach, frame.to_local(std::fabs(lo)), frame.to_local(std::fabs(hi))});
-  }
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      lane[axis * count + i] =
-          static_cast<float>(frame.to_local(rest[3 * std::min(i, points - 1) + axis] - centre[axis]));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = rest[3 * std::min(i, points - 1) + axis];
+      lane[axis * count + i] = static_cast<float>(frame.to_local(x - centre[axis]));
+      reach = std::max(reach, frame.to_local(std::fabs(x)));
+    }
   }
 }
 

@@ -21,8 +21,8 @@ struct RestPoints {
   double reach = 0;                ///< local: the largest rest coordinate
 
   RestPoints() = default;
-  /// `rest`: (n, 3) in scene units.
-  RestPoints(std::span<const double> rest, const LocalFrame& frame);
+  /// `rest`: (n, 3) about `about`, in scene units.
+  RestPoints(std::span<const double> rest, const std::array<double, 3>& about, const LocalFrame& frame);
 };
 
 /// Each vertex relative to a centre that moves along. Lengths are in the local frame, whose coordinates are

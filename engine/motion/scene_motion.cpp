@@ -93,7 +93,7 @@ void SceneMotion::make_rigid(Part& part) {
   }
   for (int axis = 0; axis < 3; ++axis) part.centre[axis] = lo[axis] / 2 + hi[axis] / 2;
   const bool small = part.end > part.first && part.end - part.first <= MovingPoints::kMost;
-  part.points = small ? RestPoints(part.rest, motion_.frame()) : RestPoints();
+  part.points = small ? RestPoints(part.rest, part.centre, motion_.frame()) : RestPoints();
   double square = 0;
   for (std::size_t i = 0; i < part.rest.size(); i += 3) {
     double distance = 0;

@@ -73,7 +73,7 @@ struct Kept {
     const bool first = trees.empty();
     trees.resize(parts.size());
     roots.resize(parts.size());
-    waits.resize(parts.size());
+    refit_in.resize(parts.size());
     const std::vector<std::uint8_t> changed(parts.size(), 1);
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
       if (first) trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, true);
@@ -93,7 +93,7 @@ struct Kept {
     Status status;
     core.workers->run([&] {
       status = self_check<Bounds>(
-          {core, trees, roots, waits, near, apart, &front, core.motion.vertices().magnitude(), 0});
+          {core, trees, roots, refit_in, 0, near, apart, &front, core.motion.vertices().magnitude(), 0});
     });
     return status;
   }
@@ -117,7 +117,7 @@ struct Kept {
   std::vector<Bvh<Bounds>> trees;
   std::vector<Bounds> roots;
   NearParts<Bounds> near_parts;
-  std::vector<std::uint8_t> waits;
+  std::vector<std::int64_t> refit_in;
   std::vector<NearPair> near;
   std::vector<ApartPair> apart;
   Front<Bounds> front;

@@ -220,7 +220,7 @@ TEST(MovingPoints, PosedOnesAreThoseThatThePosePlaces) {
     };
     const std::array<Pose, 2> poses{pose(random.uniform(3)), pose(random.uniform(3))};
     const LocalFrame frame{offset, 0.5, 0.5};
-    const RestPoints points(rest, frame);
+    const RestPoints points(rest, offset, frame);
     MovingPoints moving;
     moving.take(points, poses[0], poses[1], frame);
     ASSERT_EQ(moving.count(), static_cast<std::uint32_t>((count + 7) / 8 * 8));
