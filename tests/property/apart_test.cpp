@@ -9,6 +9,7 @@
 #include <random>
 
 #include "engine/collider.h"
+#include "tests/support/draws.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
@@ -18,9 +19,9 @@ namespace {
 using testing::workers;
 
 /// Bodies in a space so narrow that some touch in most steps.
-class Pile {
+class Pile : public testing::Draws {
  public:
-  explicit Pile(std::uint64_t seed) : random_(seed) {
+  explicit Pile(std::uint64_t seed) : Draws(seed) {
     const int bodies = 3 + below(14);
     for (int b = 0; b < bodies; ++b) {
       Body body{"", description.vertex_count, 0, static_cast<BodyKind>(below(3))};
@@ -35,9 +36,6 @@ class Pile {
     poses_.resize(pace_.size());
     rests_.resize(pace_.size());
   }
-
-  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
-  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
 
   /// The next frame, whose views point into this.
   Frame move() {
@@ -118,7 +116,6 @@ class Pile {
     return to;
   }
 
-  std::mt19937_64 random_;
   std::vector<double> pace_;
   std::vector<bool> rests_;
   std::vector<Pose> poses_;

@@ -8,6 +8,7 @@
 #include <rapidcheck/gtest.h>
 
 #include "tests/support/brute_force.h"
+#include "tests/support/draws.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
@@ -84,9 +85,9 @@ RC_GTEST_PROP(Collider, WarmEqualsCold, ()) {
 }
 
 /// Sheets in one hierarchy, of which some rest and some drift, for a while.
-class DriftingSheets {
+class DriftingSheets : public testing::Draws {
  public:
-  explicit DriftingSheets(std::mt19937_64& random) : random_(random) {
+  explicit DriftingSheets(std::uint64_t seed) : Draws(seed) {
     const int sheets = 3 + below(6);
     const int quads = 2 + below(5);
     testing::Faces faces;
@@ -125,10 +126,6 @@ class DriftingSheets {
   testing::RandomScene state;
 
  private:
-  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
-  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
-
-  std::mt19937_64& random_;
   std::vector<std::size_t> first_;  // coordinate of each sheet
   std::vector<std::array<double, 3>> drift_;
 };
@@ -136,7 +133,7 @@ class DriftingSheets {
 // Long enough for a lazy front to fold, several times, pairs that lie beside those of resting leaves.
 RC_GTEST_PROP(Collider, LongRunsOfWhatRestsAndMovesLoseNothing, ()) {
   std::mt19937_64 random = draw_random();
-  DriftingSheets sheets(random);
+  DriftingSheets sheets(random());
   ColliderOptions options = draw_options();
   options.front = FrontMode::kWarm;
   options.leaf_size = *rc::gen::element(1U, 1U, 2U, 8U);

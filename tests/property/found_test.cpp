@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/collider.h"
+#include "tests/support/draws.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
@@ -17,9 +18,9 @@ namespace {
 using testing::workers;
 
 /// Bodies that tumble as wholes, or deform, or rest, and change their minds.
-class World {
+class World : public testing::Draws {
  public:
-  explicit World(std::uint64_t seed) : random_(seed) {
+  explicit World(std::uint64_t seed) : Draws(seed) {
     const int bodies = 1 + below(4);
     for (int b = 0; b < bodies; ++b) {
       // Clean shapes, and some that touch themselves everywhere.
@@ -37,9 +38,6 @@ class World {
     }
     if (below(2) == 0) description.bodies = bodies_;
   }
-
-  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
-  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
 
   void move() {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -93,7 +91,6 @@ class World {
     }
   }
 
-  std::mt19937_64 random_;
   const double noise_ = std::pow(10.0, -1.0 - below(12));
   std::vector<Body> bodies_;
   std::vector<Mode> modes_;

@@ -10,6 +10,7 @@
 
 #include "engine/collider.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/draws.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
@@ -19,9 +20,9 @@ namespace {
 using testing::workers;
 
 /// A world and what is true of it, kept the simplest way.
-class World {
+class World : public testing::Draws {
  public:
-  explicit World(std::uint64_t seed) : random_(seed) {
+  explicit World(std::uint64_t seed) : Draws(seed) {
     const int bodies = 1 + below(5);
     for (int b = 0; b < bodies; ++b) {
       auto [scene, positions] = draw_shape();
@@ -41,9 +42,6 @@ class World {
       description.excluded_pairs.push_back({0, static_cast<std::uint32_t>(1 + below(bodies - 1))});
     rest = x;
   }
-
-  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
-  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
 
   testing::RandomScene draw_shape() { return testing::random_scene(random_); }
 
@@ -162,7 +160,6 @@ class World {
   std::vector<double> next_rest;
 
  private:
-  std::mt19937_64 random_;
   std::vector<BodyPose> poses_;
   std::vector<BodyPositions> bodies_;
   std::vector<std::uint32_t> vertices_;

@@ -11,6 +11,7 @@
 
 #include "engine/bounds/moving.h"
 #include "engine/bounds/overlap.h"
+#include "tests/support/draws.h"
 
 namespace warmfront {
 namespace {
@@ -138,12 +139,10 @@ TEST(SeparatingDirection, SpecksBesideTheirFrameAreNeverTakenForApart) {
   }
 }
 
-class RandomParts {
+class RandomParts : public testing::Draws {
  public:
-  explicit RandomParts(std::uint64_t seed) : random_(seed) {}
+  using Draws::Draws;
 
-  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
-  double uniform(double scale) { return scale * (static_cast<double>(random_() >> 11) * 0x1p-52 - 1); }
   Vector vector(double scale) { return {uniform(scale), uniform(scale), uniform(scale)}; }
 
   /// From 1 to 40 points about a centre, each with a motion of its own.
@@ -161,9 +160,6 @@ class RandomParts {
     }
     return part;
   }
-
- private:
-  std::mt19937_64 random_;
 };
 
 TEST(SeparatingDirection, WhatIsFoundSeparatesAndWhatIsWellApartIsFound) {
