@@ -24,6 +24,17 @@ void Mailbox::post_always(Job job) {
   schedule();
 }
 
+void Mailbox::run_or_post(Job job) {
+  {
+    const MutexLock lock(mutex_);
+    if (!push_locked(std::move(job))) return;
+  }
+  if (place_.load(std::memory_order_relaxed) == Place::kElsewhere ||
+      !runner_.run_here([self = shared_from_this()] { self->run_one(); },
+                        lane_.load(std::memory_order_relaxed)))
+    schedule();
+}
+
 bool Mailbox::push_locked(Job job) {
   jobs_.push_back(std::move(job));
   return !std::exchange(scheduled_, true);

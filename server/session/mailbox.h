@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session's queue: its jobs run one at a time, in order, on the runner's threads. Thread-safe.
+// A session's queue: its jobs run one at a time, in order, on the runner's threads, or
+// on the thread that hands over a brief one. Thread-safe.
 #pragma once
 
 #include <atomic>
@@ -27,8 +28,14 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   [[nodiscard]] bool post(Job job);
   /// The same, but never refused: for jobs that something else bounds.
   void post_always(Job job);
+  /// As post_always(); but where jobs may run here, none waits, and the runner has room for a guest, this
+  /// thread runs it before it returns.
+  void run_or_post(Job job);
   /// Where the next jobs run.
-  void set_lane(Lane lane) { lane_.store(lane, std::memory_order_relaxed); }
+  void set_lane(Lane lane, Place place) {
+    lane_.store(lane, std::memory_order_relaxed);
+    place_.store(place, std::memory_order_relaxed);
+  }
 
  private:
   /// Whether the mailbox must be scheduled, which the caller does without the lock.
@@ -41,6 +48,7 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   const std::size_t capacity_;
 
   std::atomic<Lane> lane_;
+  std::atomic<Place> place_{Place::kElsewhere};
 
   // Protected by mutex_.
   Mutex mutex_;

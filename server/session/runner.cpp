@@ -7,7 +7,7 @@
 
 namespace warmfront::server {
 
-Runner::Runner(int threads) {
+Runner::Runner(int threads, int guests) : most_guests_(guests) {
   threads_.reserve(queues_.size() * static_cast<std::size_t>(threads));
   for (Queue& queue : queues_)
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this, &queue] { work(queue); });
@@ -29,6 +29,20 @@ void Runner::post(std::function<void()> task, Lane lane) {
     queue.tasks.push_back(std::move(task));
   }
   queue.changed.notify_one();
+}
+
+bool Runner::run_here(const std::function<void()>& task, Lane lane) {
+  {
+    const MutexLock lock(mutex_);
+    if (guests_ >= most_guests_ || !queues_[static_cast<std::size_t>(lane)].tasks.empty()) return false;
+    ++guests_;
+  }
+  busy_.fetch_add(1, std::memory_order_relaxed);
+  task();
+  busy_.fetch_sub(1, std::memory_order_relaxed);
+  const MutexLock lock(mutex_);
+  --guests_;
+  return true;
 }
 
 std::function<void()> Runner::take(Queue& queue) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads on which sessions do their work, so that the engine never runs in a gRPC reaction. Thread-safe.
+// The threads on which sessions do their work, so that no gRPC reaction waits for the engine. Thread-safe.
 #pragma once
 
 #include <array>
@@ -21,20 +21,27 @@ enum class Lane : std::uint8_t {
   kLong,
 };
 
+/// Whether a task may run on the thread that hands it over, when a switch of threads would cost as much as
+/// it.
+enum class Place : std::uint8_t { kHere, kElsewhere };
+
 /// Runs tasks first come, first served within their lane, each lane on threads of its own, so that a short
 /// task never waits for long ones. Tasks do not throw. They share the arena of Workers for their inner loops,
 /// so a few threads here are enough: one more runs one more step at a time, not one more core.
 class Runner {
  public:
-  /// `threads` >= 1, for each lane.
-  explicit Runner(int threads);
+  /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time.
+  explicit Runner(int threads, int guests = 0);
   /// Runs what was posted, then joins.
   ~Runner();
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
   void post(std::function<void()> task, Lane lane = Lane::kLong);
-  /// Tasks being run now, in either lane.
+  /// Runs the task on the calling thread, unless others of its lane wait or too many guests are here: then
+  /// it does nothing and returns false.
+  [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane);
+  /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
 
  private:
@@ -50,9 +57,12 @@ class Runner {
   std::array<Queue, 2> queues_;  // by lane; of them, the tasks
   bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
 
+  int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+
   std::atomic<int> busy_{0};
 
   // Constant after construction.
+  const int most_guests_;
   std::vector<std::thread> threads_;
 };
 

@@ -66,7 +66,7 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
-      lane_(lane_of(step_cost_ms(scene->face_count(), {}))),
+      next_ms_(step_cost_ms(scene->face_count(), {})),
       scene_(std::move(scene)),
       last_request_(std::chrono::steady_clock::now()) {
   snapshot_.last_frame = frames_.last();
@@ -111,7 +111,7 @@ void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Ad
     request->done(std::move(outcome));
   };
   if (admission == Admission::kAlways) {
-    mailbox_->post_always(std::move(job));
+    mailbox_->run_or_post(std::move(job));
   } else if (!mailbox_->post(std::move(job))) {
     request->done(
         limit_met(name_of(frame) + ": too many frames of this session wait; send it again after an answer",
@@ -280,7 +280,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   }
   // Beside others a short step takes one thread: it would wait for as many as a long one holds.
   std::optional<Workers::OneThread> one_thread;
-  if (lane_ == Lane::kShort && runner_.busy() > 1) one_thread.emplace();
+  if (lane_of(next_ms_) == Lane::kShort && runner_.busy() > 1) one_thread.emplace();
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
   Result<StepResult> result = collider_.step(request.contents.view(), request.pass.given_up.get());
   one_thread.reset();
@@ -299,8 +299,8 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   ++steps_unchecked_;
   if (metrics_ != nullptr)
     metrics_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
-  lane_ = lane_of(step_cost_ms(scene.face_count(), last_answer_->statistics.counts));
-  mailbox_->set_lane(lane_);
+  next_ms_ = step_cost_ms(scene.face_count(), last_answer_->statistics.counts);
+  mailbox_->set_lane(lane_of(next_ms_), place_of(next_ms_));
   return last_answer_;
 }
 

@@ -67,11 +67,11 @@ class Session : public std::enable_shared_from_this<Session> {
   using ChangeDone = std::function<void(std::optional<Fault>)>;
   using CheckDone = std::function<void(const Outcome<std::string>&)>;
   using AttachDone = std::function<void(Outcome<std::uint64_t>)>;
-  /// Told once, on a runner's thread, when the engine failed and the session must be forgotten.
+  /// Told once, on a thread that runs its jobs, when the engine failed and the session must be forgotten.
   using Lost = std::function<void(Session&, const Fault&)>;
-  /// Called on a runner's thread just before a request is carried out.
+  /// Called, on the thread that does it, just before a request is carried out.
   using Before = std::function<void()>;
-  /// Told, on a runner's thread, when a self-check found something and it is made anew.
+  /// Told, on a thread that runs its jobs, when a self-check found something and it is made anew.
   using Rebuilt = std::function<void(const Session&, const std::string& found)>;
   enum class Attachment : std::uint64_t {};
   /// Tells a stream to end with this fault, after the frames that it has in flight.
@@ -111,9 +111,10 @@ class Session : public std::enable_shared_from_this<Session> {
   };
 
   /// Steps to `frame` by the rule of step.proto; INVALID_ARGUMENT for a next frame that is not complete.
-  /// `done` is called exactly once: on a runner's thread, or at once on this one with RESOURCE_EXHAUSTED for
-  /// a frame that is refused. A frame whose client gives up is left undone, CANCELLED: the session is then as
-  /// it was before it.
+  /// `done` is called exactly once: on a runner's thread, or before this returns: for a frame that is refused
+  /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread takes
+  /// while it has room for guests. A frame whose client gives up is left undone, CANCELLED: the session is
+  /// then as it was before it.
   void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done,
             Before before = {});
 
@@ -183,7 +184,7 @@ class Session : public std::enable_shared_from_this<Session> {
   FrameSequence frames_;
   std::uint32_t steps_unchecked_ = 0;
   bool was_rebuilt_ = false;  // after a self-check
-  Lane lane_ = Lane::kLong;
+  double next_ms_;            // step_cost_ms() of the next step
   std::shared_ptr<const Answer> last_answer_;
   std::optional<FrameBuffer> last_frame_;  // what it answers
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <thread>
 
 #include "engine/workers.h"
 #include "server/admin/lifecycle.h"
@@ -34,7 +35,13 @@ struct Context {
         frames(limits.max_frames_in_flight),
         store(limits.max_sessions, limits.max_sessions_per_principal),
         // Two at least, so that a long step does not hold up the building of a session.
-        runner(std::max(2, workers->threads())) {}
+        runner(std::max(2, workers->threads()), polling_threads() - 1) {}
+
+  /// On how many threads gRPC 1.51 runs reactions (CallbackAlternativeCQ in completion_queue_cc.cc); all but
+  /// one may be taken by brief steps.
+  static int polling_threads() {
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency() / 2), 2, 16);
+  }
 
   /// The status that ends a call or a frame; counted.
   grpc::Status refuse(const Fault& fault) {

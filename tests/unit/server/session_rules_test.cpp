@@ -8,6 +8,9 @@
 #include <cstring>
 #include <future>
 #include <latch>
+#include <memory>
+#include <thread>
+#include <vector>
 
 #include "server/session/frame_sequence.h"
 #include "server/session/id.h"
@@ -104,6 +107,78 @@ TEST(MailboxTest, JobsRunOneAtATimeInOrderAndAreBounded) {
   EXPECT_EQ(overlaps, 0);
 }
 
+TEST(MailboxTest, ABriefJobRunsOnTheThreadThatHandsItOverUnlessOthersAreBeforeIt) {
+  std::vector<std::thread::id> threads;
+  const auto note = [&] { threads.push_back(std::this_thread::get_id()); };
+  const std::thread::id here = std::this_thread::get_id();
+  {
+    Runner runner(1, 1);
+    auto mailbox = std::make_shared<Mailbox>(runner, 3);
+    mailbox->set_lane(Lane::kShort, Place::kHere);
+    mailbox->run_or_post(note);
+    ASSERT_EQ(threads.size(), 1u) << "it has run";
+    EXPECT_EQ(threads.back(), here);
+    // What a job posts to its own mailbox comes after it, and on another thread.
+    std::latch go(1), done(1);
+    mailbox->run_or_post([&] {
+      note();
+      mailbox->run_or_post([&] {
+        go.wait();
+        note();
+        done.count_down();
+      });
+    });
+    ASSERT_EQ(threads.size(), 2u);
+    EXPECT_EQ(threads.back(), here);
+    mailbox->run_or_post(note);
+    EXPECT_EQ(threads.size(), 2u) << "another waits";
+    go.count_down();
+    done.wait();
+  }
+  ASSERT_EQ(threads.size(), 4u);
+  EXPECT_NE(threads[2], here);
+  EXPECT_NE(threads[3], here);
+}
+
+TEST(MailboxTest, AMailboxMayGoWithItsLastJob) {
+  Runner runner(1, 1);
+  auto mailbox = std::make_shared<Mailbox>(runner, 3);
+  const std::weak_ptr<Mailbox> weak = mailbox;
+  mailbox->set_lane(Lane::kShort, Place::kHere);
+  Mailbox& last = *mailbox;
+  last.run_or_post([held = std::move(mailbox)] {});
+  EXPECT_TRUE(weak.expired());
+}
+
+TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
+  Runner runner(1, 1);
+  int ran = 0;
+  EXPECT_TRUE(runner.run_here(
+      [&] {
+        ++ran;
+        EXPECT_EQ(runner.busy(), 1);
+        EXPECT_FALSE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one guest at a time";
+      },
+      Lane::kShort));
+  EXPECT_EQ(ran, 1);
+  std::latch begun(1), go(1), done(1);
+  runner.post(
+      [&] {
+        begun.count_down();
+        go.wait();
+      },
+      Lane::kShort);
+  begun.wait();
+  EXPECT_TRUE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one that runs is no one that waits";
+  runner.post([&] { done.count_down(); }, Lane::kShort);
+  EXPECT_FALSE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one waits in this lane";
+  EXPECT_TRUE(runner.run_here([&] { ++ran; }, Lane::kLong));
+  go.count_down();
+  done.wait();
+  EXPECT_EQ(ran, 3);
+  EXPECT_FALSE(Runner(1).run_here([&] { ++ran; }, Lane::kShort)) << "no guests";
+}
+
 TEST(RunnerTest, AShortTaskDoesNotWaitForLongOnesAndNothingIsLeftAtTheEnd) {
   std::atomic<int> ran{0};
   {
@@ -135,6 +210,8 @@ TEST(StepCostTest, IsByWhatWasDone) {
   busy.elementary_tests = 1'000'000;
   EXPECT_EQ(lane_of(step_cost_ms(4344, busy)), Lane::kLong);
   EXPECT_EQ(lane_of(step_cost_ms(1'000'000, {})), Lane::kLong);
+  EXPECT_EQ(place_of(step_cost_ms(4344, {})), Place::kHere);
+  EXPECT_EQ(place_of(step_cost_ms(92'000, {})), Place::kElsewhere);
 }
 
 class StoreTest : public ::testing::Test {
