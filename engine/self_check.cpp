@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <mutex>
 #include <optional>
@@ -117,6 +118,7 @@ class SelfCheck {
     const TreeShape& shape = tree.shape;
     if (!tree.blocks.empty() && tree.blocks.size() != shape.block_count()) return false;
     if (!tree.wide.empty() && tree.wide.size() != shape.leaf_count()) return false;
+    if (!tree.blocks.empty() && tree.grids.size() != shape.leaf_count()) return false;
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
       for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
         if ((tree.order[i] & kPoint) != 0) continue;
@@ -133,13 +135,14 @@ class SelfCheck {
     const std::uint32_t count = tree.shape.end_block(leaf) - first;
     if (!tree.wide.empty()) {
       const EightBounds<Bounds>& wide = tree.wide[leaf - tree.shape.first_leaf()];
-      if (wide.first != first || wide.count != count) return false;
+      if (wide.first != first || wide.count != count || !knows_its_ends(wide)) return false;
     }
     const auto blocks = tree.blocks_of(leaf);
     for (std::uint32_t b = 0; b < count; ++b) {
       const LeafBlock<Bounds>& block = blocks[b];
       const std::uint32_t begin = tree.shape.begin_of_block(first + b);
-      if (block.first != begin || block.count != tree.shape.begin_of_block(first + b + 1) - begin)
+      if (block.first != begin || block.count != tree.shape.begin_of_block(first + b + 1) - begin ||
+          !knows_its_ends(block))
         return false;
       for (std::uint32_t i = 0; i < block.count; ++i) {
         const Face vertices = primitive_vertices(core_.topology->scene, tree.order[begin + i]);
@@ -148,6 +151,10 @@ class SelfCheck {
       }
     }
     return true;
+  }
+
+  static bool knows_its_ends(const EightBounds<Bounds>& eight) {
+    return eight.begin_at_1 == 0 || eight.begin_at_1 == eight.kAxes;
   }
 
   bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
@@ -166,11 +173,17 @@ class SelfCheck {
     if (tree.blocks.empty())
       return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
     const auto blocks = tree.blocks_of(node);
+    const NodeId leaf = node - tree.shape.first_leaf();
+    const LeafGrid<Bounds>& grid = tree.grids[leaf];
+    LeafGrid<Bounds> own;
+    own.set(bounds, 0);
+    own.set(bounds, 1);
+    if (!(own == grid)) return false;
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
       for (std::uint32_t i = 0; i < blocks[b].count; ++i) {
         const bool held = holds_primitive(blocks[b].first + i, [&](const Bounds& inner) {
-          return holds_lanes(blocks[b], i, inner) &&
-                 (tree.wide.empty() || holds_lanes(tree.wide[node - tree.shape.first_leaf()], b, inner));
+          return holds_numbers(grid, blocks[b], i, inner) &&
+                 (tree.wide.empty() || holds_numbers(grid, tree.wide[leaf], b, inner));
         });
         if (!held) return false;
       }
@@ -178,9 +191,21 @@ class SelfCheck {
     return true;
   }
 
-  static bool holds_lanes(const EightBounds<Bounds>& eight, std::uint32_t slot, const Bounds& inner) {
-    for (std::size_t k = 0; k < inner.lane.size(); ++k)
-      if (!(eight.lane[k][slot] <= inner.lane[k])) return false;
+  static bool holds_numbers(const LeafGrid<Bounds>& grid, const EightBounds<Bounds>& eight,
+                            std::uint32_t slot, const Bounds& inner) {
+    constexpr std::size_t kAxes = Bounds::kAxes;
+    for (std::size_t t = 0; t < 2; ++t) {
+      const auto& end = grid.end[t];
+      const double unit = std::ldexp(1.0, end.exponent);
+      for (std::size_t k = 0; k < kAxes; ++k) {
+        const std::int16_t* number = OneOfLeaf::of(eight, slot)(t, k);
+        const float* lower = &inner.lane[t * Bounds::kEnd + k];
+        if (end.none() ? number[0] != grid.kNever || number[1] != grid.kNever
+                       : !(end.origin[k] + number[0] * unit <= lower[0]) ||
+                             !(number[1] * unit - end.origin[k] <= lower[kAxes]))
+          return false;
+      }
+    }
     return true;
   }
 

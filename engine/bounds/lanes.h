@@ -15,10 +15,11 @@ namespace warmfront {
 // Vectors of the compiler's: one register where the instruction set has it, two or more where it has not.
 using Float8 = float __attribute__((vector_size(32)));
 using Int8 = std::int32_t __attribute__((vector_size(32)));
+using Short16 = std::int16_t __attribute__((vector_size(32)));
 using Long4 = long long __attribute__((vector_size(32)));
 
-template <class Vector>
-WARMFRONT_INLINE Vector load(const float* from) {
+template <class Vector, class Element>
+WARMFRONT_INLINE Vector load(const Element* from) {
   Vector v;
   std::memcpy(&v, from, sizeof v);
   return v;

@@ -37,6 +37,21 @@ WARMFRONT_INLINE Float8 of_features(const TriangleBounds& t, int lane) {
   return lesser(edges, Float8{a, b, c, b, a, b, c, c});
 }
 
+WARMFRONT_INLINE Feature face(const TriangleBounds& t) {
+  return merged(merged(feature(*t.vertex[0]), feature(*t.vertex[1])), feature(*t.vertex[2]));
+}
+
+// Whether the ninth axis keeps two triangles apart.
+WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleBounds& g) {
+  const auto least = [](const TriangleBounds& t, int lane) {
+    return lesser(lesser(t.vertex[0]->lane[lane], t.vertex[1]->lane[lane]), t.vertex[2]->lane[lane]);
+  };
+  const auto stays_open = [&](int of_f, int of_g) {
+    return (least(f, of_f) + least(g, of_g) > 0) & (least(f, of_f + 18) + least(g, of_g + 18) > 0);
+  };
+  return stays_open(8, 17) | stays_open(17, 8);
+}
+
 // Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. The first eight axes go
 // pair by pair, an axis a lane; of the ninth each lane is a pair. No branches: which features a pair of
 // triangles owns is close to random.
@@ -76,6 +91,14 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
   return static_cast<std::uint32_t>(both | (both >> 32));
 }
 
+WARMFRONT_TARGET_CLONES
+bool triangles_overlap(const TriangleBounds& f, const TriangleBounds& g) {
+  const Feature a = face(f);
+  const Feature b = face(g);
+  const auto apart = (Long4)(gap(Throughout{}, a.at0, a.at1, b.at0, b.at1) > 0.0F);
+  return ((apart[0] | apart[1]) | (apart[2] | apart[3])) == 0 && !apart_along_ninth(f, g);
+}
+
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
@@ -86,6 +109,22 @@ bool overlap(const Aabb& a, const Aabb& b) {
 WARMFRONT_TARGET_CLONES
 bool overlap(const KDop18& a, const KDop18& b) {
   return meet(a, b);
+}
+
+template <>
+bool overlap<KDop18>(const TriangleBounds& f, const TriangleBounds& g) {
+  return triangles_overlap(f, g);
+}
+
+template <>
+bool overlap<Aabb>(const TriangleBounds& f, const TriangleBounds& g) {
+  const auto face = [](const TriangleBounds& t) {
+    Aabb bounds = narrow<Aabb>(*t.vertex[0]);
+    bounds.merge(narrow<Aabb>(*t.vertex[1]));
+    bounds.merge(narrow<Aabb>(*t.vertex[2]));
+    return bounds;
+  };
+  return overlap(face(f), face(g));
 }
 
 WARMFRONT_TARGET_CLONES

@@ -22,6 +22,10 @@ struct TriangleBounds {
   const KDop18* vertex[3];
 };
 
+/// Whether the moving bounds of two triangles overlap, as slabs of either kind.
+template <class Bounds>
+bool overlap(const TriangleBounds& f, const TriangleBounds& g);
+
 /// Of the feature pairs of two triangles in `wanted` (bits as Ownership::owned), those whose moving bounds
 /// overlap.
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted);

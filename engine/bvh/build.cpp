@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "engine/bvh/bvh.h"
 
@@ -172,6 +174,33 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
 }
 
 template <class Bounds>
+void Bvh<Bounds>::list_leaf_vertices(const Scene& scene) {
+  leaf_vertices = {};
+  if (travel.empty() || blocks.empty()) return;
+  std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t last = 0;
+  for (const Primitive p : order) {
+    for (const std::uint32_t v : primitive_vertices(scene, p)) {
+      first = std::min(first, v);
+      last = std::max(last, v);
+    }
+  }
+  std::vector<NodeId> seen_in(last - first + 1, shape.node_count());
+  leaf_vertices.begin.reserve(shape.leaf_count() + 1);
+  leaf_vertices.items.reserve(order.size());
+  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+    leaf_vertices.begin.push_back(static_cast<std::uint32_t>(leaf_vertices.items.size()));
+    for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
+      for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
+        if (std::exchange(seen_in[v - first], leaf) != leaf) leaf_vertices.items.push_back(v);
+      }
+    }
+  }
+  leaf_vertices.begin.push_back(static_cast<std::uint32_t>(leaf_vertices.items.size()));
+  leaf_vertices.items.shrink_to_fit();
+}
+
+template <class Bounds>
 void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                           bool keep_travel) {
   shape = new_shape;
@@ -187,6 +216,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   travel.assign(keep_travel ? nodes.size() : 0, {});
   blocks.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count());
   wide.resize(shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0);
+  grids.assign(blocks.empty() ? 0 : shape.leaf_count(), {});
   if (!order.empty()) {
     for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
       for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
@@ -194,6 +224,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       }
     }
   }
+  list_leaf_vertices(scene);
   if (blocks.empty()) return;
   tbb::parallel_for(shape.first_leaf(), shape.node_count(), [&](NodeId node) {
     const std::uint32_t leaf = node - shape.first_leaf();
@@ -201,12 +232,14 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     const std::uint32_t end = shape.end_block(node);
     if (!wide.empty()) {
       wide[leaf] = {};
+      wide[leaf].begin_at_1 = Bounds::kAxes;
       wide[leaf].count = end - first;
       wide[leaf].first = first;
     }
     for (std::uint32_t b = first; b < end; ++b) {
       LeafBlock<Bounds>& block = blocks[wide.empty() ? leaf : b];
       block = {};
+      block.begin_at_1 = Bounds::kAxes;
       block.first = shape.begin_of_block(b);
       block.count = shape.begin_of_block(b + 1) - block.first;
       for (std::uint32_t i = 0; i < block.count; ++i) {

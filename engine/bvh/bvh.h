@@ -11,9 +11,11 @@
 #include "engine/bounds/kdop.h"
 #include "engine/bounds/moving.h"
 #include "engine/bvh/leaf_block.h"
+#include "engine/bvh/leaf_grid.h"
 #include "engine/bvh/node_set.h"
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
+#include "engine/scene/csr.h"
 #include "engine/scene/scene.h"
 
 namespace warmfront {
@@ -90,13 +92,15 @@ struct Bvh {
   /// Empty for leaves of one primitive, whose node says it all. Leaf l's is blocks[l], unless leaves are
   /// wide.
   std::vector<LeafBlock<Bounds>> blocks;
-  std::vector<EightBounds<Bounds>> wide;    ///< by leaf, of its blocks; empty where each has one
-  std::vector<NodeTravel> travel;           ///< by NodeId; empty when nobody asks
-  std::uint32_t travel_slack = 0;           ///< what rounding can hide of a node's travel, in its units
-  double built_looseness = 0;               ///< looseness() right after the build
-  std::vector<MotionState> states;          ///< by NodeId: union over the vertices below
-  NodeSet changed;                          ///< nodes whose state has kChanged
-  bool all_moving = false;                  ///< every node's state is kMoving and kChanged
+  std::vector<EightBounds<Bounds>> wide;  ///< by leaf, of its blocks; empty where each has one
+  std::vector<LeafGrid<Bounds>> grids;    ///< by leaf, of its blocks' numbers; empty where `blocks` is
+  std::vector<NodeTravel> travel;         ///< by NodeId; empty when nobody asks
+  Csr leaf_vertices;                      ///< by leaf, each once; no rows where `travel` or `blocks` is empty
+  std::uint32_t travel_slack = 0;         ///< what rounding can hide of a node's travel, in its units
+  double built_looseness = 0;             ///< looseness() right after the build
+  std::vector<MotionState> states;        ///< by NodeId: union over the vertices below
+  NodeSet changed;                        ///< nodes whose state has kChanged
+  bool all_moving = false;                ///< every node's state is kMoving and kChanged
   std::vector<std::uint32_t> leaf_of_face;  ///< NodeId by face, from first_face on
   std::uint32_t first_face = 0;
 
@@ -108,8 +112,12 @@ struct Bvh {
   std::size_t memory_bytes() const {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
            nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks.size() * sizeof(LeafBlock<Bounds>) +
-           wide.size() * sizeof(EightBounds<Bounds>) + travel.size() * sizeof(NodeTravel);
+           wide.size() * sizeof(EightBounds<Bounds>) + grids.size() * sizeof(LeafGrid<Bounds>) +
+           travel.size() * sizeof(NodeTravel) + leaf_vertices.memory_bytes();
   }
+
+ private:
+  void list_leaf_vertices(const Scene& scene);
 };
 
 /// The vertices of a primitive; an isolated vertex stands three times.

@@ -8,19 +8,33 @@
 #include <cstdint>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bvh/leaf_grid.h"
 #include "engine/scene/scene.h"
+#include "engine/target_clones.h"
 
 namespace warmfront {
 
-/// Up to eight bounds, lane by lane: slot i of every lane is of the i-th.
+/// Up to eight bounds in their leaf's numbers (leaf_grid.h), by end and axis; of each the lower end and,
+/// beside it, the upper end, negated. The ends of the step change places with each step: what was at t = 1
+/// stays where it is.
 template <class Bounds>
 struct EightBounds {
   static constexpr std::uint32_t kSlots = 8;
-  /// As Slabs::lane; what empty slots hold is never looked at.
-  alignas(32) std::array<std::array<float, kSlots>, 4 * Bounds::kAxes> lane;
+  static constexpr std::uint32_t kAxes = Bounds::kAxes;
+  static constexpr std::size_t kRows = std::size_t{2} * kAxes;
+  /// What empty slots hold is never looked at.
+  alignas(32) std::array<std::array<std::int16_t, 2 * kSlots>, kRows> row;
+  std::uint32_t begin_at_1;  ///< the row where t = 1 begins: 0 or kAxes
   std::uint32_t count;
   std::uint32_t first;  ///< where the first stands: among the blocks, or in the hierarchy's order
 };
+
+/// The row of an end of the step (0 or 1) and axis.
+template <class Bounds>
+WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, std::size_t t,
+                                            std::size_t axis) {
+  return eight.row[(t == 1 ? eight.begin_at_1 : Bounds::kAxes - eight.begin_at_1) + axis].data();
+}
 
 /// Bounds and vertices of up to eight primitives.
 template <class Bounds>
@@ -29,44 +43,53 @@ struct LeafBlock : EightBounds<Bounds> {
   alignas(32) std::array<std::array<std::uint32_t, 8>, 3> vertex;
 };
 
-/// One bounds, alone or of eight.
-struct LanesOfOne {
-  const float* first;
+/// One bounds of a leaf: one of eight, or the leaf as a whole.
+struct OneOfLeaf {
+  std::array<const std::int16_t*, 2> first;  ///< by end of the step
   std::size_t stride;
 
   template <class Bounds>
-  static LanesOfOne of(const Bounds& bounds) {
-    return {bounds.lane.data(), 1};
+  WARMFRONT_INLINE static OneOfLeaf of(const EightBounds<Bounds>& eight, std::uint32_t slot) {
+    return {{row_of(eight, 0, 0) + 2 * slot, row_of(eight, 1, 0) + 2 * slot}, 2 * eight.kSlots};
   }
   template <class Bounds>
-  static LanesOfOne of(const EightBounds<Bounds>& eight, std::uint32_t slot) {
-    return {&eight.lane[0][slot], EightBounds<Bounds>::kSlots};
+  WARMFRONT_INLINE static OneOfLeaf of(const LeafGrid<Bounds>& leaf) {
+    return {{leaf.whole[0].data(), leaf.whole[leaf.kAxes].data()}, 2};
   }
-  float operator()(int lane) const { return first[static_cast<std::size_t>(lane) * stride]; }
+  /// Its lower end and its negated upper end.
+  WARMFRONT_INLINE const std::int16_t* operator()(std::size_t t, std::size_t axis) const {
+    return first[t] + axis * stride;
+  }
 };
 
 /// Bit 8 j + i stands for item i of a and item j of b.
 struct EightOverlaps {
   std::uint64_t to_test;
+  /// Of these, the ones whose bounds in float32 might be apart all the same.
+  std::uint64_t unsure;
   float gap;
   bool adjacent;  ///< some of two different items share a vertex
 };
 
-/// All primitives of block `a` against all of block `b`, whose bounds as a whole are `whole_b`. With `same`
-/// (a and b are one block), each pair once, i < j. To be tested are those whose moving bounds overlap and
-/// that share no vertex; `gap` is how far apart at t = 1 the nearest two are that share no vertex, as
-/// separation() measures it, or less; not positive when some overlap then. Only the part of the step up to
-/// the time `until` counts; 1 or more: all of it.
-EightOverlaps primitive_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b, LanesOfOne whole_b,
-                                 bool same, float until);
-EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b, LanesOfOne whole_b,
-                                 bool same, float until);
+/// All primitives of block `a` against all of block `b`, whose bounds as a whole are `whole_b`; `between` is
+/// how the leaf of a stands to that of b. With `same` (a and b are one block), each pair once, i < j. To be
+/// tested are those whose moving bounds overlap and that share no vertex; `gap` is how far apart at t = 1 the
+/// nearest two are that share no vertex, as separation() measures it, or less; not positive when some overlap
+/// then. Only the part of the step up to the time `until` counts; 1 or more: all of it.
+EightOverlaps primitive_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b,
+                                 const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until);
+EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b,
+                                 const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until);
 
 /// The same for the blocks of two leaves. With `same` each pair once, i <= j, and a block overlaps itself.
 /// The gap is that of the nearest two that do not overlap; who shares vertices is not looked at.
-EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, LanesOfOne whole_b,
-                             bool same, float until);
-EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, LanesOfOne whole_b,
-                             bool same, float until);
+EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b,
+                             const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until);
+EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b,
+                             const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until);
+
+/// How the numbers of two leaves stand to each other.
+GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b);
+GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b);
 
 }  // namespace warmfront

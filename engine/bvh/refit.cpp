@@ -2,173 +2,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
-#include <tuple>
 
-#include "engine/bounds/lanes.h"
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/refit_lanes.h"
 #include "engine/bvh/travel_lanes.h"
 
 namespace warmfront {
 namespace {
-
-// Bounds in registers: their lanes from kFrom on, 0 for both ends of the step or kEnd for t = 1 alone. Whole
-// vectors, of which the last takes some lanes again. In registers, because bounds that are read from memory
-// in other pieces than they were written in wait for their stores.
-template <class Bounds, std::size_t kFrom>
-struct Lanes {
-  static constexpr std::size_t kTotal = std::tuple_size_v<decltype(Bounds::lane)>;
-  static constexpr std::size_t kCount = (kTotal - kFrom + 7) / 8;
-  static_assert(kTotal - kFrom >= 8);
-  static constexpr std::size_t lane_of(std::size_t i) { return i + 1 < kCount ? kFrom + 8 * i : kTotal - 8; }
-
-  Float8 of[kCount];
-
-  /// Of Bounds::empty().
-  WARMFRONT_INLINE Lanes() {
-#pragma GCC unroll 8
-    for (std::size_t i = 0; i < kCount; ++i) of[i] = Float8{} + std::numeric_limits<float>::max();
-  }
-  WARMFRONT_INLINE explicit Lanes(const Bounds& bounds) {
-#pragma GCC unroll 8
-    for (std::size_t i = 0; i < kCount; ++i) of[i] = load<Float8>(&bounds.lane[lane_of(i)]);
-  }
-  WARMFRONT_INLINE void merge(const Lanes& other) {
-#pragma GCC unroll 8
-    for (std::size_t i = 0; i < kCount; ++i) of[i] = lesser(of[i], other.of[i]);
-  }
-  WARMFRONT_INLINE void store(Bounds& bounds) const {
-#pragma GCC unroll 8
-    for (std::size_t i = 0; i < kCount; ++i) std::memcpy(&bounds.lane[lane_of(i)], &of[i], sizeof of[i]);
-  }
-};
-
-// Where the lanes begin that a step changes, given those of the step before. An AABB's halves are less than a
-// vector: both are made.
-template <class Bounds>
-inline constexpr std::size_t kNewLanes = Bounds::kEnd >= 8 ? Bounds::kEnd : 0;
-
-template <class Bounds, std::size_t kFrom>
-struct OfVertices;
-
-template <std::size_t kFrom>
-struct OfVertices<KDop18, kFrom> {
-  WARMFRONT_INLINE static Lanes<KDop18, kFrom> merged(std::span<const KDop18> of, const Face& vertices) {
-    Lanes<KDop18, kFrom> lanes(of[vertices[0]]);
-    lanes.merge(Lanes<KDop18, kFrom>(of[vertices[1]]));
-    lanes.merge(Lanes<KDop18, kFrom>(of[vertices[2]]));
-    return lanes;
-  }
-};
-
-template <std::size_t kFrom>
-struct OfVertices<Aabb, kFrom> {
-  WARMFRONT_INLINE static Lanes<Aabb, kFrom> merged(std::span<const KDop18> of, const Face& vertices) {
-    using Float4 = float __attribute__((vector_size(16)));
-    // Each end's lower and upper three, as narrow() picks them, with one lane more.
-    const auto three = [&](std::size_t lane) {
-      return lesser(
-          lesser(load<Float4>(&of[vertices[0]].lane[lane]), load<Float4>(&of[vertices[1]].lane[lane])),
-          load<Float4>(&of[vertices[2]].lane[lane]));
-    };
-    const Float4 a = three(0);
-    const Float4 b = three(9);
-    const Float4 c = three(18);
-    const Float4 d = three(27);
-    Lanes<Aabb, kFrom> lanes;
-    const Float8 ab = __builtin_shufflevector(a, b, 0, 1, 2, 4, 5, 6, 6, 6);
-    const Float8 cd = __builtin_shufflevector(c, d, 0, 1, 2, 4, 5, 6, 6, 6);
-    lanes.of[0] = __builtin_shufflevector(ab, cd, 0, 1, 2, 3, 4, 5, 8, 9);
-    lanes.of[1] = __builtin_shufflevector(ab, cd, 4, 5, 8, 9, 10, 11, 12, 13);
-    return lanes;
-  }
-};
-
-// Eight rows of eight lanes become eight lanes of eight rows.
-WARMFRONT_INLINE void transpose(const float* rows, std::size_t stride, float* lanes) {
-  Float8 r[8];
-  Float8 s[8];
-#pragma GCC unroll 8
-  for (std::size_t i = 0; i < 8; ++i) r[i] = load<Float8>(rows + i * stride);
-#pragma GCC unroll 8
-  for (int i = 0; i < 8; i += 2) {
-    s[i] = __builtin_shuffle(r[i], r[i + 1], Int8{0, 8, 2, 10, 4, 12, 6, 14});
-    s[i + 1] = __builtin_shuffle(r[i], r[i + 1], Int8{1, 9, 3, 11, 5, 13, 7, 15});
-  }
-#pragma GCC unroll 8
-  for (int i = 0; i < 8; i += 4) {
-#pragma GCC unroll 8
-    for (int k = 0; k < 2; ++k) {
-      r[i + k] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{0, 1, 8, 9, 4, 5, 12, 13});
-      r[i + k + 2] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{2, 3, 10, 11, 6, 7, 14, 15});
-    }
-  }
-#pragma GCC unroll 8
-  for (int k = 0; k < 4; ++k) {
-    s[k] = __builtin_shuffle(r[k], r[k + 4], Int8{0, 1, 2, 3, 8, 9, 10, 11});
-    s[k + 4] = __builtin_shuffle(r[k], r[k + 4], Int8{4, 5, 6, 7, 12, 13, 14, 15});
-  }
-#pragma GCC unroll 8
-  for (int i = 0; i < 8; ++i) std::memcpy(lanes + 8 * i, &s[i], sizeof s[i]);
-}
-
-// The rows of eight bounds, one by one, until they are lanes.
-template <class Bounds, std::size_t kFrom>
-class Rows {
- public:
-  using Row = Lanes<Bounds, kFrom>;
-
-  WARMFRONT_INLINE void set(std::uint32_t slot, const Row& row) {
-#pragma GCC unroll 8
-    for (std::size_t k = 0; k < Row::kCount; ++k) std::memcpy(rows_[slot][k], &row.of[k], sizeof row.of[k]);
-  }
-  /// Puts them in place of the lanes of the last step, which become those of t = 0.
-  WARMFRONT_INLINE void put(EightBounds<Bounds>& eight) {
-    for (std::size_t k = 0; k < kFrom; ++k) {
-      const Float8 last = load<Float8>(eight.lane[k + kFrom].data());
-      std::memcpy(eight.lane[k].data(), &last, sizeof last);
-      asm volatile("" ::: "memory");  // else compilers make it one string instruction, which is slower here
-    }
-    for (std::uint32_t i = eight.count; i < EightBounds<Bounds>::kSlots; ++i)
-      std::memset(rows_[i], 0, sizeof rows_[i]);
-    for (std::size_t i = 0; i < Row::kCount; ++i)
-      transpose(rows_[0][i], 8 * Row::kCount, eight.lane[Row::lane_of(i)].data());
-  }
-
- private:
-  alignas(32) float rows_[EightBounds<Bounds>::kSlots][Row::kCount][8];
-};
-
-// A block's bounds as a whole.
-template <std::size_t kFrom, class Bounds>
-WARMFRONT_INLINE Lanes<Bounds, kFrom> refit_block(std::span<const KDop18> vertex_bounds,
-                                                  LeafBlock<Bounds>& block) {
-  Lanes<Bounds, kFrom> sum;
-  Rows<Bounds, kFrom> rows;
-  for (std::uint32_t i = 0; i < block.count; ++i) {
-    const Lanes<Bounds, kFrom> row = OfVertices<Bounds, kFrom>::merged(
-        vertex_bounds, {block.vertex[0][i], block.vertex[1][i], block.vertex[2][i]});
-    sum.merge(row);
-    rows.set(i, row);
-  }
-  rows.put(block);
-  return sum;
-}
-
-template <std::size_t kFrom, class Bounds>
-WARMFRONT_INLINE Lanes<Bounds, kFrom> refit_wide(std::span<const KDop18> vertex_bounds,
-                                                 LeafBlock<Bounds>* blocks, EightBounds<Bounds>& wide) {
-  Lanes<Bounds, kFrom> sum;
-  Rows<Bounds, kFrom> rows;
-  for (std::uint32_t i = 0; i < wide.count; ++i) {
-    const Lanes<Bounds, kFrom> row = refit_block<kFrom>(vertex_bounds, blocks[i]);
-    sum.merge(row);
-    rows.set(i, row);
-  }
-  rows.put(wide);
-  return sum;
-}
 
 // The bounds of a node whose children are of this step already.
 template <std::size_t kFrom, class Bounds>
@@ -181,11 +21,8 @@ WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, Node
     Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
     lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
     lanes.store(bounds);
-  } else if (!bvh.wide.empty()) {
-    EightBounds<Bounds>& wide = bvh.wide[node - first_leaf];
-    refit_wide<kFrom>(input.vertex_bounds, &bvh.blocks[wide.first], wide).store(bounds);
   } else if (!bvh.blocks.empty()) {
-    refit_block<kFrom>(input.vertex_bounds, bvh.blocks[node - first_leaf]).store(bounds);
+    refit_leaf<kFrom>(input.vertex_bounds, bvh, node);
   } else {
     const Primitive primitive = bvh.order[bvh.shape.begin(node)];
     OfVertices<Bounds, kFrom>::merged(input.vertex_bounds, primitive_vertices(input.scene, primitive))
@@ -233,7 +70,7 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
     } else {
       refit_node<0>(input, bvh, node);
     }
-    if (!bvh.travel.empty()) advance_travel(bvh, node);
+    if (!bvh.travel.empty()) advance_travel(input.vertex_bounds, bvh, node);
   }
 }
 

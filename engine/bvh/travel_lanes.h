@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "engine/bounds/lanes.h"
 #include "engine/bvh/bvh.h"
@@ -14,34 +15,6 @@ namespace warmfront {
 
 WARMFRONT_INLINE Float8 magnitude(Float8 x) {
   return greater(x, -x);
-}
-
-// A vector along axis k of the slabs, and the weight of lengths along it.
-template <class T>
-WARMFRONT_INLINE T along(int k, T x, T y, T z) {
-  switch (k) {
-    case 0:
-      return x;
-    case 1:
-      return y;
-    case 2:
-      return z;
-    case 3:
-      return x + y;
-    case 4:
-      return x - y;
-    case 5:
-      return y + z;
-    case 6:
-      return y - z;
-    case 7:
-      return z + x;
-    default:
-      return z - x;
-  }
-}
-inline constexpr float weight(int k) {
-  return k < 3 ? 1.0F : 0.5F;
 }
 
 // Where the bounds' centre is at t = 1.
@@ -76,26 +49,26 @@ WARMFRONT_INLINE float wandered(const Aabb& bounds, float x, float y, float z) {
   return largest(magnitude(change));
 }
 
-// The same for all primitives of a leaf.
-template <class Bounds>
-WARMFRONT_INLINE float wandered(const LeafBlock<Bounds>& leaf, float x, float y, float z) {
-  Float8 most{};
-  for (int k = 0; k < Bounds::kAxes; ++k) {
-    const float common = along(k, x, y, z);
-    const auto change = [&](int lane) {
-      return load<Float8>(leaf.lane[lane + Bounds::kEnd].data()) - load<Float8>(leaf.lane[lane].data());
-    };
-    const Float8 both = greater(magnitude(change(k) - common), magnitude(change(k + Bounds::kAxes) + common));
-    most = greater(weight(k) * both, most);
+// How far any of a leaf's vertices did: no bounds of what is made of them did more, along whatever axis. What
+// a vertex goes along a diagonal counts half, which is no more than the larger of what it goes along its two
+// axes.
+WARMFRONT_INLINE float wandered(std::span<const std::uint32_t> vertices, std::span<const KDop18> bounds,
+                                float x, float y, float z) {
+  using Float4 = float __attribute__((vector_size(16)));
+  const Float4 common{x, y, z, x + y};
+  Float4 most{};
+  for (const std::uint32_t v : vertices) {
+    const float* lane = bounds[v].lane.data();
+    const Float4 change = load<Float4>(lane + KDop18::kEnd) - load<Float4>(lane) - common;
+    most = greater(greater(change, -change), most);
   }
-  const Int8 used = Int8{0, 1, 2, 3, 4, 5, 6, 7} < static_cast<std::int32_t>(leaf.count);
-  return largest(used ? most : Float8{});
+  return std::max(std::max(most[0], most[1]), most[2]);
 }
 
-// Adds the step's motion of a node whose bounds, and block if it has one, are those of the step. Lanes that
-// are infinite, whose changes are not numbers, come with a slack that outlives no budget.
+// Adds the step's motion of a node whose bounds are those of the step. Lanes that are infinite, whose changes
+// are not numbers, come with a slack that outlives no budget.
 template <class Bounds>
-WARMFRONT_INLINE void advance_travel(Bvh<Bounds>& bvh, NodeId node) {
+WARMFRONT_INLINE void advance_travel(std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh, NodeId node) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   NodeTravel& travel = bvh.travel[node];
   const std::array<float, 3> centre = centre_of(bvh.nodes[node]);
@@ -106,9 +79,7 @@ WARMFRONT_INLINE void advance_travel(Bvh<Bounds>& bvh, NodeId node) {
   if (node < first_leaf || bvh.blocks.empty()) {
     length = wandered(bvh.nodes[node], x, y, z);
   } else {
-    // A length that is not a number comes with a slack that outlives no budget, too.
-    for (const LeafBlock<Bounds>& block : bvh.blocks_of(node))
-      length = std::max(length, wandered(block, x, y, z));
+    length = wandered(bvh.leaf_vertices[node - first_leaf], vertex_bounds, x, y, z);
   }
   travel.centre = centre;
   travel.wandered += std::min(travel::units(length) + bvh.travel_slack, travel::kMost);

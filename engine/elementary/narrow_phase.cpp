@@ -26,6 +26,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     step_ = step;
     trees_ = trees;
     scene_ = &input.scene;
+    vertex_bounds_ = input.vertex_bounds;
     stop_ = input.stop;
     tester.begin(input, shared);
   }
@@ -48,19 +49,22 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     }
     const std::span<const LeafBlock<Bounds>> blocks_a = a.blocks_of(leaves.a);
     const std::span<const LeafBlock<Bounds>> blocks_b = b.blocks_of(leaves.b);
-    const LanesOfOne whole_b = LanesOfOne::of(b.nodes[leaves.b]);
+    const NodeId leaf_a = leaves.a - a.shape.first_leaf();
+    const NodeId leaf_b = leaves.b - b.shape.first_leaf();
+    const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
+    const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
     if (blocks_a.size() == 1 && blocks_b.size() == 1)
-      return block_pair(a, blocks_a[0], b, blocks_b[0], whole_b, same);
-    const EightBounds<Bounds>& wide_a = a.wide[leaves.a - a.shape.first_leaf()];
-    const EightBounds<Bounds>& wide_b = b.wide[leaves.b - b.shape.first_leaf()];
-    const EightOverlaps pairs = block_overlaps(wide_a, wide_b, whole_b, same, tester.until());
+      return block_pair(a, blocks_a[0], b, blocks_b[0], between, whole_b, same);
+    const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
+    const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
+    const EightOverlaps pairs = block_overlaps(wide_a, wide_b, between, whole_b, same, tester.until());
     LeafGap nearest{pairs.gap, false};
     for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       const std::uint32_t i = bit % 8;
       const std::uint32_t j = bit / 8;
       const LeafGap gap =
-          block_pair(a, blocks_a[i], b, blocks_b[j], LanesOfOne::of(wide_b, j), same && i == j);
+          block_pair(a, blocks_a[i], b, blocks_b[j], between, OneOfLeaf::of(wide_b, j), same && i == j);
       nearest.gap = std::min(nearest.gap, gap.gap);
       nearest.adjacent |= gap.adjacent;
     }
@@ -86,19 +90,34 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
  private:
   // Hands the primitives of two blocks over; what is learnt, as leaf_pair().
   LeafGap block_pair(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
-                     const LeafBlock<Bounds>& block_b, LanesOfOne whole_b, bool same) {
-    const EightOverlaps pairs = primitive_overlaps(block_a, block_b, whole_b, same, tester.until());
+                     const LeafBlock<Bounds>& block_b, const GridPair<Bounds>& between, OneOfLeaf whole_b,
+                     bool same) {
+    const EightOverlaps pairs = primitive_overlaps(block_a, block_b, between, whole_b, same, tester.until());
     tester.output().counts.primitive_tests +=
         same ? block_a.count * (block_a.count - 1) / 2 : block_a.count * block_b.count;
     for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      tester.primitive_pair(a.order[block_a.first + bit % 8], b.order[block_b.first + bit / 8]);
+      const Primitive p = a.order[block_a.first + bit % 8];
+      const Primitive q = b.order[block_b.first + bit / 8];
+      // So that which pairs are counted does not depend on the leaves that they are in.
+      if ((bits & -bits & pairs.unsure) != 0 && !bounds_overlap(p, q)) continue;
+      tester.primitive_pair(p, q);
     }
     return {pairs.gap, pairs.adjacent};
   }
 
+  // In float32.
+  bool bounds_overlap(Primitive p, Primitive q) const {
+    const auto bounds = [this](Primitive primitive) {
+      const auto [a, b, c] = primitive_vertices(*scene_, primitive);
+      return TriangleBounds{{&vertex_bounds_[a], &vertex_bounds_[b], &vertex_bounds_[c]}};
+    };
+    return overlap<Bounds>(bounds(p), bounds(q));
+  }
+
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
+  std::span<const KDop18> vertex_bounds_;
   StopSignal stop_;
   std::uint64_t step_ = 0;
 };

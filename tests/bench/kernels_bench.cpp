@@ -91,10 +91,13 @@ template <class Bounds>
 void leaf_against_leaf(benchmark::State& state) {
   const ClothStep<Bounds>& step = ClothStep<Bounds>::get();
   const auto& blocks = step.hierarchy.bvh.blocks;
-  const auto nodes = step.leaf_nodes();
+  const auto& grids = step.hierarchy.bvh.grids;
+  const auto grid_of = [&](const LeafBlock<Bounds>& block) -> const LeafGrid<Bounds>& {
+    return grids[static_cast<std::size_t>(&block - blocks.data())];
+  };
   run_on_neighbours(state, blocks, [&](const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
-    const LanesOfOne whole_b = LanesOfOne::of(nodes[static_cast<std::size_t>(&b - blocks.data())]);
-    return primitive_overlaps(a, b, whole_b, false, 1).to_test;
+    const LeafGrid<Bounds>& leaf_b = grid_of(b);
+    return primitive_overlaps(a, b, grid_pair(grid_of(a), leaf_b), OneOfLeaf::of(leaf_b), false, 1).to_test;
   });
 }
 BENCHMARK(leaf_against_leaf<Aabb>);

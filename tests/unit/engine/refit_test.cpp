@@ -2,6 +2,7 @@
 // A hierarchy refit from step to step against the same one whose bounds are made anew.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "tests/support/hierarchy.h"
@@ -22,10 +23,12 @@ void expect_same_eights(const Eights& refit, const Eights& anew, const char* wha
     const Eight& a = refit[i];
     const Eight& b = anew[i];
     ASSERT_EQ(a.count, b.count);
-    for (std::size_t lane = 0; lane < b.lane.size(); ++lane) {
-      for (std::uint32_t slot = 0; slot < b.count; ++slot)
-        ASSERT_EQ(a.lane[lane][slot], b.lane[lane][slot])
-            << what << " " << i << ", lane " << lane << ", slot " << slot;
+    for (std::size_t t = 0; t < 2; ++t) {
+      for (std::size_t axis = 0; axis < Eight::kAxes; ++axis) {
+        for (std::uint32_t n = 0; n < 2 * b.count; ++n)
+          ASSERT_EQ(row_of(a, t, axis)[n], row_of(b, t, axis)[n])
+              << what << " " << i << ", end " << t << ", axis " << axis << ", number " << n;
+      }
     }
   }
 }
@@ -36,6 +39,51 @@ void expect_same_bounds(const Bvh<Bounds>& refit, const Bvh<Bounds>& anew) {
   for (std::size_t n = 0; n < anew.nodes.size(); ++n) ASSERT_EQ(refit.nodes[n].lane, anew.nodes[n].lane) << n;
   expect_same_eights<EightBounds<Bounds>>(refit.blocks, anew.blocks, "block");
   expect_same_eights<EightBounds<Bounds>>(refit.wide, anew.wide, "wide leaf");
+  for (std::size_t l = 0; l < anew.grids.size(); ++l) ASSERT_TRUE(refit.grids[l] == anew.grids[l]) << l;
+}
+
+// A number counts units from its leaf's origin, from below, by less than one and what float32 rounds.
+template <class Bounds>
+void expect_rounded_outward(const LeafGrid<Bounds>& grid, const OneOfLeaf& numbers, const Bounds& bounds) {
+  for (std::size_t t = 0; t < 2; ++t) {
+    ASSERT_FALSE(grid.end[t].none());
+    const double unit = std::ldexp(1.0, grid.end[t].exponent);
+    for (std::size_t k = 0; k < grid.kAxes; ++k) {
+      const double origin = grid.end[t].origin[k];
+      const float* lane = &bounds.lane[t * Bounds::kEnd + k];
+      const double lower = (lane[0] - origin) / unit - numbers(t, k)[0];
+      const double upper = (lane[grid.kAxes] + origin) / unit - numbers(t, k)[1];
+      ASSERT_GE(lower, 0);
+      ASSERT_GE(upper, 0);
+      ASSERT_LE(lower, 1.01);
+      ASSERT_LE(upper, 1.01);
+      ASSERT_LE(std::abs(numbers(t, k)[0]), grid.kReach + 1);
+      ASSERT_LE(std::abs(numbers(t, k)[1]), grid.kReach + 1);
+    }
+  }
+}
+
+// Of each leaf, its blocks, and its primitives.
+template <class Bounds>
+void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
+  const Bvh<Bounds>& bvh = hierarchy.bvh;
+  for (std::size_t l = 0; l < bvh.grids.size(); ++l) {
+    const auto leaf = static_cast<NodeId>(bvh.shape.first_leaf() + l);
+    expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.grids[l]), bvh.nodes[leaf]);
+    const auto blocks = bvh.blocks_of(leaf);
+    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+      Bounds sum = Bounds::empty();
+      for (std::uint32_t i = 0; i < blocks[b].count; ++i) {
+        Bounds bounds = Bounds::empty();
+        for (const auto& corner : blocks[b].vertex)
+          bounds.merge(narrow<Bounds>(hierarchy.vertex_bounds()[corner[i]]));
+        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(blocks[b], i), bounds);
+        sum.merge(bounds);
+      }
+      if (!bvh.wide.empty()) expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], b), sum);
+      if (::testing::Test::HasFatalFailure()) return;
+    }
+  }
 }
 
 TYPED_TEST(RefitTest, FromStepToStepIsAnewBitForBit) {
@@ -49,6 +97,7 @@ TYPED_TEST(RefitTest, FromStepToStepIsAnewBitForBit) {
       if (random() % 4 != 0) scene.positions = random_motion(random, *scene.scene, scene.positions);
       hierarchy.step(scene.positions);
       expect_same_bounds(hierarchy.bvh, hierarchy.anew());
+      expect_rounded_outward(hierarchy);
       ASSERT_FALSE(this->HasFatalFailure()) << "world " << world << ", step " << step;
     }
   }
