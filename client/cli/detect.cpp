@@ -3,8 +3,10 @@
 #include "client/cli/detect.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <string>
 #include <utility>
@@ -48,6 +50,7 @@ struct Arguments {
   std::string find_rigid = "on";
   std::string separate_parts = "on";
   std::string frames;
+  std::size_t in_flight = 2;
   OutputFiles files;
   std::string json_file;
   std::string record_file;
@@ -136,16 +139,31 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
   ContactHash hash;
   std::vector<double> wide;
   Progress progress("step", steps.step_count());
+  // What is made of an answer beside the table belongs to the frame that `steps` is at.
+  const std::size_t most = outputs.any() || explanation ? 1 : std::min(arguments.in_flight, stepper.window());
+  struct HandedOver {
+    std::uint64_t number;
+    std::uint64_t bytes;
+  };
+  std::deque<HandedOver> in_flight;
+  const auto failed = [](Error error, std::uint64_t number) {
+    error.message = "step to frame " + std::to_string(number) + ": " + error.message;
+    return error;
+  };
   if (table) print_header();
+  Positions end;
   for (std::uint64_t step = 1; step <= steps.step_count(); ++step) {
-    if (Status status = steps.next(); !status) return status;
-    const Positions end = arguments.substeps > 1 ? Positions(widen(steps.end(), wide)) : steps.end();
-    Result<StepAnswer> result = stepper.step(frames.next(end));
-    if (!result) {
-      Error error = result.error();
-      error.message = "step to frame " + std::to_string(steps.number()) + ": " + error.message;
-      return error;
+    while (in_flight.size() < most && step + in_flight.size() <= steps.step_count()) {
+      if (Status status = steps.next(); !status) return status;
+      end = arguments.substeps > 1 ? Positions(widen(steps.end(), wide)) : steps.end();
+      if (Status status = stepper.submit(frames.next(end)); !status)
+        return failed(status.error(), steps.number());
+      in_flight.push_back({steps.number(), frames.bytes()});
     }
+    const auto [number, bytes] = in_flight.front();
+    in_flight.pop_front();
+    Result<StepAnswer> result = stepper.next_answer();
+    if (!result) return failed(result.error(), number);
     const StepAnswer& answer = result.value();
     if (with_contacts) {
       hash.begin_step(answer.contacts.size());
@@ -153,12 +171,12 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
     }
     if (explanation) {
       const std::uint64_t all_bytes = std::visit([](auto span) { return span.size_bytes(); }, end);
-      if (Status status = explanation->step(frames.placed(), answer, frames.bytes(), all_bytes); !status)
+      if (Status status = explanation->step(frames.placed(), answer, bytes, all_bytes); !status)
         return status;
     }
     if (Status status = outputs.step(steps, answer); !status) return status;
-    report.frames.push_back({steps.number(), answer.vf, answer.ee, answer.possible, answer.earliest_toi,
-                             answer.statistics, frames.bytes()});
+    report.frames.push_back(
+        {number, answer.vf, answer.ee, answer.possible, answer.earliest_toi, answer.statistics, bytes});
     if (table) {
       progress.clear();
       print_row(report.frames.back());
@@ -293,6 +311,13 @@ Verb add_detect(CLI::App& app) {
                  "What a frame carries: all positions; what moved; or poses fitted to rigid bodies, and what "
                  "else moved")
       ->check(CLI::IsMember({"all", "moved", "poses"}))
+      ->capture_default_str();
+  app.add_option(
+         "--in-flight", a.in_flight,
+         "With --server: frames sent before the first of them is answered, as far as the daemon's window "
+         "goes; 1: each waits for the answer before it, as a simulation's may have to. With output "
+         "files, --explain or --record each waits")
+      ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   app.add_option("--find-bodies", a.find_bodies,
                  "Where no bodies are declared, take the components for bodies; the contacts are the same")

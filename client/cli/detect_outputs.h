@@ -35,6 +35,8 @@ class DetectOutputs {
                                     const std::string& name, const SceneDescription& scene,
                                     const FrameSteps& steps);
 
+  /// Whether there is any: then each answer is to come before the next step.
+  bool any() const { return contacts_ || meshes_ || page_; }
   /// The step that `steps` is at, and its answer.
   Status step(const FrameSteps& steps, const StepAnswer& answer);
   /// Writes what is left; fails when anything did not reach its file.

@@ -39,6 +39,17 @@ class RemoteStepper final : public Stepper {
     return to_step_answer(answer.value());
   }
 
+  std::size_t window() const override { return session_.window(); }
+  Status submit(const Frame& frame) override {
+    const Result<std::uint64_t> number = session_.submit(frame);
+    return number ? Status{} : Status{number.error()};
+  }
+  Result<StepAnswer> next_answer() override {
+    Result<Answer> answer = session_.next_answer();
+    if (!answer) return answer.error();
+    return to_step_answer(answer.value());
+  }
+
   int threads() const override { return threads_; }
 
  private:

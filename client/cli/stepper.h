@@ -3,9 +3,12 @@
 // A stepper is used by one thread at a time.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "client/io/contact_record.h"
@@ -39,8 +42,26 @@ class Stepper {
   /// stepper adds those of its connection.
   virtual Result<StepAnswer> step(const Frame& frame) = 0;
 
+  /// How many steps may be unanswered at once where they are handed over with submit(); 1: nothing is gained
+  /// by it.
+  virtual std::size_t window() const { return 1; }
+  /// Hands over a step, whose answer next_answer() gives, in order. `frame` need not outlive the call.
+  virtual Status submit(const Frame& frame) {
+    answers_.push_back(step(frame));
+    return {};
+  }
+  /// The answer to the oldest step that was handed over and not answered, of which there must be one.
+  virtual Result<StepAnswer> next_answer() {
+    Result<StepAnswer> answer = std::move(answers_.front());
+    answers_.pop_front();
+    return answer;
+  }
+
   /// How many threads answer.
   virtual int threads() const = 0;
+
+ private:
+  std::deque<Result<StepAnswer>> answers_;
 };
 
 /// A stepper in this process. `threads` >= 1, or 0 for as many as the machine has. Fails as Scene::create()

@@ -15,11 +15,13 @@
 
 namespace warmfront {
 
-/// A whole number below x and below what x was rounded from, for |x| up to 8192: x is a difference of
-/// float32, scaled, so it carries 2^-24 of itself, the sum here 2^-11. Truncation rounds down what is
-/// positive.
+/// A whole number below x and below what x was rounded from, for x from -8500 to 7600: x is a difference of
+/// float32, scaled, so it carries 2^-24 of itself, and the sum here rounds by 2^-11; together that is less
+/// than what kGridUp is short of its whole number. Truncation rounds down what is positive.
+inline constexpr std::int32_t kGridBase = 8704;
+inline constexpr float kGridUp = kGridBase - 0x1p-9F;
 WARMFRONT_INLINE std::int32_t grid_floor(float x) {
-  return static_cast<std::int32_t>(x + (8192.0F - 0x1p-9F)) - 8192;
+  return static_cast<std::int32_t>(x + kGridUp) - kGridBase;
 }
 
 /// A leaf's bounds as its primitives' are held: along each axis, and at each end of the step, a lower end

@@ -113,9 +113,8 @@ WARMFRONT_INLINE void transpose(Float8 (&r)[8]) {
 
 // Lower ends and negated upper ends, in units from their origin, as pairs of 16 bits; each as grid_floor().
 WARMFRONT_INLINE Float8 pairs_of(Float8 lower, Float8 upper) {
-  constexpr float kUp = 8192.0F - 0x1p-9F;
-  const Int8 low = __builtin_convertvector(lower + kUp, Int8) - 8192;
-  const Int8 high = __builtin_convertvector(upper + kUp, Int8) - 8192;
+  const Int8 low = __builtin_convertvector(lower + kGridUp, Int8) - kGridBase;
+  const Int8 high = __builtin_convertvector(upper + kGridUp, Int8) - kGridBase;
   return (Float8)((high << 16) | (low & 0xffff));
 }
 

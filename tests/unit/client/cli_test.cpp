@@ -58,6 +58,7 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --substeps 0",
                                 "detect builtin:bart --bodies some",
                                 "detect builtin:bart --send little",
+                                "detect builtin:bart --in-flight 0",
                                 "detect builtin:bart --explain --report count",
                                 "detect builtin:bart --fields normal",
                                 "detect builtin:bart --fields colour --contacts c.csv",

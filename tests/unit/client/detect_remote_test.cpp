@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// `warmfront detect --server` as a user runs it: the answers of the engine in this process, in their order.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "client/cli/exit_codes.h"
+#include "tests/unit/client/command.h"
+#include "tests/unit/server/local_daemon.h"
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kDetect = "detect 'builtin:cloth-ball?triangles=1000&frames=9' ";
+
+// What does not depend on how long it took.
+Json answers_of(const std::string& arguments) {
+  const Outcome outcome = run(kDetect + arguments + " --json -", "2>/dev/null");
+  EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+  Json report = Json::parse(outcome.out);
+  Json answers{{"hash", report["contacts_hash"]}};
+  for (const Json& frame : report["frames"])
+    answers["frames"].push_back({frame["frame"], frame["vf"], frame["ee"], frame["earliest_toi"]});
+  return answers;
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+TEST(DetectRemote, HasTheEnginesAnswersHoweverManyFramesAreInFlight) {
+  test::LocalDaemon daemon;
+  for (const char* steps : {"", "--frames 2:3", "--frames 3:8 --substeps 3 --send moved"}) {
+    const Json local = answers_of(steps);
+    EXPECT_GE(local["frames"].size(), 1U);
+    for (const char* in_flight : {"", "--in-flight 1", "--in-flight 3", "--in-flight 1024"})
+      EXPECT_EQ(answers_of(std::string(steps) + " --server " + daemon.address() + " " + in_flight), local)
+          << steps << " " << in_flight;
+  }
+}
+
+TEST(DetectRemote, KeepsToTheDaemonsWindow) {
+  server::Config config;
+  config.limits.window = 1;
+  test::LocalDaemon daemon(config);
+  EXPECT_EQ(answers_of("--in-flight 4 --server " + daemon.address()), answers_of(""));
+}
+
+TEST(DetectRemote, WritesEachFramesContactsWithItsOwnMesh) {
+  test::LocalDaemon daemon;
+  const test::TemporaryFolder folder;
+  const auto files = [&](const std::string& name, const std::string& arguments) {
+    const std::filesystem::path meshes = folder.path() / name / "m.vtp";
+    std::filesystem::create_directory(meshes.parent_path());
+    EXPECT_EQ(run(kDetect + arguments + " --meshes " + meshes.string()).code, kExitOk);
+    std::map<std::string, std::string> texts;
+    for (const auto& file : std::filesystem::directory_iterator(meshes.parent_path()))
+      texts[file.path().filename()] = text_of(file.path());
+    return texts;
+  };
+  const auto local = files("local", "");
+  EXPECT_GT(local.size(), 8U);
+  EXPECT_TRUE(files("remote", "--in-flight 4 --server " + daemon.address()) == local);
+}
+
+}  // namespace
+}  // namespace warmfront::client
