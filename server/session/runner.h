@@ -43,6 +43,9 @@ class Runner {
   [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane);
   /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
+  /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
+  /// others. It would wait for as many as a long one holds.
+  bool takes_one_thread(Lane lane) const { return lane == Lane::kShort && busy() > 1; }
 
  private:
   struct Queue {

@@ -142,6 +142,8 @@ Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome
   Outcome<T> outcome = [&]() -> Outcome<T> {
     if (std::optional<Fault> fault = closed()) return *std::move(fault);
     try {
+      std::optional<Workers::OneThread> one_thread;
+      if (runner_.takes_one_thread(lane_of(next_ms_))) one_thread.emplace();
       return work();
     } catch (const std::bad_alloc&) {
       return out_of_memory(what);
@@ -278,12 +280,8 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   if (limits_.self_check_steps > 0 && steps_unchecked_ >= limits_.self_check_steps) {
     if (Outcome<std::string> checked = self_check(name_of(frame) + ": "); !checked) return checked.fault();
   }
-  // Beside others a short step takes one thread: it would wait for as many as a long one holds.
-  std::optional<Workers::OneThread> one_thread;
-  if (lane_of(next_ms_) == Lane::kShort && runner_.busy() > 1) one_thread.emplace();
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
   Result<StepResult> result = collider_.step(request.contents.view(), request.pass.given_up.get());
-  one_thread.reset();
   if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
   Answer answer = make_answer(frame, scene, result.value(), options_.fields);

@@ -58,7 +58,8 @@ void CreateCall::OnReadDone(bool ok) {
   if (std::optional<Fault> fault = upload_->complete()) return fail_locked(context_.refuse(*fault));
   state_ = State::kBuilding;
   // Building takes some ten times as long as a step.
-  context_.runner.post([this] { build(); }, lane_of(10 * step_cost_ms(upload_->face_count(), {})));
+  const Lane lane = lane_of(10 * step_cost_ms(upload_->face_count(), {}));
+  context_.runner.post([this, lane] { build(lane); }, lane);
 }
 
 void CreateCall::end(const Fault& fault) {
@@ -118,7 +119,7 @@ std::optional<Fault> CreateCall::reserve() {
   return std::nullopt;
 }
 
-void CreateCall::build() {
+void CreateCall::build(Lane lane) {
   const auto lost = [&context = context_](Session& session, const Fault& fault) {
     context.store.forget(session);
     ++context.metrics.sessions_ended[Metrics::kFailed];
@@ -129,10 +130,13 @@ void CreateCall::build() {
     context.log.write(LogLevel::kWarning, "session_rebuilt",
                       {{"session", session.id().text()}, {"reason", found}});
   };
+  std::optional<Workers::OneThread> one_thread;
+  if (context_.runner.takes_one_thread(lane)) one_thread.emplace();
   Outcome<std::shared_ptr<Session>> built =
       Session::create(upload_->take_spec(), upload_->take_positions(),
                       {context_.workers, context_.runner, context_.limits, std::move(account_), lost, owner_,
                        &context_.metrics, recording_, rebuilt});
+  one_thread.reset();
   if (!built) {
     reservation_.reset();
     recording_.reset();

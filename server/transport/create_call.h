@@ -42,7 +42,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
 
   std::optional<Fault> add();
   std::optional<Fault> reserve();
-  void build();
+  void build(Lane lane);
   /// Ends the call with this, unless the upload is over. The upload's memory and its place in the store are
   /// given back first: the client may try again as soon as it hears of it.
   void fail_locked(const grpc::Status& status) WARMFRONT_REQUIRES(mutex_);
