@@ -31,7 +31,7 @@ void Runner::post(std::function<void()> task, Lane lane) {
   queue.changed.notify_one();
 }
 
-bool Runner::run_here(const std::function<void()>& task, Lane lane) {
+bool Runner::run_here(const std::function<void()>& task, Lane lane) noexcept {
   {
     const MutexLock lock(mutex_);
     if (guests_ >= most_guests_ || !queues_[static_cast<std::size_t>(lane)].tasks.empty()) return false;

@@ -39,8 +39,9 @@ class Runner {
 
   void post(std::function<void()> task, Lane lane = Lane::kLong);
   /// Runs the task on the calling thread, unless others of its lane wait or too many guests are here: then
-  /// it does nothing and returns false.
-  [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane);
+  /// it does nothing and returns false. A task that throws ends the process, as on the threads of this: the
+  /// caller's thread may be one that swallows it, and what the task had taken would never come back.
+  [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane) noexcept;
   /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside

@@ -139,6 +139,7 @@ void Session::change(std::uint64_t next_frame, std::vector<SceneChange> changes,
 
 template <class T>
 Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome<T>()>& work) {
+  stepped_ = false;
   Outcome<T> outcome = [&]() -> Outcome<T> {
     if (std::optional<Fault> fault = closed()) return *std::move(fault);
     try {
@@ -163,10 +164,27 @@ Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome
 
 void Session::take_stock() {
   memory_.set(collider_.memory_bytes() + (last_frame_ ? last_frame_->memory_bytes() : 0));
+  plan_next();
   const MutexLock lock(mutex_);
   snapshot_.last_frame = frames_.last();
   snapshot_.steps = frames_.steps();
   last_request_ = std::chrono::steady_clock::now();
+}
+
+// Only what follows a step is foreseen to be brief: the first of a changed scene, or of one whose warmth is
+// gone, may take long, and so may the frame again that was given up. A check takes a time of its own, and the
+// disk of a recording what it likes.
+void Session::plan_next() {
+  const std::uint64_t faces = collider_.scene().face_count();
+  next_ms_ = step_cost_ms(faces, last_answer_ ? last_answer_->statistics.counts : StepCounts{});
+  if (last_answer_ && last_answer_->all_deformable)
+    next_ms_ += step_cost_ms(faces, last_answer_->all_deformable->statistics.counts);
+  const bool foreseen = stepped_ && !check_is_due() && !recording_;
+  mailbox_->set_lane(lane_of(next_ms_), foreseen ? place_of(next_ms_) : Place::kElsewhere);
+}
+
+bool Session::check_is_due() const {
+  return limits_.self_check_steps > 0 && steps_unchecked_ >= limits_.self_check_steps;
 }
 
 Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request) {
@@ -277,7 +295,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     refusal->message = name_of(frame) + ": " + refusal->message;
     return *std::move(refusal);
   }
-  if (limits_.self_check_steps > 0 && steps_unchecked_ >= limits_.self_check_steps) {
+  if (check_is_due()) {
     if (Outcome<std::string> checked = self_check(name_of(frame) + ": "); !checked) return checked.fault();
   }
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
@@ -297,8 +315,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   ++steps_unchecked_;
   if (metrics_ != nullptr)
     metrics_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
-  next_ms_ = step_cost_ms(scene.face_count(), last_answer_->statistics.counts);
-  mailbox_->set_lane(lane_of(next_ms_), place_of(next_ms_));
+  stepped_ = true;
   return last_answer_;
 }
 

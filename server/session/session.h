@@ -161,6 +161,8 @@ class Session : public std::enable_shared_from_this<Session> {
   template <class T>
   Outcome<T> guarded(const std::string& what, const std::function<Outcome<T>()>& work);
   void take_stock();
+  void plan_next();
+  bool check_is_due() const;
   std::optional<Fault> closed() const;
 
   // Constant after construction.
@@ -184,6 +186,7 @@ class Session : public std::enable_shared_from_this<Session> {
   FrameSequence frames_;
   std::uint32_t steps_unchecked_ = 0;
   bool was_rebuilt_ = false;  // after a self-check
+  bool stepped_ = false;      // the last request was a step, and was carried out
   double next_ms_;            // step_cost_ms() of the next step
   std::shared_ptr<const Answer> last_answer_;
   std::optional<FrameBuffer> last_frame_;  // what it answers

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brief steps stay on the thread that received them: nobody waits for one that turns out long.
+// Brief steps stay on the thread that received them: which do, and that nobody waits for one that turns out
+// long.
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
@@ -8,17 +9,170 @@
 #include <atomic>
 #include <functional>
 #include <future>
+#include <latch>
 #include <memory>
 #include <thread>
 #include <vector>
 
+#include "proto/recording/writer.h"
 #include "server/transport/context.h"
+#include "server/transport/session_recording.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace warmfront::test {
 namespace {
 
 using grpc::StatusCode;
+using server::Answer;
+using server::Lane;
+using server::Session;
+template <class T>
+using Outcome = server::Outcome<T>;
+
+/// Sessions without a network, beside a runner that takes one guest.
+class WhereAStepRunsTest : public ::testing::Test {
+ protected:
+  struct Made {
+    std::shared_ptr<Session> session;
+    std::vector<double> start;
+    std::uint64_t steps = 0;
+  };
+
+  Made make(const MovingGrids& grids, bool rests = false, const ColliderOptions& options = {},
+            std::shared_ptr<server::SessionRecording> recording = {}) {
+    SceneDescription scene = grids.scene();
+    if (rests) scene.bodies.push_back({"", 0, grids.vertex_count(), BodyKind::kStatic});
+    server::PositionBuffer positions(server::Dtype::kFloat64, grids.vertex_count());
+    std::vector<double> start = grids.positions(0);
+    EXPECT_TRUE(positions.append(bytes_of(start)).ok());
+    auto session = Session::create(
+        {server::SessionId::parse(kId).value(), std::move(scene), options, server::Dtype::kFloat64, 0, {}},
+        positions,
+        {.workers = workers_,
+         .runner = runner_,
+         .limits = limits_,
+         .account = server::Account::open(budget_, 1 << 30, 0).value(),
+         .lost = [](Session&, const server::Fault&) {},
+         .recording = std::move(recording)});
+    return {session.value(), std::move(start)};
+  }
+  /// Whether the next step, of what rests, runs on this thread.
+  bool stays(Made& made, std::uint64_t frame) {
+    server::FrameBuffer contents(server::Dtype::kFloat64, *made.session->scene());
+    static_cast<void>(contents.append(bytes_of(made.start)));
+    std::thread::id ran;
+    std::promise<void> done;
+    made.session->step(
+        frame, std::move(contents), {}, Session::Admission::kAlways,
+        [&](const Outcome<std::shared_ptr<const Answer>>&) { done.set_value(); },
+        [&] { ran = std::this_thread::get_id(); });
+    done.get_future().wait();
+    settle();
+    return ran == std::this_thread::get_id();
+  }
+  bool stays(Made& made) { return stays(made, ++made.steps); }
+  /// A request's answer comes before its job has ended; until then the next one would wait for it.
+  void settle() {
+    for (const Lane lane : {Lane::kShort, Lane::kLong}) {
+      std::latch done(1);
+      runner_.post([&] { done.count_down(); }, lane);
+      done.wait();
+    }
+  }
+
+  const std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
+  server::Budget budget_{1 << 30};
+  server::Limits limits_;
+  server::Runner runner_{1, 1};
+};
+
+TEST_F(WhereAStepRunsTest, OnThisThreadOnceAStepWasBrief) {
+  Made made = make(MovingGrids(3));
+  EXPECT_FALSE(stays(made)) << "nobody knows of the first";
+  EXPECT_TRUE(stays(made));
+  EXPECT_TRUE(stays(made));
+  EXPECT_EQ(made.session->snapshot().steps, 3u);
+}
+
+TEST_F(WhereAStepRunsTest, ElsewhereAfterWhateverElseASessionDid) {
+  Made made = make(MovingGrids(3), true);
+  EXPECT_FALSE(stays(made));
+  EXPECT_TRUE(stays(made));
+  std::promise<void> changed, checked;
+  made.session->change(3, {server::ChangeBody{0, {"", 0, static_cast<std::uint32_t>(made.start.size() / 3)}}},
+                       [&](const std::optional<server::Fault>& fault) {
+                         EXPECT_FALSE(fault) << fault->message;
+                         changed.set_value();
+                       });
+  changed.get_future().wait();
+  settle();
+  EXPECT_FALSE(stays(made)) << "its first of another scene";
+  EXPECT_TRUE(stays(made));
+  made.session->check([&](const Outcome<std::string>& outcome) {
+    EXPECT_TRUE(outcome.ok());
+    checked.set_value();
+  });
+  checked.get_future().wait();
+  settle();
+  EXPECT_FALSE(stays(made)) << "what was found broken would be made anew";
+  EXPECT_TRUE(stays(made));
+  EXPECT_TRUE(stays(made, 99)) << "out of order";
+  EXPECT_FALSE(stays(made)) << "a frame that was given up may have been long; so may the same one again";
+  EXPECT_EQ(made.session->snapshot().steps, 7u);
+}
+
+TEST_F(WhereAStepRunsTest, ElsewhereAfterABodyWasAddedThatMakesItLong) {
+  Made made = make(MovingGrids(3), true);
+  EXPECT_FALSE(stays(made));
+  EXPECT_TRUE(stays(made));
+  const MovingGrids large(100);  // 39,204 triangles
+  server::AddBody add;
+  add.addition.body.vertex_count = large.vertex_count();
+  add.addition.body.kind = BodyKind::kStatic;
+  add.addition.faces = large.scene().faces;
+  add.positions = large.positions(0);
+  for (std::size_t i = 2; i < add.positions.size(); i += 3) add.positions[i] += 100;
+  made.start.insert(made.start.end(), add.positions.begin(), add.positions.end());
+  std::promise<void> changed;
+  made.session->change(3, {std::move(add)}, [&](const std::optional<server::Fault>& fault) {
+    EXPECT_FALSE(fault) << fault->message;
+    changed.set_value();
+  });
+  changed.get_future().wait();
+  settle();
+  EXPECT_FALSE(stays(made));
+  EXPECT_FALSE(stays(made));
+  EXPECT_EQ(made.session->snapshot().steps, 4u);
+}
+
+TEST_F(WhereAStepRunsTest, ElsewhereWhenItChecksItself) {
+  limits_.self_check_steps = 2;
+  Made made = make(MovingGrids(3));
+  for (const bool expected : {false, true, false, true, false})
+    EXPECT_EQ(stays(made), expected) << made.steps;
+}
+
+TEST_F(WhereAStepRunsTest, ElsewhereWhenASecondColliderMakesItLong) {
+  const MovingGrids grids(76);  // 22,500 triangles
+  ColliderOptions options;
+  Made alone = make(grids, true, options);
+  EXPECT_FALSE(stays(alone));
+  EXPECT_TRUE(stays(alone));
+  options.explain = true;
+  Made explained = make(grids, true, options);
+  EXPECT_FALSE(stays(explained));
+  EXPECT_FALSE(stays(explained));
+}
+
+TEST_F(WhereAStepRunsTest, ElsewhereWhenItIsRecordedAndADiskMayBeSlow) {
+  const TemporaryFolder folder;
+  auto writer = recording::Writer::create(folder.path() / "recording.wfrec", "test");
+  ASSERT_TRUE(writer.ok()) << writer.error().message;
+  Made made =
+      make(MovingGrids(3), false, {}, std::make_shared<server::SessionRecording>(std::move(writer).value()));
+  EXPECT_FALSE(stays(made));
+  EXPECT_FALSE(stays(made));
+}
 
 /// Triangles that lie apart, so that a step of theirs is brief, and then pass through one another, all
 /// through all: a step of minutes that was thought brief, and ends when its client gives up.

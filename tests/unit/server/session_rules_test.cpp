@@ -6,10 +6,12 @@
 
 #include <atomic>
 #include <cstring>
+#include <functional>
 #include <future>
 #include <latch>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/session/frame_sequence.h"
@@ -177,6 +179,8 @@ TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
   done.wait();
   EXPECT_EQ(ran, 3);
   EXPECT_FALSE(Runner(1).run_here([&] { ++ran; }, Lane::kShort)) << "no guests";
+  static_assert(noexcept(runner.run_here(std::declval<const std::function<void()>&>(), Lane::kShort)),
+                "gRPC swallows what is thrown on its threads: the session would hang");
 }
 
 TEST(RunnerTest, AShortTaskDoesNotWaitForLongOnesAndNothingIsLeftAtTheEnd) {
