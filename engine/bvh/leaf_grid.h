@@ -15,9 +15,9 @@
 
 namespace warmfront {
 
-/// A whole number below x and below what x was rounded from, for x from -8500 to 7600: x is a difference of
-/// float32, scaled, so it carries 2^-24 of itself, and the sum here rounds by 2^-11; together that is less
-/// than what kGridUp is short of its whole number. Truncation rounds down what is positive.
+/// A whole number below x and below what x was rounded from, for |x| up to 8500: x is a difference of
+/// float32, scaled, so it carries 2^-24 of itself, and the sum here rounds by 2^-10 at most; together that is
+/// less than what kGridUp is short of its whole number. Truncation rounds down what is positive.
 inline constexpr std::int32_t kGridBase = 8704;
 inline constexpr float kGridUp = kGridBase - 0x1p-9F;
 WARMFRONT_INLINE std::int32_t grid_floor(float x) {
@@ -34,8 +34,8 @@ WARMFRONT_INLINE std::int32_t grid_floor(float x) {
 template <class Bounds>
 struct LeafGrid {
   static constexpr std::size_t kAxes = Bounds::kAxes;
-  static constexpr int kReach = 4096;
-  static constexpr std::int16_t kNever = -11800;
+  static constexpr int kReach = 4080;
+  static constexpr std::int16_t kNever = -12272;
   static constexpr int kNoUnit = 126;  ///< the exponent of a leaf whose numbers are kNever: none is greater
   static constexpr int kLeastUnit = -100;
 
@@ -72,10 +72,10 @@ struct LeafGrid {
       for (std::size_t k = 0; k < kAxes; ++k) whole[t * kAxes + k] = {kNever, kNever};
       return;
     }
-    // reach < 2^(e + 1); steps of two, so that most leaves beside each other have one exponent.
+    // reach < 2^(e + 1), and in units of 2^(e - 11) less than 4096.
     const int e = static_cast<int>(std::bit_cast<std::uint32_t>(reach) >> 23) - 127;
-    const int least = e + 1 - std::bit_width(static_cast<unsigned>(kReach - 1));
-    grid.exponent = std::max(kLeastUnit, least);
+    grid.exponent = std::max(kLeastUnit, e - 11);
+    if (!(reach * power(-grid.exponent) < kReach)) ++grid.exponent;
     const float scale = power(-grid.exponent);
     for (std::size_t k = 0; k < kAxes; ++k) {
       whole[t * kAxes + k] = {static_cast<std::int16_t>(grid_floor((lower[k] - grid.origin[k]) * scale)),
@@ -108,8 +108,8 @@ struct GridPair {
   std::array<float, 2> unit;  ///< lengths of the common units
 
   /// Gaps reach so far up; and so far down, where two leaves' numbers cannot be apart any more.
-  static constexpr float kMost = 7600;
-  static constexpr float kLeast = -8300;
+  static constexpr float kMost = 8176;
+  static constexpr float kLeast = -8176;
   /// A gap is at most so many units below what the bounds in float32 say: five roundings.
   static constexpr int kSlack = 5;
 
@@ -136,6 +136,8 @@ struct GridPair {
 
   // No sum of two numbers and an offset leaves 16 bits, and none that ought not to is positive.
   static_assert(kMost + 2 * LeafGrid<Bounds>::kReach < 0x1p15F);
+  // What is so far away that the offset is limited is apart all the same.
+  static_assert(kMost - 1 - 2 * (LeafGrid<Bounds>::kReach + 1) > 0);
   static_assert(LeafGrid<Bounds>::kNever + kMost + LeafGrid<Bounds>::kReach < 0);
   static_assert(kLeast + 2 * LeafGrid<Bounds>::kReach < 0);
   static_assert(2 * LeafGrid<Bounds>::kNever + kLeast > -0x1p15F);

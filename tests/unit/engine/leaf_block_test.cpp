@@ -135,6 +135,38 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
   EXPECT_LT(false_adjacent, 20);
 }
 
+// Neither the limits of the numbers nor those of what lies between two leaves may bring together what is
+// beside each other, wherever in the range of a unit the leaves' sizes are.
+TYPED_TEST(LeafBlockTest, LeavesBesideEachOtherAreApart) {
+  std::mt19937 random(10);
+  for (int trial = 0; trial < 4000; ++trial) {
+    auto a = random_leaf<TypeParam>(random);
+    auto b = random_leaf<TypeParam>(random);
+    const float scale = 1 + static_cast<float>(random() % 1024) / 1024;
+    const float beside = 0.01F + static_cast<float>(random() % 512) / 512;
+    // Along one axis only: along the others they may overlap.
+    for (const int end : {0, TypeParam::kEnd}) {
+      const int k = end + trial % TypeParam::kAxes;
+      const float shift = -a.node.lane[k + TypeParam::kAxes] - b.node.lane[k] + beside;
+      for (auto& bounds : b.bounds) {
+        bounds.lane[k] += shift;
+        bounds.lane[k + TypeParam::kAxes] -= shift;
+      }
+    }
+    for (auto* leaf : {&a, &b}) {
+      leaf->node = TypeParam::empty();
+      for (auto& bounds : leaf->bounds) {
+        for (float& lane : bounds.lane) lane *= scale;
+        leaf->node.merge(bounds);
+      }
+      number(*leaf);
+    }
+    const EightOverlaps overlaps =
+        block_overlaps(a.block, b.block, grid_pair(a.grid, b.grid), OneOfLeaf::of(b.grid), false, 1);
+    ASSERT_EQ(overlaps.to_test & ~overlaps.unsure, 0U) << trial;
+  }
+}
+
 TYPED_TEST(LeafBlockTest, NothingIsApartFromALeafWhoseBoundsAreInfinite) {
   std::mt19937 random(9);
   for (int trial = 0; trial < 200; ++trial) {
