@@ -34,9 +34,8 @@ class RemoteStepper final : public Stepper {
       : client_(std::move(client)), session_(std::move(session)), threads_(threads) {}
 
   Result<StepAnswer> step(const Frame& frame) override {
-    Result<Answer> answer = session_.step(frame);
-    if (!answer) return answer.error();
-    return to_step_answer(answer.value());
+    if (Status handed_over = submit(frame); !handed_over) return handed_over.error();
+    return next_answer();
   }
 
   std::size_t window() const override { return session_.window(); }
