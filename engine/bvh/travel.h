@@ -10,7 +10,7 @@
 
 namespace warmfront {
 
-/// Where a node is at t = 1, and how much its bounds (a leaf's: and those of its primitives) have moved
+/// Where a node is at t = 1, and how much its bounds (a leaf's: and its vertices) have moved
 /// otherwise than with their centre, added up over all steps. Two nodes whose centres have kept their offset
 /// may have moved any way together; how near they have come is at most the change of that offset plus what
 /// both have wandered (the lazy front of DESIGN 4, made relative).
