@@ -133,16 +133,14 @@ class SelfCheck {
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
     const std::uint32_t first = tree.shape.first_block(leaf);
     const std::uint32_t count = tree.shape.end_block(leaf) - first;
-    if (!tree.wide.empty()) {
-      const EightBounds<Bounds>& wide = tree.wide[leaf - tree.shape.first_leaf()];
-      if (wide.first != first || wide.count != count || !knows_its_ends(wide)) return false;
-    }
+    const NodeId l = leaf - tree.shape.first_leaf();
+    if (tree.grids[l].begin_at_1 != 0 && tree.grids[l].begin_at_1 != Bounds::kAxes) return false;
+    if (!tree.wide.empty() && (tree.wide[l].first != first || tree.wide[l].count != count)) return false;
     const auto blocks = tree.blocks_of(leaf);
     for (std::uint32_t b = 0; b < count; ++b) {
       const LeafBlock<Bounds>& block = blocks[b];
       const std::uint32_t begin = tree.shape.begin_of_block(first + b);
-      if (block.first != begin || block.count != tree.shape.begin_of_block(first + b + 1) - begin ||
-          !knows_its_ends(block))
+      if (block.first != begin || block.count != tree.shape.begin_of_block(first + b + 1) - begin)
         return false;
       for (std::uint32_t i = 0; i < block.count; ++i) {
         const Face vertices = primitive_vertices(core_.topology->scene, tree.order[begin + i]);
@@ -151,10 +149,6 @@ class SelfCheck {
       }
     }
     return true;
-  }
-
-  static bool knows_its_ends(const EightBounds<Bounds>& eight) {
-    return eight.begin_at_1 == 0 || eight.begin_at_1 == eight.kAxes;
   }
 
   bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
@@ -198,7 +192,7 @@ class SelfCheck {
       const auto& end = grid.end[t];
       const double unit = std::ldexp(1.0, end.exponent);
       for (std::size_t k = 0; k < kAxes; ++k) {
-        const std::int16_t* number = OneOfLeaf::of(eight, slot)(t, k);
+        const std::int16_t* number = OneOfLeaf::of(eight, grid.begin_at_1, slot)(t, k);
         const float* lower = &inner.lane[t * Bounds::kEnd + k];
         if (end.none() ? number[0] != grid.kNever || number[1] != grid.kNever
                        : !(end.origin[k] + number[0] * unit <= lower[0]) ||

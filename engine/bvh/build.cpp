@@ -232,14 +232,12 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     const std::uint32_t end = shape.end_block(node);
     if (!wide.empty()) {
       wide[leaf] = {};
-      wide[leaf].begin_at_1 = Bounds::kAxes;
       wide[leaf].count = end - first;
       wide[leaf].first = first;
     }
     for (std::uint32_t b = first; b < end; ++b) {
       LeafBlock<Bounds>& block = blocks[wide.empty() ? leaf : b];
       block = {};
-      block.begin_at_1 = Bounds::kAxes;
       block.first = shape.begin_of_block(b);
       block.count = shape.begin_of_block(b + 1) - block.first;
       for (std::uint32_t i = 0; i < block.count; ++i) {

@@ -78,8 +78,8 @@ struct Row {
 using RowsAt = std::array<const std::int16_t*, 2>;
 
 template <class Bounds>
-WARMFRONT_INLINE RowsAt rows_at(const EightBounds<Bounds>& eight) {
-  return {row_of(eight, 0, 0), row_of(eight, 1, 0)};
+WARMFRONT_INLINE RowsAt rows_at(const EightBounds<Bounds>& eight, std::uint32_t begin_at_1) {
+  return {row_of(eight, begin_at_1, 0, 0), row_of(eight, begin_at_1, 1, 0)};
 }
 
 // `one` is a function from end and axis to a pair, in all slots, whose low number meets the low ones of
@@ -147,7 +147,7 @@ struct Rows {
 template <class Bounds>
 WARMFRONT_INLINE void bring_over(const EightBounds<Bounds>& a, const GridPair<Bounds>& between,
                                  Rows<Bounds>& over) {
-  const RowsAt rows = rows_at(a);
+  const RowsAt rows = rows_at(a, between.begin_at_1_of_a);
 #pragma GCC unroll 2
   for (std::size_t t = 0; t < 2; ++t) {
     const auto shift = static_cast<std::int16_t>(between.shift_a[t]);
@@ -160,11 +160,10 @@ WARMFRONT_INLINE void bring_over(const EightBounds<Bounds>& a, const GridPair<Bo
   }
 }
 
-// The numbers of `b` in common units.
+// Rows in common units.
 template <class Bounds>
-WARMFRONT_INLINE void shift_right(const EightBounds<Bounds>& b, const std::array<std::int32_t, 2>& by,
+WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int32_t, 2>& by,
                                   Rows<Bounds>& to) {
-  const RowsAt rows = rows_at(b);
   for (std::size_t t = 0; t < 2; ++t) {
     for (std::size_t k = 0; k < Bounds::kAxes; ++k) {
       const Short16 units = load<Short16>(rows[t] + 16 * k) >> static_cast<std::int16_t>(by[t]);
@@ -216,8 +215,11 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Eight& a, const Eight&
   bring_over(a, between, over);
   Rows<Bounds> shifted;
   const bool finer = (between.shift_b[0] | between.shift_b[1]) != 0;
-  if (finer) shift_right<Bounds>(b, between.shift_b, shifted);
-  const RowsAt of_b = finer ? shifted.both() : rows_at(b);
+  RowsAt of_b = rows_at(b, between.begin_at_1_of_b);
+  if (finer) {
+    shift_right<Bounds>(of_b, between.shift_b, shifted);
+    of_b = shifted.both();
+  }
 
   const Int8 used = kSlot < static_cast<std::int32_t>(b.count);
   Short16 gap = kFar;

@@ -15,8 +15,7 @@
 namespace warmfront {
 
 /// Up to eight bounds in their leaf's numbers (leaf_grid.h), by end and axis; of each the lower end and,
-/// beside it, the upper end, negated. The ends of the step change places with each step: what was at t = 1
-/// stays where it is.
+/// beside it, the upper end, negated.
 template <class Bounds>
 struct EightBounds {
   static constexpr std::uint32_t kSlots = 8;
@@ -24,16 +23,15 @@ struct EightBounds {
   static constexpr std::size_t kRows = std::size_t{2} * kAxes;
   /// What empty slots hold is never looked at.
   alignas(32) std::array<std::array<std::int16_t, 2 * kSlots>, kRows> row;
-  std::uint32_t begin_at_1;  ///< the row where t = 1 begins: 0 or kAxes
   std::uint32_t count;
   std::uint32_t first;  ///< where the first stands: among the blocks, or in the hierarchy's order
 };
 
-/// The row of an end of the step (0 or 1) and axis.
+/// The row of an end of the step (0 or 1) and axis, where t = 1 begins as the leaf's grid says.
 template <class Bounds>
-WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, std::size_t t,
-                                            std::size_t axis) {
-  return eight.row[(t == 1 ? eight.begin_at_1 : Bounds::kAxes - eight.begin_at_1) + axis].data();
+WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, std::uint32_t begin_at_1,
+                                            std::size_t t, std::size_t axis) {
+  return eight.row[(t == 1 ? begin_at_1 : Bounds::kAxes - begin_at_1) + axis].data();
 }
 
 /// Bounds and vertices of up to eight primitives.
@@ -49,8 +47,10 @@ struct OneOfLeaf {
   std::size_t stride;
 
   template <class Bounds>
-  WARMFRONT_INLINE static OneOfLeaf of(const EightBounds<Bounds>& eight, std::uint32_t slot) {
-    return {{row_of(eight, 0, 0) + 2 * slot, row_of(eight, 1, 0) + 2 * slot}, 2 * eight.kSlots};
+  WARMFRONT_INLINE static OneOfLeaf of(const EightBounds<Bounds>& eight, std::uint32_t begin_at_1,
+                                       std::uint32_t slot) {
+    return {{row_of(eight, begin_at_1, 0, 0) + 2 * slot, row_of(eight, begin_at_1, 1, 0) + 2 * slot},
+            2 * eight.kSlots};
   }
   template <class Bounds>
   WARMFRONT_INLINE static OneOfLeaf of(const LeafGrid<Bounds>& leaf) {

@@ -85,15 +85,20 @@ struct LeafGrid {
 
   /// A step later: what was at t = 1 is at t = 0.
   WARMFRONT_INLINE void shift() {
+    begin_at_1 = kAxes - begin_at_1;
     end[0] = end[1];
     std::copy_n(whole.begin() + kAxes, kAxes, whole.begin());
   }
 
   std::array<End, 2> end;
+  /// Where t = 1 begins among the rows of its blocks: 0 or kAxes. Both ends change places with each step: what
+  /// was at t = 1 stays where it is.
+  std::uint32_t begin_at_1 = kAxes;
   /// The leaf's own bounds, lower and upper ends, by end of the step and axis.
   alignas(4) std::array<std::array<std::int16_t, 2>, std::size_t{2} * kAxes> whole;
 
-  bool operator==(const LeafGrid&) const = default;
+  /// The same numbers, wherever those of t = 1 are.
+  bool operator==(const LeafGrid& other) const { return end == other.end && whole == other.whole; }
 };
 
 /// How the numbers of leaf a stand to those of leaf b. By end and axis, a pair of 16 bits, the low half
@@ -106,6 +111,9 @@ struct GridPair {
   std::array<std::int32_t, 2> shift_a;
   std::array<std::int32_t, 2> shift_b;
   std::array<float, 2> unit;  ///< lengths of the common units
+  /// As LeafGrid says of a and of b: known before their blocks have come from memory.
+  std::uint32_t begin_at_1_of_a;
+  std::uint32_t begin_at_1_of_b;
 
   /// Gaps reach so far up; and so far down, where two leaves' numbers cannot be apart any more.
   static constexpr float kMost = 8176;
@@ -116,6 +124,8 @@ struct GridPair {
   WARMFRONT_INLINE static GridPair of(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b) {
     using Grid = LeafGrid<Bounds>;
     GridPair pair;
+    pair.begin_at_1_of_a = a.begin_at_1;
+    pair.begin_at_1_of_b = b.begin_at_1;
     for (std::size_t t = 0; t < 2; ++t) {
       const auto& at = a.end[t];
       const auto& bt = b.end[t];

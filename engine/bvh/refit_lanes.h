@@ -134,11 +134,10 @@ class Rows {
     // Empty slots hold what the first does: numbers, whatever is made of them.
     for (std::uint32_t i = eight.count; i < EightBounds<Bounds>::kSlots; ++i)
       std::memcpy(rows_[i], rows_[0], sizeof rows_[i]);
-    eight.begin_at_1 = kFrom > 0 ? Bounds::kAxes - eight.begin_at_1 : Bounds::kAxes;
     put_new(grid, eight);
     for (std::size_t t = kFrom > 0 ? 1 : 0; t < 2; ++t) {
       if (!grid.end[t].none()) continue;
-      std::fill_n(rows_at(eight, t), 16 * Bounds::kAxes, LeafGrid<Bounds>::kNever);
+      std::fill_n(rows_at(eight, grid, t), 16 * Bounds::kAxes, LeafGrid<Bounds>::kNever);
     }
   }
 
@@ -148,8 +147,9 @@ class Rows {
     return lane == Row::kTotal - 8 ? 8 * (Row::kCount - 1) : lane - kFrom;
   }
 
-  WARMFRONT_INLINE static std::int16_t* rows_at(EightBounds<Bounds>& eight, std::size_t t) {
-    return const_cast<std::int16_t*>(row_of(eight, t, 0));
+  WARMFRONT_INLINE static std::int16_t* rows_at(EightBounds<Bounds>& eight, const LeafGrid<Bounds>& grid,
+                                                std::size_t t) {
+    return const_cast<std::int16_t*>(row_of(eight, grid.begin_at_1, t, 0));
   }
 
   WARMFRONT_INLINE void put_new(const LeafGrid<KDop18>& grid, EightBounds<KDop18>& eight) const {
@@ -159,7 +159,7 @@ class Rows {
       const std::size_t upper = lower + KDop18::kAxes;
       const auto& end = grid.end[t];
       const float scale = LeafGrid<KDop18>::power(-end.exponent);
-      std::int16_t* to = rows_at(eight, t);
+      std::int16_t* to = rows_at(eight, grid, t);
       // All axes but the first, then the first of all eight.
       const Float8 origin = load<Float8>(&end.origin[1]);
       Float8 pairs[8];
@@ -229,10 +229,12 @@ WARMFRONT_INLINE void refit_leaf(std::span<const KDop18> vertex_bounds, Bvh<Boun
   }
   sum_of_all.store(bvh.nodes[node]);
   LeafGrid<Bounds>& grid = bvh.grids[leaf];
-  if constexpr (kFrom > 0)
+  if constexpr (kFrom > 0) {
     grid.shift();
-  else
+  } else {
+    grid.begin_at_1 = Bounds::kAxes;
     grid.set(bvh.nodes[node], 0);
+  }
   grid.set(bvh.nodes[node], 1);
   for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, blocks[b]);
   if (wide) sums.put(grid, bvh.wide[leaf]);

@@ -64,7 +64,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const std::uint32_t i = bit % 8;
       const std::uint32_t j = bit / 8;
       const LeafGap gap =
-          block_pair(a, blocks_a[i], b, blocks_b[j], between, OneOfLeaf::of(wide_b, j), same && i == j);
+          block_pair(a, blocks_a[i], b, blocks_b[j], between,
+                     OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j), same && i == j);
       nearest.gap = std::min(nearest.gap, gap.gap);
       nearest.adjacent |= gap.adjacent;
     }

@@ -31,7 +31,7 @@ void put_numbers(Leaf<Bounds>& leaf, std::uint32_t slot) {
     const auto& end = leaf.grid.end[t];
     const double unit = std::ldexp(1.0, end.exponent);
     for (std::size_t k = 0; k < kAxes; ++k) {
-      auto* to = const_cast<std::int16_t*>(OneOfLeaf::of(leaf.block, slot)(t, k));
+      auto* to = const_cast<std::int16_t*>(OneOfLeaf::of(leaf.block, leaf.grid.begin_at_1, slot)(t, k));
       const float* lane = &leaf.bounds[slot].lane[t * Bounds::kEnd + k];
       const auto number = [&](double length) {
         return end.none() ? leaf.grid.kNever : static_cast<std::int16_t>(std::floor(length / unit));
@@ -54,7 +54,7 @@ template <class Bounds>
 Leaf<Bounds> random_leaf(std::mt19937& random) {
   Leaf<Bounds> leaf;
   leaf.block.count = 1 + random() % 8;
-  leaf.block.begin_at_1 = random() % 2 == 0 ? 0 : Bounds::kAxes;
+  leaf.grid.begin_at_1 = random() % 2 == 0 ? 0 : Bounds::kAxes;
   const float size = random() % 3 == 0 ? 0.03F : 1;
   const float from = size < 1 ? static_cast<float>(random() % 12) : 0;
   for (std::uint32_t i = 0; i < leaf.block.count; ++i) {

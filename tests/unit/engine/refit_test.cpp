@@ -16,19 +16,17 @@ class RefitTest : public ::testing::Test {};
 using Kinds = ::testing::Types<Aabb, KDop18>;
 TYPED_TEST_SUITE(RefitTest, Kinds);
 
-template <class Eight, class Eights>
-void expect_same_eights(const Eights& refit, const Eights& anew, const char* what) {
-  ASSERT_EQ(refit.size(), anew.size());
-  for (std::size_t i = 0; i < anew.size(); ++i) {
-    const Eight& a = refit[i];
-    const Eight& b = anew[i];
-    ASSERT_EQ(a.count, b.count);
-    for (std::size_t t = 0; t < 2; ++t) {
-      for (std::size_t axis = 0; axis < Eight::kAxes; ++axis) {
-        for (std::uint32_t n = 0; n < 2 * b.count; ++n)
-          ASSERT_EQ(row_of(a, t, axis)[n], row_of(b, t, axis)[n])
-              << what << " " << i << ", end " << t << ", axis " << axis << ", number " << n;
-      }
+template <class Bounds>
+void expect_same_eight(const EightBounds<Bounds>& refit, const LeafGrid<Bounds>& of_refit,
+                       const EightBounds<Bounds>& anew, const LeafGrid<Bounds>& of_anew, const char* what) {
+  ASSERT_EQ(refit.first, anew.first);
+  ASSERT_EQ(refit.count, anew.count);
+  for (std::size_t t = 0; t < 2; ++t) {
+    for (std::size_t axis = 0; axis < Bounds::kAxes; ++axis) {
+      for (std::uint32_t n = 0; n < 2 * anew.count; ++n)
+        ASSERT_EQ(row_of(refit, of_refit.begin_at_1, t, axis)[n],
+                  row_of(anew, of_anew.begin_at_1, t, axis)[n])
+            << what << " from " << anew.first << ", end " << t << ", axis " << axis << ", number " << n;
     }
   }
 }
@@ -37,9 +35,15 @@ template <class Bounds>
 void expect_same_bounds(const Bvh<Bounds>& refit, const Bvh<Bounds>& anew) {
   ASSERT_EQ(refit.nodes.size(), anew.nodes.size());
   for (std::size_t n = 0; n < anew.nodes.size(); ++n) ASSERT_EQ(refit.nodes[n].lane, anew.nodes[n].lane) << n;
-  expect_same_eights<EightBounds<Bounds>>(refit.blocks, anew.blocks, "block");
-  expect_same_eights<EightBounds<Bounds>>(refit.wide, anew.wide, "wide leaf");
-  for (std::size_t l = 0; l < anew.grids.size(); ++l) ASSERT_TRUE(refit.grids[l] == anew.grids[l]) << l;
+  for (std::size_t l = 0; l < anew.grids.size(); ++l) {
+    ASSERT_TRUE(refit.grids[l] == anew.grids[l]) << l;
+    const auto leaf = static_cast<NodeId>(anew.shape.first_leaf() + l);
+    const auto blocks = anew.blocks_of(leaf);
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      expect_same_eight<Bounds>(refit.blocks_of(leaf)[b], refit.grids[l], blocks[b], anew.grids[l], "block");
+    if (!anew.wide.empty())
+      expect_same_eight<Bounds>(refit.wide[l], refit.grids[l], anew.wide[l], anew.grids[l], "wide leaf");
+  }
 }
 
 // A number counts units from its leaf's origin, from below, by less than one and what float32 rounds.
@@ -70,6 +74,7 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
   for (std::size_t l = 0; l < bvh.grids.size(); ++l) {
     const auto leaf = static_cast<NodeId>(bvh.shape.first_leaf() + l);
     expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.grids[l]), bvh.nodes[leaf]);
+    const std::uint32_t begin_at_1 = bvh.grids[l].begin_at_1;
     const auto blocks = bvh.blocks_of(leaf);
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
       Bounds sum = Bounds::empty();
@@ -77,10 +82,10 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
         Bounds bounds = Bounds::empty();
         for (const auto& corner : blocks[b].vertex)
           bounds.merge(narrow<Bounds>(hierarchy.vertex_bounds()[corner[i]]));
-        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(blocks[b], i), bounds);
+        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(blocks[b], begin_at_1, i), bounds);
         sum.merge(bounds);
       }
-      if (!bvh.wide.empty()) expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], b), sum);
+      if (!bvh.wide.empty()) expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], begin_at_1, b), sum);
       if (::testing::Test::HasFatalFailure()) return;
     }
   }

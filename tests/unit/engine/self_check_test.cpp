@@ -168,7 +168,7 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
   this->expect_found([](K& k) { k.trees[0].blocks[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].blocks[2].row[0][0] += 50; }, broken,
                      "of part 0 does not hold what is below it");
-  this->expect_found([](K& k) { k.trees[0].blocks[1].begin_at_1 += 1; }, broken, "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].grids[1].begin_at_1 += 1; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].grids[1].end[1].exponent += 1; }, broken,
                      "of part 0 does not hold what is below it");
   this->expect_found([](K& k) { k.trees[0].grids[0].end[0].origin[2] += 0.125F; }, broken,
@@ -187,7 +187,7 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   };
   expect([](K& k) { k.trees[0].wide[1].count -= 1; }, "leaves of part 0");
   expect([](K& k) { k.trees[1].wide[0].first += 1; }, "leaves of part 1");
-  expect([](K& k) { k.trees[1].wide[0].begin_at_1 ^= 2; }, "leaves of part 1");
+  expect([](K& k) { k.trees[1].grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].blocks[5].first += 1; }, "leaves of part 1");
   expect([](K& k) { k.trees[0].blocks[9].vertex[2][3] ^= 1; }, "leaves of part 0");
   expect([](K& k) { k.trees[0].blocks[9].row[1][6] += 50; }, "of part 0 does not hold what is below it");
