@@ -132,7 +132,7 @@ std::vector<double> Collider::positions() const {
 std::size_t Collider::memory_bytes() const {
   const Core& core = impl_->core;
   std::size_t bytes = core.scene->memory_bytes() + core.topology->memory_bytes() +
-                      core.motion.memory_bytes() + core.vertex_bounds.capacity() * sizeof(KDop18) +
+                      core.motion.memory_bytes() + core.vertex_bounds.capacity() * sizeof(PointBounds) +
                       core.contacts.capacity() * sizeof(Contact) +
                       core.geometry.capacity() * sizeof(ContactGeometry) + core.rigid_parts.memory_bytes() +
                       impl_->pipeline->memory_bytes();

@@ -34,7 +34,7 @@ struct Core {
   std::unique_ptr<Topology> topology;
   RigidParts rigid_parts;
   std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // by part; null where it is not tested against itself
-  std::vector<KDop18> vertex_bounds;
+  std::vector<PointBounds> vertex_bounds;
   std::vector<std::uint8_t> patch_culled;
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;  // of these, when asked for

@@ -206,9 +206,9 @@ class PipelineWith final : public Pipeline {
                                                      : Known::kOlder;
     refit_in_[p] = steps_;
     const auto bound = [&](std::size_t begin, std::size_t end) {
-      moving_bounds(motion.vertices().subspan(begin, end - begin),
-                    motion.states().subspan(begin, end - begin), motion.frame(), core.options.min_separation,
-                    magnitude_, known, core.vertex_bounds.data() + begin);
+      point_bounds(motion.vertices().subspan(begin, end - begin),
+                   motion.states().subspan(begin, end - begin), motion.frame(), core.options.min_separation,
+                   magnitude_, known, core.vertex_bounds.data() + begin);
     };
     if (range.listed && known != Known::kNothing) {
       for (const std::uint32_t v : range.changed) bound(v, v + 1);

@@ -84,9 +84,9 @@ class SelfCheck {
     const FeatureRange& features = core_.topology->parts[p].features;
     tbb::parallel_for(features.first_vertex, features.end_vertex, [&](std::uint32_t v) {
       const Motion& motion = core_.motion.vertices();
-      const KDop18 bounds =
-          moving_bounds(motion.vertices()[v], motion.frame(), core_.options.min_separation, kept_.magnitude);
-      if (!holds(core_.vertex_bounds[v], bounds))
+      const PointBounds bounds =
+          point_bounds(motion.vertices()[v], motion.frame(), core_.options.min_separation, kept_.magnitude);
+      if (!(core_.vertex_bounds[v] == bounds))
         found_.report(ErrorCode::kDataLoss, "vertex " +
                                                 std::to_string(core_.topology->numbering.vertices()[v]) +
                                                 " is not within its bounds");
@@ -160,7 +160,7 @@ class SelfCheck {
     const auto holds_primitive = [&](std::uint32_t position, auto&& holds_bounds) {
       const Face vertices = primitive_vertices(core_.topology->scene, tree.order[position]);
       return std::ranges::all_of(vertices, [&](std::uint32_t v) {
-        const Bounds inner = narrow<Bounds>(core_.vertex_bounds[v]);
+        const Bounds inner = narrow<Bounds>(bounds_of(core_.vertex_bounds[v]));
         return holds(bounds, inner) && holds_bounds(inner);
       });
     };

@@ -18,11 +18,11 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   const auto a_frame = [&](std::uint64_t count) { return row.a_frame(count); };
   // Positions at both times are read, a vertex's motion is written and read, its bounds are written.
   const double vertices =
-      static_cast<double>(report.vertices) * (6 * sizeof(double) + 2 * sizeof(VertexMotion) + sizeof(KDop18));
+      static_cast<double>(report.vertices) * (6 * sizeof(double) + 2 * sizeof(VertexMotion) + sizeof(PointBounds));
   // A node's bounds are written and read by its parent, a triangle's made of three vertices' and kept in its
   // leaf; a lazy front keeps travel, which is read and written.
   const double nodes = shape.node_count() * (2 * bounds + (lazy ? 2 * sizeof(NodeTravel) : 0)) +
-                       static_cast<double>(report.triangles) * (3 * sizeof(KDop18) + bounds);
+                       static_cast<double>(report.triangles) * (3 * sizeof(PointBounds) + bounds);
   // The front is read; a lazy one asks for the travel of both nodes. A test reads two bounds; of primitives
   // in leaves one is in registers while the other goes by.
   const double front = a_frame(counts.front_bytes) +
@@ -32,7 +32,7 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   // whether an orphan pair is one. A contact is written and gathered.
   const double tests =
       a_frame(counts.elementary_tests) * (2 * sizeof(FeaturePair) + 4 * sizeof(VertexMotion)) +
-      a_frame(counts.orphan_tests) * 4 * sizeof(KDop18) + a_frame(row.contacts) * 2 * sizeof(Contact);
+      a_frame(counts.orphan_tests) * 4 * sizeof(PointBounds) + a_frame(row.contacts) * 2 * sizeof(Contact);
   return vertices + nodes + front + tests;
 }
 

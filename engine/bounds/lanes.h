@@ -8,11 +8,13 @@
 #include <cstring>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bounds/point_bounds.h"
 #include "engine/target_clones.h"
 
 namespace warmfront {
 
 // Vectors of the compiler's: one register where the instruction set has it, two or more where it has not.
+using Float4 = float __attribute__((vector_size(16)));
 using Float8 = float __attribute__((vector_size(32)));
 using Int8 = std::int32_t __attribute__((vector_size(32)));
 using Short16 = std::int16_t __attribute__((vector_size(32)));
@@ -50,6 +52,18 @@ struct EightAxes {
 
 WARMFRONT_INLINE EightAxes eight_axes(const KDop18& k, int begin) {
   return {load<Float8>(&k.lane[begin]), load<Float8>(&k.lane[begin + 9])};
+}
+
+// Those of a vertex, as slab_ends().
+WARMFRONT_INLINE EightAxes eight_axes(const PointBounds& point, std::size_t t) {
+  constexpr Float8 kSign{0, 0, 0, 1, -1, 1, -1, 1};
+  constexpr float kDiagonal = PointBounds::kDiagonal;
+  constexpr Float8 kBeyond{1, 1, 1, kDiagonal, kDiagonal, kDiagonal, kDiagonal, kDiagonal};
+  const auto p = load<Float4>(point.at[t].data());
+  const Float8 at = __builtin_shufflevector(p, p, 0, 1, 2, 0, 0, 1, 1, 2) +
+                    kSign * __builtin_shufflevector(p, p, 1, 1, 1, 1, 1, 2, 2, 0);
+  const Float8 beyond = kBeyond * __builtin_shufflevector(p, p, 3, 3, 3, 3, 3, 3, 3, 3);
+  return {at - beyond, -at - beyond};
 }
 
 WARMFRONT_INLINE EightAxes merged(const EightAxes& a, const EightAxes& b) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "engine/target_clones.h"
@@ -69,17 +70,54 @@ WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& fr
   bounds_at(vertex.t1, frame, thickening, slabs.lane.data() + KDop18::kEnd);
 }
 
+// Makes what stands for a vertex at one end of the step.
+class PointMaker {
+ public:
+  PointMaker(const LocalFrame& frame, double min_separation, double magnitude)
+      : scale_a_(Double4{} + frame.scale_a), scale_b_(Double4{} + frame.scale_b) {
+    for (std::size_t k = 0; k < 3; ++k) origin_[k] = frame.to_local(frame.origin[k]);
+    const double thickening = Thickening(frame, min_separation, magnitude).lane[0];
+    // Rounding of the margin, and of float32 where it has no more bits, is far below what is added.
+    const double more = thickening * (1 + 0x1p-20) + 0x1p-126;
+    thickening_ = more < kFloatMax ? static_cast<float>(more) : std::numeric_limits<float>::infinity();
+  }
+
+  WARMFRONT_INLINE void put(const std::array<double, 4>& position, std::array<float, 4>& at) const {
+    Double4 x;
+    std::memcpy(&x, position.data(), sizeof x);
+    const Float4 local = __builtin_convertvector(x * scale_a_ * scale_b_ - origin_, Float4);
+    const Float4 size = local < 0.0F ? -local : local;
+    if ((size[0] < kFarthest) & (size[1] < kFarthest) & (size[2] < kFarthest)) {  // numbers, too
+      const float largest = std::max(std::max(size[0], size[1]), size[2]);
+      const Float4 point{local[0], local[1], local[2], largest * kRounding + thickening_};
+      std::memcpy(at.data(), &point, sizeof point);
+    } else {
+      at = {0, 0, 0, std::numeric_limits<float>::infinity()};
+    }
+  }
+
+ private:
+  using Double4 = double __attribute__((vector_size(32)));
+  using Float4 = float __attribute__((vector_size(16)));
+  static constexpr float kFarthest = 0x1p100F;
+  static constexpr float kRounding = 0x1p-21F;
+
+  Double4 scale_a_;
+  Double4 scale_b_;
+  Double4 origin_{};
+  float thickening_;
+};
+
 WARMFRONT_TARGET_CLONES
-void bounds_of_all(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                   const LocalFrame& frame, const Thickening& thickening, Known known, KDop18* bounds) {
+void points_of_all(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
+                   const PointMaker& maker, Known known, PointBounds* bounds) {
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     if (known != Known::kNothing && (states[v] & kChanged) == 0) continue;
-    if (known == Known::kLastStep) {
-      bounds[v].shift();
-      bounds_at(vertices[v].t1, frame, thickening, bounds[v].lane.data() + KDop18::kEnd);
-    } else {
-      bounds_of(vertices[v], frame, thickening, bounds[v]);
-    }
+    if (known == Known::kLastStep)
+      bounds[v].at[0] = bounds[v].at[1];
+    else
+      maker.put(vertices[v].t0, bounds[v].at[0]);
+    maker.put(vertices[v].t1, bounds[v].at[1]);
   }
 }
 
@@ -108,18 +146,21 @@ void reaches_of(const MovingPoints& points, int end, double* reach) {
 
 }  // namespace
 
-void moving_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                   const LocalFrame& frame, double min_separation, double magnitude, Known known,
-                   KDop18* bounds) {
-  if (magnitude < 1e300) {
-    bounds_of_all(vertices, states, frame, Thickening(frame, min_separation, magnitude), known, bounds);
-    return;
-  }
-  // Far out of the frame's range the bounds hold everything: slower, never wrong.
-  for (std::size_t v = 0; v < vertices.size(); ++v)
-    bounds[v].lane.fill(-std::numeric_limits<float>::infinity());
+PointBounds point_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+                         double magnitude) {
+  PointBounds bounds;
+  constexpr MotionState kAny = 0;
+  point_bounds({&vertex, 1}, {&kAny, 1}, frame, min_separation, magnitude, Known::kNothing, &bounds);
+  return bounds;
 }
 
+void point_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
+                  const LocalFrame& frame, double min_separation, double magnitude, Known known,
+                  PointBounds* bounds) {
+  points_of_all(vertices, states, PointMaker(frame, min_separation, magnitude), known, bounds);
+}
+
+// Far out of the frame's range bounds hold everything: slower, never wrong.
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
                      double magnitude) {
   return moving_bounds(vertex, 0, frame, min_separation, magnitude);

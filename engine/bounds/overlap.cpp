@@ -12,8 +12,8 @@ struct Feature {
   EightAxes at1;
 };
 
-WARMFRONT_INLINE Feature feature(const KDop18& k) {
-  return {eight_axes(k, 0), eight_axes(k, KDop18::kEnd)};
+WARMFRONT_INLINE Feature feature(const PointBounds& point) {
+  return {eight_axes(point, 0), eight_axes(point, 1)};
 }
 
 WARMFRONT_INLINE Feature merged(const Feature& a, const Feature& b) {
@@ -27,14 +27,23 @@ WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, 
   marks |= (Int8)(gap(open, a.at0, a.at1, b.at0, b.at1) > 0.0F) & bit;
 }
 
-// One lane of a triangle's features: its vertices, the face, its edges, and a lane of padding.
-WARMFRONT_INLINE Float8 of_features(const TriangleBounds& t, int lane) {
-  const float a = t.vertex[0]->lane[lane];
-  const float b = t.vertex[1]->lane[lane];
-  const float c = t.vertex[2]->lane[lane];
-  const Float8 vertices{a, b, c, c, a, b, c, c};
-  const Float8 edges = lesser(vertices, Float8{a, b, c, a, b, c, a, c});
-  return lesser(edges, Float8{a, b, c, b, a, b, c, c});
+// The ends along the ninth axis.
+WARMFRONT_INLINE SlabEnds<float> ninth(const PointBounds& point, std::size_t t) {
+  const auto& [x, y, z, margin] = point.at[t];
+  return slab_ends(8, x, y, z, margin);
+}
+
+// Along the ninth axis, a triangle's features: its vertices, the face, its edges, and a lane of padding.
+WARMFRONT_INLINE EightAxes ninth_of_features(const TriangleBounds& triangle, std::size_t t) {
+  const auto of_features = [](float a, float b, float c) {
+    const Float8 vertices{a, b, c, c, a, b, c, c};
+    const Float8 edges = lesser(vertices, Float8{a, b, c, a, b, c, a, c});
+    return lesser(edges, Float8{a, b, c, b, a, b, c, c});
+  };
+  const SlabEnds<float> a = ninth(*triangle.vertex[0], t);
+  const SlabEnds<float> b = ninth(*triangle.vertex[1], t);
+  const SlabEnds<float> c = ninth(*triangle.vertex[2], t);
+  return {of_features(a.lower, b.lower, c.lower), of_features(a.upper, b.upper, c.upper)};
 }
 
 WARMFRONT_INLINE Feature face(const TriangleBounds& t) {
@@ -43,13 +52,20 @@ WARMFRONT_INLINE Feature face(const TriangleBounds& t) {
 
 // Whether the ninth axis keeps two triangles apart.
 WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleBounds& g) {
-  const auto least = [](const TriangleBounds& t, int lane) {
-    return lesser(lesser(t.vertex[0]->lane[lane], t.vertex[1]->lane[lane]), t.vertex[2]->lane[lane]);
+  const auto ends = [](const TriangleBounds& triangle, std::size_t t) {
+    SlabEnds<float> all = ninth(*triangle.vertex[0], t);
+    for (int i = 1; i < 3; ++i) {
+      const SlabEnds<float> one = ninth(*triangle.vertex[i], t);
+      all = {lesser(all.lower, one.lower), lesser(all.upper, one.upper)};
+    }
+    return all;
   };
-  const auto stays_open = [&](int of_f, int of_g) {
-    return (least(f, of_f) + least(g, of_g) > 0) & (least(f, of_f + 18) + least(g, of_g + 18) > 0);
-  };
-  return stays_open(8, 17) | stays_open(17, 8);
+  const SlabEnds<float> f0 = ends(f, 0);
+  const SlabEnds<float> f1 = ends(f, 1);
+  const SlabEnds<float> g0 = ends(g, 0);
+  const SlabEnds<float> g1 = ends(g, 1);
+  return ((f0.lower + g0.upper > 0) & (f1.lower + g1.upper > 0)) |
+         ((f0.upper + g0.lower > 0) & (f1.upper + g1.lower > 0));
 }
 
 // Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. The first eight axes go
@@ -70,14 +86,12 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
     for (int j = 0; j < 3; ++j) mark_apart(open, ef[i], eg[j], 64 << (3 * i + j), marks);
   }
 
-  // Lanes of of_features() for feature pairs 0-7 and 8-14.
+  // Lanes of ninth_of_features() for feature pairs 0-7 and 8-14.
   constexpr Int8 kOfF[2] = {{0, 1, 2, 3, 3, 3, 4, 4}, {4, 5, 5, 5, 6, 6, 6, 7}};
   constexpr Int8 kOfG[2] = {{3, 3, 3, 0, 1, 2, 4, 5}, {6, 4, 5, 6, 4, 5, 6, 7}};
   constexpr Int8 kBit[2] = {{1, 2, 4, 8, 16, 32, 64, 128}, {256, 512, 1024, 2048, 4096, 8192, 16384, 0}};
-  const EightAxes of_f[2] = {{of_features(f, 8), of_features(f, 17)},
-                             {of_features(f, 26), of_features(f, 35)}};
-  const EightAxes of_g[2] = {{of_features(g, 8), of_features(g, 17)},
-                             {of_features(g, 26), of_features(g, 35)}};
+  const EightAxes of_f[2] = {ninth_of_features(f, 0), ninth_of_features(f, 1)};
+  const EightAxes of_g[2] = {ninth_of_features(g, 0), ninth_of_features(g, 1)};
   for (int half = 0; half < 2; ++half) {
     const auto spread = [](const EightAxes& ninth, Int8 to) {
       return EightAxes{__builtin_shuffle(ninth.lower, to), __builtin_shuffle(ninth.upper, to)};
@@ -119,9 +133,9 @@ bool overlap<KDop18>(const TriangleBounds& f, const TriangleBounds& g) {
 template <>
 bool overlap<Aabb>(const TriangleBounds& f, const TriangleBounds& g) {
   const auto face = [](const TriangleBounds& t) {
-    Aabb bounds = narrow<Aabb>(*t.vertex[0]);
-    bounds.merge(narrow<Aabb>(*t.vertex[1]));
-    bounds.merge(narrow<Aabb>(*t.vertex[2]));
+    Aabb bounds = narrow<Aabb>(bounds_of(*t.vertex[0]));
+    bounds.merge(narrow<Aabb>(bounds_of(*t.vertex[1])));
+    bounds.merge(narrow<Aabb>(bounds_of(*t.vertex[2])));
     return bounds;
   };
   return overlap(face(f), face(g));

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bounds/point_bounds.h"
 
 namespace warmfront {
 
@@ -17,12 +18,12 @@ bool overlap(const KDop18& a, const KDop18& b);
 float separation(const Aabb& a, const Aabb& b);
 float separation(const KDop18& a, const KDop18& b);
 
-/// The moving bounds of a triangle's vertices.
+/// The moving bounds of a triangle's vertices; of an edge or a vertex, where one stands more than once.
 struct TriangleBounds {
-  const KDop18* vertex[3];
+  const PointBounds* vertex[3];
 };
 
-/// Whether the moving bounds of two triangles overlap, as slabs of either kind.
+/// Whether the moving bounds of two such overlap, as slabs of either kind.
 template <class Bounds>
 bool overlap(const TriangleBounds& f, const TriangleBounds& g);
 

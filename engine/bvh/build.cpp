@@ -240,8 +240,8 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       block = {};
       block.first = shape.begin_of_block(b);
       block.count = shape.begin_of_block(b + 1) - block.first;
-      for (std::uint32_t i = 0; i < block.count; ++i) {
-        const Face vertices = primitive_vertices(scene, order[block.first + i]);
+      for (std::uint32_t i = 0; i < block.kSlots; ++i) {  // the first stands for what is not there
+        const Face vertices = primitive_vertices(scene, order[block.first + (i < block.count ? i : 0)]);
         for (int corner = 0; corner < 3; ++corner) block.vertex[corner][i] = vertices[corner];
       }
     }

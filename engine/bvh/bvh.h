@@ -133,7 +133,7 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
 /// What a refit reads: the step's motion, of which `range` is that of the vertices below the hierarchy.
 struct RefitInput {
   const Scene& scene;
-  std::span<const KDop18> vertex_bounds;
+  std::span<const PointBounds> vertex_bounds;
   std::span<const MotionState> vertex_states;
   const RangeMotion& range;
   double magnitude;  ///< what the vertices' bounds were made with

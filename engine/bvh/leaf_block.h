@@ -21,7 +21,7 @@ struct EightBounds {
   static constexpr std::uint32_t kSlots = 8;
   static constexpr std::uint32_t kAxes = Bounds::kAxes;
   static constexpr std::size_t kRows = std::size_t{2} * kAxes;
-  /// What empty slots hold is never looked at.
+  /// What empty slots hold is never looked at; in a hierarchy it is what the first does.
   alignas(32) std::array<std::array<std::int16_t, 2 * kSlots>, kRows> row;
   std::uint32_t count;
   std::uint32_t first;  ///< where the first stands: among the blocks, or in the hierarchy's order
@@ -37,7 +37,7 @@ WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, st
 /// Bounds and vertices of up to eight primitives.
 template <class Bounds>
 struct LeafBlock : EightBounds<Bounds> {
-  /// A primitive's vertices; an isolated vertex stands three times.
+  /// A primitive's vertices; an isolated vertex stands three times, the first primitive in empty slots too.
   alignas(32) std::array<std::array<std::uint32_t, 8>, 3> vertex;
 };
 

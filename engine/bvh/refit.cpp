@@ -11,22 +11,23 @@ namespace warmfront {
 namespace {
 
 // The bounds of a node whose children are of this step already.
-template <std::size_t kFrom, class Bounds>
+template <bool kAnew, class Bounds>
 WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, NodeId node) {
   Bounds& bounds = bvh.nodes[node];
-  if constexpr (kFrom > 0) bounds.shift();
+  if constexpr (!kAnew) bounds.shift();
   const NodeId first_leaf = bvh.shape.first_leaf();
   if (node < first_leaf) {
+    constexpr std::size_t kFrom = kAnew ? 0 : kNewLanes<Bounds>;
     const NodeId left = TreeShape::left(node);
     Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
     lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
     lanes.store(bounds);
   } else if (!bvh.blocks.empty()) {
-    refit_leaf<kFrom>(input.vertex_bounds, bvh, node);
+    refit_leaf<kAnew>(input.vertex_bounds, bvh, node);
   } else {
-    const Primitive primitive = bvh.order[bvh.shape.begin(node)];
-    OfVertices<Bounds, kFrom>::merged(input.vertex_bounds, primitive_vertices(input.scene, primitive))
-        .store(bounds);
+    bounds = Bounds::empty();
+    for (const std::uint32_t v : primitive_vertices(input.scene, bvh.order[bvh.shape.begin(node)]))
+      bounds.merge(narrow<Bounds>(bounds_of(input.vertex_bounds[v])));
   }
 }
 
@@ -66,9 +67,9 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
     if (input.known == Known::kNothing) bvh.states[node] |= kChanged;
     if ((bvh.states[node] & kChanged) == 0) continue;
     if (input.known == Known::kLastStep) {
-      refit_node<kNewLanes<Bounds>>(input, bvh, node);
+      refit_node<false>(input, bvh, node);
     } else {
-      refit_node<0>(input, bvh, node);
+      refit_node<true>(input, bvh, node);
     }
     if (!bvh.travel.empty()) advance_travel(input.vertex_bounds, bvh, node);
   }

@@ -50,194 +50,156 @@ struct Lanes {
 template <class Bounds>
 inline constexpr std::size_t kNewLanes = Bounds::kEnd >= 8 ? Bounds::kEnd : 0;
 
-template <class Bounds, std::size_t kFrom>
-struct OfVertices;
+// One corner of each of eight triangles, at one end of the step.
+struct EightPoints {
+  Float8 x;
+  Float8 y;
+  Float8 z;
+  Float8 margin;
 
-template <std::size_t kFrom>
-struct OfVertices<KDop18, kFrom> {
-  WARMFRONT_INLINE static Lanes<KDop18, kFrom> merged(std::span<const KDop18> of, const Face& vertices) {
-    Lanes<KDop18, kFrom> lanes(of[vertices[0]]);
-    lanes.merge(Lanes<KDop18, kFrom>(of[vertices[1]]));
-    lanes.merge(Lanes<KDop18, kFrom>(of[vertices[2]]));
-    return lanes;
-  }
-};
-
-template <std::size_t kFrom>
-struct OfVertices<Aabb, kFrom> {
-  WARMFRONT_INLINE static Lanes<Aabb, kFrom> merged(std::span<const KDop18> of, const Face& vertices) {
-    using Float4 = float __attribute__((vector_size(16)));
-    // Each end's lower and upper three, as narrow() picks them, with one lane more.
-    const auto three = [&](std::size_t lane) {
-      return lesser(
-          lesser(load<Float4>(&of[vertices[0]].lane[lane]), load<Float4>(&of[vertices[1]].lane[lane])),
-          load<Float4>(&of[vertices[2]].lane[lane]));
+  WARMFRONT_INLINE EightPoints(std::span<const PointBounds> points, const std::array<std::uint32_t, 8>& which,
+                               std::size_t t) {
+    const auto two = [&](std::size_t i) {
+      const auto low = load<Float4>(points[which[i]].at[t].data());
+      const auto high = load<Float4>(points[which[i + 4]].at[t].data());
+      return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
     };
-    const Float4 a = three(0);
-    const Float4 b = three(9);
-    const Float4 c = three(18);
-    const Float4 d = three(27);
-    Lanes<Aabb, kFrom> lanes;
-    const Float8 ab = __builtin_shufflevector(a, b, 0, 1, 2, 4, 5, 6, 6, 6);
-    const Float8 cd = __builtin_shufflevector(c, d, 0, 1, 2, 4, 5, 6, 6, 6);
-    lanes.of[0] = __builtin_shufflevector(ab, cd, 0, 1, 2, 3, 4, 5, 8, 9);
-    lanes.of[1] = __builtin_shufflevector(ab, cd, 4, 5, 8, 9, 10, 11, 12, 13);
-    return lanes;
+    const Float8 a = two(0);
+    const Float8 b = two(1);
+    const Float8 c = two(2);
+    const Float8 d = two(3);
+    const Float8 xy_ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+    const Float8 xy_cd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const Float8 zm_ab = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+    const Float8 zm_cd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    x = __builtin_shufflevector(xy_ab, xy_cd, 0, 1, 8, 9, 4, 5, 12, 13);
+    y = __builtin_shufflevector(xy_ab, xy_cd, 2, 3, 10, 11, 6, 7, 14, 15);
+    z = __builtin_shufflevector(zm_ab, zm_cd, 0, 1, 8, 9, 4, 5, 12, 13);
+    margin = __builtin_shufflevector(zm_ab, zm_cd, 2, 3, 10, 11, 6, 7, 14, 15);
   }
 };
 
-// Eight rows of eight lanes become eight lanes of eight rows.
-WARMFRONT_INLINE void transpose(Float8 (&r)[8]) {
-  Float8 s[8];
+// The least of each of eight rows, in a row.
+WARMFRONT_INLINE Float8 least_of_each(const Float8 (&row)[8]) {
+  Float8 four[4];
 #pragma GCC unroll 8
-  for (int i = 0; i < 8; i += 2) {
-    s[i] = __builtin_shuffle(r[i], r[i + 1], Int8{0, 8, 2, 10, 4, 12, 6, 14});
-    s[i + 1] = __builtin_shuffle(r[i], r[i + 1], Int8{1, 9, 3, 11, 5, 13, 7, 15});
+  for (int i = 0; i < 4; ++i) {
+    const Float8 a = row[2 * i];
+    const Float8 b = row[2 * i + 1];
+    four[i] = lesser(__builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14),
+                     __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15));
   }
+  Float8 two[2];
 #pragma GCC unroll 8
-  for (int i = 0; i < 8; i += 4) {
-#pragma GCC unroll 8
-    for (int k = 0; k < 2; ++k) {
-      r[i + k] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{0, 1, 8, 9, 4, 5, 12, 13});
-      r[i + k + 2] = __builtin_shuffle(s[i + k], s[i + k + 2], Int8{2, 3, 10, 11, 6, 7, 14, 15});
+  for (int i = 0; i < 2; ++i) {
+    const Float8 a = four[2 * i];
+    const Float8 b = four[2 * i + 1];
+    two[i] = lesser(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13),
+                    __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15));
+  }
+  return lesser(__builtin_shufflevector(two[0], two[1], 0, 1, 2, 3, 8, 9, 10, 11),
+                __builtin_shufflevector(two[0], two[1], 4, 5, 6, 7, 12, 13, 14, 15));
+}
+
+// The bounds of eight at one end of the step, before they are numbers of their leaf: a row an end of a slab,
+// in the order of Slabs::lane.
+template <class Bounds>
+struct EightEnds {
+  static constexpr std::size_t kAxes = Bounds::kAxes;
+  alignas(32) float row[2 * kAxes][8];
+
+  // Of eight triangles.
+  WARMFRONT_INLINE void take(std::span<const PointBounds> points, const LeafBlock<Bounds>& block,
+                             std::size_t t) {
+    const EightPoints a(points, block.vertex[0], t);
+    const EightPoints b(points, block.vertex[1], t);
+    const EightPoints c(points, block.vertex[2], t);
+#pragma GCC unroll 9
+    for (std::size_t k = 0; k < kAxes; ++k) {
+      const auto of_a = slab_ends(k, a.x, a.y, a.z, a.margin);
+      const auto of_b = slab_ends(k, b.x, b.y, b.z, b.margin);
+      const auto of_c = slab_ends(k, c.x, c.y, c.z, c.margin);
+      put(k, lesser(lesser(of_a.lower, of_b.lower), of_c.lower));
+      put(kAxes + k, lesser(lesser(of_a.upper, of_b.upper), of_c.upper));
     }
   }
-#pragma GCC unroll 8
-  for (int k = 0; k < 4; ++k) {
-    s[k] = __builtin_shuffle(r[k], r[k + 4], Int8{0, 1, 2, 3, 8, 9, 10, 11});
-    s[k + 4] = __builtin_shuffle(r[k], r[k + 4], Int8{4, 5, 6, 7, 12, 13, 14, 15});
+
+  WARMFRONT_INLINE void put(std::size_t lane, Float8 eight) {
+    std::memcpy(row[lane], &eight, sizeof eight);
   }
-#pragma GCC unroll 8
-  for (int i = 0; i < 8; ++i) r[i] = s[i];
-}
 
-// Lower ends and negated upper ends, in units from their origin, as pairs of 16 bits; each as grid_floor().
-WARMFRONT_INLINE Float8 pairs_of(Float8 lower, Float8 upper) {
-  const Int8 low = __builtin_convertvector(lower + kGridUp, Int8) - kGridBase;
-  const Int8 high = __builtin_convertvector(upper + kGridUp, Int8) - kGridBase;
-  return (Float8)((high << 16) | (low & 0xffff));
-}
-
-// The bounds of up to eight, one by one, until they are numbers of their leaf.
-template <class Bounds, std::size_t kFrom>
-class Rows {
- public:
-  using Row = Lanes<Bounds, kFrom>;
-
-  WARMFRONT_INLINE void set(std::uint32_t slot, const Row& row) {
-#pragma GCC unroll 8
-    for (std::size_t k = 0; k < Row::kCount; ++k)
-      std::memcpy(&rows_[slot][8 * k], &row.of[k], sizeof row.of[k]);
+  // One of eight takes an end's lanes.
+  WARMFRONT_INLINE void set(std::uint32_t slot, const float* lanes) {
+    for (std::size_t lane = 0; lane < 2 * kAxes; ++lane) row[lane][slot] = lanes[lane];
   }
-  /// Puts them in place of the numbers of the last step, which become those of t = 0.
-  WARMFRONT_INLINE void put(const LeafGrid<Bounds>& grid, EightBounds<Bounds>& eight) {
-    // Empty slots hold what the first does: numbers, whatever is made of them.
-    for (std::uint32_t i = eight.count; i < EightBounds<Bounds>::kSlots; ++i)
-      std::memcpy(rows_[i], rows_[0], sizeof rows_[i]);
-    put_new(grid, eight);
-    for (std::size_t t = kFrom > 0 ? 1 : 0; t < 2; ++t) {
-      if (!grid.end[t].none()) continue;
-      std::fill_n(rows_at(eight, grid, t), 16 * Bounds::kAxes, LeafGrid<Bounds>::kNever);
+
+  // What holds all of them.
+  WARMFRONT_INLINE void sum(float* lanes) const {
+    constexpr std::size_t kLanes = 2 * kAxes;
+    for (std::size_t group = 0; group < kLanes; group += 8) {
+      const std::size_t from = kLanes < 8 || group + 8 <= kLanes ? group : kLanes - 8;
+      Float8 rows[8];
+#pragma GCC unroll 8
+      for (std::size_t i = 0; i < 8; ++i) rows[i] = load<Float8>(row[from + i < kLanes ? from + i : 0]);
+      const Float8 least = least_of_each(rows);
+      std::memcpy(lanes + from, &least, (kLanes < 8 ? kLanes : 8) * sizeof(float));
+    }
+  }
+
+  // Puts them in place as numbers of their leaf.
+  WARMFRONT_INLINE void put(const LeafGrid<Bounds>& grid, std::size_t t, EightBounds<Bounds>& eight) const {
+    auto* to = const_cast<std::int16_t*>(row_of(eight, grid.begin_at_1, t, 0));
+    const auto& end = grid.end[t];
+    if (end.none()) {
+      std::fill_n(to, 16 * kAxes, grid.kNever);
+      return;
+    }
+    const float scale = grid.power(-end.exponent);
+#pragma GCC unroll 9
+    for (std::size_t k = 0; k < kAxes; ++k) {
+      const Int8 low = numbers((load<Float8>(row[k]) - end.origin[k]) * scale);
+      const Int8 high = numbers((load<Float8>(row[kAxes + k]) + end.origin[k]) * scale);
+      const Int8 pairs = (high << 16) | (low & 0xffff);
+      std::memcpy(to + 16 * k, &pairs, sizeof pairs);
     }
   }
 
  private:
-  // Where eight lanes from `lane` on stand in a row, or one.
-  static constexpr std::size_t at(std::size_t lane) {
-    return lane == Row::kTotal - 8 ? 8 * (Row::kCount - 1) : lane - kFrom;
+  // As grid_floor().
+  WARMFRONT_INLINE static Int8 numbers(Float8 units) {
+    return __builtin_convertvector(units + kGridUp, Int8) - kGridBase;
   }
-
-  WARMFRONT_INLINE static std::int16_t* rows_at(EightBounds<Bounds>& eight, const LeafGrid<Bounds>& grid,
-                                                std::size_t t) {
-    return const_cast<std::int16_t*>(row_of(eight, grid.begin_at_1, t, 0));
-  }
-
-  WARMFRONT_INLINE void put_new(const LeafGrid<KDop18>& grid, EightBounds<KDop18>& eight) const {
-#pragma GCC unroll 2
-    for (std::size_t t = kFrom > 0 ? 1 : 0; t < 2; ++t) {
-      const std::size_t lower = t * KDop18::kEnd;
-      const std::size_t upper = lower + KDop18::kAxes;
-      const auto& end = grid.end[t];
-      const float scale = LeafGrid<KDop18>::power(-end.exponent);
-      std::int16_t* to = rows_at(eight, grid, t);
-      // All axes but the first, then the first of all eight.
-      const Float8 origin = load<Float8>(&end.origin[1]);
-      Float8 pairs[8];
-#pragma GCC unroll 8
-      for (std::size_t i = 0; i < 8; ++i)
-        pairs[i] = pairs_of((load<Float8>(&rows_[i][at(lower + 1)]) - origin) * scale,
-                            (load<Float8>(&rows_[i][at(upper + 1)]) + origin) * scale);
-      transpose(pairs);
-#pragma GCC unroll 8
-      for (std::size_t k = 0; k < 8; ++k) std::memcpy(to + 16 * (k + 1), &pairs[k], sizeof pairs[k]);
-      const auto first = [&](std::size_t lane) {
-        const std::size_t k = lane - kFrom;
-        return Float8{rows_[0][k], rows_[1][k], rows_[2][k], rows_[3][k],
-                      rows_[4][k], rows_[5][k], rows_[6][k], rows_[7][k]};
-      };
-      const Float8 of_first =
-          pairs_of((first(lower) - end.origin[0]) * scale, (first(upper) + end.origin[0]) * scale);
-      std::memcpy(to, &of_first, sizeof of_first);
-    }
-  }
-
-  WARMFRONT_INLINE void put_new(const LeafGrid<Aabb>& grid, EightBounds<Aabb>& eight) const {
-    const auto& [o0, o1] = grid.end;
-    const float s0 = LeafGrid<Aabb>::power(-o0.exponent);
-    const float s1 = LeafGrid<Aabb>::power(-o1.exponent);
-    const Float8 scale{s0, s0, s0, s1, s1, s1, s1, s1};
-    const Float8 origin{o0.origin[0], o0.origin[1], o0.origin[2], o1.origin[0],
-                        o1.origin[1], o1.origin[2], o1.origin[2], o1.origin[2]};
-    Float8 pairs[8];
-#pragma GCC unroll 8
-    for (std::size_t i = 0; i < 8; ++i) {
-      const Float8 a = load<Float8>(&rows_[i][0]);  // lanes 0 to 7
-      const Float8 b = load<Float8>(&rows_[i][8]);  // lanes 4 to 11
-      const Float8 lower = __builtin_shufflevector(a, b, 0, 1, 2, 6, 7, 12, 12, 12);
-      const Float8 upper = __builtin_shufflevector(a, b, 3, 4, 5, 13, 14, 15, 15, 15);
-      pairs[i] = pairs_of((lower - origin) * scale, (upper + origin) * scale);
-    }
-    transpose(pairs);
-#pragma GCC unroll 8
-    for (std::size_t k = 0; k < 6; ++k) std::memcpy(eight.row[k].data(), &pairs[k], sizeof pairs[k]);
-  }
-
-  alignas(32) float rows_[EightBounds<Bounds>::kSlots][8 * Row::kCount];
 };
 
-// A leaf's bounds, and those of its blocks and primitives.
-template <std::size_t kFrom, class Bounds>
-WARMFRONT_INLINE void refit_leaf(std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh, NodeId node) {
+// A leaf's bounds, and those of its blocks and primitives: of t = 1, or of both ends.
+template <bool kAnew, class Bounds>
+WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds>& bvh, NodeId node) {
+  constexpr std::size_t kLanes = Bounds::kEnd;
   const NodeId leaf = node - bvh.shape.first_leaf();
   const bool wide = !bvh.wide.empty();
   const std::uint32_t count = wide ? bvh.wide[leaf].count : 1;
   LeafBlock<Bounds>* blocks = &bvh.blocks[wide ? bvh.wide[leaf].first : leaf];
-  Rows<Bounds, kFrom> primitives[8];
-  Rows<Bounds, kFrom> sums;
-  Lanes<Bounds, kFrom> sum_of_all;
-  for (std::uint32_t b = 0; b < count; ++b) {
-    const LeafBlock<Bounds>& block = blocks[b];
-    Lanes<Bounds, kFrom> sum;
-    for (std::uint32_t i = 0; i < block.count; ++i) {
-      const Lanes<Bounds, kFrom> row = OfVertices<Bounds, kFrom>::merged(
-          vertex_bounds, {block.vertex[0][i], block.vertex[1][i], block.vertex[2][i]});
-      sum.merge(row);
-      primitives[b].set(i, row);
-    }
-    sum_of_all.merge(sum);
-    sums.set(b, sum);
-  }
-  sum_of_all.store(bvh.nodes[node]);
   LeafGrid<Bounds>& grid = bvh.grids[leaf];
-  if constexpr (kFrom > 0) {
-    grid.shift();
-  } else {
+  if constexpr (kAnew)
     grid.begin_at_1 = Bounds::kAxes;
-    grid.set(bvh.nodes[node], 0);
+  else
+    grid.shift();
+  EightEnds<Bounds> primitives[8];
+  EightEnds<Bounds> sums;
+  for (std::size_t t = kAnew ? 0 : 1; t < 2; ++t) {
+    for (std::uint32_t b = 0; b < count; ++b) {
+      primitives[b].take(points, blocks[b], t);
+      float sum[kLanes];
+      primitives[b].sum(sum);
+      sums.set(b, sum);
+    }
+    for (std::uint32_t b = count; b < 8; ++b)  // what is not there holds what the first does
+      for (auto& row : sums.row) row[b] = row[0];
+    sums.sum(bvh.nodes[node].lane.data() + t * kLanes);
+    grid.set(bvh.nodes[node], t);
+    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, blocks[b]);
+    if (wide) sums.put(grid, t, bvh.wide[leaf]);
   }
-  grid.set(bvh.nodes[node], 1);
-  for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, blocks[b]);
-  if (wide) sums.put(grid, bvh.wide[leaf]);
 }
 
 }  // namespace warmfront

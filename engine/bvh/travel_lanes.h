@@ -52,14 +52,13 @@ WARMFRONT_INLINE float wandered(const Aabb& bounds, float x, float y, float z) {
 // How far any of a leaf's vertices did: no bounds of what is made of them did more, along whatever axis. What
 // a vertex goes along a diagonal counts half, which is no more than the larger of what it goes along its two
 // axes.
-WARMFRONT_INLINE float wandered(std::span<const std::uint32_t> vertices, std::span<const KDop18> bounds,
+WARMFRONT_INLINE float wandered(std::span<const std::uint32_t> vertices, std::span<const PointBounds> bounds,
                                 float x, float y, float z) {
-  using Float4 = float __attribute__((vector_size(16)));
-  const Float4 common{x, y, z, x + y};
+  const Float4 common{x, y, z, 0};
   Float4 most{};
   for (const std::uint32_t v : vertices) {
-    const float* lane = bounds[v].lane.data();
-    const Float4 change = load<Float4>(lane + KDop18::kEnd) - load<Float4>(lane) - common;
+    const auto& [at0, at1] = bounds[v].at;
+    const Float4 change = load<Float4>(at1.data()) - load<Float4>(at0.data()) - common;
     most = greater(greater(change, -change), most);
   }
   return std::max(std::max(most[0], most[1]), most[2]);
@@ -68,7 +67,7 @@ WARMFRONT_INLINE float wandered(std::span<const std::uint32_t> vertices, std::sp
 // Adds the step's motion of a node whose bounds are those of the step. Lanes that are infinite, whose changes
 // are not numbers, come with a slack that outlives no budget.
 template <class Bounds>
-WARMFRONT_INLINE void advance_travel(std::span<const KDop18> vertex_bounds, Bvh<Bounds>& bvh, NodeId node) {
+WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds, Bvh<Bounds>& bvh, NodeId node) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   NodeTravel& travel = bvh.travel[node];
   const std::array<float, 3> centre = centre_of(bvh.nodes[node]);

@@ -118,7 +118,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
-  std::span<const KDop18> vertex_bounds_;
+  std::span<const PointBounds> vertex_bounds_;
   StopSignal stop_;
   std::uint64_t step_ = 0;
 };

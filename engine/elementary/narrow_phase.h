@@ -31,7 +31,7 @@ struct NarrowPhaseInput {
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step
   std::span<const VertexMotion> vertices;
   std::span<const MotionState> states;  ///< of the vertices
-  std::span<const KDop18> vertex_bounds;
+  std::span<const PointBounds> vertex_bounds;
   const ColliderOptions& options;
   StopSignal stop;
 };

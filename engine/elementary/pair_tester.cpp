@@ -13,12 +13,6 @@
 namespace warmfront {
 namespace {
 
-KDop18 merged(const KDop18& a, const KDop18& b) {
-  KDop18 both = a;
-  both.merge(b);
-  return both;
-}
-
 FeaturePair vertex_face(const Scene& scene, const FeatureIds& ids) {
   const Face& face = scene.faces()[ids.b];
   return {{ids.a, face[0], face[1], face[2]}, ids.a, ids.b, ContactKind::kVertexFace};
@@ -68,10 +62,7 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
   // Whether a near pair owns a feature is dear to find out: only where the features' moving bounds overlap.
   const auto [owned, perhaps] = input_->ownership.candidates(f, g);
   if ((owned | perhaps) == 0) return;
-  const auto bounds = [this](const Face& face) {
-    const auto& of = input_->vertex_bounds;
-    return TriangleBounds{{&of[face[0]], &of[face[1]], &of[face[2]]}};
-  };
+  const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
   const float latest = until();
   const std::uint32_t wanted = owned | perhaps;
   std::uint32_t bits = latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest)
@@ -96,11 +87,15 @@ float PairTester::until() const {
   return std::nextafter(static_cast<float>(shared_->earliest.load(std::memory_order_relaxed)), 2.0F);
 }
 
+TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const auto& of = input_->vertex_bounds;
+  return {{&of[a], &of[b], &of[c]}};
+}
+
 void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
   const Face& face = input_->scene.faces()[f];
-  KDop18 face_bounds = merged(input_->vertex_bounds[face[0]], input_->vertex_bounds[face[1]]);
-  face_bounds.merge(input_->vertex_bounds[face[2]]);
-  if (overlap(input_->vertex_bounds[v], face_bounds)) push(vertex_face(input_->scene, {v, f}));
+  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2])))
+    push(vertex_face(input_->scene, {v, f}));
 }
 
 void PairTester::orphan_vf(const FeatureIds& ids) {
@@ -112,10 +107,8 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
   ++output_.counts.orphan_tests;
   const Edge& a = input_->scene.edges()[ids.a];
   const Edge& b = input_->scene.edges()[ids.b];
-  const auto& bounds = input_->vertex_bounds;
-  if (overlap(merged(bounds[a[0]], bounds[a[1]]), merged(bounds[b[0]], bounds[b[1]]))) {
+  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1])))
     push(edge_edge(input_->scene, ids));
-  }
 }
 
 void PairTester::push(const FeaturePair& pair) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/bounds/overlap.h"
 #include "engine/elementary/feature_block.h"
 #include "engine/elementary/narrow_phase.h"
 
@@ -54,6 +55,7 @@ class PairTester {
  private:
   void face_pair(std::uint32_t f, std::uint32_t g);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
+  TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   void push(const FeaturePair& pair);
   void report(const Contact& contact);
 

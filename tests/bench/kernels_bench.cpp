@@ -123,9 +123,9 @@ void bounds_of_vertices(benchmark::State& state) {
   const Motion& motion = ClothStep<KDop18>::get().hierarchy.motion();
   const auto vertices = motion.vertices();
   const std::vector<MotionState> states(vertices.size(), kChanged);
-  std::vector<KDop18> bounds(vertices.size());
+  std::vector<PointBounds> bounds(vertices.size());
   for (auto _ : state) {
-    moving_bounds(vertices, states, motion.frame(), 0, motion.magnitude(), Known::kOlder, bounds.data());
+    point_bounds(vertices, states, motion.frame(), 0, motion.magnitude(), Known::kOlder, bounds.data());
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * vertices.size()));

@@ -56,12 +56,12 @@ class Hierarchy {
   /// The hierarchy with all its bounds made of this step's motion alone.
   Bvh<Bounds> anew() const {
     Bvh<Bounds> tree = bvh;
-    std::vector<KDop18> bounds(bounds_.size());
+    std::vector<PointBounds> bounds(bounds_.size());
     refit_with(Known::kNothing, bounds, tree);
     return tree;
   }
 
-  std::span<const KDop18> vertex_bounds() const { return bounds_; }
+  std::span<const PointBounds> vertex_bounds() const { return bounds_; }
   const Motion& motion() const { return motion_; }
 
   Bvh<Bounds> bvh;
@@ -72,8 +72,8 @@ class Hierarchy {
     refit_with(known, bounds_, bvh);
   }
 
-  void refit_with(Known known, std::vector<KDop18>& bounds, Bvh<Bounds>& tree) const {
-    moving_bounds(motion_.vertices(), motion_.states(), motion_.frame(), 0, magnitude_, known, bounds.data());
+  void refit_with(Known known, std::vector<PointBounds>& bounds, Bvh<Bounds>& tree) const {
+    point_bounds(motion_.vertices(), motion_.states(), motion_.frame(), 0, magnitude_, known, bounds.data());
     refit({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree);
   }
 
@@ -82,7 +82,7 @@ class Hierarchy {
   Motion motion_;
   RangeMotion range_;
   double magnitude_ = 0;
-  std::vector<KDop18> bounds_;
+  std::vector<PointBounds> bounds_;
 };
 
 /// Takes a front of one part to this step.

@@ -136,7 +136,7 @@ TEST(Refit, NodesHoldTheirPrimitives) {
         for (const std::uint32_t v : primitive_vertices(*scene, bvh.order[i])) {
           for (NodeId node = leaf;; node = TreeShape::parent(node)) {
             for (std::size_t lane = 0; lane < bvh.nodes[node].lane.size(); ++lane) {
-              ASSERT_LE(bvh.nodes[node].lane[lane], hierarchy.vertex_bounds()[v].lane[lane]);
+              ASSERT_LE(bvh.nodes[node].lane[lane], bounds_of(hierarchy.vertex_bounds()[v]).lane[lane]);
             }
             if (node == 0) break;
           }

@@ -81,7 +81,7 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
       for (std::uint32_t i = 0; i < blocks[b].count; ++i) {
         Bounds bounds = Bounds::empty();
         for (const auto& corner : blocks[b].vertex)
-          bounds.merge(narrow<Bounds>(hierarchy.vertex_bounds()[corner[i]]));
+          bounds.merge(narrow<Bounds>(bounds_of(hierarchy.vertex_bounds()[corner[i]])));
         expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(blocks[b], begin_at_1, i), bounds);
         sum.merge(bounds);
       }

@@ -69,7 +69,7 @@ struct Kept {
     const auto& parts = core.topology->parts;
     const Motion& motion = core.motion.vertices();
     for (std::size_t v = 0; v < core.vertex_bounds.size(); ++v)
-      core.vertex_bounds[v] = moving_bounds(motion.vertices()[v], motion.frame(), 0, motion.magnitude());
+      core.vertex_bounds[v] = point_bounds(motion.vertices()[v], motion.frame(), 0, motion.magnitude());
     const bool first = trees.empty();
     trees.resize(parts.size());
     roots.resize(parts.size());
