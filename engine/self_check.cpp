@@ -127,7 +127,7 @@ class SelfCheck {
       }
       if (!tree.blocks.empty() && !blocks_agree(tree, leaf)) return false;
     }
-    return true;
+    return tree.blocks.empty() || tree.shared == shared_vertices(core_.topology->scene, tree);
   }
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {

@@ -225,6 +225,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     }
   }
   list_leaf_vertices(scene);
+  shared = {};
   if (blocks.empty()) return;
   tbb::parallel_for(shape.first_leaf(), shape.node_count(), [&](NodeId node) {
     const std::uint32_t leaf = node - shape.first_leaf();
@@ -246,9 +247,21 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       }
     }
   });
+  shared = shared_vertices(scene, *this);
+}
+
+template <class Bounds>
+SharedVertices shared_vertices(const Scene& scene, const Bvh<Bounds>& bvh) {
+  std::vector<std::span<const Primitive>> primitives;
+  primitives.reserve(bvh.blocks.size());
+  for (const LeafBlock<Bounds>& block : bvh.blocks)
+    primitives.push_back(std::span(bvh.order).subspan(block.first, block.count));
+  return {scene, primitives};
 }
 
 template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>, bool);
+template SharedVertices shared_vertices(const Scene&, const Bvh<Aabb>&);
+template SharedVertices shared_vertices(const Scene&, const Bvh<KDop18>&);
 template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>, bool);
 
 }  // namespace warmfront

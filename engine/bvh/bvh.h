@@ -13,6 +13,7 @@
 #include "engine/bvh/leaf_block.h"
 #include "engine/bvh/leaf_grid.h"
 #include "engine/bvh/node_set.h"
+#include "engine/bvh/shared_vertices.h"
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
 #include "engine/scene/csr.h"
@@ -92,6 +93,7 @@ struct Bvh {
   /// Empty for leaves of one primitive, whose node says it all. Leaf l's is blocks[l], unless leaves are
   /// wide.
   std::vector<LeafBlock<Bounds>> blocks;
+  SharedVertices shared;                  ///< of `blocks`
   std::vector<EightBounds<Bounds>> wide;  ///< by leaf, of its blocks; empty where each has one
   std::vector<LeafGrid<Bounds>> grids;    ///< by leaf, of its blocks' numbers; empty where `blocks` is
   std::vector<NodeTravel> travel;         ///< by NodeId; empty when nobody asks
@@ -112,13 +114,18 @@ struct Bvh {
   std::size_t memory_bytes() const {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
            nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks.size() * sizeof(LeafBlock<Bounds>) +
-           wide.size() * sizeof(EightBounds<Bounds>) + grids.size() * sizeof(LeafGrid<Bounds>) +
-           travel.size() * sizeof(NodeTravel) + leaf_vertices.memory_bytes();
+           shared.memory_bytes() + wide.size() * sizeof(EightBounds<Bounds>) +
+           grids.size() * sizeof(LeafGrid<Bounds>) + travel.size() * sizeof(NodeTravel) +
+           leaf_vertices.memory_bytes();
   }
 
  private:
   void list_leaf_vertices(const Scene& scene);
 };
+
+/// Of the blocks of a hierarchy that is arranged: what `shared` is.
+template <class Bounds>
+SharedVertices shared_vertices(const Scene& scene, const Bvh<Bounds>& bvh);
 
 /// The vertices of a primitive; an isolated vertex stands three times.
 Face primitive_vertices(const Scene& scene, Primitive primitive);

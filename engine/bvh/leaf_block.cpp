@@ -68,6 +68,15 @@ struct OpenUntil {
   }
 };
 
+// The compiler is not to know where it points: or it keeps what lies there, and every address that it makes
+// of it, on the stack over the whole loop.
+WARMFRONT_INLINE const std::int16_t* unknown(const std::int16_t* pointer) {
+#if defined(__GNUC__)
+  asm("" : "+r"(pointer));
+#endif
+  return pointer;
+}
+
 // One item against each slot of eight; each number stands twice in its slot.
 struct Row {
   Short16 open;  // positive where they are apart
@@ -131,22 +140,9 @@ WARMFRONT_INLINE std::int16_t least(Short16 v) {
   return v[0];
 }
 
-// Rows of t = 0, then of t = 1.
 template <class Bounds>
-struct Rows {
-  alignas(32) std::array<std::array<std::int16_t, 16>, EightBounds<Bounds>::kRows> row;
-
-  WARMFRONT_INLINE std::int16_t* at(std::size_t t, std::size_t axis) {
-    return row[t * Bounds::kAxes + axis].data();
-  }
-  WARMFRONT_INLINE RowsAt both() { return {at(0, 0), at(1, 0)}; }
-};
-
-// The numbers of `a` as those of `b` are to meet them: in common units, lower and upper ends in each other's
-// place, and what lies between the leaves added.
-template <class Bounds>
-WARMFRONT_INLINE void bring_over(const EightBounds<Bounds>& a, const GridPair<Bounds>& between,
-                                 Rows<Bounds>& over) {
+WARMFRONT_INLINE void bring_all_over(const EightBounds<Bounds>& a, const GridPair<Bounds>& between,
+                                     BroughtOver<Bounds>& over) {
   const RowsAt rows = rows_at(a, between.begin_at_1_of_a);
 #pragma GCC unroll 2
   for (std::size_t t = 0; t < 2; ++t) {
@@ -163,7 +159,7 @@ WARMFRONT_INLINE void bring_over(const EightBounds<Bounds>& a, const GridPair<Bo
 // Rows in common units.
 template <class Bounds>
 WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int32_t, 2>& by,
-                                  Rows<Bounds>& to) {
+                                  BroughtOver<Bounds>& to) {
   for (std::size_t t = 0; t < 2; ++t) {
     for (std::size_t k = 0; k < Bounds::kAxes; ++k) {
       const Short16 units = load<Short16>(rows[t] + 16 * k) >> static_cast<std::int16_t>(by[t]);
@@ -172,122 +168,167 @@ WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int3
   }
 }
 
-// The primitives of `b` that share a vertex with primitive i of `a`.
-template <class Bounds>
-WARMFRONT_INLINE Int8 sharing(const LeafBlock<Bounds>& a, int i, const LeafBlock<Bounds>& b) {
-  Int8 shared{};
-  for (int p = 0; p < 3; ++p) {
-    const auto vertex = static_cast<std::int32_t>(a.vertex[p][i]);
-    for (int q = 0; q < 3; ++q) {
-      Int8 others;
-      std::memcpy(&others, b.vertex[q].data(), sizeof others);
-      shared |= others == vertex;
-    }
+// Two ways to say which pairs there are: by row those of b that item i of a meets, and which of these say the
+// gap.
+
+// Primitives: whoever is near says it.
+struct Primitives {
+  std::uint64_t without;
+
+  WARMFRONT_INLINE Int8 meets(int i) const {
+    return ((Int8{} + static_cast<std::int32_t>((without >> (8 * i)) & 0xff)) & kLaneBit) == 0;
   }
-  return shared;
-}
+  // The rows in which there is a pair.
+  WARMFRONT_INLINE std::uint32_t rows() const {
+    std::uint64_t full = without & (without >> 4) & 0x0f0f0f0f0f0f0f0f;
+    full &= full >> 2;
+    full &= (full >> 1) & 0x0101010101010101;
+    return ~static_cast<std::uint32_t>((full * 0x0102040810204080) >> 56) & 0xff;
+  }
+  WARMFRONT_INLINE static Short16 gap(Int8 meets, Int8, Short16 of_row) {
+    return (Short16)meets != 0 ? of_row : kFar;
+  }
+};
 
-// Of the primitives of `b` that are near one of `a`, those that share no vertex with it; their gap counts.
-// The others go into `adjacent`.
-template <class Bounds>
-WARMFRONT_INLINE Int8 sift(const LeafBlock<Bounds>& a, int i, const LeafBlock<Bounds>& b, Int8 near,
-                           Short16 their_gap, Short16& gap, Int8& adjacent) {
-  const Int8 shared = near & sharing(a, i, b);
-  adjacent |= shared;
-  const Int8 free = near & ~shared;
-  gap = lesser((Short16)free != 0 ? their_gap : kFar, gap);
-  return free;
-}
+// Blocks: those that are near are looked into, and their primitives say the gap.
+struct Blocks {
+  std::uint32_t count_a;
+  std::uint32_t count_b;
+  bool same;
 
-// Blocks that are near are looked into, and their primitives tell the gap.
-template <class Bounds>
-WARMFRONT_INLINE Int8 sift(const EightBounds<Bounds>&, int, const EightBounds<Bounds>&, Int8 near, Short16,
-                           Short16&, Int8&) {
-  return near;
-}
+  WARMFRONT_INLINE Int8 meets(int i) const {
+    const Int8 used = kSlot < static_cast<std::int32_t>(count_b);
+    return same ? used & (kSlot >= i) : used;
+  }
+  WARMFRONT_INLINE std::uint32_t rows() const { return (1U << count_a) - 1; }
+  WARMFRONT_INLINE static Short16 gap(Int8, Int8 apart, Short16 of_row) {
+    return (Short16)apart != 0 ? of_row : kFar;
+  }
+};
 
-// With `same`, item i of a meets those of b from i + `beyond` on.
-template <class Bounds, class Open, class Eight>
-WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Eight& a, const Eight& b,
-                                         const GridPair<Bounds>& between, OneOfLeaf whole_b, bool same,
-                                         int beyond) {
-  Rows<Bounds> over;
-  bring_over(a, between, over);
-  Rows<Bounds> shifted;
+template <class Bounds, class Open, class Pairs>
+WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const BroughtOver<Bounds>& over,
+                                         const EightBounds<Bounds>& b, const GridPair<Bounds>& between,
+                                         const OneOfLeaf* whole_b, Pairs pairs) {
+  BroughtOver<Bounds> shifted;
   const bool finer = (between.shift_b[0] | between.shift_b[1]) != 0;
   RowsAt of_b = rows_at(b, between.begin_at_1_of_b);
   if (finer) {
     shift_right<Bounds>(of_b, between.shift_b, shifted);
-    of_b = shifted.both();
+    of_b = {shifted.at(0, 0), shifted.at(1, 0)};
   }
 
-  const Int8 used = kSlot < static_cast<std::int32_t>(b.count);
   Short16 gap = kFar;
-  std::uint32_t rows = (1U << a.count) - 1;
-  if (!same) {
+  std::uint32_t rows = pairs.rows();
+  if (whole_b != nullptr) {
     // The items of `a` that are apart from the whole of b: their gap to that is what counts.
-    const Row row = against<Bounds>(open, over.both(), [&](std::size_t t, std::size_t k) {
-      return in_all(whole_b(t, k)) >> static_cast<std::int16_t>(between.shift_b[t]);
+    const Row row = against<Bounds>(open, {over.at(0, 0), over.at(1, 0)}, [&](std::size_t t, std::size_t k) {
+      return in_all((*whole_b)(t, k)) >> static_cast<std::int16_t>(between.shift_b[t]);
     });
-    const Int8 out = (Int8)(row.open > 0) & (kSlot < static_cast<std::int32_t>(a.count));
+    const Int8 looked_at = ((Int8{} + static_cast<std::int32_t>(rows)) & kLaneBit) != 0;
+    const Int8 out = (Int8)(row.open > 0) & looked_at;
     gap = (Short16)out != 0 ? row.gap : gap;
     rows &= ~bits_of(out);
   }
   Int8 to_test{};
   Int8 unsure{};
-  Int8 adjacent{};
   for (; rows != 0; rows &= rows - 1) {
     const int i = std::countr_zero(rows);
     const auto bit = static_cast<std::int32_t>(rows & -rows);
-    const Int8 wanted = same ? used & (kSlot >= i + beyond) : used;
+    const Int8 meets = pairs.meets(i);
+    const std::int16_t* item = unknown(over.at(0, 0) + 2 * i);
     const Row row = against<Bounds>(
-        open, of_b, [&](std::size_t t, std::size_t k) { return in_all(over.at(t, k) + 2 * i); });
-    const Int8 apart = wanted & (Int8)(row.open > 0);
-    gap = lesser((Short16)apart != 0 ? row.gap : kFar, gap);
-    Int8 near = wanted & ~apart;
-    if (!any(near)) continue;  // most rows: what shares a vertex is never apart
-    near = sift(a, i, b, near, row.gap, gap, adjacent) & bit;
+        open, {unknown(of_b[0]), unknown(of_b[1])},
+        [&](std::size_t t, std::size_t k) { return in_all(item + 16 * (t * Bounds::kAxes + k)); });
+    const Int8 apart = meets & (Int8)(row.open > 0);
+    gap = lesser(pairs.gap(meets, apart, row.gap), gap);
+    const Int8 near = meets & ~apart & bit;
     to_test |= near;
     unsure |= near & (Int8)(row.open > -GridPair<Bounds>::kSlack);
   }
   const std::int16_t nearest = least(gap);
   return {bytes_of(to_test), bytes_of(unsure),
           nearest == kFarthest ? std::numeric_limits<float>::max()
-                               : static_cast<float>(nearest) * between.unit[1],
-          any(adjacent)};
+                               : static_cast<float>(nearest) * between.unit[1]};
 }
 
-template <class Bounds, class Eight>
-WARMFRONT_INLINE EightOverlaps overlaps(const Eight& a, const Eight& b, const GridPair<Bounds>& between,
-                                        OneOfLeaf whole_b, bool same, int beyond, float until) {
-  return until < 1 ? all_pairs(OpenUntil{{until}, between.unit}, a, b, between, whole_b, same, beyond)
-                   : all_pairs(OpenThroughout{}, a, b, between, whole_b, same, beyond);
+template <class Bounds>
+WARMFRONT_INLINE std::uint64_t all_sharing(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
+  constexpr std::uint64_t kSelf = 0x8040201008040201;
+  std::uint64_t pairs = 0;
+  for (std::uint32_t i = 0; i < a.count; ++i) {
+    Int8 shared{};
+    for (const auto& p : a.vertex) {
+      for (const auto& q : b.vertex) shared |= load<Int8>(q.data()) == static_cast<std::int32_t>(p[i]);
+    }
+    pairs |= std::uint64_t{bits_of(shared & (kSlot < static_cast<std::int32_t>(b.count)))} << (8 * i);
+  }
+  return &a == &b ? pairs & ~kSelf : pairs;
+}
+
+template <class Bounds, class Pairs>
+WARMFRONT_INLINE EightOverlaps overlaps(const BroughtOver<Bounds>& over, const EightBounds<Bounds>& b,
+                                        const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
+                                        Pairs pairs, float until) {
+  return until < 1 ? all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs)
+                   : all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs);
+}
+
+template <class Bounds>
+WARMFRONT_INLINE EightOverlaps overlaps_of_blocks(const EightBounds<Bounds>& a, const EightBounds<Bounds>& b,
+                                                  const GridPair<Bounds>& between, const OneOfLeaf& whole_b,
+                                                  bool same, float until) {
+  BroughtOver<Bounds> over;
+  bring_all_over(a, between, over);
+  return overlaps(over, b, between, same ? nullptr : &whole_b, Blocks{a.count, b.count, same}, until);
 }
 
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps primitive_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b,
-                                 const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until) {
-  return overlaps(a, b, between, whole_b, same, 1, until);
+std::uint64_t sharing_pairs(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b) {
+  return all_sharing(a, b);
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b,
-                                 const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until) {
-  return overlaps(a, b, between, whole_b, same, 1, until);
+std::uint64_t sharing_pairs(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b) {
+  return all_sharing(a, b);
+}
+
+WARMFRONT_TARGET_CLONES
+void bring_over(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, BroughtOver<Aabb>& over) {
+  bring_all_over(a, between, over);
+}
+
+WARMFRONT_TARGET_CLONES
+void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, BroughtOver<KDop18>& over) {
+  bring_all_over(a, between, over);
+}
+
+WARMFRONT_TARGET_CLONES
+EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const LeafBlock<Aabb>& b,
+                                 const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
+                                 std::uint64_t without, float until) {
+  return overlaps<Aabb>(over, b, between, whole_b, Primitives{without}, until);
+}
+
+WARMFRONT_TARGET_CLONES
+EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const LeafBlock<KDop18>& b,
+                                 const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
+                                 std::uint64_t without, float until) {
+  return overlaps<KDop18>(over, b, between, whole_b, Primitives{without}, until);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b,
                              const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until) {
-  return overlaps(a, b, between, whole_b, same, 0, until);
+  return overlaps_of_blocks(a, b, between, whole_b, same, until);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b,
                              const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until) {
-  return overlaps(a, b, between, whole_b, same, 0, until);
+  return overlaps_of_blocks(a, b, between, whole_b, same, until);
 }
 
 WARMFRONT_TARGET_CLONES

@@ -68,21 +68,56 @@ struct EightOverlaps {
   /// Of these, the ones whose bounds in float32 might be apart all the same.
   std::uint64_t unsure;
   float gap;
-  bool adjacent;  ///< some of two different items share a vertex
 };
 
-/// All primitives of block `a` against all of block `b`, whose bounds as a whole are `whole_b`; `between` is
-/// how the leaf of a stands to that of b. With `same` (a and b are one block), each pair once, i < j. To be
-/// tested are those whose moving bounds overlap and that share no vertex; `gap` is how far apart at t = 1 the
-/// nearest two are that share no vertex, as separation() measures it, or less; not positive when some overlap
-/// then. Only the part of the step up to the time `until` counts; 1 or more: all of it.
-EightOverlaps primitive_overlaps(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b,
-                                 const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until);
-EightOverlaps primitive_overlaps(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b,
-                                 const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until);
+/// The pairs of two blocks' items that are none, bit 8 i + j standing for item i of a and item j of b; where
+/// they are one block, all but each pair once, i < j.
+inline std::uint64_t no_pairs(std::uint32_t count_a, std::uint32_t count_b, bool same) {
+  constexpr std::uint64_t kEachRow = 0x0101010101010101;
+  constexpr std::uint64_t kNotBeyond = 0xff7f3f1f0f070301;
+  const std::uint64_t rows = count_a < 8 ? ~std::uint64_t{0} << (8 * count_a) : 0;
+  const std::uint64_t columns = (0xff & (0xff << count_b)) * kEachRow;
+  return rows | columns | (same ? kNotBeyond : 0);
+}
+
+/// The pairs of which two different ones share a vertex, bits as above: what SharedVertices knows, looked
+/// for.
+std::uint64_t sharing_pairs(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b);
+std::uint64_t sharing_pairs(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b);
+
+/// The numbers of one block as those of another leaf's blocks are to meet them: in common units, lower and
+/// upper ends in each other's place, and what lies between the leaves added. Rows of t = 0, then of t = 1.
+template <class Bounds>
+struct BroughtOver {
+  alignas(32) std::array<std::array<std::int16_t, 16>, EightBounds<Bounds>::kRows> row;
+
+  WARMFRONT_INLINE const std::int16_t* at(std::size_t t, std::size_t axis) const {
+    return row[t * Bounds::kAxes + axis].data();
+  }
+  WARMFRONT_INLINE std::int16_t* at(std::size_t t, std::size_t axis) {
+    return row[t * Bounds::kAxes + axis].data();
+  }
+};
+
+/// A block of the first leaf of `between` to its second.
+void bring_over(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, BroughtOver<Aabb>& over);
+void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, BroughtOver<KDop18>& over);
+
+/// All primitives of block a, which was brought `over`, against all of block `b`, but for the pairs in
+/// `without`, bits as above: those that are none, and that share a vertex. `whole_b` bounds b as a whole,
+/// null when a and b are one. `between` is how the leaf of a stands to that of b. To be tested are those
+/// whose moving bounds overlap; `gap` is how far apart at t = 1 the nearest two are, as separation() measures
+/// it, or less; not positive when some overlap then. Only the part of the step up to the time `until` counts;
+/// 1 or more: all of it.
+EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const LeafBlock<Aabb>& b,
+                                 const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
+                                 std::uint64_t without, float until);
+EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const LeafBlock<KDop18>& b,
+                                 const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
+                                 std::uint64_t without, float until);
 
 /// The same for the blocks of two leaves. With `same` each pair once, i <= j, and a block overlaps itself.
-/// The gap is that of the nearest two that do not overlap; who shares vertices is not looked at.
+/// The gap is that of the nearest two that do not overlap.
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b,
                              const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until);
 EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b,

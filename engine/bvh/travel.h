@@ -34,8 +34,11 @@ inline std::uint32_t units(float length) {
   return scaled < static_cast<float>(kMost) ? static_cast<std::uint32_t>(scaled) + 1 : kMost;  // NaN: kMost
 }
 
-/// What rounding can hide in one comparison or one step's change, for coordinates up to `magnitude`: a lane
-/// is rounded by at most 2^-22 of it, at either end of two changes, a centre and its differences by less.
+/// What rounding can hide in one comparison, for each of the two nodes, or in one step's change, for
+/// coordinates up to `magnitude` M. With u = 2^-24, the end of a slab lies 18 u M farther out than its
+/// vertices at most (point_bounds(); along a diagonal, which counts half) or 10 u M (along x, y, z): of two
+/// nodes when the budget was granted and when it is asked for, 40 u M; centres and their differences are off
+/// by 6 u M. Half of that is less than 2^-19 M = 32 u M.
 inline std::uint32_t slack(double magnitude) {
   return magnitude < 0x1p20 ? static_cast<std::uint32_t>(0x1p-19 * magnitude * 0x1p26) + 64 : kMost;
 }

@@ -9,6 +9,7 @@
 #include <bit>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/pair_tester.h"
@@ -53,19 +54,24 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const NodeId leaf_b = leaves.b - b.shape.first_leaf();
     const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
-    if (blocks_a.size() == 1 && blocks_b.size() == 1)
-      return block_pair(a, blocks_a[0], b, blocks_b[0], between, whole_b, same);
+    if (blocks_a.size() == 1 && blocks_b.size() == 1) {
+      bring_over(blocks_a[0], between, over_);
+      return block_pair(a, blocks_a[0], b, blocks_b[0], between, same ? nullptr : &whole_b);
+    }
     const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
     const EightOverlaps pairs = block_overlaps(wide_a, wide_b, between, whole_b, same, tester.until());
     LeafGap nearest{pairs.gap, false};
-    for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
+    // By blocks of a, so that each is brought over once.
+    std::uint32_t brought = EightBounds<Bounds>::kSlots;
+    for (std::uint64_t bits = transposed(pairs.to_test); bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      const std::uint32_t i = bit % 8;
-      const std::uint32_t j = bit / 8;
+      const std::uint32_t i = bit / 8;
+      const std::uint32_t j = bit % 8;
+      if (std::exchange(brought, i) != i) bring_over(blocks_a[i], between, over_);
+      const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
       const LeafGap gap =
-          block_pair(a, blocks_a[i], b, blocks_b[j], between,
-                     OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j), same && i == j);
+          block_pair(a, blocks_a[i], b, blocks_b[j], between, same && i == j ? nullptr : &block);
       nearest.gap = std::min(nearest.gap, gap.gap);
       nearest.adjacent |= gap.adjacent;
     }
@@ -89,11 +95,16 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   PairTester tester;
 
  private:
-  // Hands the primitives of two blocks over; what is learnt, as leaf_pair().
+  // Hands the primitives of two blocks over, of which a was brought over to b; what is learnt, as
+  // leaf_pair(). Without `whole_b` they are one block.
   LeafGap block_pair(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
-                     const LeafBlock<Bounds>& block_b, const GridPair<Bounds>& between, OneOfLeaf whole_b,
-                     bool same) {
-    const EightOverlaps pairs = primitive_overlaps(block_a, block_b, between, whole_b, same, tester.until());
+                     const LeafBlock<Bounds>& block_b, const GridPair<Bounds>& between,
+                     const OneOfLeaf* whole_b) {
+    const bool same = whole_b == nullptr;
+    // Two hierarchies have no vertex in common.
+    const std::uint64_t shared = &a == &b ? sharing(a, block_a, block_b) : 0;
+    const std::uint64_t without = shared | no_pairs(block_a.count, block_b.count, same);
+    const EightOverlaps pairs = primitive_overlaps(over_, block_b, between, whole_b, without, tester.until());
     tester.output().counts.primitive_tests +=
         same ? block_a.count * (block_a.count - 1) / 2 : block_a.count * block_b.count;
     for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
@@ -104,7 +115,16 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       if ((bits & -bits & pairs.unsure) != 0 && !bounds_overlap(p, q)) continue;
       tester.primitive_pair(p, q);
     }
-    return {pairs.gap, pairs.adjacent};
+    return {pairs.gap, shared != 0};
+  }
+
+  // The pairs that share a vertex.
+  static std::uint64_t sharing(const Bvh<Bounds>& tree, const LeafBlock<Bounds>& a,
+                               const LeafBlock<Bounds>& b) {
+    const auto at_a = static_cast<std::uint32_t>(&a - tree.blocks.data());
+    const auto at_b = static_cast<std::uint32_t>(&b - tree.blocks.data());
+    if (tree.shared.crowded(at_a) && tree.shared.crowded(at_b)) return sharing_pairs(a, b);
+    return tree.shared.of(at_a, at_b);
   }
 
   // In float32.
@@ -121,6 +141,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   std::span<const PointBounds> vertex_bounds_;
   StopSignal stop_;
   std::uint64_t step_ = 0;
+  BroughtOver<Bounds> over_;
 };
 
 template <class Bounds>

@@ -97,7 +97,11 @@ void leaf_against_leaf(benchmark::State& state) {
   };
   run_on_neighbours(state, blocks, [&](const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
     const LeafGrid<Bounds>& leaf_b = grid_of(b);
-    return primitive_overlaps(a, b, grid_pair(grid_of(a), leaf_b), OneOfLeaf::of(leaf_b), false, 1).to_test;
+    const GridPair<Bounds> between = grid_pair(grid_of(a), leaf_b);
+    const OneOfLeaf whole_b = OneOfLeaf::of(leaf_b);
+    BroughtOver<Bounds> over;
+    bring_over(a, between, over);
+    return primitive_overlaps(over, b, between, &whole_b, no_pairs(a.count, b.count, false), 1).to_test;
   });
 }
 BENCHMARK(leaf_against_leaf<Aabb>);

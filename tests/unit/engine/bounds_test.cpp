@@ -40,6 +40,11 @@ KDop18 bounds_of(std::span<const VertexMotion> vertices, std::initializer_list<i
   return bounds;
 }
 
+PointBounds point_of(std::span<const VertexMotion> vertices, int v, const LocalFrame& frame,
+                     double separation) {
+  return point_bounds(vertices[v], frame, separation, least_magnitude(vertices, frame, separation));
+}
+
 // "No answer depends on the hierarchy" rests on this: what float bounds in whatever frame call disjoint, the
 // cascade's own test of the nine axes calls separated too. Vertices are placed within ulps of touching bounds
 // to provoke it.
@@ -47,6 +52,7 @@ TEST(MovingBounds, RejectNothingThatTheCascadeWouldNot) {
   std::mt19937_64 random(3);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
   int rejected = 0;
+  int points_rejected = 0;
   for (int trial = 0; trial < 40000; ++trial) {
     const double offset = trial % 4 == 0 ? std::ldexp(1.0, static_cast<int>(random() % 40)) : 0.0;
     std::vector<double> x0(12);
@@ -68,11 +74,17 @@ TEST(MovingBounds, RejectNothingThatTheCascadeWouldNot) {
     other[0] += 3 * uniform();
     other[4] -= 20;
     const Motion motion(trial % 2 == 0 ? x0 : other);
-    if (overlap(bounds_of(vertices, {0, 1}, motion.frame(), separation),
-                bounds_of(vertices, {2, 3}, motion.frame(), separation))) {
-      continue;
-    }
+    const bool apart = !overlap(bounds_of(vertices, {0, 1}, motion.frame(), separation),
+                                bounds_of(vertices, {2, 3}, motion.frame(), separation));
+    PointBounds points[4];
+    for (int v = 0; v < 4; ++v) points[v] = point_of(vertices, v, motion.frame(), separation);
+    const bool points_apart =
+        !overlap<KDop18>({{&points[0], &points[1], &points[1]}}, {{&points[2], &points[3], &points[3]}});
+    // Points' bounds are the wider ones, by little.
+    ASSERT_TRUE(apart || !points_apart) << "trial " << trial;
+    if (!apart) continue;
     ++rejected;
+    points_rejected += points_apart;
     const Query query = Query::prepare(
         {ContactKind::kEdgeEdge, {&vertices[0], &vertices[1], &vertices[2], &vertices[3]}}, separation);
     Window window;
@@ -80,6 +92,53 @@ TEST(MovingBounds, RejectNothingThatTheCascadeWouldNot) {
         << "trial " << trial << " left [" << window.begin << ", " << window.end << "]";
   }
   EXPECT_GT(rejected, 10000);
+  EXPECT_GT(points_rejected, 5000);
+}
+
+// Whatever is made of points in lanes is what is made of their bounds.
+TEST(PointBounds, FeaturesOverlapAsTheirBoundsDo) {
+  std::mt19937_64 random(12);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  int met = 0;
+  int far = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    std::vector<double> x0(18);
+    std::vector<double> x1(18);
+    for (double& x : x0) x = uniform();
+    for (std::size_t i = 0; i < 18; ++i) x1[i] = x0[i] + 0.3 * uniform();
+    for (std::size_t i = 9; i < 18; i += 3) x0[i] += 1.2, x1[i] += 1.2;
+    const Motion motion(x0);
+    if (trial % 50 == 0) x1[random() % 18] = 1e35, ++far;
+    const auto vertices = motion_between(x0, x1);
+    const double separation = trial % 3 == 0 ? 0.05 : 0.0;
+    PointBounds points[6];
+    for (int v = 0; v < 6; ++v) points[v] = point_of(vertices, v, motion.frame(), separation);
+    const TriangleBounds f{{&points[0], &points[1], &points[2]}};
+    const TriangleBounds g{{&points[3], &points[4], &points[5]}};
+    const auto merged = [&](std::initializer_list<int> which) {
+      KDop18 bounds = KDop18::empty();
+      for (const int v : which) bounds.merge(bounds_of(points[v]));
+      return bounds;
+    };
+    const bool overlapping = overlap(merged({0, 1, 2}), merged({3, 4, 5}));
+    met += overlapping;
+    ASSERT_EQ(overlap<KDop18>(f, g), overlapping) << trial;
+    ASSERT_EQ(overlap<Aabb>(f, g), overlap(narrow<Aabb>(merged({0, 1, 2})), narrow<Aabb>(merged({3, 4, 5}))))
+        << trial;
+    const std::uint32_t features = overlapping_features(f, g, 0x7fff);
+    const auto expect = [&](int bit, const KDop18& a, const KDop18& b) {
+      ASSERT_EQ((features >> bit) & 1U, overlap(a, b) ? 1U : 0U) << trial << " bit " << bit;
+    };
+    for (int i = 0; i < 3; ++i) {
+      expect(i, merged({i}), merged({3, 4, 5}));
+      expect(3 + i, merged({3 + i}), merged({0, 1, 2}));
+      for (int j = 0; j < 3; ++j)
+        expect(6 + 3 * i + j, merged({i, (i + 1) % 3}), merged({3 + j, 3 + (j + 1) % 3}));
+    }
+  }
+  EXPECT_GT(met, 200);
+  EXPECT_LT(met, 4800);
+  EXPECT_GT(far, 50);
 }
 
 // What moves along together stays apart however far it moves: the volumes it sweeps would overlap.
@@ -110,6 +169,18 @@ TEST(MovingBounds, HoldTheMotionAtAnyScaleAndOffset) {
       for (int v = 0; v < 3; ++v) {
         const KDop18 bounds =
             moving_bounds(vertices[v], motion.frame(), 0, least_magnitude(vertices, motion.frame(), 0));
+        // Beyond what a point holds, its bounds hold everything.
+        const KDop18 of_point = bounds_of(point_of(vertices, v, motion.frame(), 0));
+        for (const float lane : of_point.lane) ASSERT_FALSE(std::isnan(lane) || lane > 1e38F);
+        for (std::size_t k = 0; k < 3; ++k) {
+          for (const std::size_t end : {std::size_t{0}, std::size_t{KDop18::kEnd}}) {
+            const auto& at = end == 0 ? vertices[v].t0 : vertices[v].t1;
+            const long double local = (static_cast<long double>(at[k]) - motion.frame().origin[k]) *
+                                      motion.frame().scale_a * motion.frame().scale_b;
+            EXPECT_LE(of_point.lane[end + k], local);
+            EXPECT_LE(of_point.lane[end + KDop18::kAxes + k], -local);
+          }
+        }
         for (int axis = 0; axis < 3; ++axis) {
           for (const double x : {x0[3 * v + axis], x1[3 * v + axis]}) {
             const long double local = (static_cast<long double>(x) - motion.frame().origin[axis]) *

@@ -166,6 +166,7 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
                      "leaves of part 1");
   this->expect_found([](K& k) { k.trees[1].leaf_of_face[9] ^= 1; }, broken, "leaves of part 1");
   this->expect_found([](K& k) { k.trees[0].blocks[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].shared = k.trees[1].shared; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].blocks[2].row[0][0] += 50; }, broken,
                      "of part 0 does not hold what is below it");
   this->expect_found([](K& k) { k.trees[0].grids[1].begin_at_1 += 1; }, broken, "leaves of part 0");

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/bvh/shared_vertices.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace warmfront {
+namespace {
+
+constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
+
+/// Where each of a range of faces is: kBlockSize times the block, and the slot. And their vertices' range.
+struct Places {
+  std::uint32_t first_face = kNowhere;
+  std::uint32_t first_vertex = kNowhere;
+  std::uint32_t end_vertex = 0;
+  std::vector<std::uint32_t> place;
+
+  Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks) {
+    std::uint32_t last = 0;
+    for_faces(blocks, [&](Primitive f, std::uint32_t) {
+      first_face = std::min(first_face, f);
+      last = std::max(last, f);
+      for (const std::uint32_t v : scene.faces()[f]) {
+        first_vertex = std::min(first_vertex, v);
+        end_vertex = std::max(end_vertex, v + 1);
+      }
+    });
+    if (first_face == kNowhere) return;
+    place.assign(last - first_face + 1, kNowhere);
+    for_faces(blocks, [&](Primitive f, std::uint32_t at) { place[f - first_face] = at; });
+  }
+
+ private:
+  template <class Visit>
+  static void for_faces(std::span<const std::span<const Primitive>> blocks, Visit&& visit) {
+    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+      for (std::uint32_t slot = 0; slot < blocks[b].size(); ++slot) {
+        if ((blocks[b][slot] & kPoint) == 0) visit(blocks[b][slot], SharedVertices::kBlockSize * b + slot);
+      }
+    }
+  }
+};
+
+// Bit i of eight becomes bit 8 i.
+std::uint64_t spread(std::uint64_t bits) {
+  constexpr std::uint64_t kEach = 0x0101010101010101;
+  const std::uint64_t one_a_byte = (bits * kEach) & 0x8040201008040201;
+  return ((one_a_byte | (one_a_byte + 0x7f * kEach)) >> 7) & kEach;
+}
+
+}  // namespace
+
+SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks)
+    : others_(kRow * blocks.size(), kNone), pairs_(kRow * blocks.size()) {
+  constexpr std::uint64_t kSelf = 0x8040201008040201;
+  for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
+  const Places places(scene, blocks);
+  std::array<std::uint32_t, kMostFaces> of_vertex;
+  for (std::uint32_t v = places.first_vertex; v < places.end_vertex; ++v) {
+    const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
+    const auto place_of = [&](std::uint32_t f) { return places.place[f - places.first_face]; };
+    if (faces.size() > kMostFaces) {
+      crowded_.resize(blocks.size());
+      for (const std::uint32_t f : faces) crowded_[place_of(f) / kBlockSize] = 1;
+      continue;
+    }
+    std::ranges::transform(faces, of_vertex.begin(), place_of);
+    list_vertex(std::span(of_vertex).first(faces.size()));
+  }
+  for (std::size_t b = 0; b < blocks.size(); ++b) pairs_[kRow * b] &= ~kSelf;
+  std::ranges::sort(more_, {}, [](const More& more) { return std::pair(more.owner, more.other); });
+}
+
+// The items around a vertex: those of one block with those of another are a product of bits.
+void SharedVertices::list_vertex(std::span<const std::uint32_t> places) {
+  struct Items {
+    std::uint32_t block;
+    std::uint64_t bits;
+  };
+  std::array<Items, kMostFaces> around;
+  std::size_t count = 0;
+  for (const std::uint32_t place : places) {
+    std::size_t at = 0;
+    while (at < count && around[at].block != place / kBlockSize) ++at;
+    if (at == count) around[count++] = {place / kBlockSize, 0};
+    around[at].bits |= std::uint64_t{1} << (place % kBlockSize);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = i; j < count; ++j) {
+      const bool i_owns = around[i].block <= around[j].block;
+      const Items& owner = around[i_owns ? i : j];
+      const Items& other = around[i_owns ? j : i];
+      add(owner.block, other.block, spread(owner.bits) * other.bits);
+    }
+  }
+}
+
+void SharedVertices::add(std::uint32_t owner, std::uint32_t other, std::uint64_t pairs) {
+  const std::size_t row = std::size_t{kRow} * owner;
+  for (std::size_t at = row; at < row + kRow; ++at) {
+    if (others_[at] == kNone) others_[at] = other;
+    if (others_[at] == other) {
+      pairs_[at] |= pairs;
+      return;
+    }
+  }
+  more_.push_back({owner, other, pairs});
+}
+
+std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t other) const {
+  const auto by = [](const More& more) { return std::pair(more.owner, more.other); };
+  const auto [first, last] = std::ranges::equal_range(more_, std::pair(owner, other), {}, by);
+  std::uint64_t pairs = 0;
+  for (auto at = first; at != last; ++at) pairs |= at->pairs;  // one for each vertex that they share
+  return pairs;
+}
+
+}  // namespace warmfront

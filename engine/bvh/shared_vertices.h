@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which primitives of a hierarchy's blocks share a vertex, and so are never tested against each other by way
+// of their bounds: looked up once when the hierarchy is arranged, not in every step. Immutable once built.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace warmfront {
+
+/// Eight rows of eight bits become eight columns (Warren, Hacker's Delight, 7-3).
+inline std::uint64_t transposed(std::uint64_t bits) {
+  const auto swap = [&bits](int distance, std::uint64_t mask) {
+    const std::uint64_t differ = (bits ^ (bits >> distance)) & mask;
+    bits ^= differ ^ (differ << distance);
+  };
+  swap(7, 0x00aa00aa00aa00aa);
+  swap(14, 0x0000cccc0000cccc);
+  swap(28, 0x00000000f0f0f0f0);
+  return bits;
+}
+
+class SharedVertices {
+ public:
+  static constexpr std::uint32_t kBlockSize = 8;
+  /// A vertex of more faces is left out, since each pair of its blocks would be listed.
+  static constexpr std::size_t kMostFaces = 64;
+
+  SharedVertices() = default;
+  /// Block b holds `blocks[b]`, primitives of `scene`, kBlockSize at most, whose vertices are a range. O(P).
+  SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks);
+
+  /// Bit 8 i + j says that item i of block a and item j of block b, two different ones, share a vertex; where
+  /// both blocks are crowded(), perhaps not all bits that would have to.
+  std::uint64_t of(std::uint32_t a, std::uint32_t b) const {
+    return a <= b ? in_row(a, b) : transposed(in_row(b, a));
+  }
+  /// Whether the block has a vertex that was left out.
+  bool crowded(std::uint32_t block) const { return !crowded_.empty() && crowded_[block] != 0; }
+
+  std::size_t memory_bytes() const {
+    return others_.size() * sizeof(std::uint32_t) + pairs_.size() * sizeof(std::uint64_t) +
+           more_.size() * sizeof(More) + crowded_.size();
+  }
+
+  bool operator==(const SharedVertices&) const = default;
+
+ private:
+  static constexpr std::uint32_t kRow = 12;
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+  struct More {
+    std::uint32_t owner;
+    std::uint32_t other;
+    std::uint64_t pairs;
+    bool operator==(const More&) const = default;
+  };
+
+  // All of a row is looked at, as nobody could foretell where to stop.
+  std::uint64_t in_row(std::uint32_t owner, std::uint32_t other) const {
+    const std::size_t row = std::size_t{kRow} * owner;
+    std::uint32_t found = 0;
+    for (std::uint32_t i = 0; i < kRow; ++i) found |= others_[row + i] == other ? i + 1 : 0;
+    if (found != 0) return pairs_[row + found - 1];
+    return others_[row + kRow - 1] == kNone ? 0 : among_more(owner, other);
+  }
+  std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;
+
+  void list_vertex(std::span<const std::uint32_t> places);
+  void add(std::uint32_t owner, std::uint32_t other, std::uint64_t pairs);
+
+  // A row a block: itself, and those after it that it shares vertices with, some five.
+  std::vector<std::uint32_t> others_;
+  std::vector<std::uint64_t> pairs_;
+  std::vector<More> more_;             // what found no place in its row, by owner and other
+  std::vector<std::uint8_t> crowded_;  // by block; empty where none is
+};
+
+}  // namespace warmfront
