@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include "engine/target_clones.h"
+
 namespace warmfront {
 namespace {
 
@@ -71,21 +73,98 @@ struct Moved {
   }
 };
 
-// Runs of_vertex(v, moved) for all vertices of a range.
-template <class OfVertex>
-Moved over_range(std::uint32_t first, std::uint32_t end, OfVertex&& of_vertex) {
+// What of_part(begin, end, moved) adds for all parts of a range.
+template <class OfPart>
+Moved over_parts(std::uint32_t first, std::uint32_t end, OfPart&& of_part) {
   if (end - first <= kGrain) {  // one of many small bodies: a task costs as much as its vertices
     Moved moved;
-    for (std::uint32_t v = first; v < end; ++v) of_vertex(v, moved);
+    of_part(first, end, moved);
     return moved;
   }
   return tbb::parallel_reduce(
       tbb::blocked_range<std::uint32_t>(first, end, kGrain), Moved{},
       [&](const auto& range, Moved moved) {
-        for (std::uint32_t v = range.begin(); v < range.end(); ++v) of_vertex(v, moved);
+        of_part(range.begin(), range.end(), moved);
         return moved;
       },
       Moved::both);
+}
+
+// Runs of_vertex(v, moved) for all vertices of a range.
+template <class OfVertex>
+Moved over_range(std::uint32_t first, std::uint32_t end, OfVertex&& of_vertex) {
+  return over_parts(first, end, [&](std::uint32_t begin, std::uint32_t stop, Moved& moved) {
+    for (std::uint32_t v = begin; v < stop; ++v) of_vertex(v, moved);
+  });
+}
+
+using Double4 = double __attribute__((vector_size(32)));
+using Long4 = long long __attribute__((vector_size(32)));
+
+// Where vertices go, and what it takes to bring that into the local frame.
+template <class Real>
+struct Targets {
+  const Real* positions;
+  const std::uint32_t* order;
+  std::uint32_t first_row;
+  Double4 scale_a;
+  Double4 scale_b;
+  Double4 origin;  // local
+
+  Targets(std::span<const Real> rows, std::span<const std::uint32_t> the_order, std::uint32_t row,
+          const LocalFrame& frame)
+      : positions(rows.data()),
+        order(the_order.data()),
+        first_row(row),
+        scale_a(Double4{} + frame.scale_a),
+        scale_b(Double4{} + frame.scale_b),
+        origin{frame.to_local(frame.origin[0]), frame.to_local(frame.origin[1]),
+               frame.to_local(frame.origin[2])} {}
+};
+
+// See Motion::move_all().
+template <class Real>
+WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vertices, MotionState* states,
+                                std::uint32_t begin, std::uint32_t end, Moved& sum) {
+  Double4 largest{};
+  Long4 no_number{};
+  for (std::uint32_t v = begin; v < end; ++v) {
+    const Real* to = targets.positions + std::size_t{3} * (targets.order[v] - targets.first_row);
+    const Double4 x{to[0], to[1], to[2]};
+    Double4 at;
+    std::memcpy(&at, vertices[v].t1.data(), sizeof at);
+    MotionState state = 0;
+    if ((states[v] & kMoving) != 0) {
+      std::memcpy(vertices[v].t0.data(), &at, sizeof at);
+      state = kChanged;
+    }
+    const Long4 differs = (Long4)x ^ (Long4)at;
+    if ((differs[0] | differs[1] | differs[2]) != 0) {
+      std::memcpy(vertices[v].t1.data(), &x, sizeof x);
+      state = kMoving | kChanged;
+      const Double4 local = x * targets.scale_a * targets.scale_b - targets.origin;
+      const Double4 size = local < 0.0 ? -local : local;
+      largest = size > largest ? size : largest;
+      no_number |= size != size;
+    }
+    states[v] = state;
+    sum.add(state);
+  }
+  const bool numbers = (no_number[0] | no_number[1] | no_number[2]) == 0;
+  for (int axis = 0; axis < 3; ++axis) sum.magnitude = std::max(sum.magnitude, largest[axis]);
+  if (!numbers) sum.magnitude = std::numeric_limits<double>::infinity();
+}
+
+WARMFRONT_TARGET_CLONES
+void move_range(const Targets<float>& targets, VertexMotion* vertices, MotionState* states,
+                std::uint32_t begin, std::uint32_t end, Moved& sum) {
+  move_each(targets, vertices, states, begin, end, sum);
+}
+
+WARMFRONT_TARGET_CLONES
+void move_range(const Targets<double>& targets, VertexMotion* vertices, MotionState* states,
+                std::uint32_t begin, std::uint32_t end, Moved& sum) {
+  move_each(targets, vertices, states, begin, end, sum);
 }
 
 }  // namespace
@@ -130,22 +209,9 @@ void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first) {
 template <class Real>
 void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
                       std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range) {
-  const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) {
-    VertexMotion& vertex = vertices_[v];
-    const Real* to = positions.data() + std::size_t{3} * (order[v] - first_row);
-    const std::array<double, 4> x{to[0], to[1], to[2], 0.0};
-    MotionState state = 0;
-    if ((states_[v] & kMoving) != 0) {
-      vertex.t0 = vertex.t1;
-      state = kChanged;
-    }
-    if (!same_bits(x, vertex.t1)) {
-      vertex.t1 = x;
-      state = kMoving | kChanged;
-      for (const double y : local(x)) sum.magnitude = at_least(sum.magnitude, y);
-    }
-    states_[v] = state;
-    sum.add(state);
+  const Targets<Real> targets(positions, order, first_row, frame_);
+  const Moved moved = over_parts(first, end, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
+    move_range(targets, vertices_.data(), states_.data(), begin, stop, sum);
   });
   range.any = moved.any;
   range.all = first == end ? 0 : moved.all;
