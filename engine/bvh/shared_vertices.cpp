@@ -111,9 +111,12 @@ void SharedVertices::add(std::uint32_t owner, std::uint32_t other, std::uint64_t
 
 std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t other) const {
   const auto by = [](const More& more) { return std::pair(more.owner, more.other); };
-  const auto [first, last] = std::ranges::equal_range(more_, std::pair(owner, other), {}, by);
+  const auto wanted = std::pair(owner, other);
   std::uint64_t pairs = 0;
-  for (auto at = first; at != last; ++at) pairs |= at->pairs;  // one for each vertex that they share
+  // One for each vertex that they share.
+  for (auto at = std::ranges::lower_bound(more_, wanted, {}, by); at != more_.end() && by(*at) == wanted;
+       ++at)
+    pairs |= at->pairs;
   return pairs;
 }
 
