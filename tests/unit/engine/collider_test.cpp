@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cfenv>
+#include <cmath>
 #include <limits>
 
 #include "engine/contact_hash.h"
@@ -145,6 +146,50 @@ TEST(Collider, HubVerticesAreHandledOrRefusedByName) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
   EXPECT_THAT(refused.error().message, HasSubstr("vertex 7 alone is in 20000 faces"));
+}
+
+// Two hubs of so many faces that which of them share a vertex is looked for, not looked up; the cones between
+// them pass through each other. Leaves of one triangle look nothing up.
+TEST(Collider, ConesOfManyFacesAnswerWhateverTheLeaves) {
+  constexpr int kRim = 150;
+  testing::Faces faces;
+  for (int i = 0; i < kRim; ++i) {
+    faces.push_back({0, 2 + i, 2 + (i + 1) % kRim});
+    faces.push_back({1, 2 + i, 2 + (i + 1) % kRim});
+  }
+  const auto scene = testing::make_scene(kRim + 2, faces);
+  std::vector<double> start{0, 0, 1, 0, 0, -1};
+  for (int i = 0; i < kRim; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / kRim;
+    start.insert(start.end(), {std::cos(angle), std::sin(angle), 0.1 * std::sin(5 * angle)});
+  }
+  std::vector<Collider> colliders;
+  for (const std::uint32_t leaf_size : {1U, 8U, 64U}) {
+    colliders.push_back(
+        std::move(Collider::create(scene, std::span<const double>(start), {.leaf_size = leaf_size}, workers())
+                      .value()));
+  }
+  std::size_t contacts = 0;
+  for (int step = 1; step <= 12; ++step) {
+    std::vector<double> next = start;
+    const double turn = 0.4 * step;
+    next[2] = std::cos(turn);
+    next[3] = 0.2 * std::sin(turn);
+    next[5] = -std::cos(turn);
+    for (int i = 0; i < kRim; ++i) next[3 * (2 + i) + 2] *= 1 + std::sin(turn + i);
+    const auto expected = colliders[0].step(std::span<const double>(next));
+    ASSERT_TRUE(expected.ok());
+    contacts += expected.value().contacts.size();
+    for (std::size_t c = 1; c < colliders.size(); ++c) {
+      const auto result = colliders[c].step(std::span<const double>(next));
+      ASSERT_TRUE(result.ok());
+      EXPECT_TRUE(std::ranges::equal(result.value().contacts, expected.value().contacts)) << step << " " << c;
+      EXPECT_EQ(result.value().statistics.counts.triangle_pairs,
+                expected.value().statistics.counts.triangle_pairs)
+          << step << " " << c;
+    }
+  }
+  EXPECT_GT(contacts, 100U);
 }
 
 TEST(Collider, FrontStates) {
