@@ -41,7 +41,7 @@ void Core::take_parts(const Scene& modelled) {
     if (!model.self_collision(p)) {
       orphans[p].reset();
     } else if (orphans[p] == nullptr) {
-      topology->need_orphans(p);
+      topology->need_adjacent(p);
       orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
     }
   }

@@ -185,11 +185,18 @@ class PipelineWith final : public Pipeline {
     refit_in_.resize(parts.size(), kNever);
     states_.resize(parts.size());
     roots_.resize(parts.size());
+    if (anew_) {  // a part may be tested against itself that was not
+      for (std::size_t p = 0; p < trees_.size(); ++p) {
+        if (trees_[p].shared == nullptr && parts[p].shared != nullptr && trees_[p].order == parts[p].order)
+          trees_[p].shared = parts[p].shared;
+      }
+    }
     if (trees_.size() == parts.size()) return false;
     std::size_t first = trees_.size();
     trees_.resize(parts.size());
     tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
-      trees_[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, is_lazy(core.options));
+      trees_[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, parts[p].shared,
+                        is_lazy(core.options));
     });
     std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
     anew_ = true;
@@ -206,9 +213,9 @@ class PipelineWith final : public Pipeline {
                                                      : Known::kOlder;
     refit_in_[p] = steps_;
     const auto bound = [&](std::size_t begin, std::size_t end) {
-      point_bounds(motion.vertices().subspan(begin, end - begin),
-                   motion.states().subspan(begin, end - begin), motion.frame(), core.options.min_separation,
-                   magnitude_, known, core.vertex_bounds.data() + begin);
+      point_bounds(motion.vertices().subspan(begin, end - begin), motion.states().subspan(begin, end - begin),
+                   motion.frame(), core.options.min_separation, magnitude_, known,
+                   core.vertex_bounds.data() + begin);
     };
     if (range.listed && known != Known::kNothing) {
       for (const std::uint32_t v : range.changed) bound(v, v + 1);
@@ -310,9 +317,10 @@ class PipelineWith final : public Pipeline {
         tree.built_looseness = looseness(tree);
       } else if (look && (states_[p] & kMoving) != 0 &&
                  looseness(tree) > kLoosenessLimit * tree.built_looseness) {
-        tree.arrange(core.topology->scene, tree.shape,
-                     build_order(core.topology->scene, core.motion.vertices(), tree.shape, tree.order),
-                     is_lazy(core.options));
+        const Scene& scene = core.topology->scene;
+        std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order);
+        auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order);
+        tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options));
         refit_in_[p] = kNever;
         refit_part(core, p);
         tree.built_looseness = looseness(tree);

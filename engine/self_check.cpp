@@ -127,7 +127,8 @@ class SelfCheck {
       }
       if (!tree.blocks.empty() && !blocks_agree(tree, leaf)) return false;
     }
-    return tree.blocks.empty() || tree.shared == shared_vertices(core_.topology->scene, tree);
+    return tree.shared == nullptr ||
+           *tree.shared == *shared_vertices(core_.topology->scene, shape, tree.order);
   }
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {

@@ -69,10 +69,12 @@ void Topology::add_parts(const Scene& given, const Motion& motion) {
   }
 }
 
-void Topology::need_orphans(std::uint32_t part) {
-  if (parts[part].has_orphans) return;
-  parts[part].orphans = enumerate_orphans(scene, parts[part].features);
-  parts[part].has_orphans = true;
+void Topology::need_adjacent(std::uint32_t index) {
+  PartTopology& part = parts[index];
+  if (part.has_adjacent) return;
+  part.orphans = enumerate_orphans(scene, part.features);
+  part.shared = shared_vertices(scene, part.shape, part.order);
+  part.has_adjacent = true;
 }
 
 std::size_t Topology::memory_bytes() const {

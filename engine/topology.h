@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <vector>
 
 #include "engine/bvh/bvh.h"
@@ -21,9 +22,10 @@ namespace warmfront {
 struct PartTopology {
   FeatureRange features;
   TreeShape shape;
-  std::vector<Primitive> order;  ///< of the primitives, for the first hierarchy
-  Orphans orphans;               ///< only where the part is tested against itself
-  bool has_orphans = false;      ///< they were enumerated
+  std::vector<Primitive> order;                  ///< of the primitives, for the first hierarchy
+  Orphans orphans;                               ///< only where the part is tested against itself
+  std::shared_ptr<const SharedVertices> shared;  ///< in that order; the same
+  bool has_adjacent = false;                     ///< both were found
 };
 
 /// In numbers along the first hierarchies (see Renumbering), edges apart. Its parts refer to each other, so
@@ -40,8 +42,8 @@ class Topology {
   /// in no patch. Only good for being destroyed after an exception. As the constructor.
   void extend(const Scene& given, const Motion& motion);
 
-  /// Enumerates the orphans of a part that is tested against itself.
-  void need_orphans(std::uint32_t part);
+  /// Finds the orphans of a part that is tested against itself, and who shares vertices.
+  void need_adjacent(std::uint32_t part);
 
   std::size_t memory_bytes() const;
 

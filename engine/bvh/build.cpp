@@ -202,9 +202,10 @@ void Bvh<Bounds>::list_leaf_vertices(const Scene& scene) {
 
 template <class Bounds>
 void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
-                          bool keep_travel) {
+                          std::shared_ptr<const SharedVertices> new_shared, bool keep_travel) {
   shape = new_shape;
   order = std::move(new_order);
+  shared = std::move(new_shared);
   nodes.resize(order.empty() ? 0 : shape.node_count());
   states.assign(nodes.size(), 0);
   const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(
@@ -225,7 +226,6 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     }
   }
   list_leaf_vertices(scene);
-  shared = {};
   if (blocks.empty()) return;
   tbb::parallel_for(shape.first_leaf(), shape.node_count(), [&](NodeId node) {
     const std::uint32_t leaf = node - shape.first_leaf();
@@ -247,21 +247,29 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       }
     }
   });
-  shared = shared_vertices(scene, *this);
 }
 
-template <class Bounds>
-SharedVertices shared_vertices(const Scene& scene, const Bvh<Bounds>& bvh) {
-  std::vector<std::span<const Primitive>> primitives;
-  primitives.reserve(bvh.blocks.size());
-  for (const LeafBlock<Bounds>& block : bvh.blocks)
-    primitives.push_back(std::span(bvh.order).subspan(block.first, block.count));
-  return {scene, primitives};
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order) {
+  if (shape.leaf_size() == 1 || order.empty()) return nullptr;
+  std::vector<std::span<const Primitive>> blocks;
+  blocks.reserve(shape.block_count());
+  const auto add = [&](std::uint32_t begin, std::uint32_t end) {
+    blocks.push_back(order.subspan(begin, end - begin));
+  };
+  if (shape.has_wide_leaves()) {
+    for (std::uint32_t b = 0; b < shape.block_count(); ++b)
+      add(shape.begin_of_block(b), shape.begin_of_block(b + 1));
+  } else {  // a block a leaf, by leaf
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
+      add(shape.begin(leaf), shape.end(leaf));
+  }
+  return std::make_shared<const SharedVertices>(scene, blocks);
 }
 
-template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>, bool);
-template SharedVertices shared_vertices(const Scene&, const Bvh<Aabb>&);
-template SharedVertices shared_vertices(const Scene&, const Bvh<KDop18>&);
-template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>, bool);
+template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
+                                 std::shared_ptr<const SharedVertices>, bool);
+template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
+                                   std::shared_ptr<const SharedVertices>, bool);
 
 }  // namespace warmfront

@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -93,28 +94,28 @@ struct Bvh {
   /// Empty for leaves of one primitive, whose node says it all. Leaf l's is blocks[l], unless leaves are
   /// wide.
   std::vector<LeafBlock<Bounds>> blocks;
-  SharedVertices shared;                  ///< of `blocks`
-  std::vector<EightBounds<Bounds>> wide;  ///< by leaf, of its blocks; empty where each has one
-  std::vector<LeafGrid<Bounds>> grids;    ///< by leaf, of its blocks' numbers; empty where `blocks` is
-  std::vector<NodeTravel> travel;         ///< by NodeId; empty when nobody asks
-  Csr leaf_vertices;                      ///< by leaf, each once; no rows where `travel` or `blocks` is empty
-  std::uint32_t travel_slack = 0;         ///< what rounding can hide of a node's travel, in its units
-  double built_looseness = 0;             ///< looseness() right after the build
-  std::vector<MotionState> states;        ///< by NodeId: union over the vertices below
-  NodeSet changed;                        ///< nodes whose state has kChanged
-  bool all_moving = false;                ///< every node's state is kMoving and kChanged
+  std::shared_ptr<const SharedVertices> shared;  ///< of `blocks`; null where it is looked for when asked
+  std::vector<EightBounds<Bounds>> wide;         ///< by leaf, of its blocks; empty where each has one
+  std::vector<LeafGrid<Bounds>> grids;           ///< by leaf, of its blocks' numbers; empty where `blocks` is
+  std::vector<NodeTravel> travel;                ///< by NodeId; empty when nobody asks
+  Csr leaf_vertices;                ///< by leaf, each once; no rows where `travel` or `blocks` is empty
+  std::uint32_t travel_slack = 0;   ///< what rounding can hide of a node's travel, in its units
+  double built_looseness = 0;       ///< looseness() right after the build
+  std::vector<MotionState> states;  ///< by NodeId: union over the vertices below
+  NodeSet changed;                  ///< nodes whose state has kChanged
+  bool all_moving = false;          ///< every node's state is kMoving and kChanged
   std::vector<std::uint32_t> leaf_of_face;  ///< NodeId by face, from first_face on
   std::uint32_t first_face = 0;
 
-  /// Takes a shape and an order of primitives, whose faces are a range; bounds are undefined until a refit of
-  /// all, travel starts anew if it is to be kept.
+  /// Takes a shape and an order of primitives, whose faces are a range, and what is known of these; bounds
+  /// are undefined until a refit of all, travel starts anew if it is to be kept.
   void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
-               bool keep_travel);
+               std::shared_ptr<const SharedVertices> new_shared, bool keep_travel);
 
   std::size_t memory_bytes() const {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
            nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks.size() * sizeof(LeafBlock<Bounds>) +
-           shared.memory_bytes() + wide.size() * sizeof(EightBounds<Bounds>) +
+           (shared != nullptr ? shared->memory_bytes() : 0) + wide.size() * sizeof(EightBounds<Bounds>) +
            grids.size() * sizeof(LeafGrid<Bounds>) + travel.size() * sizeof(NodeTravel) +
            leaf_vertices.memory_bytes();
   }
@@ -123,9 +124,9 @@ struct Bvh {
   void list_leaf_vertices(const Scene& scene);
 };
 
-/// Of the blocks of a hierarchy that is arranged: what `shared` is.
-template <class Bounds>
-SharedVertices shared_vertices(const Scene& scene, const Bvh<Bounds>& bvh);
+/// What `Bvh::shared` is of a hierarchy of this shape and order.
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order);
 
 /// The vertices of a primitive; an isolated vertex stands three times.
 Face primitive_vertices(const Scene& scene, Primitive primitive);

@@ -91,8 +91,8 @@ struct LeafGrid {
   }
 
   std::array<End, 2> end;
-  /// Where t = 1 begins among the rows of its blocks: 0 or kAxes. Both ends change places with each step: what
-  /// was at t = 1 stays where it is.
+  /// Where t = 1 begins among the rows of its blocks: 0 or kAxes. Both ends change places with each step:
+  /// what was at t = 1 stays where it is.
   std::uint32_t begin_at_1 = kAxes;
   /// The leaf's own bounds, lower and upper ends, by end of the step and axis.
   alignas(4) std::array<std::array<std::int16_t, 2>, std::size_t{2} * kAxes> whole;

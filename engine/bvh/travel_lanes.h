@@ -67,7 +67,8 @@ WARMFRONT_INLINE float wandered(std::span<const std::uint32_t> vertices, std::sp
 // Adds the step's motion of a node whose bounds are those of the step. Lanes that are infinite, whose changes
 // are not numbers, come with a slack that outlives no budget.
 template <class Bounds>
-WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds, Bvh<Bounds>& bvh, NodeId node) {
+WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds, Bvh<Bounds>& bvh,
+                                     NodeId node) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   NodeTravel& travel = bvh.travel[node];
   const std::array<float, 3> centre = centre_of(bvh.nodes[node]);

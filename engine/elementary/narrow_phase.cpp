@@ -123,8 +123,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
                                const LeafBlock<Bounds>& b) {
     const auto at_a = static_cast<std::uint32_t>(&a - tree.blocks.data());
     const auto at_b = static_cast<std::uint32_t>(&b - tree.blocks.data());
-    if (tree.shared.crowded(at_a) && tree.shared.crowded(at_b)) return sharing_pairs(a, b);
-    return tree.shared.of(at_a, at_b);
+    const SharedVertices* shared = tree.shared.get();
+    if (shared == nullptr || (shared->crowded(at_a) && shared->crowded(at_b))) return sharing_pairs(a, b);
+    return shared->of(at_a, at_b);
   }
 
   // In float32.

@@ -44,7 +44,8 @@ class Hierarchy {
     std::iota(primitives.begin(), primitives.end(), 0U);
     for (const std::uint32_t v : scene_->isolated_vertices()) primitives.push_back(kPoint | v);
     const TreeShape shape(static_cast<std::uint32_t>(primitives.size()), leaf_size);
-    bvh.arrange(*scene_, shape, build_order(*scene_, motion_, shape, primitives), true);
+    const std::vector<Primitive> order = build_order(*scene_, motion_, shape, primitives);
+    bvh.arrange(*scene_, shape, order, shared_vertices(*scene_, shape, order), true);
     refresh(Known::kNothing);
   }
 

@@ -76,7 +76,8 @@ struct Kept {
     refit_in.resize(parts.size());
     const std::vector<std::uint8_t> changed(parts.size(), 1);
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
-      if (first) trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, true);
+      if (first)
+        trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, parts[p].shared, true);
       refit({core.topology->scene, core.vertex_bounds, motion.states(), core.motion.range(p),
              motion.magnitude(), Known::kNothing},
             trees[p]);

@@ -104,8 +104,8 @@ TEST(SharedVertices, OfAHierarchyAreThoseOfItsBlocks) {
     const Bvh<KDop18>& bvh = hierarchy.bvh;
     for (std::uint32_t a = 0; a < bvh.blocks.size(); ++a) {
       for (std::uint32_t b = 0; b < bvh.blocks.size(); ++b) {
-        if (bvh.shared.crowded(a) && bvh.shared.crowded(b)) continue;
-        ASSERT_EQ(bvh.shared.of(a, b), sharing_pairs(bvh.blocks[a], bvh.blocks[b])) << a << " " << b;
+        if (bvh.shared->crowded(a) && bvh.shared->crowded(b)) continue;
+        ASSERT_EQ(bvh.shared->of(a, b), sharing_pairs(bvh.blocks[a], bvh.blocks[b])) << a << " " << b;
       }
     }
   }
