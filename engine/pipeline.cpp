@@ -187,8 +187,8 @@ class PipelineWith final : public Pipeline {
     roots_.resize(parts.size());
     if (anew_) {  // a part may be tested against itself that was not
       for (std::size_t p = 0; p < trees_.size(); ++p) {
-        if (trees_[p].shared == nullptr && parts[p].shared != nullptr && trees_[p].order == parts[p].order)
-          trees_[p].shared = parts[p].shared;
+        if (trees_[p].shared == nullptr && parts[p].shared != nullptr)
+          trees_[p].shared = shared_vertices(core.topology->scene, trees_[p].shape, trees_[p].order);
       }
     }
     if (trees_.size() == parts.size()) return false;

@@ -17,8 +17,8 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   const StepCounts& counts = row.counts;
   const auto a_frame = [&](std::uint64_t count) { return row.a_frame(count); };
   // Positions at both times are read, a vertex's motion is written and read, its bounds are written.
-  const double vertices =
-      static_cast<double>(report.vertices) * (6 * sizeof(double) + 2 * sizeof(VertexMotion) + sizeof(PointBounds));
+  const double vertices = static_cast<double>(report.vertices) *
+                          (6 * sizeof(double) + 2 * sizeof(VertexMotion) + sizeof(PointBounds));
   // A node's bounds are written and read by its parent, a triangle's made of three vertices' and kept in its
   // leaf; a lazy front keeps travel, which is read and written.
   const double nodes = shape.node_count() * (2 * bounds + (lazy ? 2 * sizeof(NodeTravel) : 0)) +

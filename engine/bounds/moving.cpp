@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/motion/local_lanes.h"
 #include "engine/target_clones.h"
 
 namespace warmfront {
@@ -73,9 +74,7 @@ WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& fr
 // Makes what stands for a vertex at one end of the step.
 class PointMaker {
  public:
-  PointMaker(const LocalFrame& frame, double min_separation, double magnitude)
-      : scale_a_(Double4{} + frame.scale_a), scale_b_(Double4{} + frame.scale_b) {
-    for (std::size_t k = 0; k < 3; ++k) origin_[k] = frame.to_local(frame.origin[k]);
+  PointMaker(const LocalFrame& frame, double min_separation, double magnitude) : to_local_(frame) {
     const double thickening = Thickening(frame, min_separation, magnitude).lane[0];
     // Rounding of the margin, and of float32 where it has no more bits, is far below what is added.
     const double more = thickening * (1 + 0x1p-20) + 0x1p-126;
@@ -85,7 +84,7 @@ class PointMaker {
   WARMFRONT_INLINE void put(const std::array<double, 4>& position, std::array<float, 4>& at) const {
     Double4 x;
     std::memcpy(&x, position.data(), sizeof x);
-    const Float4 local = __builtin_convertvector(x * scale_a_ * scale_b_ - origin_, Float4);
+    const Float4 local = __builtin_convertvector(to_local_(x), Float4);
     const Float4 size = local < 0.0F ? -local : local;
     if ((size[0] < kFarthest) & (size[1] < kFarthest) & (size[2] < kFarthest)) {  // numbers, too
       const float largest = std::max(std::max(size[0], size[1]), size[2]);
@@ -97,14 +96,11 @@ class PointMaker {
   }
 
  private:
-  using Double4 = double __attribute__((vector_size(32)));
   using Float4 = float __attribute__((vector_size(16)));
   static constexpr float kFarthest = 0x1p100F;
   static constexpr float kRounding = 0x1p-21F;
 
-  Double4 scale_a_;
-  Double4 scale_b_;
-  Double4 origin_{};
+  LocalLanes to_local_;
   float thickening_;
 };
 

@@ -35,10 +35,10 @@ enum class Known : std::uint8_t {
 };
 
 /// The same in fewer bytes, and wider by little: its 18-DOPs, which are sums in float32, hold those above.
-/// With u = 2^-24 and a the largest local coordinate, one is off by u a in float32, a sum of two by 4 u a, and
-/// an end, when the margin m is taken from it, by u (2 a + m) more: 6 u a in all, less than the 8 u a that the
-/// margin has beside the thickening and what rounding takes of it. A vertex farther out than 2^100 is bounded
-/// by everything.
+/// With u = 2^-24 and a the largest local coordinate, one is off by u a in float32, a sum of two by 4 u a,
+/// and an end, when the margin m is taken from it, by u (2 a + m) more: 6 u a in all, less than the 8 u a
+/// that the margin has beside the thickening and what rounding takes of it. A vertex farther out than 2^100
+/// is bounded by everything.
 PointBounds point_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
                          double magnitude);
 

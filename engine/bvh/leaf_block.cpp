@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/bounds/lanes.h"
+#include "engine/bvh/shared_vertices.h"
 
 namespace warmfront {
 namespace {
@@ -254,7 +255,6 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const BroughtOver<Bounds>& o
 
 template <class Bounds>
 WARMFRONT_INLINE std::uint64_t all_sharing(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
-  constexpr std::uint64_t kSelf = 0x8040201008040201;
   std::uint64_t pairs = 0;
   for (std::uint32_t i = 0; i < a.count; ++i) {
     Int8 shared{};
@@ -263,7 +263,7 @@ WARMFRONT_INLINE std::uint64_t all_sharing(const LeafBlock<Bounds>& a, const Lea
     }
     pairs |= std::uint64_t{bits_of(shared & (kSlot < static_cast<std::int32_t>(b.count)))} << (8 * i);
   }
-  return &a == &b ? pairs & ~kSelf : pairs;
+  return &a == &b ? pairs & ~kWithItself : pairs;
 }
 
 template <class Bounds, class Pairs>

@@ -46,7 +46,7 @@ struct Places {
 // Bit i of eight becomes bit 8 i.
 std::uint64_t spread(std::uint64_t bits) {
   constexpr std::uint64_t kEach = 0x0101010101010101;
-  const std::uint64_t one_a_byte = (bits * kEach) & 0x8040201008040201;
+  const std::uint64_t one_a_byte = (bits * kEach) & kWithItself;
   return ((one_a_byte | (one_a_byte + 0x7f * kEach)) >> 7) & kEach;
 }
 
@@ -54,7 +54,6 @@ std::uint64_t spread(std::uint64_t bits) {
 
 SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks)
     : others_(kRow * blocks.size(), kNone), pairs_(kRow * blocks.size()) {
-  constexpr std::uint64_t kSelf = 0x8040201008040201;
   for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
   const Places places(scene, blocks);
   std::array<std::uint32_t, kMostFaces> of_vertex;
@@ -69,7 +68,7 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
     std::ranges::transform(faces, of_vertex.begin(), place_of);
     list_vertex(std::span(of_vertex).first(faces.size()));
   }
-  for (std::size_t b = 0; b < blocks.size(); ++b) pairs_[kRow * b] &= ~kSelf;
+  for (std::size_t b = 0; b < blocks.size(); ++b) pairs_[kRow * b] &= ~kWithItself;
   std::ranges::sort(more_, {}, [](const More& more) { return std::pair(more.owner, more.other); });
 }
 

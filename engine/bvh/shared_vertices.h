@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which primitives of a hierarchy's blocks share a vertex, and so are never tested against each other by way
-// of their bounds: looked up once when the hierarchy is arranged, not in every step. Immutable once built.
+// of their bounds: found once for an order of primitives, looked up in every step. Immutable once built.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +23,9 @@ inline std::uint64_t transposed(std::uint64_t bits) {
   swap(28, 0x00000000f0f0f0f0);
   return bits;
 }
+
+/// Each of eight with itself.
+inline constexpr std::uint64_t kWithItself = 0x8040201008040201;
 
 class SharedVertices {
  public:

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/motion/local_lanes.h"
 #include "engine/target_clones.h"
 
 namespace warmfront {
@@ -98,7 +99,6 @@ Moved over_range(std::uint32_t first, std::uint32_t end, OfVertex&& of_vertex) {
   });
 }
 
-using Double4 = double __attribute__((vector_size(32)));
 using Long4 = long long __attribute__((vector_size(32)));
 
 // Where vertices go, and what it takes to bring that into the local frame.
@@ -107,19 +107,7 @@ struct Targets {
   const Real* positions;
   const std::uint32_t* order;
   std::uint32_t first_row;
-  Double4 scale_a;
-  Double4 scale_b;
-  Double4 origin;  // local
-
-  Targets(std::span<const Real> rows, std::span<const std::uint32_t> the_order, std::uint32_t row,
-          const LocalFrame& frame)
-      : positions(rows.data()),
-        order(the_order.data()),
-        first_row(row),
-        scale_a(Double4{} + frame.scale_a),
-        scale_b(Double4{} + frame.scale_b),
-        origin{frame.to_local(frame.origin[0]), frame.to_local(frame.origin[1]),
-               frame.to_local(frame.origin[2])} {}
+  LocalLanes to_local;
 };
 
 // See Motion::move_all().
@@ -142,7 +130,7 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
     if ((differs[0] | differs[1] | differs[2]) != 0) {
       std::memcpy(vertices[v].t1.data(), &x, sizeof x);
       state = kMoving | kChanged;
-      const Double4 local = x * targets.scale_a * targets.scale_b - targets.origin;
+      const Double4 local = targets.to_local(x);
       const Double4 size = local < 0.0 ? -local : local;
       largest = size > largest ? size : largest;
       no_number |= size != size;
@@ -209,7 +197,7 @@ void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first) {
 template <class Real>
 void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
                       std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range) {
-  const Targets<Real> targets(positions, order, first_row, frame_);
+  const Targets<Real> targets{positions.data(), order.data(), first_row, LocalLanes(frame_)};
   const Moved moved = over_parts(first, end, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
     move_range(targets, vertices_.data(), states_.data(), begin, stop, sum);
   });

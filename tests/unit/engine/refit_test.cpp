@@ -85,7 +85,8 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
         expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(blocks[b], begin_at_1, i), bounds);
         sum.merge(bounds);
       }
-      if (!bvh.wide.empty()) expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], begin_at_1, b), sum);
+      if (!bvh.wide.empty())
+        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], begin_at_1, b), sum);
       if (::testing::Test::HasFatalFailure()) return;
     }
   }
