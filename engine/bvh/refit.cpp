@@ -71,7 +71,7 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
     } else {
       refit_node<true>(input, bvh, node);
     }
-    if (!bvh.travel.empty()) advance_travel(input.vertex_bounds, bvh, node);
+    if (!bvh.travel.empty()) advance_travel(input.vertex_bounds, input.magnitude, bvh, node);
   }
 }
 

@@ -10,10 +10,11 @@
 
 namespace warmfront {
 
-/// Where a node is at t = 1, and how much its bounds (a leaf's: and its vertices) have moved
-/// otherwise than with their centre, added up over all steps. Two nodes whose centres have kept their offset
-/// may have moved any way together; how near they have come is at most the change of that offset plus what
-/// both have wandered (the lazy front of DESIGN 4, made relative).
+/// Where a node has gone, and how much its bounds (or a leaf's vertices) have moved otherwise, added up over
+/// all steps. Two nodes whose centres have kept their offset may have moved any way together; how near they
+/// have come is at most the change of that offset plus what both have wandered (the lazy front of DESIGN 4,
+/// made relative). The centre is that of the bounds; of a leaf with blocks it is the sum over all steps of
+/// the middle of its vertices' displacements: less wander from that than from any other.
 ///
 /// Lengths are in the local frame, measured along axes of largest coordinate 1 and first norm at most 2: half
 /// of a diagonal slab's displacement counts. `wandered` is in units of 2^-26 and wraps around.
@@ -37,8 +38,10 @@ inline std::uint32_t units(float length) {
 /// What rounding can hide in one comparison, for each of the two nodes, or in one step's change, for
 /// coordinates up to `magnitude` M. With u = 2^-24, the end of a slab lies 18 u M farther out than its
 /// vertices at most (point_bounds(); along a diagonal, which counts half) or 10 u M (along x, y, z): of two
-/// nodes when the budget was granted and when it is asked for, 40 u M; centres and their differences are off
-/// by 6 u M. Half of that is less than 2^-19 M = 32 u M.
+/// nodes when the budget was granted and when it is asked for, 40 u M. Centres are up to 2 M, so two
+/// differences of them and the difference of these are off by 16 u M. Half of that is less than 2^-19 M =
+/// 32 u M. In one step's change a leaf's displacements (up to 2 M), their middle, the sum and half their
+/// width are off by 2 u M each.
 inline std::uint32_t slack(double magnitude) {
   return magnitude < 0x1p20 ? static_cast<std::uint32_t>(0x1p-19 * magnitude * 0x1p26) + 64 : kMost;
 }

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "engine/bounds/lanes.h"
@@ -49,38 +51,48 @@ WARMFRONT_INLINE float wandered(const Aabb& bounds, float x, float y, float z) {
   return largest(magnitude(change));
 }
 
-// How far any of a leaf's vertices did: no bounds of what is made of them did more, along whatever axis. What
-// a vertex goes along a diagonal counts half, which is no more than the larger of what it goes along its two
-// axes.
-WARMFRONT_INLINE float wandered(std::span<const std::uint32_t> vertices, std::span<const PointBounds> bounds,
-                                float x, float y, float z) {
-  const Float4 common{x, y, z, 0};
-  Float4 most{};
+// The travel of a leaf with blocks, of coordinates up to `magnitude`. No bounds of what is made of its
+// vertices moved more than they did, along whatever axis: what a vertex goes along a diagonal counts half,
+// which is no more than the larger of what it goes along its two axes.
+WARMFRONT_INLINE void advance_leaf(std::span<const std::uint32_t> vertices,
+                                   std::span<const PointBounds> bounds, double magnitude, std::uint32_t slack,
+                                   NodeTravel& travel) {
+  Float4 least = Float4{} + std::numeric_limits<float>::infinity();
+  Float4 most = -least;
   for (const std::uint32_t v : vertices) {
     const auto& [at0, at1] = bounds[v].at;
-    const Float4 change = load<Float4>(at1.data()) - load<Float4>(at0.data()) - common;
-    most = greater(greater(change, -change), most);
+    const Float4 change = load<Float4>(at1.data()) - load<Float4>(at0.data());
+    least = lesser(change, least);
+    most = greater(change, most);
   }
-  return std::max(std::max(most[0], most[1]), most[2]);
+  const Float4 mean = 0.5F * least + 0.5F * most;
+  const Float4 width = most - least;
+  std::uint32_t units = travel::units(0.5F * std::max({0.0F, width[0], width[1], width[2]})) + slack;
+  // The vertices may come back and the sum not, so that it would lose its last bits in time: then it starts
+  // anew, and no budget outlives that. Nor does one what is not a number.
+  const auto farthest = static_cast<float>(2 * magnitude);
+  for (int k = 0; k < 3; ++k) {
+    travel.centre[k] += mean[k];
+    if (std::fabs(travel.centre[k]) <= farthest) continue;
+    travel.centre[k] = 0;
+    units = travel::kMost;
+  }
+  travel.wandered += std::min(units, travel::kMost);
 }
 
 // Adds the step's motion of a node whose bounds are those of the step. Lanes that are infinite, whose changes
 // are not numbers, come with a slack that outlives no budget.
 template <class Bounds>
-WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds, Bvh<Bounds>& bvh,
-                                     NodeId node) {
+WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds, double magnitude,
+                                     Bvh<Bounds>& bvh, NodeId node) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   NodeTravel& travel = bvh.travel[node];
+  if (node >= first_leaf && !bvh.blocks.empty())
+    return advance_leaf(bvh.leaf_vertices[node - first_leaf], vertex_bounds, magnitude, bvh.travel_slack,
+                        travel);
   const std::array<float, 3> centre = centre_of(bvh.nodes[node]);
-  const float x = centre[0] - travel.centre[0];
-  const float y = centre[1] - travel.centre[1];
-  const float z = centre[2] - travel.centre[2];
-  float length = 0;
-  if (node < first_leaf || bvh.blocks.empty()) {
-    length = wandered(bvh.nodes[node], x, y, z);
-  } else {
-    length = wandered(bvh.leaf_vertices[node - first_leaf], vertex_bounds, x, y, z);
-  }
+  const float length = wandered(bvh.nodes[node], centre[0] - travel.centre[0], centre[1] - travel.centre[1],
+                                centre[2] - travel.centre[2]);
   travel.centre = centre;
   travel.wandered += std::min(travel::units(length) + bvh.travel_slack, travel::kMost);
 }

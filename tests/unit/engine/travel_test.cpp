@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -84,6 +85,50 @@ void expect_apart_while_it_lasts() {
     }
   }
   EXPECT_GT(lasted, 1000U);
+}
+
+// Two thirds go, then one after the other comes back: the middle of the displacements has not. A leaf's sum
+// of them keeps the precision that budgets count on all the same.
+template <class Bounds>
+void expect_sums_within_reach() {
+  std::mt19937_64 random(5);
+  auto [scene, positions] = testing::random_scene(random);
+  testing::Hierarchy<Bounds> hierarchy(scene, positions, 8);
+  const Bvh<Bounds>& bvh = hierarchy.bvh;
+  const NodeTravel& travel = bvh.travel[bvh.shape.first_leaf()];
+  const auto third = [&](std::size_t coordinate) {
+    const auto vertices = bvh.leaf_vertices[0];
+    return (std::ranges::find(vertices, coordinate / 3) - vertices.begin()) % 3;
+  };
+  constexpr double kWay = 0.2;
+  int began_anew = 0;
+  const auto step = [&](const std::vector<double>& to) {
+    const NodeTravel before = travel;
+    const TravelBudget budget = TravelBudget::grant(before, {}, std::numeric_limits<float>::infinity());
+    hierarchy.step(to);
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_LE(std::fabs(travel.centre[k]), 2 * hierarchy.motion().magnitude());
+      if (std::fabs(travel.centre[k] - before.centre[k]) < 2 * kWay) continue;
+      ++began_anew;
+      ASSERT_TRUE(budget.spent(travel, {}, bvh.travel_slack));
+    }
+  };
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    std::vector<double> moved = positions;
+    for (std::size_t k = 0; k < moved.size(); ++k) moved[k] += third(k) < 2 ? kWay : 0;
+    step(moved);
+    for (std::size_t k = 0; k < moved.size(); ++k) moved[k] = third(k) == 1 ? moved[k] : positions[k];
+    step(moved);
+    step(positions);
+  }
+  EXPECT_GT(began_anew, 10);
+}
+
+TEST(TravelBudget, SumsOfMotionDoNotGrowForEver) {
+  Workers(1).run([] {
+    expect_sums_within_reach<Aabb>();
+    expect_sums_within_reach<KDop18>();
+  });
 }
 
 TEST(TravelBudget, LastsOnlyWhileApart) {
