@@ -44,6 +44,22 @@ WARMFRONT_INLINE float largest(Float8 x) {
   return x[0];
 }
 
+// Of lanes that are all ones or all zeros.
+WARMFRONT_INLINE std::uint64_t all_ored(Int8 lanes) {
+  const auto words = (Long4)lanes;
+  return static_cast<std::uint64_t>((words[0] | words[1]) | (words[2] | words[3]));
+}
+WARMFRONT_INLINE bool any(Int8 lanes) {
+  return all_ored(lanes) != 0;
+}
+
+// One bit a lane.
+inline constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
+WARMFRONT_INLINE std::uint32_t bits_of(Int8 lanes) {
+  const std::uint64_t both = all_ored(lanes & kLaneBit);
+  return static_cast<std::uint32_t>(both | (both >> 32));
+}
+
 // Eight axes of an 18-DOP at one end of the step.
 struct EightAxes {
   Float8 lower;
@@ -112,9 +128,9 @@ WARMFRONT_INLINE bool meet(const Aabb& a, const Aabb& b) {
 }
 
 WARMFRONT_INLINE bool meet(const KDop18& a, const KDop18& b) {
-  const auto apart = (Long4)(gap(Throughout{}, eight_axes(a, 0), eight_axes(a, 18), eight_axes(b, 0),
-                                 eight_axes(b, 18)) > 0.0F);
-  return ((apart[0] | apart[1]) | (apart[2] | apart[3])) == 0 && !apart_along(a, b, 8);
+  const auto apart = (Int8)(gap(Throughout{}, eight_axes(a, 0), eight_axes(a, 18), eight_axes(b, 0),
+                                eight_axes(b, 18)) > 0.0F);
+  return !any(apart) && !apart_along(a, b, 8);
 }
 
 // The wider of an axis' two gaps at t = 1.

@@ -100,8 +100,7 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
                         spread(of_g[0], kOfG[half]), spread(of_g[1], kOfG[half])) > 0.0F) &
              kBit[half];
   }
-  const auto words = (Long4)marks;
-  const auto both = static_cast<std::uint64_t>((words[0] | words[1]) | (words[2] | words[3]));
+  const std::uint64_t both = all_ored(marks);
   return static_cast<std::uint32_t>(both | (both >> 32));
 }
 
@@ -109,8 +108,8 @@ WARMFRONT_TARGET_CLONES
 bool triangles_overlap(const TriangleBounds& f, const TriangleBounds& g) {
   const Feature a = face(f);
   const Feature b = face(g);
-  const auto apart = (Long4)(gap(Throughout{}, a.at0, a.at1, b.at0, b.at1) > 0.0F);
-  return ((apart[0] | apart[1]) | (apart[2] | apart[3])) == 0 && !apart_along_ninth(f, g);
+  const auto apart = (Int8)(gap(Throughout{}, a.at0, a.at1, b.at0, b.at1) > 0.0F);
+  return !any(apart) && !apart_along_ninth(f, g);
 }
 
 }  // namespace

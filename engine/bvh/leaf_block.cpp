@@ -13,7 +13,6 @@ namespace {
 
 using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
-constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
 constexpr Int8 kSlot{0, 1, 2, 3, 4, 5, 6, 7};
 constexpr std::int16_t kFarthest = std::numeric_limits<std::int16_t>::max();
 constexpr Short16 kFar = Short16{} + kFarthest;
@@ -107,20 +106,6 @@ WARMFRONT_INLINE Row against(Open open, const RowsAt& eight, One&& one) {
     widest = greater(at1, widest);
   }
   return {open.result(), larger_of(greater(straight, diagonal >> 1))};
-}
-
-WARMFRONT_INLINE std::uint64_t all_ored(Int8 slots) {
-  const auto words = (Long4)slots;
-  return static_cast<std::uint64_t>((words[0] | words[1]) | (words[2] | words[3]));
-}
-WARMFRONT_INLINE bool any(Int8 slots) {
-  return all_ored(slots) != 0;
-}
-
-// One bit a slot.
-WARMFRONT_INLINE std::uint32_t bits_of(Int8 slots) {
-  const std::uint64_t both = all_ored(slots & kLaneBit);
-  return static_cast<std::uint32_t>(both | (both >> 32));
 }
 
 // Byte j is slot j. Most often there is nothing to pack.

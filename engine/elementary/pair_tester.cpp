@@ -6,8 +6,10 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "engine/bounds/overlap.h"
+#include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
 
 namespace warmfront {
@@ -32,6 +34,7 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
   contacts_.clear();
   output_ = {};
   block_.size = 0;
+  face_pairs_ = 0;
   recorder_ = nullptr;
 }
 
@@ -58,7 +61,30 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
     return;
   }
   ++output_.counts.triangle_pairs;
+  faces_[face_pairs_] = {f, g};
+  for (int k = 0; k < 3; ++k) {
+    corners_.vertex[k][face_pairs_] = face_f[k];
+    corners_.vertex[k + 3][face_pairs_] = face_g[k];
+  }
+  if (++face_pairs_ == faces_.size()) filter_faces();
+}
 
+void PairTester::filter_faces() {
+  const std::size_t count = std::exchange(face_pairs_, 0);
+  if (count == 0) return;
+  for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
+  const std::uint32_t apart =
+      triangles_apart(corners_, input_->vertex_bounds, certified_reach(input_->options.tolerance));
+  for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
+    const auto [f, g] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
+    feature_pairs(f, g);
+  }
+}
+
+void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
+  const Scene& scene = input_->scene;
+  const Face& face_f = scene.faces()[f];
+  const Face& face_g = scene.faces()[g];
   // Whether a near pair owns a feature is dear to find out: only where the features' moving bounds overlap.
   const auto [owned, perhaps] = input_->ownership.candidates(f, g);
   if ((owned | perhaps) == 0) return;
@@ -114,10 +140,15 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
 void PairTester::push(const FeaturePair& pair) {
   ++output_.counts.elementary_tests;
   block_.push(pair);
-  if (block_.full()) flush();
+  if (block_.full()) test_features();
 }
 
 void PairTester::flush() {
+  filter_faces();
+  test_features();
+}
+
+void PairTester::test_features() {
   if (block_.size == 0) return;
   const auto start = std::chrono::steady_clock::now();
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);

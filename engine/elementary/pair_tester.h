@@ -2,6 +2,7 @@
 // One thread's way from triangle pairs to contacts. Used by one thread at a time; `Shared` by all of them.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/feature_block.h"
 #include "engine/elementary/narrow_phase.h"
+#include "engine/elementary/triangle_filter.h"
 
 namespace warmfront {
 
@@ -33,7 +35,7 @@ class PairTester {
   /// Later contacts are of no interest (Report::kEarliest); rounded up, 1 or more when all are.
   float until() const;
 
-  /// Runs the elementary cascade over the block and empties it.
+  /// Tests what was taken so far to the end.
   void flush();
 
   /// Runs `test`, and appends the contacts that it leads to to `found` as well. Not nested.
@@ -54,6 +56,11 @@ class PairTester {
 
  private:
   void face_pair(std::uint32_t f, std::uint32_t g);
+  // Goes on with those of the face pairs in hand that no plane keeps apart.
+  void filter_faces();
+  void feature_pairs(std::uint32_t f, std::uint32_t g);
+  // Runs the elementary cascade over the block and empties it.
+  void test_features();
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   void push(const FeaturePair& pair);
@@ -64,6 +71,9 @@ class PairTester {
   std::vector<Contact> contacts_;
   std::vector<Contact>* recorder_ = nullptr;
   NarrowPhaseOutput output_;
+  std::array<std::array<std::uint32_t, 2>, 8> faces_;  // face pairs in hand
+  std::size_t face_pairs_ = 0;
+  EightTrianglePairs corners_;  // theirs
   FeatureBlock block_;
 };
 

@@ -4,6 +4,7 @@
 // pairs, of bounds_of_vertices vertices. Data fit the last-level cache: this is computation, not memory.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <random>
@@ -13,8 +14,10 @@
 #include "engine/bounds/moving.h"
 #include "engine/bounds/overlap.h"
 #include "engine/bvh/leaf_block.h"
+#include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/feature_block.h"
+#include "engine/elementary/triangle_filter.h"
 #include "tests/support/cloth_over_ball.h"
 #include "tests/support/feature_case.h"
 #include "tests/support/hierarchy.h"
@@ -122,6 +125,20 @@ void features_of_triangles(benchmark::State& state) {
   });
 }
 BENCHMARK(features_of_triangles);
+
+/// Planes between triangles: an item is eight pairs.
+void planes_between_triangles(benchmark::State& state) {
+  const ClothStep<KDop18>& step = ClothStep<KDop18>::get();
+  const auto& blocks = step.hierarchy.bvh.blocks;
+  const auto bounds = step.hierarchy.vertex_bounds();
+  run_on_neighbours(state, blocks, [&](const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b) {
+    EightTrianglePairs pairs;
+    std::ranges::copy(a.vertex, pairs.vertex.begin());
+    std::ranges::copy(b.vertex, pairs.vertex.begin() + 3);
+    return triangles_apart(pairs, bounds, certified_reach(1e-6));
+  });
+}
+BENCHMARK(planes_between_triangles);
 
 void bounds_of_vertices(benchmark::State& state) {
   const Motion& motion = ClothStep<KDop18>::get().hierarchy.motion();

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/triangle_filter.h"
+
+#include "engine/bounds/eight_points.h"
+
+namespace warmfront {
+namespace {
+
+// What takes or returns vectors here is inlined: there is no call whose ABI could differ.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+struct Eight3 {
+  Float8 x;
+  Float8 y;
+  Float8 z;
+};
+
+WARMFRONT_INLINE Eight3 operator+(const Eight3& a, const Eight3& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+WARMFRONT_INLINE Eight3 operator-(const Eight3& a, const Eight3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+WARMFRONT_INLINE Eight3 cross(const Eight3& a, const Eight3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+WARMFRONT_INLINE Float8 dot(const Eight3& a, const Eight3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+WARMFRONT_INLINE Float8 magnitude(Float8 x) {
+  return greater(x, -x);
+}
+
+// Eight pairs of triangles, by end of the step and corner, seen from the first corner at t = 0.
+struct Corners {
+  Eight3 at[2][6];
+  Float8 margin{};  // of the first triangle's vertices and of the second one's, together
+  Float8 size{};    // the largest coordinate
+
+  WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points) {
+    Eight3 origin{};
+    for (std::size_t t = 0; t < 2; ++t) {
+      for (std::size_t triangle = 0; triangle < 2; ++triangle) {
+        Float8 most{};
+        for (std::size_t k = 3 * triangle; k < 3 * triangle + 3; ++k) {
+          const EightPoints p(points, pairs.vertex[k], t);
+          if (t == 0 && k == 0) origin = {p.x, p.y, p.z};
+          const Eight3 q = Eight3{p.x, p.y, p.z} - origin;
+          at[t][k] = q;
+          most = greater(p.margin, most);
+          size = greater(greater(greater(magnitude(q.x), magnitude(q.y)), magnitude(q.z)), size);
+        }
+        widest[triangle] = greater(most, widest[triangle]);
+      }
+    }
+    margin = widest[0] + widest[1];
+  }
+
+ private:
+  Float8 widest[2]{};
+};
+
+// The length of a vector with these magnitudes, or up to a twelfth more: in order, x + (sqrt(2) - 1) y +
+// (sqrt(3) - sqrt(2)) z, which is linear where a length is convex, and right at (1, 0, 0), (1, 1, 0) and
+// (1, 1, 1).
+WARMFRONT_INLINE Float8 length_above(const Eight3& size, Float8 largest) {
+  const Float8 least = lesser(lesser(size.x, size.y), size.z);
+  const Float8 middle = ((size.x + size.y) + size.z) - largest - least;
+  return (largest + 0.41422F * middle + 0.31785F * least) * (1 + 0x1p-20F);
+}
+
+// Where `direction` d keeps the triangles of a pair apart at both ends of the step. Corners move linearly, so
+// does what is between them along d: beyond 0 at both ends, beyond 0 throughout.
+//
+// Error bound, u = 2^-24, with |d| and |p| the largest coordinates. A vertex lies within its margin of its
+// place, in whatever direction (point_bounds(): the margin holds eight roundings of it, of which three
+// coordinates need less than two). A corner carries one rounding, a product of three terms three more a term,
+// 12 u |d| |p|; so two of them and their difference are within 30 u |d| |p|. Products that underflow are far
+// below 2^-110. As to the reach that a contact may be reported from: a pair of features is at most 2 |p| in
+// size and d at most sqrt(3) |d| long, so 4 reaches of |d| |p| are beyond it, and are 2^8 u at least.
+WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& direction, float closest) {
+  const Eight3 size{magnitude(direction.x), magnitude(direction.y), magnitude(direction.z)};
+  const Float8 largest = greater(greater(size.x, size.y), size.z);
+  const Float8 slack =
+      length_above(size, largest) * corners.margin + closest * largest * corners.size + 0x1p-110F;
+  Float8 above[2];  // the second triangle above the first one
+  Float8 below[2];
+#pragma GCC unroll 2
+  for (int t = 0; t < 2; ++t) {
+    const auto along = [&](int k) { return dot(direction, corners.at[t][k]); };
+    const Float8 a = along(0);
+    const Float8 b = along(1);
+    const Float8 c = along(2);
+    const Float8 d = along(3);
+    const Float8 e = along(4);
+    const Float8 f = along(5);
+    above[t] = lesser(lesser(d, e), f) - greater(greater(a, b), c);
+    below[t] = lesser(lesser(a, b), c) - greater(greater(d, e), f);
+  }
+  return (Int8)(greater(lesser(above[0], above[1]), lesser(below[0], below[1])) > slack);
+}
+
+// Where some plane does.
+WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
+  Eight3 place[6];  // twice the mean over the step
+  Eight3 way[6];
+#pragma GCC unroll 6
+  for (int k = 0; k < 6; ++k) {
+    place[k] = corners.at[0][k] + corners.at[1][k];
+    way[k] = corners.at[1][k] - corners.at[0][k];
+  }
+  const Eight3 motion = ((way[3] - way[0]) + (way[4] - way[1])) + (way[5] - way[2]);
+  Eight3 edge[6];
+#pragma GCC unroll 6
+  for (int k = 0; k < 6; ++k) edge[k] = place[k % 3 == 2 ? k - 2 : k + 1] - place[k];
+  Int8 apart = keeps_apart(corners, cross(edge[0], edge[1]), closest);
+  apart |= keeps_apart(corners, cross(edge[3], edge[4]), closest);
+  for (int k = 0; k < 6; ++k) {
+    if (bits_of(apart) == 0xff) break;
+    apart |= keeps_apart(corners, cross(edge[k], motion), closest);
+  }
+  return apart;
+}
+
+}  // namespace
+
+WARMFRONT_TARGET_CLONES
+std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
+                              double reach) {
+  return bits_of(certainly_apart(Corners(pairs, points), static_cast<float>(4.001 * reach)));
+}
+
+}  // namespace warmfront

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// Planes may part only what has no contact: held to exact algebra on all fifteen feature pairs.
+#include "engine/elementary/triangle_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "engine/bounds/moving.h"
+#include "engine/elementary/certified.h"
+#include "engine/elementary/exact.h"
+#include "engine/motion/motion.h"
+
+namespace warmfront {
+namespace {
+
+using Triangles = std::array<std::array<double, 3>, 6>;  // the first one's corners, the second one's
+
+struct MovingTriangles {
+  Triangles t0;
+  Triangles t1;
+};
+
+constexpr std::size_t kEight = 8;
+
+std::vector<VertexMotion> vertices_of(const MovingTriangles& pair) {
+  std::vector<VertexMotion> vertices(6);
+  for (std::size_t k = 0; k < 6; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      vertices[k].t0[axis] = pair.t0[k][axis];
+      vertices[k].t1[axis] = pair.t1[k][axis];
+    }
+  }
+  return vertices;
+}
+
+std::uint32_t parted(const std::array<MovingTriangles, kEight>& pairs, double separation = 0,
+                     double tolerance = 1e-6) {
+  std::vector<double> positions;
+  double magnitude = 0;
+  for (const MovingTriangles& pair : pairs)
+    for (const auto& corner : pair.t0) positions.insert(positions.end(), corner.begin(), corner.end());
+  const Motion motion(positions);
+  for (const MovingTriangles& pair : pairs) {
+    for (const Triangles& at : {pair.t0, pair.t1}) {
+      for (const auto& corner : at)
+        for (const double x : corner) magnitude = std::max(magnitude, std::fabs(motion.frame().to_local(x)));
+    }
+  }
+  magnitude += motion.magnitude();
+  std::vector<PointBounds> points;
+  EightTrianglePairs eight;
+  for (std::size_t i = 0; i < kEight; ++i) {
+    const auto vertices = vertices_of(pairs[i]);
+    for (std::size_t k = 0; k < 6; ++k) {
+      eight.vertex[k][i] = static_cast<std::uint32_t>(points.size());
+      points.push_back(point_bounds(vertices[k], motion.frame(), separation, magnitude));
+    }
+  }
+  return triangles_apart(eight, points, certified_reach(tolerance));
+}
+
+template <class Contact>
+bool any_contact(const MovingTriangles& pair, Contact&& contact) {
+  const auto v = vertices_of(pair);
+  const auto of = [&](ContactKind kind, int a, int b, int c, int d) {
+    return contact(FeatureVertices{kind, {&v[a], &v[b], &v[c], &v[d]}});
+  };
+  for (int i = 0; i < 3; ++i) {
+    if (of(ContactKind::kVertexFace, i, 3, 4, 5) || of(ContactKind::kVertexFace, 3 + i, 0, 1, 2)) return true;
+    for (int j = 0; j < 3; ++j)
+      if (of(ContactKind::kEdgeEdge, i, (i + 1) % 3, 3 + j, 3 + (j + 1) % 3)) return true;
+  }
+  return false;
+}
+
+bool meet(const MovingTriangles& pair) {
+  std::uint64_t exact_tests = 0;
+  return any_contact(
+      pair, [&](const FeatureVertices& features) { return exact_test(features, 1, exact_tests).contact; });
+}
+
+// What the certified tier may report, too.
+bool reported(const MovingTriangles& pair, double tolerance, double separation) {
+  return any_contact(pair, [&](const FeatureVertices& features) {
+    return certified_test(features, {.tolerance = tolerance, .min_separation = separation}).contact;
+  });
+}
+
+// Multiples of 2^-20 in [-1, 1].
+double on_grid(std::mt19937_64& random) {
+  return std::ldexp(static_cast<double>(std::uniform_int_distribution<int>(-(1 << 20), 1 << 20)(random)),
+                    -20);
+}
+
+// Two triangles side by side, each moving as a whole, fast or slow, and each corner on its own as well.
+MovingTriangles near_each_other(std::mt19937_64& random) {
+  MovingTriangles pair;
+  const double speed = std::ldexp(1.0, -static_cast<int>(random() % 8));
+  const double turn = std::ldexp(1.0, -static_cast<int>(random() % 8) - 2);
+  const double beside = std::ldexp(1.0, -static_cast<int>(random() % 4));
+  for (std::size_t triangle = 0; triangle < 2; ++triangle) {
+    const std::array<double, 3> way{speed * on_grid(random), speed * on_grid(random),
+                                    speed * on_grid(random)};
+    for (std::size_t k = 3 * triangle; k < 3 * triangle + 3; ++k) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        pair.t0[k][axis] =
+            (axis == 2 ? 0.25 : 1) * on_grid(random) + (axis == 2 && triangle == 1 ? beside : 0);
+        pair.t1[k][axis] = pair.t0[k][axis] + way[axis] + turn * on_grid(random);
+      }
+    }
+  }
+  return pair;
+}
+
+// The second triangle's first corner is on the first triangle's edge at t = 1/2, in passing by.
+MovingTriangles touching(std::mt19937_64& random) {
+  MovingTriangles pair = near_each_other(random);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double middle = (pair.t0[0][axis] + pair.t1[0][axis] + pair.t0[1][axis] + pair.t1[1][axis]) / 4;
+    pair.t0[3][axis] = 2 * middle - pair.t1[3][axis];
+  }
+  return pair;
+}
+
+void transform(MovingTriangles& pair, double offset, double scale) {
+  for (Triangles* at : {&pair.t0, &pair.t1})
+    for (auto& corner : *at)
+      for (double& x : corner) x = (x + offset) * scale;
+}
+
+TEST(TriangleFilter, PlanesPartOnlyWhatExactAlgebraParts) {
+  std::mt19937_64 random(31);
+  int apart = 0;
+  int near = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::array<MovingTriangles, kEight> pairs;
+    // Far from the origin, where coordinates keep few bits; tiny and huge.
+    const double offset = trial % 3 == 0 ? std::ldexp(1.0, trial % 24) : 0;
+    const double scale = trial % 5 == 0 ? std::ldexp(1.0, trial % 200 - 100) : 1;
+    for (MovingTriangles& pair : pairs) {
+      pair = near_each_other(random);
+      transform(pair, offset, scale);
+    }
+    const std::uint32_t mask = parted(pairs);
+    for (std::size_t i = 0; i < kEight; ++i) {
+      const bool meets = meet(pairs[i]);
+      (mask >> i & 1U) != 0 ? ++apart : ++near;
+      ASSERT_FALSE(meets && (mask >> i & 1U) != 0) << trial << " pair " << i;
+    }
+  }
+  EXPECT_GT(apart, 4000);
+  EXPECT_GT(near, 3000);
+}
+
+// What it parts does not hang on the frame that the points are in, so no tier may report it.
+TEST(TriangleFilter, PlanesPartOnlyWhatTheCertifiedTierDoes) {
+  std::mt19937_64 random(36);
+  int apart = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const double tolerance = trial % 2 == 0 ? 1e-6 : 0.03;
+    const double separation = trial % 4 < 2 ? 0 : 0.05;
+    std::array<MovingTriangles, kEight> pairs;
+    for (MovingTriangles& pair : pairs) {
+      // Nearly in touch: as far as the tolerance goes, or twice or half of that.
+      pair = touching(random);
+      const double away = std::ldexp(tolerance, static_cast<int>(random() % 8));
+      for (std::size_t k = 3; k < 6; ++k) pair.t0[k][2] += away, pair.t1[k][2] += away;
+    }
+    const std::uint32_t mask = parted(pairs, separation, tolerance);
+    apart += std::popcount(mask);
+    for (std::size_t i = 0; i < kEight; ++i) {
+      ASSERT_FALSE((mask >> i & 1U) != 0 && reported(pairs[i], tolerance, separation)) << trial << " " << i;
+    }
+  }
+  EXPECT_GT(apart, 100);
+}
+
+TEST(TriangleFilter, PlanesPartNothingThatTouches) {
+  std::mt19937_64 random(32);
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::array<MovingTriangles, kEight> pairs;
+    const double offset = trial % 2 == 0 ? 0 : std::ldexp(1.0, trial % 20);
+    for (MovingTriangles& pair : pairs) {
+      pair = touching(random);
+      transform(pair, offset, 1);
+    }
+    ASSERT_EQ(parted(pairs), 0U) << trial;
+  }
+}
+
+// One above the other, both falling and gliding past each other: only planes along the motion, or along the
+// triangles, are between them.
+TEST(TriangleFilter, SeparationIsKept) {
+  std::mt19937_64 random(33);
+  for (int trial = 0; trial < 500; ++trial) {
+    constexpr double kSeparation = 0.125;
+    std::array<MovingTriangles, kEight> pairs;
+    for (std::size_t i = 0; i < kEight; ++i) {
+      const double between = kSeparation * (i % 2 == 0 ? 1.0001 : 0.9999);
+      const double tilt = on_grid(random);
+      const double norm = std::sqrt(1 + tilt * tilt);
+      for (std::size_t k = 0; k < 6; ++k) {
+        const double x = on_grid(random);
+        const double y = on_grid(random);
+        const double up = k < 3 ? 0 : between;
+        pairs[i].t0[k] = {x - up * tilt / norm, y, tilt * x + up / norm};
+        const double glide = k < 3 ? 0.5 : -0.5;
+        pairs[i].t1[k] = {pairs[i].t0[k][0] + glide, y - 3, pairs[i].t0[k][2] + tilt * glide - 1};
+      }
+    }
+    ASSERT_EQ(parted(pairs, kSeparation) & 0xaaU, 0U) << trial;
+    ASSERT_EQ(parted(pairs, 0.9 * kSeparation), 0xffU) << trial;
+  }
+}
+
+// Faster than they are large, so that no plane along either is between them at both ends.
+TEST(TriangleFilter, PartsWhatRushesPast) {
+  std::mt19937_64 random(34);
+  int apart = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::array<MovingTriangles, kEight> pairs;
+    for (MovingTriangles& pair : pairs) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        const bool second = k >= 3;
+        pair.t0[k] = {on_grid(random) + (second ? 2.5 : 0), on_grid(random),
+                      on_grid(random) - (second ? 8 : 0)};
+        pair.t1[k] = pair.t0[k];
+        if (second) pair.t1[k][2] += 16;
+      }
+    }
+    apart += std::popcount(parted(pairs));
+  }
+  EXPECT_EQ(apart, 200 * static_cast<int>(kEight));
+}
+
+TEST(TriangleFilter, WhatIsBeyondTheFrameIsNotParted) {
+  std::mt19937_64 random(35);
+  std::array<MovingTriangles, kEight> pairs;
+  for (MovingTriangles& pair : pairs) {
+    pair = near_each_other(random);
+    for (auto& corner : pair.t1) corner[0] = 1e35;
+  }
+  EXPECT_EQ(parted(pairs), 0U);
+}
+
+}  // namespace
+}  // namespace warmfront
