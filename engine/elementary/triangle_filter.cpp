@@ -31,33 +31,27 @@ WARMFRONT_INLINE Float8 magnitude(Float8 x) {
   return greater(x, -x);
 }
 
-// Eight pairs of triangles, by end of the step and corner, seen from the first corner at t = 0.
+// Eight pairs of triangles, by end of the step and corner, seen from the first corner.
 struct Corners {
   Eight3 at[2][6];
   Float8 margin{};  // of the first triangle's vertices and of the second one's, together
   Float8 size{};    // the largest coordinate
 
   WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points) {
-    Eight3 origin{};
+    Float8 most[2]{};
     for (std::size_t t = 0; t < 2; ++t) {
-      for (std::size_t triangle = 0; triangle < 2; ++triangle) {
-        Float8 most{};
-        for (std::size_t k = 3 * triangle; k < 3 * triangle + 3; ++k) {
-          const EightPoints p(points, pairs.vertex[k], t);
-          if (t == 0 && k == 0) origin = {p.x, p.y, p.z};
-          const Eight3 q = Eight3{p.x, p.y, p.z} - origin;
-          at[t][k] = q;
-          most = greater(p.margin, most);
-          size = greater(greater(greater(magnitude(q.x), magnitude(q.y)), magnitude(q.z)), size);
-        }
-        widest[triangle] = greater(most, widest[triangle]);
+      Eight3 origin{};
+      for (std::size_t k = 0; k < 6; ++k) {
+        const EightPoints p(points, pairs.vertex[k], t);
+        if (k == 0) origin = {p.x, p.y, p.z};
+        const Eight3 q = Eight3{p.x, p.y, p.z} - origin;
+        at[t][k] = q;
+        size = greater(greater(greater(magnitude(q.x), magnitude(q.y)), magnitude(q.z)), size);
+        most[k / 3] = greater(p.margin, most[k / 3]);
       }
     }
-    margin = widest[0] + widest[1];
+    margin = most[0] + most[1];
   }
-
- private:
-  Float8 widest[2]{};
 };
 
 // The length of a vector with these magnitudes, or up to a twelfth more: in order, x + (sqrt(2) - 1) y +

@@ -14,6 +14,7 @@
 #include "engine/bounds/moving.h"
 #include "engine/elementary/certified.h"
 #include "engine/elementary/exact.h"
+#include "engine/elementary/query.h"
 #include "engine/motion/motion.h"
 
 namespace warmfront {
@@ -85,11 +86,14 @@ bool meet(const MovingTriangles& pair) {
       pair, [&](const FeatureVertices& features) { return exact_test(features, 1, exact_tests).contact; });
 }
 
-// What the certified tier may report, too.
-bool reported(const MovingTriangles& pair, double tolerance, double separation) {
-  return any_contact(pair, [&](const FeatureVertices& features) {
-    return certified_test(features, {.tolerance = tolerance, .min_separation = separation}).contact;
+// Of any of the feature pairs.
+double largest_size(const MovingTriangles& pair) {
+  double largest = 0;
+  any_contact(pair, [&](const FeatureVertices& features) {
+    largest = std::max(largest, Query::prepare(features, 0).size);
+    return false;
   });
+  return largest;
 }
 
 // Multiples of 2^-20 in [-1, 1].
@@ -158,27 +162,56 @@ TEST(TriangleFilter, PlanesPartOnlyWhatExactAlgebraParts) {
   EXPECT_GT(near, 3000);
 }
 
-// What it parts does not hang on the frame that the points are in, so no tier may report it.
-TEST(TriangleFilter, PlanesPartOnlyWhatTheCertifiedTierDoes) {
+// The second one falls past the first one's edge; while it does, they are so far apart.
+MovingTriangles falling_past(std::mt19937_64& random, double distance) {
+  MovingTriangles pair;
+  const double turn = 3 * on_grid(random);
+  const double tilt = on_grid(random);
+  const double beside = distance / std::sqrt(1 + tilt * tilt);
+  for (std::size_t k = 0; k < 6; ++k) {
+    const bool second = k >= 3;
+    // In the first one's frame, whose edge is the y axis.
+    const double x = second ? beside + (k == 3 ? 0 : std::fabs(on_grid(random)))
+                            : (k == 2 ? -0.25 - std::fabs(on_grid(random)) : 0);
+    const double y = second ? 0.5 * on_grid(random) : (k == 0 ? -1 : (k == 1 ? 1 : on_grid(random)));
+    const double high = second ? 0.5 + 0.25 * on_grid(random) : 0;
+    const auto place = [&](double z) {
+      const double u = x + tilt * z;
+      return std::array{std::cos(turn) * u - std::sin(turn) * y, std::sin(turn) * u + std::cos(turn) * y,
+                        z - tilt * x};
+    };
+    pair.t0[k] = place(high);
+    pair.t1[k] = place(second ? high - 1.5 : 0);
+  }
+  return pair;
+}
+
+// What it parts is farther apart than a tier may report at, so it does not hang on the frame that the points
+// are in whether it is reported.
+TEST(TriangleFilter, PlanesPartNothingWithinReach) {
   std::mt19937_64 random(36);
   int apart = 0;
+  int within = 0;
   for (int trial = 0; trial < 400; ++trial) {
-    const double tolerance = trial % 2 == 0 ? 1e-6 : 0.03;
+    const double tolerance = trial % 2 == 0 ? 1e-6 : 0.003;
     const double separation = trial % 4 < 2 ? 0 : 0.05;
+    const double reach = certified_reach(tolerance);
     std::array<MovingTriangles, kEight> pairs;
-    for (MovingTriangles& pair : pairs) {
-      // Nearly in touch: as far as the tolerance goes, or twice or half of that.
-      pair = touching(random);
-      const double away = std::ldexp(tolerance, static_cast<int>(random() % 8));
-      for (std::size_t k = 3; k < 6; ++k) pair.t0[k][2] += away, pair.t1[k][2] += away;
+    std::array<double, kEight> distance;
+    for (std::size_t i = 0; i < kEight; ++i) {
+      distance[i] = separation + std::ldexp(reach, static_cast<int>(i) - 2);
+      pairs[i] = falling_past(random, distance[i]);
     }
     const std::uint32_t mask = parted(pairs, separation, tolerance);
-    apart += std::popcount(mask);
     for (std::size_t i = 0; i < kEight; ++i) {
-      ASSERT_FALSE((mask >> i & 1U) != 0 && reported(pairs[i], tolerance, separation)) << trial << " " << i;
+      const bool beyond = distance[i] - separation > reach * largest_size(pairs[i]);
+      within += !beyond;
+      apart += static_cast<int>(mask >> i & 1U);
+      ASSERT_TRUE(beyond || (mask >> i & 1U) == 0) << trial << " pair " << i;
     }
   }
-  EXPECT_GT(apart, 100);
+  EXPECT_GT(apart, 200);
+  EXPECT_GT(within, 200);
 }
 
 TEST(TriangleFilter, PlanesPartNothingThatTouches) {
