@@ -113,7 +113,7 @@ WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
     if (bits_of(apart) == 0xff) break;
     apart |= keeps_apart(corners, cross(edge[k], motion), closest);
   }
-  return apart;
+  return apart & (corners.size < 0x1p30F);  // where nothing overflows
 }
 
 }  // namespace

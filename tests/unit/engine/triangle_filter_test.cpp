@@ -150,6 +150,9 @@ TEST(TriangleFilter, PlanesPartOnlyWhatExactAlgebraParts) {
     for (MovingTriangles& pair : pairs) {
       pair = near_each_other(random);
       transform(pair, offset, scale);
+      if (trial % 7 == 0)  // from where they were, too, as far as numbers go
+        for (auto& corner : pair.t1)
+          for (double& x : corner) x = std::ldexp(x, trial % 100);
     }
     const std::uint32_t mask = parted(pairs);
     for (std::size_t i = 0; i < kEight; ++i) {
@@ -270,6 +273,25 @@ TEST(TriangleFilter, PartsWhatRushesPast) {
     apart += std::popcount(parted(pairs));
   }
   EXPECT_EQ(apart, 200 * static_cast<int>(kEight));
+}
+
+// However far points are from the frame, no overflow is taken for a gap: a corner in common is none.
+TEST(TriangleFilter, NumbersThatOverflowPartNothing) {
+  std::mt19937_64 random(37);
+  EightTrianglePairs eight;
+  std::array<PointBounds, 6 * kEight> points;
+  for (int trial = 0; trial < 5000; ++trial) {
+    const float scale = std::ldexp(1.0F, trial % 100);
+    for (std::uint32_t p = 0; p < points.size(); ++p) {
+      eight.vertex[p % 6][p / 6] = p;
+      for (auto& at : points[p].at) {
+        for (std::size_t axis = 0; axis < 3; ++axis) at[axis] = scale * static_cast<float>(on_grid(random));
+        at[3] = 0x1p-21F * scale;
+      }
+      if (p % 6 == 3) points[p] = points[p - 3];
+    }
+    ASSERT_EQ(triangles_apart(eight, points, certified_reach(1e-6)), 0U) << trial;
+  }
 }
 
 TEST(TriangleFilter, WhatIsBeyondTheFrameIsNotParted) {
