@@ -34,8 +34,10 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   // A connection of its own for each client: one connection is bound to one core or so.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
+  // Named after something else, this is how long connecting may take, handshakes and all: they take three
+  // round trips on a line that may be slow, to a daemon that may be busy.
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
   // A daemon that vanishes without a word is found within a minute; daemons allow a ping every ten seconds.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);

@@ -35,8 +35,10 @@ _ARGUMENTS = [
     # A connection of its own for each client: one connection is bound to one core or so.
     ("grpc.use_local_subchannel_pool", 1),
     ("grpc.initial_reconnect_backoff_ms", 100),
-    ("grpc.min_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 2000),
+    # Named after something else, this is how long connecting may take, handshakes and all: they take three round trips
+    # on a line that may be slow, to a daemon that may be busy.
+    ("grpc.min_reconnect_backoff_ms", 10_000),
     # A daemon that vanishes without a word is found within a minute; daemons allow a ping every ten seconds.
     ("grpc.keepalive_time_ms", 30_000),
     ("grpc.keepalive_timeout_ms", 20_000),

@@ -5,6 +5,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -196,6 +197,24 @@ TEST_F(ClientSessionTest, NobodyThereIsUnavailableInTime) {
       Client::connect("unix:/nonexistent/warmfront.sock", {.call_timeout = std::chrono::milliseconds(200)});
   EXPECT_EQ(client.error().code, ErrorCode::kUnavailable);
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+}
+
+// A busy daemon, or a far one: to connect again and again would only keep it busier.
+TEST_F(ClientSessionTest, WhoTakesTimeToAnswerIsConnectedToOnce) {
+  const std::string path = ::testing::TempDir() + "warmfront_silent_" + std::to_string(getpid());
+  sockaddr_un address{AF_UNIX, {}};
+  ASSERT_LT(path.size(), sizeof address.sun_path);
+  path.copy(address.sun_path, path.size());
+  const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
+  ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(listen(listener, 64), 0);
+  const auto client = Client::connect("unix:" + path, {.call_timeout = std::chrono::milliseconds(1500)});
+  EXPECT_EQ(client.error().code, ErrorCode::kUnavailable);
+  int connections = 0;
+  for (int accepted = 0; (accepted = accept(listener, nullptr, nullptr)) >= 0; ++connections) close(accepted);
+  EXPECT_EQ(connections, 1);
+  close(listener);
+  unlink(path.c_str());
 }
 
 TEST_F(ClientSessionTest, GivesUpWhenTheDaemonStaysAway) {

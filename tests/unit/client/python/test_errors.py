@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bad input gives the exception of its canonical code, and a message that says what and where."""
+import socket
+
 import numpy as np
 import pytest
 from support import triangle_through_triangle
@@ -93,6 +95,18 @@ def test_limits_say_which_and_the_session_goes_on(client):
 def test_nobody_answers():
     with pytest.raises(warmfront.Unavailable, match="127.0.0.1:1: no Warmfront daemon answers .* is it running there?"):
         warmfront.connect("127.0.0.1:1", patience=Patience(call=0.3))
+
+
+def test_who_takes_time_to_answer_is_connected_to_once(tmp_path):
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(tmp_path / "silent"))
+        listener.listen(64)
+        with pytest.raises(warmfront.Unavailable):
+            warmfront.connect(f"unix:{tmp_path}/silent", patience=Patience(call=1.5))
+        listener.setblocking(False)
+        listener.accept()
+        with pytest.raises(BlockingIOError):
+            listener.accept()
 
 
 def test_times_are_positive():
