@@ -37,6 +37,11 @@ WARMFRONT_INLINE Vector greater(Vector a, Vector b) {
   return a > b ? a : b;
 }
 
+template <class Vector>
+WARMFRONT_INLINE Vector magnitude(Vector x) {
+  return greater(x, -x);
+}
+
 WARMFRONT_INLINE float largest(Float8 x) {
   x = greater(x, __builtin_shuffle(x, Int8{4, 5, 6, 7, 0, 1, 2, 3}));
   x = greater(x, __builtin_shuffle(x, Int8{2, 3, 0, 1, 6, 7, 4, 5}));

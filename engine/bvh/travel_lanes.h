@@ -15,10 +15,6 @@
 
 namespace warmfront {
 
-WARMFRONT_INLINE Float8 magnitude(Float8 x) {
-  return greater(x, -x);
-}
-
 // Where the bounds' centre is at t = 1.
 template <class Bounds>
 WARMFRONT_INLINE std::array<float, 3> centre_of(const Bounds& bounds) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 
+#include "engine/bounds/lanes3.h"
 #include "engine/elementary/feature_block.h"
 #include "engine/target_clones.h"
 #include "engine/vec3.h"
@@ -12,49 +13,20 @@
 namespace warmfront {
 namespace {
 
-// What takes or returns vectors here is inlined: there is no call whose ABI could differ.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 constexpr int kLanes = 4;
 
 using Lanes = double __attribute__((vector_size(32)));
 using LaneMask = decltype(Lanes{} < Lanes{});
 
-struct Lanes3 {
-  Lanes x;
-  Lanes y;
-  Lanes z;
-};
-
-WARMFRONT_INLINE Lanes3 operator+(const Lanes3& a, const Lanes3& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-WARMFRONT_INLINE Lanes3 operator-(const Lanes3& a, const Lanes3& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-WARMFRONT_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-WARMFRONT_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-WARMFRONT_INLINE Lanes lesser(const Lanes& a, const Lanes& b) {
-  return a < b ? a : b;
-}
-WARMFRONT_INLINE Lanes greater(const Lanes& a, const Lanes& b) {
-  return a > b ? a : b;
-}
-WARMFRONT_INLINE Lanes max_abs(const Lanes3& v) {
-  return greater(greater(greater(v.x, -v.x), greater(v.y, -v.y)), greater(v.z, -v.z));
-}
+using Four3 = Lanes3<Lanes>;
 
 // The polygon of differences between the primitives (exact_polygon.h) at both times: a triangle, whose first
 // corner is its last, too, or a parallelogram.
-using Polygons = Lanes3[2][4];  // [time][corner]
+using Polygons = Four3[2][4];  // [time][corner]
 
 // One corner of four pairs, at one end of the step.
 WARMFRONT_INLINE void gather(const VertexMotion* const (&vertex)[kLanes][2],
-                             std::array<double, 4> VertexMotion::*end, Lanes3& to) {
+                             std::array<double, 4> VertexMotion::*end, Four3& to) {
   Lanes of[kLanes];  // a pair's difference: x, y, z and padding
   for (int i = 0; i < kLanes; ++i) {
     Lanes minuend;
@@ -93,7 +65,7 @@ WARMFRONT_INLINE void gather(const FeaturePair* const (&pairs)[kLanes],
 // throughout. Error bound, with |d| and |p| the largest coordinates: a corner carries one rounding, a product
 // of three terms at most three more a term, so it is within 3 * 4.01 u |d| |p|; 16 u |d| |p| is used, which
 // covers the rounding of the bound. Products that underflow err by 2^-1074 each: 2^-1000 covers them.
-WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Lanes3& direction, const Lanes& size) {
+WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Four3& direction, const Lanes& size) {
   Lanes lowest = dot(direction, p[0][0]);
   Lanes highest = lowest;
   for (int k = 1; k < 8; ++k) {
@@ -101,7 +73,7 @@ WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Lanes3& direction
     lowest = lesser(lowest, along);
     highest = greater(highest, along);
   }
-  const Lanes slack = 16 * kUnit * max_abs(direction) * size + 0x1p-1000;
+  const Lanes slack = 16 * kUnit * largest_of(magnitudes(direction)) * size + 0x1p-1000;
   return (lowest > slack) | (highest < -slack);
 }
 
@@ -115,14 +87,14 @@ WARMFRONT_INLINE unsigned certainly_apart(const Polygons& p) {
   Lanes size{};
   for (int time = 0; time < 2; ++time) {
     for (int k = 0; k < 4; ++k) {
-      size = greater(size, max_abs(p[time][k]));
+      size = greater(size, largest_of(magnitudes(p[time][k])));
     }
   }
-  const Lanes3 v = ((p[1][0] - p[0][0]) + (p[1][1] - p[0][1])) + ((p[1][2] - p[0][2]) + (p[1][3] - p[0][3]));
+  const Four3 v = ((p[1][0] - p[0][0]) + (p[1][1] - p[0][1])) + ((p[1][2] - p[0][2]) + (p[1][3] - p[0][3]));
   LaneMask apart{};
   for (int k = 0; k < 3; ++k) {  // a parallelogram's are two and two alike
-    const Lanes3 begin = p[0][k] + p[1][k];
-    const Lanes3 end = p[0][k + 1] + p[1][k + 1];
+    const Four3 begin = p[0][k] + p[1][k];
+    const Four3 end = p[0][k + 1] + p[1][k + 1];
     apart |= keeps_apart(p, cross(end - begin, v), size);
   }
   apart &= size < 0x1p300;  // where nothing overflows, and all numbers are numbers

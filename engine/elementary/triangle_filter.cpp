@@ -2,34 +2,12 @@
 #include "engine/elementary/triangle_filter.h"
 
 #include "engine/bounds/eight_points.h"
+#include "engine/bounds/lanes3.h"
 
 namespace warmfront {
 namespace {
 
-// What takes or returns vectors here is inlined: there is no call whose ABI could differ.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
-struct Eight3 {
-  Float8 x;
-  Float8 y;
-  Float8 z;
-};
-
-WARMFRONT_INLINE Eight3 operator+(const Eight3& a, const Eight3& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-WARMFRONT_INLINE Eight3 operator-(const Eight3& a, const Eight3& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-WARMFRONT_INLINE Eight3 cross(const Eight3& a, const Eight3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-WARMFRONT_INLINE Float8 dot(const Eight3& a, const Eight3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-WARMFRONT_INLINE Float8 magnitude(Float8 x) {
-  return greater(x, -x);
-}
+using Eight3 = Lanes3<Float8>;
 
 // Eight pairs of triangles, by end of the step and corner, seen from the first corner.
 struct Corners {
@@ -46,7 +24,7 @@ struct Corners {
         if (k == 0) origin = {p.x, p.y, p.z};
         const Eight3 q = Eight3{p.x, p.y, p.z} - origin;
         at[t][k] = q;
-        size = greater(greater(greater(magnitude(q.x), magnitude(q.y)), magnitude(q.z)), size);
+        size = greater(largest_of(magnitudes(q)), size);
         most[k / 3] = greater(p.margin, most[k / 3]);
       }
     }
@@ -73,8 +51,8 @@ WARMFRONT_INLINE Float8 length_above(const Eight3& size, Float8 largest) {
 // below 2^-110. As to the reach that a contact may be reported from: a pair of features is at most 2 |p| in
 // size and d at most sqrt(3) |d| long, so 4 reaches of |d| |p| are beyond it, and are 2^8 u at least.
 WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& direction, float closest) {
-  const Eight3 size{magnitude(direction.x), magnitude(direction.y), magnitude(direction.z)};
-  const Float8 largest = greater(greater(size.x, size.y), size.z);
+  const Eight3 size = magnitudes(direction);
+  const Float8 largest = largest_of(size);
   const Float8 slack =
       length_above(size, largest) * corners.margin + closest * largest * corners.size + 0x1p-110F;
   Float8 above[2];  // the second triangle above the first one
