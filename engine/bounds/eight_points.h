@@ -17,7 +17,6 @@ struct EightPoints {
   Float8 z;
   Float8 margin;
 
-  WARMFRONT_INLINE EightPoints() = default;
   WARMFRONT_INLINE EightPoints(std::span<const PointBounds> points, const std::array<std::uint32_t, 8>& which,
                                std::size_t t) {
     const auto two = [&](std::size_t i) {

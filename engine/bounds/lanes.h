@@ -49,20 +49,23 @@ WARMFRONT_INLINE float largest(Float8 x) {
   return x[0];
 }
 
-// Of lanes that are all ones or all zeros.
-WARMFRONT_INLINE std::uint64_t all_ored(Int8 lanes) {
+// All lanes ored: the even ones in the low half, the odd ones in the high.
+WARMFRONT_INLINE std::uint64_t ored_by_two(Int8 lanes) {
   const auto words = (Long4)lanes;
   return static_cast<std::uint64_t>((words[0] | words[1]) | (words[2] | words[3]));
 }
+WARMFRONT_INLINE std::uint32_t ored(Int8 lanes) {
+  const std::uint64_t both = ored_by_two(lanes);
+  return static_cast<std::uint32_t>(both | (both >> 32));
+}
 WARMFRONT_INLINE bool any(Int8 lanes) {
-  return all_ored(lanes) != 0;
+  return ored_by_two(lanes) != 0;
 }
 
-// One bit a lane.
+// One bit a lane, of lanes that are all ones or all zeros.
 inline constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
 WARMFRONT_INLINE std::uint32_t bits_of(Int8 lanes) {
-  const std::uint64_t both = all_ored(lanes & kLaneBit);
-  return static_cast<std::uint32_t>(both | (both >> 32));
+  return ored(lanes & kLaneBit);
 }
 
 // Eight axes of an 18-DOP at one end of the step.
@@ -101,7 +104,7 @@ struct Throughout {
 struct Until {
   float time;
   WARMFRONT_INLINE Float8 operator()(Float8 at0, Float8 at1) const {
-    const Float8 then = at0 + time * (at1 - at0) - 0x1p-20F * (greater(at0, -at0) + greater(at1, -at1));
+    const Float8 then = at0 + time * (at1 - at0) - 0x1p-20F * (magnitude(at0) + magnitude(at1));
     return lesser(at0, then);
   }
 };

@@ -100,8 +100,7 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
                         spread(of_g[0], kOfG[half]), spread(of_g[1], kOfG[half])) > 0.0F) &
              kBit[half];
   }
-  const std::uint64_t both = all_ored(marks);
-  return static_cast<std::uint32_t>(both | (both >> 32));
+  return ored(marks);
 }
 
 WARMFRONT_TARGET_CLONES

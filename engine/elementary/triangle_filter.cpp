@@ -75,13 +75,10 @@ WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& directio
 // Where some plane does.
 WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
   Eight3 place[6];  // twice the mean over the step
-  Eight3 way[6];
 #pragma GCC unroll 6
-  for (int k = 0; k < 6; ++k) {
-    place[k] = corners.at[0][k] + corners.at[1][k];
-    way[k] = corners.at[1][k] - corners.at[0][k];
-  }
-  const Eight3 motion = ((way[3] - way[0]) + (way[4] - way[1])) + (way[5] - way[2]);
+  for (int k = 0; k < 6; ++k) place[k] = corners.at[0][k] + corners.at[1][k];
+  const auto way = [&](int k) { return corners.at[1][k] - corners.at[0][k]; };
+  const Eight3 motion = ((way(3) - way(0)) + (way(4) - way(1))) + (way(5) - way(2));
   Eight3 edge[6];
 #pragma GCC unroll 6
   for (int k = 0; k < 6; ++k) edge[k] = place[k % 3 == 2 ? k - 2 : k + 1] - place[k];

@@ -3,6 +3,8 @@
 // by one.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -47,6 +49,20 @@ inline std::vector<VertexMotion> motion_between(std::span<const double> x0, std:
     vertices[v].t1 = {x1[3 * v], x1[3 * v + 1], x1[3 * v + 2], 0};
   }
   return vertices;
+}
+
+/// The least magnitude that the contract allows: margins are thinnest with it.
+inline double least_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
+                              double separation) {
+  double magnitude = frame.to_local(separation);
+  for (const VertexMotion& vertex : vertices) {
+    for (const auto& x : {vertex.t0, vertex.t1}) {
+      for (int axis = 0; axis < 3; ++axis)
+        magnitude =
+            std::max(magnitude, std::fabs(frame.to_local(x[axis]) - frame.to_local(frame.origin[axis])));
+    }
+  }
+  return magnitude;
 }
 
 /// All contacts of the motion from x0 to x1, sorted as a Collider sorts them.

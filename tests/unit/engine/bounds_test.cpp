@@ -17,20 +17,8 @@
 namespace warmfront {
 namespace {
 
+using testing::least_magnitude;
 using testing::motion_between;
-
-// The least magnitude that the contract allows: margins are thinnest with it.
-double least_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame, double separation) {
-  double magnitude = frame.to_local(separation);
-  for (const VertexMotion& vertex : vertices) {
-    for (const auto& x : {vertex.t0, vertex.t1}) {
-      for (int axis = 0; axis < 3; ++axis)
-        magnitude =
-            std::max(magnitude, std::fabs(frame.to_local(x[axis]) - frame.to_local(frame.origin[axis])));
-    }
-  }
-  return magnitude;
-}
 
 KDop18 bounds_of(std::span<const VertexMotion> vertices, std::initializer_list<int> which,
                  const LocalFrame& frame, double separation) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <random>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "engine/elementary/exact.h"
 #include "engine/elementary/query.h"
 #include "engine/motion/motion.h"
+#include "tests/support/brute_force.h"
 
 namespace warmfront {
 namespace {
@@ -43,25 +45,18 @@ std::vector<VertexMotion> vertices_of(const MovingTriangles& pair) {
 std::uint32_t parted(const std::array<MovingTriangles, kEight>& pairs, double separation = 0,
                      double tolerance = 1e-6) {
   std::vector<double> positions;
-  double magnitude = 0;
-  for (const MovingTriangles& pair : pairs)
-    for (const auto& corner : pair.t0) positions.insert(positions.end(), corner.begin(), corner.end());
-  const Motion motion(positions);
+  std::vector<VertexMotion> vertices;
   for (const MovingTriangles& pair : pairs) {
-    for (const Triangles& at : {pair.t0, pair.t1}) {
-      for (const auto& corner : at)
-        for (const double x : corner) magnitude = std::max(magnitude, std::fabs(motion.frame().to_local(x)));
-    }
+    for (const auto& corner : pair.t0) positions.insert(positions.end(), corner.begin(), corner.end());
+    std::ranges::copy(vertices_of(pair), std::back_inserter(vertices));
   }
-  magnitude += motion.magnitude();
+  const LocalFrame frame = Motion(positions).frame();
+  const double magnitude = testing::least_magnitude(vertices, frame, separation);
   std::vector<PointBounds> points;
   EightTrianglePairs eight;
-  for (std::size_t i = 0; i < kEight; ++i) {
-    const auto vertices = vertices_of(pairs[i]);
-    for (std::size_t k = 0; k < 6; ++k) {
-      eight.vertex[k][i] = static_cast<std::uint32_t>(points.size());
-      points.push_back(point_bounds(vertices[k], motion.frame(), separation, magnitude));
-    }
+  for (std::uint32_t p = 0; p < vertices.size(); ++p) {
+    eight.vertex[p % 6][p / 6] = p;
+    points.push_back(point_bounds(vertices[p], frame, separation, magnitude));
   }
   return triangles_apart(eight, points, certified_reach(tolerance));
 }
