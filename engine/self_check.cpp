@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "engine/bounds/moving.h"
+#include "engine/check_neighbours.h"
 #include "engine/front/descend.h"
 
 namespace warmfront {
@@ -260,9 +261,17 @@ class SelfCheck {
       const FrontSegment& segment = segments[s];
       if (!current(segment.parts.a) || !current(segment.parts.b)) return;
       check_cut(segment);
+      check_neighbours(segment);
       tbb::parallel_for(std::size_t{0}, segment.chunks.size(),
                         [&](std::size_t c) { check_chunk(segment, segment.chunks[c]); });
     });
+  }
+
+  void check_neighbours(const FrontSegment& segment) {
+    if (segment.neighbours.empty()) return;  // where the front is not lazy, or has no room
+    const std::string wrong = broken_neighbours(segment.neighbours, kept_.trees[segment.parts.a],
+                                                core_.topology->scene, core_.vertex_bounds, kept_.turn);
+    if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
   }
 
   static std::string of(const FrontSegment& segment) {

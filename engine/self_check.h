@@ -37,9 +37,10 @@ std::uint64_t checksum(const Core& core);
 /// bounds, of which either may be wrong. Fails with kInternal when what is kept for speed is: a hierarchy
 /// that does not hold its primitives once each or whose bounds do not hold them, parts that are near and not
 /// looked at, parts that are taken for apart and are not, a front that is no cut through its test tree, in
-/// depth-first order, or that holds pairs as disjoint which are not, and counts that do not add up. The
-/// message says what and where. Checks all but the nearness of parts, of which about a million pairs are
-/// looked at in a turn. About as dear as a refit and two looks at each pair of the front.
+/// depth-first order, or that holds pairs as disjoint which are not, neighbouring blocks that are not
+/// listed or are taken for apart, and counts that do not add up. The message says what and where. Checks all
+/// but the nearness of parts, of which about a million pairs are looked at in a turn, and neighbours' budgets,
+/// of which a part is. About as dear as a refit and two looks at each pair of the front.
 template <class Bounds>
 Status self_check(const KeptState<Bounds>& kept);
 

@@ -20,13 +20,16 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   const double vertices = static_cast<double>(report.vertices) *
                           (6 * sizeof(double) + 2 * sizeof(VertexMotion) + sizeof(PointBounds));
   // A node's bounds are written and read by its parent, a triangle's made of three vertices' and kept in its
-  // leaf; a lazy front keeps travel, which is read and written.
-  const double nodes = shape.node_count() * (2 * bounds + (lazy ? 2 * sizeof(NodeTravel) : 0)) +
+  // leaf; a lazy front keeps travel, of blocks too where leaves hold several, which is read and written.
+  const double travelling = shape.node_count() + (shape.has_wide_leaves() ? shape.block_count() : 0);
+  const double nodes = shape.node_count() * 2 * bounds + (lazy ? 2 * sizeof(NodeTravel) * travelling : 0) +
                        static_cast<double>(report.triangles) * (3 * sizeof(PointBounds) + bounds);
-  // The front is read; a lazy one asks for the travel of both nodes. A test reads two bounds; of primitives
-  // in leaves one is in registers while the other goes by.
+  // The front is read; a lazy one asks for the travel of both nodes, and of some five neighbours of each
+  // block, itself among them. A test reads two bounds; of primitives in leaves one is in registers while the
+  // other goes by.
+  const double neighbours = shape.has_wide_leaves() ? 5.0 * shape.block_count() : 0.0;
   const double front = a_frame(counts.front_bytes) +
-                       (lazy ? 2.0 * sizeof(NodeTravel) * a_frame(counts.front_pairs) : 0.0) +
+                       (lazy ? 2.0 * sizeof(NodeTravel) * (a_frame(counts.front_pairs) + neighbours) : 0.0) +
                        2 * bounds * a_frame(counts.bv_tests) + bounds * a_frame(counts.primitive_tests);
   // A feature pair is written to a block and read from it, with four vertices; bounds of as many decide
   // whether an orphan pair is one. A contact is written and gathered.

@@ -160,6 +160,13 @@ Places find_places(const Scene& scene, const Motion& motion, std::span<const Pri
   return places;
 }
 
+// Positions of a block's primitives. A leaf that is no wider is one, and they are in the order of leaves.
+std::pair<std::uint32_t, std::uint32_t> range_of_block(const TreeShape& shape, std::uint32_t block) {
+  if (shape.has_wide_leaves()) return {shape.begin_of_block(block), shape.begin_of_block(block + 1)};
+  const NodeId leaf = shape.first_leaf() + block;
+  return {shape.begin(leaf), shape.end(leaf)};
+}
+
 }  // namespace
 
 std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
@@ -174,8 +181,8 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
 }
 
 template <class Bounds>
-void Bvh<Bounds>::list_leaf_vertices(const Scene& scene) {
-  leaf_vertices = {};
+void Bvh<Bounds>::list_block_vertices(const Scene& scene) {
+  block_vertices = {};
   if (travel.empty() || blocks.empty()) return;
   std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t last = 0;
@@ -185,19 +192,20 @@ void Bvh<Bounds>::list_leaf_vertices(const Scene& scene) {
       last = std::max(last, v);
     }
   }
-  std::vector<NodeId> seen_in(last - first + 1, shape.node_count());
-  leaf_vertices.begin.reserve(shape.leaf_count() + 1);
-  leaf_vertices.items.reserve(order.size());
-  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
-    leaf_vertices.begin.push_back(static_cast<std::uint32_t>(leaf_vertices.items.size()));
-    for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
+  std::vector<std::uint32_t> seen_in(last - first + 1, shape.block_count());
+  block_vertices.begin.reserve(shape.block_count() + 1);
+  block_vertices.items.reserve(order.size() + order.size() / 2);
+  for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+    block_vertices.begin.push_back(static_cast<std::uint32_t>(block_vertices.items.size()));
+    const auto [begin, end] = range_of_block(shape, block);
+    for (std::uint32_t i = begin; i < end; ++i) {
       for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
-        if (std::exchange(seen_in[v - first], leaf) != leaf) leaf_vertices.items.push_back(v);
+        if (std::exchange(seen_in[v - first], block) != block) block_vertices.items.push_back(v);
       }
     }
   }
-  leaf_vertices.begin.push_back(static_cast<std::uint32_t>(leaf_vertices.items.size()));
-  leaf_vertices.items.shrink_to_fit();
+  block_vertices.begin.push_back(static_cast<std::uint32_t>(block_vertices.items.size()));
+  block_vertices.items.shrink_to_fit();
 }
 
 template <class Bounds>
@@ -215,6 +223,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   if (faces > 0)  // points have the greater numbers
     first_face = *std::ranges::min_element(order);
   travel.assign(keep_travel ? nodes.size() : 0, {});
+  block_travel.assign(keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, {});
   blocks.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count());
   wide.resize(shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0);
   grids.assign(blocks.empty() ? 0 : shape.leaf_count(), {});
@@ -225,7 +234,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
       }
     }
   }
-  list_leaf_vertices(scene);
+  list_block_vertices(scene);
   if (blocks.empty()) return;
   tbb::parallel_for(shape.first_leaf(), shape.node_count(), [&](NodeId node) {
     const std::uint32_t leaf = node - shape.first_leaf();
@@ -254,15 +263,9 @@ std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const 
   if (shape.leaf_size() == 1 || order.empty()) return nullptr;
   std::vector<std::span<const Primitive>> blocks;
   blocks.reserve(shape.block_count());
-  const auto add = [&](std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t b = 0; b < shape.block_count(); ++b) {
+    const auto [begin, end] = range_of_block(shape, b);
     blocks.push_back(order.subspan(begin, end - begin));
-  };
-  if (shape.has_wide_leaves()) {
-    for (std::uint32_t b = 0; b < shape.block_count(); ++b)
-      add(shape.begin_of_block(b), shape.begin_of_block(b + 1));
-  } else {  // a block a leaf, by leaf
-    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
-      add(shape.begin(leaf), shape.end(leaf));
   }
   return std::make_shared<const SharedVertices>(scene, blocks);
 }

@@ -98,12 +98,13 @@ struct Bvh {
   std::vector<EightBounds<Bounds>> wide;         ///< by leaf, of its blocks; empty where each has one
   std::vector<LeafGrid<Bounds>> grids;           ///< by leaf, of its blocks' numbers; empty where `blocks` is
   std::vector<NodeTravel> travel;                ///< by NodeId; empty when nobody asks
-  Csr leaf_vertices;                ///< by leaf, each once; no rows where `travel` or `blocks` is empty
-  std::uint32_t travel_slack = 0;   ///< what rounding can hide of a node's travel, in its units
-  double built_looseness = 0;       ///< looseness() right after the build
-  std::vector<MotionState> states;  ///< by NodeId: union over the vertices below
-  NodeSet changed;                  ///< nodes whose state has kChanged
-  bool all_moving = false;          ///< every node's state is kMoving and kChanged
+  std::vector<NodeTravel> block_travel;  ///< by block of a wide leaf, as a leaf's; empty where `travel` is
+  Csr block_vertices;                    ///< by block, each once; no rows where `travel` or `blocks` is empty
+  std::uint32_t travel_slack = 0;        ///< what rounding can hide of a node's travel, in its units
+  double built_looseness = 0;            ///< looseness() right after the build
+  std::vector<MotionState> states;       ///< by NodeId: union over the vertices below
+  NodeSet changed;                       ///< nodes whose state has kChanged
+  bool all_moving = false;               ///< every node's state is kMoving and kChanged
   std::vector<std::uint32_t> leaf_of_face;  ///< NodeId by face, from first_face on
   std::uint32_t first_face = 0;
 
@@ -116,12 +117,12 @@ struct Bvh {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
            nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks.size() * sizeof(LeafBlock<Bounds>) +
            (shared != nullptr ? shared->memory_bytes() : 0) + wide.size() * sizeof(EightBounds<Bounds>) +
-           grids.size() * sizeof(LeafGrid<Bounds>) + travel.size() * sizeof(NodeTravel) +
-           leaf_vertices.memory_bytes();
+           grids.size() * sizeof(LeafGrid<Bounds>) +
+           (travel.size() + block_travel.size()) * sizeof(NodeTravel) + block_vertices.memory_bytes();
   }
 
  private:
-  void list_leaf_vertices(const Scene& scene);
+  void list_block_vertices(const Scene& scene);
 };
 
 /// What `Bvh::shared` is of a hierarchy of this shape and order.

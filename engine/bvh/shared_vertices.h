@@ -3,6 +3,7 @@
 // of their bounds: found once for an order of primitives, looked up in every step. Immutable once built.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -42,6 +43,19 @@ class SharedVertices {
   std::uint64_t of(std::uint32_t a, std::uint32_t b) const {
     return a <= b ? in_row(a, b) : transposed(in_row(b, a));
   }
+  /// Calls `visit(b, place)` for blocks b >= a that share a vertex with block a, itself first: the pairs are
+  /// at(place). None twice; not those that found no place.
+  template <class Visit>
+  void for_neighbours(std::uint32_t a, Visit&& visit) const {
+    for (std::uint32_t place = kRow * a; place < kRow * (a + 1) && others_[place] != kNone; ++place)
+      visit(others_[place], place);
+  }
+  /// As of().
+  std::uint64_t at(std::uint32_t place) const { return pairs_[place]; }
+  /// Does for_neighbours() tell of these two?
+  bool has_place(std::uint32_t a, std::uint32_t b) const {
+    return place_in_row(std::min(a, b), std::max(a, b)) != kNone;
+  }
   /// Whether the block has a vertex that was left out.
   bool crowded(std::uint32_t block) const { return !crowded_.empty() && crowded_[block] != 0; }
 
@@ -64,12 +78,16 @@ class SharedVertices {
   };
 
   // All of a row is looked at, as nobody could foretell where to stop.
-  std::uint64_t in_row(std::uint32_t owner, std::uint32_t other) const {
-    const std::size_t row = std::size_t{kRow} * owner;
+  std::uint32_t place_in_row(std::uint32_t owner, std::uint32_t other) const {
+    const std::uint32_t row = kRow * owner;
     std::uint32_t found = 0;
     for (std::uint32_t i = 0; i < kRow; ++i) found |= others_[row + i] == other ? i + 1 : 0;
-    if (found != 0) return pairs_[row + found - 1];
-    return others_[row + kRow - 1] == kNone ? 0 : among_more(owner, other);
+    return found != 0 ? row + found - 1 : kNone;
+  }
+  std::uint64_t in_row(std::uint32_t owner, std::uint32_t other) const {
+    const std::uint32_t place = place_in_row(owner, other);
+    if (place != kNone) return pairs_[place];
+    return others_[kRow * owner + kRow - 1] == kNone ? 0 : among_more(owner, other);
   }
   std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;
 

@@ -47,22 +47,29 @@ WARMFRONT_INLINE float wandered(const Aabb& bounds, float x, float y, float z) {
   return largest(magnitude(change));
 }
 
-// The travel of a leaf with blocks, of coordinates up to `magnitude`. No bounds of what is made of its
-// vertices moved more than they did, along whatever axis: what a vertex goes along a diagonal counts half,
-// which is no more than the larger of what it goes along its two axes.
-WARMFRONT_INLINE void advance_leaf(std::span<const std::uint32_t> vertices,
-                                   std::span<const PointBounds> bounds, double magnitude, std::uint32_t slack,
-                                   NodeTravel& travel) {
+// Between what displacements vertices' lie, along each axis.
+struct Displacements {
   Float4 least = Float4{} + std::numeric_limits<float>::infinity();
-  Float4 most = -least;
-  for (const std::uint32_t v : vertices) {
-    const auto& [at0, at1] = bounds[v].at;
-    const Float4 change = load<Float4>(at1.data()) - load<Float4>(at0.data());
+  Float4 most = Float4{} - std::numeric_limits<float>::infinity();
+
+  WARMFRONT_INLINE void see(const PointBounds& vertex) {
+    const Float4 change = load<Float4>(vertex.at[1].data()) - load<Float4>(vertex.at[0].data());
     least = lesser(change, least);
     most = greater(change, most);
   }
-  const Float4 mean = 0.5F * least + 0.5F * most;
-  const Float4 width = most - least;
+  WARMFRONT_INLINE void see(const Displacements& others) {
+    least = lesser(others.least, least);
+    most = greater(others.most, most);
+  }
+};
+
+// The travel of a leaf or a block, of coordinates up to `magnitude`. No bounds of what is made of its
+// vertices moved more than they did, along whatever axis: what a vertex goes along a diagonal counts half,
+// which is no more than the larger of what it goes along its two axes.
+WARMFRONT_INLINE void advance(const Displacements& moved, double magnitude, std::uint32_t slack,
+                              NodeTravel& travel) {
+  const Float4 mean = 0.5F * moved.least + 0.5F * moved.most;
+  const Float4 width = moved.most - moved.least;
   std::uint32_t units = travel::units(0.5F * std::max({0.0F, width[0], width[1], width[2]})) + slack;
   // The vertices may come back and the sum not, so that it would lose its last bits in time: then it starts
   // anew, and no budget outlives that. Nor does one what is not a number.
@@ -76,6 +83,24 @@ WARMFRONT_INLINE void advance_leaf(std::span<const std::uint32_t> vertices,
   travel.wandered += std::min(units, travel::kMost);
 }
 
+// Of a leaf with blocks, and theirs.
+template <class Bounds>
+WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double magnitude, Bvh<Bounds>& bvh,
+                                   NodeId node) {
+  const NodeId leaf = node - bvh.shape.first_leaf();
+  const bool wide = !bvh.wide.empty();
+  const std::uint32_t first = wide ? bvh.wide[leaf].first : leaf;
+  const std::uint32_t end = first + (wide ? bvh.wide[leaf].count : 1);
+  Displacements of_leaf;
+  for (std::uint32_t block = first; block < end; ++block) {
+    Displacements moved;
+    for (const std::uint32_t v : bvh.block_vertices[block]) moved.see(bounds[v]);
+    if (wide) advance(moved, magnitude, bvh.travel_slack, bvh.block_travel[block]);
+    of_leaf.see(moved);
+  }
+  advance(of_leaf, magnitude, bvh.travel_slack, bvh.travel[node]);
+}
+
 // Adds the step's motion of a node whose bounds are those of the step. Lanes that are infinite, whose changes
 // are not numbers, come with a slack that outlives no budget.
 template <class Bounds>
@@ -83,9 +108,7 @@ WARMFRONT_INLINE void advance_travel(std::span<const PointBounds> vertex_bounds,
                                      Bvh<Bounds>& bvh, NodeId node) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   NodeTravel& travel = bvh.travel[node];
-  if (node >= first_leaf && !bvh.blocks.empty())
-    return advance_leaf(bvh.leaf_vertices[node - first_leaf], vertex_bounds, magnitude, bvh.travel_slack,
-                        travel);
+  if (node >= first_leaf && !bvh.blocks.empty()) return advance_leaf(vertex_bounds, magnitude, bvh, node);
   const std::array<float, 3> centre = centre_of(bvh.nodes[node]);
   const float length = wandered(bvh.nodes[node], centre[0] - travel.centre[0], centre[1] - travel.centre[1],
                                 centre[2] - travel.centre[2]);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "engine/bounds/overlap.h"
+#include "engine/elementary/block_pairs.h"
 #include "engine/elementary/pair_tester.h"
 #include "engine/scene/adjacency.h"
 
@@ -27,12 +28,12 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     step_ = step;
     trees_ = trees;
     scene_ = &input.scene;
-    vertex_bounds_ = input.vertex_bounds;
     stop_ = input.stop;
     tester.begin(input, shared);
+    blocks_.begin(input);
   }
 
-  LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves) override {
+  LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which) override {
     // One pair of the front may be all the work there is, when what was far apart comes together.
     stop_.check();
     const Bvh<Bounds>& a = trees_[parts.a];
@@ -54,37 +55,63 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const NodeId leaf_b = leaves.b - b.shape.first_leaf();
     const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
-    if (blocks_a.size() == 1 && blocks_b.size() == 1) {
-      bring_over(blocks_a[0], between, over_);
-      return block_pair(a, blocks_a[0], b, blocks_b[0], between, same ? nullptr : &whole_b);
-    }
+    blocks_.begin_leaves(between);
+    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours)
+      return blocks_.test(a, blocks_a[0], b, blocks_b[0], same ? nullptr : &whole_b);
     const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
     const EightOverlaps pairs = block_overlaps(wide_a, wide_b, between, whole_b, same, tester.until());
+    const std::uint64_t near = transposed(pairs.to_test);
     LeafGap nearest{pairs.gap, false};
+    if (which.but_neighbours) nearest.neighbours = neighbours_among(near, which, a, wide_a, wide_b);
+    nearest.adjacent = nearest.neighbours != 0;
     // By blocks of a, so that each is brought over once.
-    std::uint32_t brought = EightBounds<Bounds>::kSlots;
-    for (std::uint64_t bits = transposed(pairs.to_test); bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = near & ~nearest.neighbours; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       const std::uint32_t i = bit / 8;
       const std::uint32_t j = bit % 8;
-      if (std::exchange(brought, i) != i) bring_over(blocks_a[i], between, over_);
       const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
-      const LeafGap gap =
-          block_pair(a, blocks_a[i], b, blocks_b[j], between, same && i == j ? nullptr : &block);
+      const LeafGap gap = blocks_.test(a, blocks_a[i], b, blocks_b[j], same && i == j ? nullptr : &block);
       nearest.gap = std::min(nearest.gap, gap.gap);
       nearest.adjacent |= gap.adjacent;
     }
     return nearest;
   }
 
-  LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, std::vector<Contact>& contacts,
-                            std::uint32_t& triangle_pairs) override {
+  LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
+                            std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) override {
     LeafGap gap{};
     const std::uint64_t before = tester.output().counts.triangle_pairs;
-    tester.recording(contacts, [&] { gap = leaf_pair(parts, leaves); });
+    tester.recording(contacts, [&] { gap = leaf_pair(parts, leaves, which); });
     triangle_pairs = static_cast<std::uint32_t>(tester.output().counts.triangle_pairs - before);
     return gap;
+  }
+
+  void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
+    const Bvh<Bounds>& tree = trees_[part];
+    const std::span<const NodeTravel> travel = tree.block_travel;
+    due_.resize(chunk.pairs.size());
+    due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel_slack, due_.data()));
+    chunk.restless = false;
+    const NeighbourChunk::Leaves* leaves = nullptr;
+    GridPair<Bounds> between;
+    for (std::size_t i = 0; i < due_.size(); ++i) {
+      // What is due lies anywhere: it is asked for some pairs ahead.
+      constexpr std::size_t kAhead = 4;
+      if (i + kAhead < due_.size()) prefetch(tree, chunk.pairs[due_[i + kAhead]]);
+      if (leaves == nullptr || due_[i] >= leaves->end) {
+        for (leaves = leaves == nullptr ? chunk.leaves.data() : leaves; due_[i] >= leaves->end;) ++leaves;
+        between = grid_pair(tree.grids[leaves->a], tree.grids[leaves->b]);
+        blocks_.begin_leaves(between);
+      }
+      NeighbourPair& pair = chunk.pairs[due_[i]];
+      const EightBounds<Bounds>& wide_b = tree.wide[leaves->b];
+      const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
+      const LeafGap learnt = blocks_.test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
+                                          pair.a == pair.b ? nullptr : &whole_b);
+      pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], learnt.gap);
+      chunk.restless |= !(learnt.gap > 0);
+    }
   }
 
   void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) override {
@@ -95,54 +122,35 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   PairTester tester;
 
  private:
-  // Hands the primitives of two blocks over, of which a was brought over to b; what is learnt, as
-  // leaf_pair(). Without `whole_b` they are one block.
-  LeafGap block_pair(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
-                     const LeafBlock<Bounds>& block_b, const GridPair<Bounds>& between,
-                     const OneOfLeaf* whole_b) {
-    const bool same = whole_b == nullptr;
-    // Two hierarchies have no vertex in common.
-    const std::uint64_t shared = &a == &b ? sharing(a, block_a, block_b) : 0;
-    const std::uint64_t without = shared | no_pairs(block_a.count, block_b.count, same);
-    const EightOverlaps pairs = primitive_overlaps(over_, block_b, between, whole_b, without, tester.until());
-    tester.output().counts.primitive_tests +=
-        same ? block_a.count * (block_a.count - 1) / 2 : block_a.count * block_b.count;
-    for (std::uint64_t bits = pairs.to_test; bits != 0; bits &= bits - 1) {
+  // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
+  static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
+                                        const EightBounds<Bounds>& a, const EightBounds<Bounds>& b) {
+    if (which.neighbours != 0) return which.neighbours;
+    std::uint64_t neighbours = 0;
+    for (std::uint64_t bits = near; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      const Primitive p = a.order[block_a.first + bit % 8];
-      const Primitive q = b.order[block_b.first + bit / 8];
-      // So that which pairs are counted does not depend on the leaves that they are in.
-      if ((bits & -bits & pairs.unsure) != 0 && !bounds_overlap(p, q)) continue;
-      tester.primitive_pair(p, q);
+      if (tree.shared->has_place(a.first + bit / 8, b.first + bit % 8)) neighbours |= bits & -bits;
     }
-    return {pairs.gap, shared != 0};
+    return neighbours;
   }
 
-  // The pairs that share a vertex.
-  static std::uint64_t sharing(const Bvh<Bounds>& tree, const LeafBlock<Bounds>& a,
-                               const LeafBlock<Bounds>& b) {
-    const auto at_a = static_cast<std::uint32_t>(&a - tree.blocks.data());
-    const auto at_b = static_cast<std::uint32_t>(&b - tree.blocks.data());
-    const SharedVertices* shared = tree.shared.get();
-    if (shared == nullptr || (shared->crowded(at_a) && shared->crowded(at_b))) return sharing_pairs(a, b);
-    return shared->of(at_a, at_b);
+  static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
+    prefetch(tree.blocks[pair.a]);
+    if (pair.b != pair.a) prefetch(tree.blocks[pair.b]);
   }
-
-  // In float32.
-  bool bounds_overlap(Primitive p, Primitive q) const {
-    const auto bounds = [this](Primitive primitive) {
-      const auto [a, b, c] = primitive_vertices(*scene_, primitive);
-      return TriangleBounds{{&vertex_bounds_[a], &vertex_bounds_[b], &vertex_bounds_[c]}};
-    };
-    return overlap<Bounds>(bounds(p), bounds(q));
+  static void prefetch(const EightBounds<Bounds>& eight) {
+    constexpr std::size_t kRowsInALine = 2;
+    for (std::size_t row = 0; row < eight.kRows; row += kRowsInALine)
+      __builtin_prefetch(eight.row[row].data());
+    __builtin_prefetch(&eight.count);
   }
 
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
-  std::span<const PointBounds> vertex_bounds_;
   StopSignal stop_;
   std::uint64_t step_ = 0;
-  BroughtOver<Bounds> over_;
+  BlockPairs<Bounds> blocks_{tester};
+  std::vector<std::uint32_t> due_;
 };
 
 template <class Bounds>

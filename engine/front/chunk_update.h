@@ -43,11 +43,12 @@ class KeptReader {
 template <class Bounds>
 class ChunkUpdate {
  public:
-  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, LeafPairSink& sink,
+  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool but_neighbours, LeafPairSink& sink,
               const FrontUpdate& how, ChunkScratch& scratch)
       : trees_(trees),
         bvtt_(trees.bvtt()),
         parts_(parts),
+        but_neighbours_(but_neighbours),
         sink_(sink),
         how_(how),
         scratch_(scratch),
@@ -93,9 +94,10 @@ class ChunkUpdate {
         pair.budget = grant(pair.nodes, gap);
         how_.prune ? fold(chunk, i) : keep(chunk, i);
       } else if (bvtt_.is_leaf(pair.nodes)) {
-        const LeafGap learnt = test_leaves(pair.nodes);
+        const LeafGap learnt = test_leaves(pair.nodes, pair.neighbours);
         pair.budget = grant(pair.nodes, learnt.gap);
         pair.adjacent = learnt.adjacent;
+        pair.neighbours = learnt.neighbours;
         keep_found(place(i));
         keep(chunk, i);
       } else {
@@ -113,20 +115,21 @@ class ChunkUpdate {
   template <class Wanted>
   void sprout(const NodePair& from, float gap, Wanted&& wanted) {
     descend(
-        trees_, from, gap, counts_.bv_tests, [this](const NodePair& pair) { return test_leaves(pair); },
+        trees_, from, gap, counts_.bv_tests, [this](const NodePair& pair) { return test_leaves(pair, 0); },
         [&](const NodePair& end, const LeafGap& learnt) {
           if (wanted()) {
             keep_found(static_cast<std::uint32_t>(scratch_.pairs.size()));
-            scratch_.pairs.push_back({end, grant(end, learnt.gap), learnt.adjacent});
+            scratch_.pairs.push_back({end, grant(end, learnt.gap), learnt.adjacent, learnt.neighbours});
           }
           forget_found();
         });
   }
 
-  LeafGap test_leaves(const NodePair& pair) {
+  LeafGap test_leaves(const NodePair& pair, std::uint64_t neighbours) {
+    const LeafBlocks which{but_neighbours_, neighbours};
     const bool at_rest = !how_.retest && (trees_.state(pair) & kMoving) == 0;
-    return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, scratch_.found, scratch_.found_pairs)
-                   : sink_.leaf_pair(parts_, pair);
+    return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, which, scratch_.found, scratch_.found_pairs)
+                   : sink_.leaf_pair(parts_, pair, which);
   }
 
   // What was just found belongs to the pair at this place.
@@ -174,7 +177,7 @@ class ChunkUpdate {
       pair = bvtt_.parent(pair);
       folded_gap_ = gap;
     }
-    scratch_.pairs.push_back({pair, grant(pair, folded_gap_), false});
+    scratch_.pairs.push_back({pair, grant(pair, folded_gap_)});
   }
 
   // Siblings are neighbours in the front, so the last answer often serves again.
@@ -192,6 +195,7 @@ class ChunkUpdate {
   const TreePair<Bounds>& trees_;
   const Bvtt bvtt_;
   const PartPair& parts_;
+  const bool but_neighbours_;
   LeafPairSink& sink_;
   const FrontUpdate& how_;
   ChunkScratch& scratch_;

@@ -53,6 +53,12 @@ void rebalance(FrontSegment& segment) {
   chunks = std::move(balanced);
 }
 
+std::size_t bytes_of(std::span<const NeighbourChunk> neighbours) {
+  std::size_t bytes = 0;
+  for (const NeighbourChunk& chunk : neighbours) bytes += chunk.memory_bytes();
+  return bytes;
+}
+
 }  // namespace
 
 template <class Bounds>
@@ -60,10 +66,11 @@ struct Front<Bounds>::Impl {
   tbb::enumerable_thread_specific<ChunkScratch> scratch;
 };
 
-/// What one task does: builds a chunk below a pair, updates a chunk, or hands over what a segment keeps.
+/// What one task does: builds a chunk below a pair, updates a chunk, or one of neighbours, or hands over what
+/// a segment keeps.
 template <class Bounds>
 struct Front<Bounds>::Work {
-  enum Kind : std::uint8_t { kBuild, kUpdate, kRest } kind;
+  enum Kind : std::uint8_t { kBuild, kUpdate, kNeighbours, kRest } kind;
   std::size_t segment;
   std::size_t chunk;
   BuildTask task{};
@@ -85,7 +92,7 @@ void Front<Bounds>::match(std::span<const NearPair> near) {
     if (old != segments_.end() && old->parts == pair.parts)
       matched.push_back(std::move(*old++));
     else
-      matched.push_back({pair.parts, {}, 0});
+      matched.push_back({pair.parts, {}, 0, {}});
   }
   segments_ = std::move(matched);
 }
@@ -108,6 +115,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     FrontSegment& segment = segments_[s];
     if (segment.chunks.empty()) {
+      take_neighbours(segment, trees, how);
       const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
       segment.chunks.resize(tasks.size());
       for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
@@ -122,8 +130,25 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
         for (std::size_t c = 0; c < segment.chunks.size(); ++c) work.push_back({Work::kUpdate, s, c});
       }
     }
+    const bool rests = near[s].rests && !how.retest;
+    for (std::size_t c = 0; c < segment.neighbours.size(); ++c) {
+      if (!rests || segment.neighbours[c].restless) work.push_back({Work::kNeighbours, s, c});
+    }
   }
   return work;
+}
+
+// Lists the neighbours of a segment that is built, unless they took too much of the room.
+template <class Bounds>
+void Front<Bounds>::take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees,
+                                    const FrontUpdate& how) {
+  segment.neighbours.clear();
+  if (!how.lazy || segment.parts.a != segment.parts.b) return;
+  std::vector<NeighbourChunk> listed = list_neighbours(trees[segment.parts.a]);
+  const std::size_t bytes = bytes_of(listed);
+  if (neighbour_bytes_ + bytes > how.max_bytes / 2) return;
+  neighbour_bytes_ += bytes;
+  segment.neighbours = std::move(listed);
 }
 
 template <class Bounds>
@@ -141,11 +166,13 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   }
 
   how.stop.check();
+  if (work.kind == Work::kNeighbours) return sink.neighbours(segment.parts.a, segment.neighbours[work.chunk]);
+  const bool but_neighbours = !segment.neighbours.empty();
   FrontChunk& chunk = segment.chunks[work.chunk];
   const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);
   ChunkScratch& scratch = impl_->scratch.local();
   if (work.kind == Work::kBuild) {
-    ChunkUpdate<Bounds> update(pair, segment.parts, sink, how, scratch);
+    ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, scratch);
     update.build(work.task.pair, work.task.gap, how.record ? max_pairs_ : 0);
     return store(chunk);
   }
@@ -158,7 +185,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
     recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
     return;
   }
-  ChunkUpdate<Bounds> update(pair, segment.parts, sink, how, scratch);
+  ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, scratch);
   if (update.run(chunk)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
@@ -181,9 +208,11 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   counts_ = {};
   updated_ = 0;
   recorded_.store(0, std::memory_order_relaxed);
-  max_pairs_ = how.record ? how.max_bytes / sizeof(FrontPair) : 0;
   match(near);
+  neighbour_bytes_ = 0;
+  for (const FrontSegment& segment : segments_) neighbour_bytes_ += bytes_of(segment.neighbours);
   const std::vector<Work> works = plan(trees, near, how);
+  max_pairs_ = how.record ? (how.max_bytes - neighbour_bytes_) / sizeof(FrontPair) : 0;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
     LeafPairSink& sink = sinks.local();
     for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sink, how);
@@ -213,6 +242,7 @@ void Front<Bounds>::forget(std::uint32_t part) {
     if (segment.parts.a != part && segment.parts.b != part) continue;
     size_ -= segment.size;
     segment.chunks.clear();
+    segment.neighbours.clear();
     segment.size = 0;
   }
 }
@@ -234,6 +264,7 @@ std::size_t Front<Bounds>::pair_bytes() const {
   std::size_t bytes = segments_.capacity() * sizeof(FrontSegment);
   for (const FrontSegment& segment : segments_) {
     for (const FrontChunk& chunk : segment.chunks) bytes += chunk.memory_bytes();
+    bytes += bytes_of(segment.neighbours);
   }
   return bytes;
 }

@@ -52,6 +52,9 @@ struct FrontCounts {
 /// After an advance() with prune and without lazy the front is canonical: a pair is in it exactly if it is
 /// the first disjoint (or leaf) pair on its path from the root. So update == build, whatever the history.
 ///
+/// With lazy, blocks of one part that share a vertex are not among what its leaf pairs hand over: each two of
+/// them are looked at by a budget of their own (neighbours.h).
+///
 /// The pairs lie in chunks, each in memory of its own: an update changes a chunk in place, and only chunks
 /// whose pairs change are written anew.
 template <class Bounds>
@@ -97,6 +100,7 @@ class Front {
   void match(std::span<const NearPair> near);
   std::vector<Work> plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
                          const FrontUpdate& how);
+  void take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);
@@ -105,6 +109,7 @@ class Front {
   std::unique_ptr<Impl> impl_;
   std::atomic<std::size_t> recorded_{0};  // pairs in chunks so far
   std::size_t max_pairs_ = 0;
+  std::size_t neighbour_bytes_ = 0;
   std::size_t size_ = 0;
   std::size_t updated_ = 0;
   FrontCounts counts_;

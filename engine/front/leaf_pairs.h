@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/front/neighbours.h"
 #include "engine/front/node_pair.h"
 
 namespace warmfront {
@@ -18,6 +19,15 @@ struct LeafGap {
   float gap;
   /// Some of their primitives share a vertex: so the leaves overlap in every step.
   bool adjacent;
+  /// Bit 8 i + j: block i of the one and block j of the other are neighbours that were not tested. The same
+  /// in every step.
+  std::uint64_t neighbours = 0;
+};
+
+/// Which of two leaves' blocks are to be tested against each other.
+struct LeafBlocks {
+  bool but_neighbours = false;   ///< not those that list_neighbours() lists
+  std::uint64_t neighbours = 0;  ///< which these are, as LeafGap says, where that is known
 };
 
 /// Takes leaf pairs as they are found. Used by one thread at a time.
@@ -27,12 +37,14 @@ class LeafPairSink {
 
   /// Leaves of two parts whose bounds overlap; of one part, a < b, or a leaf against itself, a == b. What
   /// met on the way and came apart again need not be met in the next step.
-  virtual LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves) = 0;
+  virtual LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which) = 0;
 
   /// The same for leaves at rest; appends the contacts that it finds to `contacts`, and counts the triangle
   /// pairs whose bounds overlap.
-  virtual LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves,
+  virtual LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
                                     std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) = 0;
+  /// Neighbours of a part, of which those whose budget is spent are tested, and get another one.
+  virtual void neighbours(std::uint32_t part, NeighbourChunk& chunk) = 0;
   /// What leaf_pair_at_rest() found in an earlier step, of leaves that have not moved since.
   virtual void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) = 0;
 };

@@ -8,6 +8,7 @@
 
 #include "engine/contact.h"
 #include "engine/front/descend.h"
+#include "engine/front/neighbours.h"
 
 namespace warmfront {
 
@@ -15,7 +16,8 @@ namespace warmfront {
 struct FrontPair {
   NodePair nodes;
   TravelBudget budget;
-  bool adjacent = false;  ///< leaves that share a vertex: they overlap, and need no test to tell
+  bool adjacent = false;         ///< leaves that share a vertex: they overlap, and need no test to tell
+  std::uint64_t neighbours = 0;  ///< see LeafGap
 };
 
 /// The budget of a pair whose nodes are `gap` apart; none where travel is not kept.
@@ -79,6 +81,8 @@ struct FrontSegment {
   PartPair parts;
   std::vector<FrontChunk> chunks;
   std::size_t size = 0;  ///< pairs
+  /// Of a part against itself, where the front is lazy: what leaf pairs do not look at then.
+  std::vector<NeighbourChunk> neighbours;
 };
 
 }  // namespace warmfront

@@ -18,16 +18,17 @@ namespace warmfront::testing {
 class CountingSinks final : public LeafPairSinks, public LeafPairSink {
  public:
   LeafPairSink& local() override { return *this; }
-  LeafGap leaf_pair(const PartPair&, const NodePair&) override {
+  LeafGap leaf_pair(const PartPair&, const NodePair&, const LeafBlocks&) override {
     ++count;
     return {-1, false};
   }
-  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, std::vector<Contact>&,
+  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, const LeafBlocks&, std::vector<Contact>&,
                             std::uint32_t& triangle_pairs) override {
     ++count;
     triangle_pairs = 1;
     return {-1, false};
   }
+  void neighbours(std::uint32_t, NeighbourChunk&) override {}
   void keep(std::uint64_t triangle_pairs, std::span<const Contact>) override { count += triangle_pairs; }
   std::atomic<std::uint64_t> count{0};
 };

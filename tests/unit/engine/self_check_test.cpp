@@ -10,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "engine/check_neighbours.h"
 #include "engine/front/near_parts.h"
 #include "tests/support/hierarchy.h"
 #include "tests/support/scenes.h"
@@ -245,6 +246,33 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
       broken, "keeps answers of pairs that it does not hold");
   this->expect_found([](K& k) { k.segment(2).chunks[0].kept.contacts.push_back({}); }, broken,
                      "counts other contacts than it keeps");
+}
+
+TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
+  using K = Kept<TypeParam>;
+  constexpr std::uint32_t kWide = 32;
+  const auto pairs = [](K& k) -> std::vector<NeighbourPair>& { return k.segment(0).neighbours[0].pairs; };
+  const auto broken = ErrorCode::kInternal;
+  this->expect_found([&](K& k) { pairs(k).pop_back(); }, broken, "does not list the neighbouring blocks",
+                     kWide);
+  this->expect_found([&](K& k) { ++pairs(k)[3].place; }, broken, "does not list the neighbouring blocks",
+                     kWide);
+  this->expect_found([](K& k) { --k.segment(0).neighbours[0].leaves[1].end; }, broken,
+                     "does not list the neighbouring blocks", kWide);
+  this->expect_found(
+      [&](K& k) {
+        // All of it comes together in one place.
+        for (PointBounds& bounds : k.core.vertex_bounds) bounds = k.core.vertex_bounds[0];
+        for (NeighbourPair& pair : pairs(k)) {
+          const auto& travel = k.trees[0].block_travel;
+          pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], 1);
+        }
+        const std::string wrong = broken_neighbours<TypeParam>(
+            k.segment(0).neighbours, k.trees[0], k.core.topology->scene, k.core.vertex_bounds, kBudgetTurns);
+        EXPECT_THAT(wrong, HasSubstr("and a neighbour for apart"));
+        pairs(k).clear();
+      },
+      ErrorCode::kDataLoss, "is not within its bounds", kWide);
 }
 
 TYPED_TEST(SelfCheckOf, PartsThatAreTakenForApartAndAreNotAreNamed) {

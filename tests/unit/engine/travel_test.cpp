@@ -97,7 +97,7 @@ void expect_sums_within_reach() {
   const Bvh<Bounds>& bvh = hierarchy.bvh;
   const NodeTravel& travel = bvh.travel[bvh.shape.first_leaf()];
   const auto third = [&](std::size_t coordinate) {
-    const auto vertices = bvh.leaf_vertices[0];
+    const auto vertices = bvh.block_vertices[0];
     return (std::ranges::find(vertices, coordinate / 3) - vertices.begin()) % 3;
   };
   constexpr double kWay = 0.2;

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/front/neighbours.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "engine/bounds/lanes.h"
+#include "engine/target_clones.h"
+
+namespace warmfront {
+
+namespace {
+
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+using UInt4 = std::uint32_t __attribute__((vector_size(16)));
+
+// Rows of four as columns.
+template <class Vector>
+struct Columns {
+  Vector of[4];
+
+  WARMFRONT_INLINE Columns(Vector a, Vector b, Vector c, Vector d) {
+    const Vector ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+    const Vector cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+    const Vector ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    const Vector cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    of[0] = __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5);
+    of[1] = __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7);
+    of[2] = __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5);
+    of[3] = __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7);
+  }
+};
+
+// TravelBudget::spent() of four pairs, a bit each: the same operations on the same numbers.
+WARMFRONT_INLINE std::uint32_t spent_of_four(const NeighbourPair* pairs, const NodeTravel* travel,
+                                             std::uint32_t slack) {
+  static_assert(sizeof(TravelBudget) == sizeof(Float4) && sizeof(NodeTravel) == sizeof(Float4));
+  Float4 offset[4];  // three coordinates; what stands behind them is none
+  UInt4 left[4];     // the wandering; what stands before it is none
+  for (int i = 0; i < 4; ++i) {
+    const auto a = load<Float4>(&travel[pairs[i].a]);
+    const auto b = load<Float4>(&travel[pairs[i].b]);
+    const auto budget = load<Float4>(&pairs[i].budget);
+    offset[i] = (a - b) - budget;
+    left[i] = (UInt4)budget - (UInt4)a - (UInt4)b;
+  }
+  const Columns offsets(offset[0], offset[1], offset[2], offset[3]);
+  const Columns lefts(left[0], left[1], left[2], left[3]);
+  const Float4 usable = __builtin_convertvector((Int4)(lefts.of[3] - slack), Float4);
+  Int4 lasts = Int4{} - 1;
+  for (int k = 0; k < 3; ++k) lasts &= (Int4)(magnitude(offsets.of[k]) * travel::kUnits < usable);
+  const Int4 bits = ~lasts & Int4{1, 2, 4, 8};
+  return static_cast<std::uint32_t>(bits[0] | bits[1] | bits[2] | bits[3]);
+}
+
+}  // namespace
+
+WARMFRONT_TARGET_CLONES
+std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const NodeTravel> travel,
+                           std::uint32_t slack, std::uint32_t* due) {
+  std::size_t count = 0;
+  std::uint32_t n = 0;
+  for (; n + 4 <= pairs.size(); n += 4) {
+    const std::uint32_t spent = spent_of_four(&pairs[n], travel.data(), slack);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      due[count] = n + i;
+      count += (spent >> i) & 1;
+    }
+  }
+  for (; n < pairs.size(); ++n) {
+    due[count] = n;
+    count += pairs[n].budget.spent(travel[pairs[n].a], travel[pairs[n].b], slack) ? 1 : 0;
+  }
+  return count;
+}
+
+template <class Bounds>
+std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
+  std::vector<NeighbourChunk> chunks;
+  if (tree.block_travel.empty() || tree.shared == nullptr) return chunks;
+  std::vector<std::uint32_t> leaf_of(tree.shape.block_count());
+  for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf)
+    std::fill_n(leaf_of.begin() + tree.wide[leaf].first, tree.wide[leaf].count, leaf);
+
+  std::vector<NeighbourPair> of_leaf;
+  for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
+    of_leaf.clear();
+    const auto& blocks = tree.wide[leaf];
+    for (std::uint32_t a = blocks.first; a < blocks.first + blocks.count; ++a) {
+      tree.shared->for_neighbours(a, [&](std::uint32_t b, std::uint32_t place) {
+        of_leaf.push_back({a, b, place, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1)});
+      });
+    }
+    std::ranges::sort(of_leaf, {},
+                      [&](const NeighbourPair& pair) { return std::tuple(leaf_of[pair.b], pair.a, pair.b); });
+    if (chunks.empty() || chunks.back().pairs.size() >= NeighbourChunk::kPairs) chunks.emplace_back();
+    NeighbourChunk& chunk = chunks.back();
+    for (const NeighbourPair& pair : of_leaf) {
+      const std::uint32_t other = leaf_of[pair.b];
+      if (chunk.leaves.empty() || chunk.leaves.back().a != leaf || chunk.leaves.back().b != other)
+        chunk.leaves.push_back({leaf, other, 0});
+      chunk.pairs.push_back(pair);
+      chunk.leaves.back().end = static_cast<std::uint32_t>(chunk.pairs.size());
+    }
+  }
+  for (NeighbourChunk& chunk : chunks) {
+    chunk.leaves.shrink_to_fit();
+    chunk.pairs.shrink_to_fit();
+  }
+  return chunks;
+}
+
+template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&);
+template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&);
+
+}  // namespace warmfront

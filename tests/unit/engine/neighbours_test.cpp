@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// Neighbouring blocks: all are listed, each is tested when its budget is spent, and nothing that meets among
+// them is missed or told twice.
+#include "engine/front/neighbours.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+#include <tuple>
+#include <type_traits>
+
+#include "engine/bounds/overlap.h"
+#include "engine/collider.h"
+#include "tests/support/hierarchy.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+constexpr int kSide = 20;
+constexpr std::size_t kVertices = (kSide + 1) * (kSide + 1);
+
+std::vector<double> flat() {
+  std::vector<double> positions;
+  for (int i = 0; i <= kSide; ++i) {
+    for (int j = 0; j <= kSide; ++j) positions.insert(positions.end(), {i * 0.1, j * 0.1, 0.0});
+  }
+  return positions;
+}
+
+// By as much as `most` in each coordinate.
+void shake(std::mt19937_64& random, double most, std::vector<double>& positions) {
+  std::uniform_real_distribution<double> by(-most, most);
+  for (double& x : positions) x += by(random);
+}
+
+template <class Bounds>
+struct Sheet {
+  std::shared_ptr<const Scene> scene = testing::make_scene(kVertices, testing::grid(kSide));
+  testing::Hierarchy<Bounds> hierarchy{scene, flat(), 32};
+};
+
+TEST(Neighbours, AreListedOnceByTheirLeaves) {
+  const Sheet<KDop18> sheet;
+  const Bvh<KDop18>& tree = sheet.hierarchy.bvh;
+  std::set<std::tuple<std::uint32_t, std::uint32_t>> listed;
+  for (const NeighbourChunk& chunk : list_neighbours(tree)) {
+    EXPECT_TRUE(chunk.restless);
+    ASSERT_FALSE(chunk.leaves.empty());
+    EXPECT_EQ(chunk.leaves.back().end, chunk.pairs.size());
+    std::uint32_t n = 0;
+    for (const auto& leaves : chunk.leaves) {
+      ASSERT_LT(n, leaves.end);
+      for (; n < leaves.end; ++n) {
+        const NeighbourPair& pair = chunk.pairs[n];
+        EXPECT_LT(pair.a - tree.wide[leaves.a].first, tree.wide[leaves.a].count);
+        EXPECT_LT(pair.b - tree.wide[leaves.b].first, tree.wide[leaves.b].count);
+        EXPECT_EQ(tree.shared->at(pair.place), tree.shared->of(pair.a, pair.b));
+        EXPECT_TRUE(pair.budget.spent(tree.block_travel[pair.a], tree.block_travel[pair.b], 0));
+        EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
+      }
+    }
+  }
+  for (std::uint32_t a = 0; a < tree.shape.block_count(); ++a) {
+    for (std::uint32_t b = a; b < tree.shape.block_count(); ++b) {
+      EXPECT_EQ(listed.contains({a, b}), tree.shared->has_place(a, b)) << a << " " << b;
+      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.shared->of(a, b) == 0)) << a << " " << b;
+    }
+  }
+  const testing::Hierarchy<KDop18> narrow(sheet.scene, flat(), 8);
+  EXPECT_TRUE(list_neighbours(narrow.bvh).empty()) << "a leaf is a block";
+}
+
+TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
+  std::mt19937_64 random(3);
+  const auto any = [&](std::initializer_list<float> of) { return of.begin()[random() % of.size()]; };
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto length = [&] {
+    return any({0.0F, 0.25F, -0.25F, 0.5F, 1e30F, kInfinity, std::numeric_limits<float>::quiet_NaN()});
+  };
+  std::size_t due_in_all = 0;
+  std::size_t in_all = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::vector<NodeTravel> travel(5);
+    const auto wander = [&] { return static_cast<std::uint32_t>(random() % 3) * travel::units(0.1F); };
+    for (NodeTravel& t : travel) t = {{length(), length(), length()}, static_cast<std::uint32_t>(random())};
+    if (trial % 4 != 0) {
+      for (NodeTravel& t : travel) t.centre = {any({0, 0.25F}), any({0, 0.25F}), any({0, 0.25F})};
+    }
+    std::vector<NeighbourPair> pairs(random() % 11);
+    for (NeighbourPair& pair : pairs) {
+      pair.a = static_cast<std::uint32_t>(random() % travel.size());
+      pair.b = static_cast<std::uint32_t>(random() % travel.size());
+      pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], any({-1, 0, 0.2F, 0.3F, kInfinity}));
+    }
+    for (NodeTravel& t : travel) {
+      t.wandered += wander();
+      t.centre[random() % 3] += any({0, 0, 0.1F, -0.2F});
+    }
+    const std::uint32_t slack = random() % 2 != 0 ? 10 : travel::kMost;
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t n = 0; n < pairs.size(); ++n) {
+      if (pairs[n].budget.spent(travel[pairs[n].a], travel[pairs[n].b], slack)) expected.push_back(n);
+    }
+    std::vector<std::uint32_t> due(pairs.size());
+    due.resize(due_neighbours(pairs, travel, slack, due.data()));
+    ASSERT_EQ(due, expected);
+    due_in_all += due.size();
+    in_all += pairs.size();
+  }
+  EXPECT_GT(due_in_all, in_all / 4);
+  EXPECT_LT(due_in_all, in_all * 9 / 10);
+}
+
+// A block's travel tells how far what is in it went.
+template <class Bounds>
+void expect_apart_while_it_lasts() {
+  std::mt19937_64 random(17);
+  Sheet<Bounds> sheet;
+  const Bvh<Bounds>& tree = sheet.hierarchy.bvh;
+  std::vector<NeighbourChunk> chunks = list_neighbours(tree);
+  std::vector<double> positions = flat();
+  shake(random, 0.02, positions);
+  sheet.hierarchy.step(positions);
+  const auto bounds = [&](std::uint32_t block, std::uint32_t i) {
+    Bounds sum = Bounds::empty();
+    for (const std::uint32_t v : primitive_vertices(*sheet.scene, tree.order[tree.blocks[block].first + i]))
+      sum.merge(narrow<Bounds>(bounds_of(sheet.hierarchy.vertex_bounds()[v])));
+    return sum;
+  };
+  const auto nearest = [&](const NeighbourPair& pair) {
+    const LeafBlock<Bounds>& a = tree.blocks[pair.a];
+    const LeafBlock<Bounds>& b = tree.blocks[pair.b];
+    float least = std::numeric_limits<float>::max();
+    for (std::uint64_t bits = ~(tree.shared->at(pair.place) | no_pairs(a.count, b.count, pair.a == pair.b));
+         bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      least = std::min(least, separation(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8)));
+    }
+    return least;
+  };
+  std::size_t lasted = 0;
+  std::size_t spent = 0;
+  for (int step = 0; step < 30; ++step) {
+    for (double& x : positions) x += 0.05;  // all alike: nobody's budget
+    shake(random, 0.002, positions);
+    sheet.hierarchy.step(positions);
+    for (NeighbourChunk& chunk : chunks) {
+      std::vector<std::uint32_t> due(chunk.pairs.size());
+      due.resize(due_neighbours(chunk.pairs, tree.block_travel, 2 * tree.travel_slack, due.data()));
+      for (std::uint32_t n = 0; n < chunk.pairs.size(); ++n) {
+        NeighbourPair& pair = chunk.pairs[n];
+        const float gap = nearest(pair);
+        if (std::ranges::binary_search(due, n)) {
+          pair.budget = TravelBudget::grant(tree.block_travel[pair.a], tree.block_travel[pair.b], gap);
+          ++spent;
+        } else {
+          ASSERT_GT(gap, 0) << "blocks " << pair.a << " and " << pair.b << ", step " << step;
+          ++lasted;
+        }
+      }
+    }
+  }
+  // In a sheet along the axes, AABBs of triangles touch that share no vertex.
+  const bool boxes = std::is_same_v<Bounds, Aabb>;
+  EXPECT_GT(lasted, boxes ? 1000U : 3 * spent);
+  EXPECT_GT(spent, 1000U);
+}
+
+TEST(Neighbours, StayApartWhileTheirBudgetLasts) {
+  expect_apart_while_it_lasts<Aabb>();
+  expect_apart_while_it_lasts<KDop18>();
+}
+
+// A crumpled sheet, of which now all moves, now some, now nothing: every step's contacts are those of a
+// collider that keeps nothing.
+class Crumpled : public ::testing::TestWithParam<Report> {
+ protected:
+  static ColliderOptions options() {
+    return {.report = GetParam(), .bounds = BoundsKind::kKDop18, .find_bodies = false, .leaf_size = 32};
+  }
+  static Collider make(const std::vector<double>& at, const ColliderOptions& options) {
+    SceneDescription scene;
+    scene.vertex_count = kVertices;
+    scene.faces = testing::grid(kSide);
+    return Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()),
+                            std::span<const double>(at), options, std::make_shared<Workers>(2))
+        .value();
+  }
+};
+
+TEST_P(Crumpled, MeetsItselfInEveryStepAsEver) {
+  for (const std::size_t max_bytes :
+       {std::size_t{1} << 30, std::size_t{30000}, std::size_t{8000}, std::size_t{1000}}) {
+    std::mt19937_64 random(29);
+    std::vector<double> positions = flat();
+    shake(random, 0.08, positions);
+    ColliderOptions kept = options();
+    kept.max_front_bytes = max_bytes;
+    ColliderOptions none = options();
+    none.front = FrontMode::kNone;
+    Collider lazy = make(positions, kept);
+    Collider anew = make(positions, none);
+    std::uint64_t met = 0;
+    for (int step = 0; step < 40; ++step) {
+      const int kind = step % 8;
+      if (kind < 3) shake(random, kind == 0 ? 0.05 : 0.002, positions);
+      if (kind == 3 || kind == 6) {
+        std::uniform_real_distribution<double> by(-0.01, 0.01);
+        for (std::size_t k = 0; k < positions.size() / 5; ++k) positions[k] += by(random);
+      }
+      const Frame frame{std::span<const double>(positions)};
+      const Result<StepResult> a = lazy.step(frame);
+      const Result<StepResult> b = anew.step(frame);
+      ASSERT_TRUE(a.ok() && b.ok());
+      ASSERT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts)) << "step " << step;
+      ASSERT_EQ(a.value().vf + a.value().ee, b.value().vf + b.value().ee) << "step " << step;
+      if (GetParam() != Report::kEarliest) {
+        ASSERT_EQ(a.value().statistics.counts.triangle_pairs, b.value().statistics.counts.triangle_pairs);
+      }
+      ASSERT_TRUE(lazy.self_check().ok()) << lazy.self_check().error().message;
+      ASSERT_LE(a.value().statistics.counts.front_bytes, max_bytes + max_bytes / 2);
+      met += a.value().vf + a.value().ee;
+    }
+    EXPECT_GT(met, GetParam() == Report::kEarliest ? 20U : 1000U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Reports, Crumpled,
+                         ::testing::Values(Report::kAll, Report::kEarliest, Report::kCount));
+
+}  // namespace
+}  // namespace warmfront
