@@ -67,14 +67,14 @@ class ChunkUpdate {
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
   /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
   /// pairs changed and are in the scratch now; else they are where they were, with new budgets. The kept
-  /// contacts are in the scratch either way.
-  bool run(FrontChunk& chunk) {
+  /// contacts are in the scratch either way; with `anew` none of the chunk's serve again.
+  bool run(FrontChunk& chunk, bool anew) {
     KeptReader kept(chunk.kept);
     for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
       FrontPair& pair = chunk.pairs[i];
       const MotionState state = trees_.state(pair.nodes);
       // Nothing about the pair is other than in the last step.
-      if ((state & kChanged) == 0 && !(how_.retest && bvtt_.is_leaf(pair.nodes))) {
+      if ((state & kChanged) == 0 && !((how_.retest || anew) && bvtt_.is_leaf(pair.nodes))) {
         ++counts_.rested;
         if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
           sink_.keep(answers->triangle_pairs, kept.contacts());

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
+#include <utility>
 
 #include "engine/front/build_tasks.h"
 #include "engine/front/chunk_update.h"
@@ -74,6 +75,7 @@ struct Front<Bounds>::Work {
   std::size_t segment;
   std::size_t chunk;
   BuildTask task{};
+  bool listed = false;  // the segment's neighbours, just now
 };
 
 template <class Bounds>
@@ -92,7 +94,7 @@ void Front<Bounds>::match(std::span<const NearPair> near) {
     if (old != segments_.end() && old->parts == pair.parts)
       matched.push_back(std::move(*old++));
     else
-      matched.push_back({pair.parts, {}, 0, {}});
+      matched.push_back({pair.parts, {}, 0, {}, false});
   }
   segments_ = std::move(matched);
 }
@@ -115,7 +117,8 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     FrontSegment& segment = segments_[s];
     if (segment.chunks.empty()) {
-      take_neighbours(segment, trees, how);
+      segment.neighbours.clear();
+      segment.listed = false;
       const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
       segment.chunks.resize(tasks.size());
       for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
@@ -127,7 +130,9 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
         if (std::ranges::any_of(segment.chunks, [](const FrontChunk& c) { return !c.kept.empty(); }))
           work.push_back({Work::kRest, s, 0});
       } else {
-        for (std::size_t c = 0; c < segment.chunks.size(); ++c) work.push_back({Work::kUpdate, s, c});
+        const bool listed = take_neighbours(segment, trees, how);
+        for (std::size_t c = 0; c < segment.chunks.size(); ++c)
+          work.push_back({Work::kUpdate, s, c, {}, listed});
       }
     }
     const bool rests = near[s].rests && !how.retest;
@@ -138,17 +143,18 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
   return work;
 }
 
-// Lists the neighbours of a segment that is built, unless they took too much of the room.
+// Lists a segment's neighbours at its first update, since many a front is never updated; unless they took too
+// much of the room. Returns whether there are some that were not there before.
 template <class Bounds>
-void Front<Bounds>::take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees,
+bool Front<Bounds>::take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees,
                                     const FrontUpdate& how) {
-  segment.neighbours.clear();
-  if (!how.lazy || segment.parts.a != segment.parts.b) return;
+  if (!how.lazy || segment.parts.a != segment.parts.b || std::exchange(segment.listed, true)) return false;
   std::vector<NeighbourChunk> listed = list_neighbours(trees[segment.parts.a]);
   const std::size_t bytes = bytes_of(listed);
-  if (neighbour_bytes_ + bytes > how.max_bytes / 2) return;
+  if (neighbour_bytes_ + bytes > how.max_bytes / 2) return false;
   neighbour_bytes_ += bytes;
   segment.neighbours = std::move(listed);
+  return !segment.neighbours.empty();
 }
 
 template <class Bounds>
@@ -178,7 +184,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   }
   // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold
   // together, or those that do are lost: so no chunk is passed over where others may fold.
-  if (!how.retest && !how.prune && !chunk.nodes_a.meets(pair.a.changed) &&
+  if (!how.retest && !how.prune && !work.listed && !chunk.nodes_a.meets(pair.a.changed) &&
       !chunk.nodes_b.meets(pair.b.changed)) {
     keep_all(chunk);
     scratch.counts.rested += chunk.pairs.size();
@@ -186,7 +192,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
     return;
   }
   ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, scratch);
-  if (update.run(chunk)) return store(chunk);
+  if (update.run(chunk, work.listed)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
 }

@@ -52,8 +52,8 @@ struct FrontCounts {
 /// After an advance() with prune and without lazy the front is canonical: a pair is in it exactly if it is
 /// the first disjoint (or leaf) pair on its path from the root. So update == build, whatever the history.
 ///
-/// With lazy, blocks of one part that share a vertex are not among what its leaf pairs hand over: each two of
-/// them are looked at by a budget of their own (neighbours.h).
+/// With lazy, and once updated, blocks of one part that share a vertex are not among what its leaf pairs hand
+/// over: each two of them are looked at by a budget of their own (neighbours.h).
 ///
 /// The pairs lie in chunks, each in memory of its own: an update changes a chunk in place, and only chunks
 /// whose pairs change are written anew.
@@ -100,7 +100,7 @@ class Front {
   void match(std::span<const NearPair> near);
   std::vector<Work> plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
                          const FrontUpdate& how);
-  void take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
+  bool take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);

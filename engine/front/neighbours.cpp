@@ -2,7 +2,7 @@
 #include "engine/front/neighbours.h"
 
 #include <algorithm>
-#include <tuple>
+#include <iterator>
 
 #include "engine/bounds/lanes.h"
 #include "engine/target_clones.h"
@@ -83,24 +83,27 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
     std::fill_n(leaf_of.begin() + tree.wide[leaf].first, tree.wide[leaf].count, leaf);
 
   std::vector<NeighbourPair> of_leaf;
+  std::vector<std::uint32_t> others;  // the leaves that these reach, ascending
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
     of_leaf.clear();
+    others.clear();
     const auto& blocks = tree.wide[leaf];
     for (std::uint32_t a = blocks.first; a < blocks.first + blocks.count; ++a) {
       tree.shared->for_neighbours(a, [&](std::uint32_t b, std::uint32_t place) {
         of_leaf.push_back({a, b, place, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1)});
+        const auto at = std::ranges::lower_bound(others, leaf_of[b]);
+        if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
       });
     }
-    std::ranges::sort(of_leaf, {},
-                      [&](const NeighbourPair& pair) { return std::tuple(leaf_of[pair.b], pair.a, pair.b); });
-    if (chunks.empty() || chunks.back().pairs.size() >= NeighbourChunk::kPairs) chunks.emplace_back();
+    if (chunks.empty() || chunks.back().pairs.size() >= NeighbourChunk::kPairs) {
+      chunks.emplace_back();
+      chunks.back().pairs.reserve(NeighbourChunk::kPairs + of_leaf.size());
+    }
     NeighbourChunk& chunk = chunks.back();
-    for (const NeighbourPair& pair : of_leaf) {
-      const std::uint32_t other = leaf_of[pair.b];
-      if (chunk.leaves.empty() || chunk.leaves.back().a != leaf || chunk.leaves.back().b != other)
-        chunk.leaves.push_back({leaf, other, 0});
-      chunk.pairs.push_back(pair);
-      chunk.leaves.back().end = static_cast<std::uint32_t>(chunk.pairs.size());
+    for (const std::uint32_t other : others) {
+      std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
+                           [&](const NeighbourPair& pair) { return leaf_of[pair.b] == other; });
+      chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
     }
   }
   for (NeighbourChunk& chunk : chunks) {

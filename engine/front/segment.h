@@ -81,8 +81,10 @@ struct FrontSegment {
   PartPair parts;
   std::vector<FrontChunk> chunks;
   std::size_t size = 0;  ///< pairs
-  /// Of a part against itself, where the front is lazy: what leaf pairs do not look at then.
+  /// Of a part against itself, where the front is lazy, from its first update on: what leaf pairs do not look
+  /// at then.
   std::vector<NeighbourChunk> neighbours;
+  bool listed = false;  ///< neighbours were listed, though perhaps not kept
 };
 
 }  // namespace warmfront
