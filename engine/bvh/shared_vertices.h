@@ -50,8 +50,11 @@ class SharedVertices {
     for (std::uint32_t place = kRow * a; place < kRow * (a + 1) && others_[place] != kNone; ++place)
       visit(others_[place], place);
   }
-  /// As of().
-  std::uint64_t at(std::uint32_t place) const { return pairs_[place]; }
+  /// As of(), of two that it tells of, and of two that it does not.
+  const std::uint64_t& at(std::uint32_t place) const { return pairs_[place]; }
+  std::uint64_t of_no_place(std::uint32_t a, std::uint32_t b) const {
+    return a <= b ? beyond_row(a, b) : transposed(beyond_row(b, a));
+  }
   /// Does for_neighbours() tell of these two?
   bool has_place(std::uint32_t a, std::uint32_t b) const {
     return place_in_row(std::min(a, b), std::max(a, b)) != kNone;
@@ -86,7 +89,9 @@ class SharedVertices {
   }
   std::uint64_t in_row(std::uint32_t owner, std::uint32_t other) const {
     const std::uint32_t place = place_in_row(owner, other);
-    if (place != kNone) return pairs_[place];
+    return place != kNone ? pairs_[place] : beyond_row(owner, other);
+  }
+  std::uint64_t beyond_row(std::uint32_t owner, std::uint32_t other) const {
     return others_[kRow * owner + kRow - 1] == kNone ? 0 : among_more(owner, other);
   }
   std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;

@@ -31,13 +31,11 @@ class BlockPairs {
     brought_ = nullptr;
   }
 
-  /// Tests all primitives of two blocks against each other, but for those that share a vertex. `whole_b`
-  /// bounds b as a whole; null where they are one block.
+  /// Tests all primitives of two blocks against each other, but for the pairs that share a vertex, which
+  /// `shared` says. `whole_b` bounds b as a whole; null where they are one block.
   LeafGap test(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
-               const LeafBlock<Bounds>& block_b, const OneOfLeaf* whole_b) {
+               const LeafBlock<Bounds>& block_b, std::uint64_t shared, const OneOfLeaf* whole_b) {
     const bool same = whole_b == nullptr;
-    // Two hierarchies have no vertex in common.
-    const std::uint64_t shared = &a == &b ? sharing(a, block_a, block_b) : 0;
     const std::uint64_t without = shared | no_pairs(block_a.count, block_b.count, same);
     if (std::exchange(brought_, &block_a) != &block_a) bring_over(block_a, *between_, over_);
     const EightOverlaps pairs =
@@ -55,15 +53,33 @@ class BlockPairs {
     return {pairs.gap, shared != 0};
   }
 
+  /// The pairs of two blocks that share a vertex.
+  static std::uint64_t sharing(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
+                               const LeafBlock<Bounds>& block_b) {
+    if (&a != &b) return 0;  // two hierarchies have no vertex in common
+    const std::uint32_t at_a = number(a, block_a);
+    const std::uint32_t at_b = number(b, block_b);
+    return is_known(a, at_a, at_b) ? a.shared->of(at_a, at_b) : sharing_pairs(block_a, block_b);
+  }
+  /// The same of two that list_neighbours() does not list.
+  static std::uint64_t sharing_unlisted(const Bvh<Bounds>& tree, const LeafBlock<Bounds>& a,
+                                        const LeafBlock<Bounds>& b) {
+    const std::uint32_t at_a = number(tree, a);
+    const std::uint32_t at_b = number(tree, b);
+    return is_known(tree, at_a, at_b) ? tree.shared->of_no_place(at_a, at_b) : sharing_pairs(a, b);
+  }
+  /// The same of two that it lists.
+  static std::uint64_t sharing(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
+    return is_known(tree, pair.a, pair.b) ? tree.shared->at(pair.place)
+                                          : sharing_pairs(tree.blocks[pair.a], tree.blocks[pair.b]);
+  }
+
  private:
-  // The pairs that share a vertex.
-  static std::uint64_t sharing(const Bvh<Bounds>& tree, const LeafBlock<Bounds>& a,
-                               const LeafBlock<Bounds>& b) {
-    const auto at_a = static_cast<std::uint32_t>(&a - tree.blocks.data());
-    const auto at_b = static_cast<std::uint32_t>(&b - tree.blocks.data());
-    const SharedVertices* shared = tree.shared.get();
-    if (shared == nullptr || (shared->crowded(at_a) && shared->crowded(at_b))) return sharing_pairs(a, b);
-    return shared->of(at_a, at_b);
+  static std::uint32_t number(const Bvh<Bounds>& tree, const LeafBlock<Bounds>& block) {
+    return static_cast<std::uint32_t>(&block - tree.blocks.data());
+  }
+  static bool is_known(const Bvh<Bounds>& tree, std::uint32_t a, std::uint32_t b) {
+    return tree.shared != nullptr && !(tree.shared->crowded(a) && tree.shared->crowded(b));
   }
 
   // In float32.

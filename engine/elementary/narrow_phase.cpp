@@ -57,7 +57,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
     blocks_.begin_leaves(between);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours)
-      return blocks_.test(a, blocks_a[0], b, blocks_b[0], same ? nullptr : &whole_b);
+      return blocks_.test(a, blocks_a[0], b, blocks_b[0], blocks_.sharing(a, blocks_a[0], b, blocks_b[0]),
+                          same ? nullptr : &whole_b);
     const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
     const EightOverlaps pairs = block_overlaps(wide_a, wide_b, between, whole_b, same, tester.until());
@@ -71,7 +72,11 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const std::uint32_t i = bit / 8;
       const std::uint32_t j = bit % 8;
       const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
-      const LeafGap gap = blocks_.test(a, blocks_a[i], b, blocks_b[j], same && i == j ? nullptr : &block);
+      const std::uint64_t shared = which.but_neighbours
+                                       ? blocks_.sharing_unlisted(a, blocks_a[i], blocks_b[j])
+                                       : blocks_.sharing(a, blocks_a[i], b, blocks_b[j]);
+      const LeafGap gap =
+          blocks_.test(a, blocks_a[i], b, blocks_b[j], shared, same && i == j ? nullptr : &block);
       nearest.gap = std::min(nearest.gap, gap.gap);
       nearest.adjacent |= gap.adjacent;
     }
@@ -108,7 +113,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const EightBounds<Bounds>& wide_b = tree.wide[leaves->b];
       const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
       const LeafGap learnt = blocks_.test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
-                                          pair.a == pair.b ? nullptr : &whole_b);
+                                          blocks_.sharing(tree, pair), pair.a == pair.b ? nullptr : &whole_b);
       pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], learnt.gap);
       chunk.restless |= !(learnt.gap > 0);
     }
@@ -137,6 +142,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
     prefetch(tree.blocks[pair.a]);
     if (pair.b != pair.a) prefetch(tree.blocks[pair.b]);
+    __builtin_prefetch(&tree.shared->at(pair.place));
   }
   static void prefetch(const EightBounds<Bounds>& eight) {
     constexpr std::size_t kRowsInALine = 2;
