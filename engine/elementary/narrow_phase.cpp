@@ -21,6 +21,8 @@ namespace warmfront {
 /// Opens leaf pairs into primitive pairs.
 template <class Bounds>
 class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
+  using Blocks = BlockPairs<Bounds>;
+
  public:
   void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
              std::uint64_t step) {
@@ -56,9 +58,10 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
     blocks_.begin_leaves(between);
-    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours)
-      return blocks_.test(a, blocks_a[0], b, blocks_b[0], blocks_.sharing(a, blocks_a[0], b, blocks_b[0]),
+    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours) {
+      return blocks_.test(a, blocks_a[0], b, blocks_b[0], Blocks::sharing(a, blocks_a[0], b, blocks_b[0]),
                           same ? nullptr : &whole_b);
+    }
     const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
     const EightOverlaps pairs = block_overlaps(wide_a, wide_b, between, whole_b, same, tester.until());
@@ -73,8 +76,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const std::uint32_t j = bit % 8;
       const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
       const std::uint64_t shared = which.but_neighbours
-                                       ? blocks_.sharing_unlisted(a, blocks_a[i], blocks_b[j])
-                                       : blocks_.sharing(a, blocks_a[i], b, blocks_b[j]);
+                                       ? Blocks::sharing_unlisted(a, blocks_a[i], blocks_b[j])
+                                       : Blocks::sharing(a, blocks_a[i], b, blocks_b[j]);
       const LeafGap gap =
           blocks_.test(a, blocks_a[i], b, blocks_b[j], shared, same && i == j ? nullptr : &block);
       nearest.gap = std::min(nearest.gap, gap.gap);
@@ -98,24 +101,26 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     due_.resize(chunk.pairs.size());
     due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel_slack, due_.data()));
     chunk.restless = false;
-    const NeighbourChunk::Leaves* leaves = nullptr;
-    GridPair<Bounds> between;
-    for (std::size_t i = 0; i < due_.size(); ++i) {
-      // What is due lies anywhere: it is asked for some pairs ahead.
-      constexpr std::size_t kAhead = 4;
-      if (i + kAhead < due_.size()) prefetch(tree, chunk.pairs[due_[i + kAhead]]);
-      if (leaves == nullptr || due_[i] >= leaves->end) {
-        for (leaves = leaves == nullptr ? chunk.leaves.data() : leaves; due_[i] >= leaves->end;) ++leaves;
-        between = grid_pair(tree.grids[leaves->a], tree.grids[leaves->b]);
-        blocks_.begin_leaves(between);
+    auto due = due_.cbegin();
+    for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
+      if (due == due_.cend()) break;
+      if (*due >= leaves.end) continue;
+      const GridPair<Bounds> between = grid_pair(tree.grids[leaves.a], tree.grids[leaves.b]);
+      const EightBounds<Bounds>& wide_b = tree.wide[leaves.b];
+      blocks_.begin_leaves(between);
+      for (; due != due_.cend() && *due < leaves.end; ++due) {
+        // What is due lies anywhere: it is asked for some pairs ahead.
+        constexpr std::ptrdiff_t kAhead = 4;
+        if (due_.cend() - due > kAhead) prefetch(tree, chunk.pairs[due[kAhead]]);
+        NeighbourPair& pair = chunk.pairs[*due];
+        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
+        const float gap = blocks_
+                              .test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
+                                    Blocks::sharing(tree, pair), pair.a == pair.b ? nullptr : &whole_b)
+                              .gap;
+        pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
+        chunk.restless |= !(gap > 0);
       }
-      NeighbourPair& pair = chunk.pairs[due_[i]];
-      const EightBounds<Bounds>& wide_b = tree.wide[leaves->b];
-      const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
-      const LeafGap learnt = blocks_.test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
-                                          blocks_.sharing(tree, pair), pair.a == pair.b ? nullptr : &whole_b);
-      pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], learnt.gap);
-      chunk.restless |= !(learnt.gap > 0);
     }
   }
 
@@ -155,7 +160,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   const Scene* scene_ = nullptr;
   StopSignal stop_;
   std::uint64_t step_ = 0;
-  BlockPairs<Bounds> blocks_{tester};
+  Blocks blocks_{tester};
   std::vector<std::uint32_t> due_;
 };
 

@@ -8,7 +8,6 @@
 #include "engine/target_clones.h"
 
 namespace warmfront {
-
 namespace {
 
 using Int4 = std::int32_t __attribute__((vector_size(16)));
@@ -35,8 +34,8 @@ struct Columns {
 WARMFRONT_INLINE std::uint32_t spent_of_four(const NeighbourPair* pairs, const NodeTravel* travel,
                                              std::uint32_t slack) {
   static_assert(sizeof(TravelBudget) == sizeof(Float4) && sizeof(NodeTravel) == sizeof(Float4));
-  Float4 offset[4];  // three coordinates; what stands behind them is none
-  UInt4 left[4];     // the wandering; what stands before it is none
+  Float4 offset[4];  // the fourth lane is none
+  UInt4 left[4];     // the fourth lane is what is left of the gap, the others are nothing
   for (int i = 0; i < 4; ++i) {
     const auto a = load<Float4>(&travel[pairs[i].a]);
     const auto b = load<Float4>(&travel[pairs[i].b]);
