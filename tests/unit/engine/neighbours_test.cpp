@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -178,38 +179,33 @@ TEST(Neighbours, StayApartWhileTheirBudgetLasts) {
   expect_apart_while_it_lasts<KDop18>();
 }
 
-// A crumpled sheet, of which now all moves, now some, now nothing: every step's contacts are those of a
-// collider that keeps nothing.
+// Every step's contacts are those of a collider that keeps nothing.
 class Crumpled : public ::testing::TestWithParam<Report> {
  protected:
   static ColliderOptions options() {
     return {.report = GetParam(), .bounds = BoundsKind::kKDop18, .find_bodies = false, .leaf_size = 32};
   }
-  static Collider make(const std::vector<double>& at, const ColliderOptions& options) {
+  static Collider make(const testing::Faces& faces, const std::vector<double>& at,
+                       const ColliderOptions& options) {
     SceneDescription scene;
-    scene.vertex_count = kVertices;
-    scene.faces = testing::grid(kSide);
+    scene.vertex_count = static_cast<std::uint32_t>(at.size() / 3);
+    scene.faces = faces;
     return Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()),
                             std::span<const double>(at), options, std::make_shared<Workers>(2))
         .value();
   }
-};
 
-TEST_P(Crumpled, MeetsItselfInEveryStepAsEver) {
-  constexpr std::size_t kRoom = std::size_t{1} << 30;
-  // The last begins at rest, and moves in part when its neighbours are listed.
-  for (const auto& [max_bytes, begin] :
-       {std::pair(kRoom, 0), std::pair(std::size_t{30000}, 0), std::pair(std::size_t{8000}, 0),
-        std::pair(std::size_t{1000}, 0), std::pair(kRoom, 5)}) {
+  // Now all moves, now some, now nothing, beginning at one of these eight.
+  static void expect_same(const testing::Faces& faces, const std::vector<double>& start,
+                          std::size_t max_bytes, int begin) {
     std::mt19937_64 random(29);
-    std::vector<double> positions = flat();
-    shake(random, 0.08, positions);
+    std::vector<double> positions = start;
     ColliderOptions kept = options();
     kept.max_front_bytes = max_bytes;
     ColliderOptions none = options();
     none.front = FrontMode::kNone;
-    Collider lazy = make(positions, kept);
-    Collider anew = make(positions, none);
+    Collider lazy = make(faces, positions, kept);
+    Collider anew = make(faces, positions, none);
     std::uint64_t met = 0;
     for (int step = 0; step < 40; ++step) {
       const int kind = (step + begin) % 8;
@@ -233,6 +229,49 @@ TEST_P(Crumpled, MeetsItselfInEveryStepAsEver) {
     }
     EXPECT_GT(met, GetParam() == Report::kEarliest ? 20U : 1000U);
   }
+
+  static constexpr std::size_t kRoom = std::size_t{1} << 30;
+};
+
+TEST_P(Crumpled, SheetsMeetThemselvesInEveryStepAsEver) {
+  std::mt19937_64 random(31);
+  std::vector<double> positions = flat();
+  shake(random, 0.08, positions);
+  // The last begins at rest, and moves in part when its neighbours are listed.
+  for (const auto& [max_bytes, begin] :
+       {std::pair(kRoom, 0), std::pair(std::size_t{30000}, 0), std::pair(std::size_t{8000}, 0),
+        std::pair(std::size_t{1000}, 0), std::pair(kRoom, 5)})
+    expect_same(testing::grid(kSide), positions, max_bytes, begin);
+}
+
+// Of a vertex of more than SharedVertices::kMostFaces it is not known which blocks share it.
+TEST_P(Crumpled, FansDoToo) {
+  std::mt19937_64 random(37);
+  testing::Faces faces;
+  std::int32_t vertices = 0;
+  for (const int around : {60, 150, 40, 90}) {
+    for (std::int32_t i = 0; i < around; ++i)
+      faces.push_back({vertices, vertices + 1 + i, vertices + 1 + (i + 1) % around});
+    vertices += around + 1;
+  }
+  std::vector<double> positions(3 * static_cast<std::size_t>(vertices));
+  shake(random, 0.5, positions);
+  for (const int begin : {0, 5}) expect_same(faces, positions, kRoom, begin);
+}
+
+// Where most blocks share vertices, not all that do find a place in each other's row.
+TEST_P(Crumpled, TanglesDoToo) {
+  std::mt19937_64 random(41);
+  constexpr std::int32_t kPoints = 36;
+  testing::Faces faces;
+  while (faces.size() < 400) {
+    std::array<std::int32_t, 3> face;
+    for (std::int32_t& v : face) v = static_cast<std::int32_t>(random() % kPoints);
+    if (face[0] != face[1] && face[1] != face[2] && face[2] != face[0]) faces.push_back(face);
+  }
+  std::vector<double> positions(std::size_t{3} * kPoints);
+  shake(random, 0.5, positions);
+  for (const int begin : {0, 5}) expect_same(faces, positions, kRoom, begin);
 }
 
 INSTANTIATE_TEST_SUITE_P(Reports, Crumpled,
