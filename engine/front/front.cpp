@@ -172,7 +172,12 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   }
 
   how.stop.check();
-  if (work.kind == Work::kNeighbours) return sink.neighbours(segment.parts.a, segment.neighbours[work.chunk]);
+  if (work.kind == Work::kNeighbours) {
+    NeighbourChunk& neighbours = segment.neighbours[work.chunk];
+    if (neighbours.restless || neighbours.nodes.meets(trees[segment.parts.a].changed))
+      sink.neighbours(segment.parts.a, neighbours);
+    return;
+  }
   const bool but_neighbours = !segment.neighbours.empty();
   FrontChunk& chunk = segment.chunks[work.chunk];
   const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);

@@ -99,10 +99,12 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
       chunks.back().pairs.reserve(NeighbourChunk::kPairs + of_leaf.size());
     }
     NeighbourChunk& chunk = chunks.back();
+    chunk.nodes.add(tree.shape.first_leaf() + leaf);
     for (const std::uint32_t other : others) {
       std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
                            [&](const NeighbourPair& pair) { return leaf_of[pair.b] == other; });
       chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
+      chunk.nodes.add(tree.shape.first_leaf() + other);
     }
   }
   for (NeighbourChunk& chunk : chunks) {

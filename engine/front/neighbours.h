@@ -34,6 +34,7 @@ struct NeighbourChunk {
   };
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
+  NodeSet nodes;  ///< all leaves
   /// Some pair has no budget: it is to be tested even when nothing moves.
   bool restless = true;
 

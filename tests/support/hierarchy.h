@@ -28,9 +28,13 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
     triangle_pairs = 1;
     return {-1, false};
   }
-  void neighbours(std::uint32_t, NeighbourChunk&) override {}
+  void neighbours(std::uint32_t, NeighbourChunk& chunk) override {
+    ++neighbour_chunks;
+    chunk.restless = false;
+  }
   void keep(std::uint64_t triangle_pairs, std::span<const Contact>) override { count += triangle_pairs; }
   std::atomic<std::uint64_t> count{0};
+  std::atomic<std::uint64_t> neighbour_chunks{0};
 };
 
 /// A whole scene as one part.

@@ -179,6 +179,45 @@ TEST(Neighbours, StayApartWhileTheirBudgetLasts) {
   expect_apart_while_it_lasts<KDop18>();
 }
 
+TEST(Neighbours, AreLeftAloneWhereNothingMoves) {
+  constexpr int kMany = 60;
+  std::vector<double> positions;
+  for (int i = 0; i <= kMany; ++i) {
+    for (int j = 0; j <= kMany; ++j) positions.insert(positions.end(), {i * 0.1, j * 0.1, 0.0});
+  }
+  const auto scene = testing::make_scene((kMany + 1) * (kMany + 1), testing::grid(kMany));
+  testing::Hierarchy<KDop18> hierarchy(scene, positions, 32);
+  const std::vector<NeighbourChunk> listed = list_neighbours(hierarchy.bvh);
+  const std::uint64_t chunks = listed.size();
+  ASSERT_GE(chunks, 4U);
+  for (const NeighbourChunk& chunk : listed) {
+    for (const auto& leaves : chunk.leaves) {
+      for (const std::uint32_t leaf : {leaves.a, leaves.b}) {
+        NodeSet moved;
+        moved.add(hierarchy.bvh.shape.first_leaf() + leaf);
+        EXPECT_TRUE(chunk.nodes.meets(moved)) << leaf;
+      }
+    }
+  }
+  Front<KDop18> front;
+  // How many chunks a step hands over where the first so many coordinates move.
+  const auto handed_over = [&](std::size_t moving) {
+    for (std::size_t k = 0; k < moving; ++k) positions[k] += 0.001;
+    hierarchy.step(positions);
+    testing::CountingSinks sinks;
+    testing::advance(front, hierarchy, sinks, {.prune = false, .lazy = true});
+    return sinks.neighbour_chunks.load();
+  };
+  EXPECT_EQ(handed_over(positions.size()), 0U) << "built: leaf pairs look at all";
+  EXPECT_EQ(handed_over(0), chunks) << "listed";
+  EXPECT_EQ(handed_over(positions.size()), chunks);
+  handed_over(0);  // what moved comes to rest
+  EXPECT_EQ(handed_over(0), 0U);
+  const std::uint64_t few = handed_over(30);
+  EXPECT_GT(few, 0U);
+  EXPECT_LT(few, chunks);
+}
+
 // Every step's contacts are those of a collider that keeps nothing.
 class Crumpled : public ::testing::TestWithParam<Report> {
  protected:
