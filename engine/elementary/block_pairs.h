@@ -69,7 +69,7 @@ class BlockPairs {
     return is_known(tree, at_a, at_b) ? tree.shared->of_no_place(at_a, at_b) : sharing_pairs(a, b);
   }
   /// The same of two that it lists.
-  static std::uint64_t sharing(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
+  static std::uint64_t sharing_listed(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
     return is_known(tree, pair.a, pair.b) ? tree.shared->at(pair.place)
                                           : sharing_pairs(tree.blocks[pair.a], tree.blocks[pair.b]);
   }

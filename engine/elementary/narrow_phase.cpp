@@ -89,9 +89,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
                             std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) override {
     LeafGap gap{};
-    const std::uint64_t before = tester.output().counts.triangle_pairs;
-    tester.recording(contacts, [&] { gap = leaf_pair(parts, leaves, which); });
-    triangle_pairs = static_cast<std::uint32_t>(tester.output().counts.triangle_pairs - before);
+    triangle_pairs = recorded(contacts, [&] { gap = leaf_pair(parts, leaves, which); });
     return gap;
   }
 
@@ -116,12 +114,19 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
         const float gap = blocks_
                               .test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
-                                    Blocks::sharing(tree, pair), pair.a == pair.b ? nullptr : &whole_b)
+                                    Blocks::sharing_listed(tree, pair), pair.a == pair.b ? nullptr : &whole_b)
                               .gap;
         pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
         chunk.restless |= !(gap > 0);
       }
     }
+  }
+
+  void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override {
+    NeighbourChunk::AtRest& found = chunk.at_rest;
+    found.contacts.clear();
+    found.triangle_pairs = recorded(found.contacts, [&] { neighbours(part, chunk); });
+    found.known = true;
   }
 
   void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) override {
@@ -132,6 +137,14 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   PairTester tester;
 
  private:
+  // Appends what `test` finds to `contacts`; returns how many triangle pairs it counts.
+  template <class Test>
+  std::uint32_t recorded(std::vector<Contact>& contacts, Test&& test) {
+    const std::uint64_t before = tester.output().counts.triangle_pairs;
+    tester.recording(contacts, test);
+    return static_cast<std::uint32_t>(tester.output().counts.triangle_pairs - before);
+  }
+
   // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
   static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
                                         const EightBounds<Bounds>& a, const EightBounds<Bounds>& b) {

@@ -54,9 +54,9 @@ void rebalance(FrontSegment& segment) {
   chunks = std::move(balanced);
 }
 
-std::size_t bytes_of(std::span<const NeighbourChunk> neighbours) {
+std::size_t list_bytes(std::span<const NeighbourChunk> neighbours) {
   std::size_t bytes = 0;
-  for (const NeighbourChunk& chunk : neighbours) bytes += chunk.memory_bytes();
+  for (const NeighbourChunk& chunk : neighbours) bytes += chunk.list_bytes();
   return bytes;
 }
 
@@ -94,7 +94,7 @@ void Front<Bounds>::match(std::span<const NearPair> near) {
     if (old != segments_.end() && old->parts == pair.parts)
       matched.push_back(std::move(*old++));
     else
-      matched.push_back({pair.parts, {}, 0, {}, false});
+      matched.emplace_back().parts = pair.parts;
   }
   segments_ = std::move(matched);
 }
@@ -117,8 +117,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     FrontSegment& segment = segments_[s];
     if (segment.chunks.empty()) {
-      segment.neighbours.clear();
-      segment.listed = false;
+      segment.clear();
       const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
       segment.chunks.resize(tasks.size());
       for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
@@ -143,16 +142,19 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
   return work;
 }
 
-// Lists a segment's neighbours at its first update, since many a front is never updated; unless they took too
-// much of the room. Returns whether there are some that were not there before.
+// Lists a segment's neighbours at its first update, since many a front is never updated. Not where pairs
+// would soon lack the room: a front that is dropped because of its neighbours is built anew without them,
+// again and again. Returns whether it has neighbours that it had not.
 template <class Bounds>
 bool Front<Bounds>::take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees,
                                     const FrontUpdate& how) {
-  if (!how.lazy || segment.parts.a != segment.parts.b || std::exchange(segment.listed, true)) return false;
+  if (!how.lazy || segment.parts.a != segment.parts.b || std::exchange(segment.tried_to_list, true))
+    return false;
   std::vector<NeighbourChunk> listed = list_neighbours(trees[segment.parts.a]);
-  const std::size_t bytes = bytes_of(listed);
-  if (neighbour_bytes_ + bytes > how.max_bytes / 2) return false;
-  neighbour_bytes_ += bytes;
+  const std::size_t bytes = neighbour_bytes_ + list_bytes(listed);
+  const std::size_t room_to_grow = size_ * sizeof(FrontPair) * 2;
+  if (bytes > how.max_bytes || room_to_grow > how.max_bytes - bytes) return false;
+  neighbour_bytes_ = bytes;
   segment.neighbours = std::move(listed);
   return !segment.neighbours.empty();
 }
@@ -172,12 +174,8 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   }
 
   how.stop.check();
-  if (work.kind == Work::kNeighbours) {
-    NeighbourChunk& neighbours = segment.neighbours[work.chunk];
-    if (neighbours.restless || neighbours.nodes.meets(trees[segment.parts.a].changed))
-      sink.neighbours(segment.parts.a, neighbours);
-    return;
-  }
+  if (work.kind == Work::kNeighbours)
+    return run_neighbours(trees[segment.parts.a], segment.parts.a, segment.neighbours[work.chunk], sink, how);
   const bool but_neighbours = !segment.neighbours.empty();
   FrontChunk& chunk = segment.chunks[work.chunk];
   const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);
@@ -203,6 +201,23 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
 }
 
 template <class Bounds>
+void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
+                                   LeafPairSink& sink, const FrontUpdate& how) {
+  if (chunk.nodes.meets(tree.changed)) {
+    chunk.at_rest = {};
+    sink.neighbours(part, chunk);
+  } else if (!chunk.restless) {
+    return;
+  } else if (how.retest) {
+    sink.neighbours(part, chunk);
+  } else if (chunk.at_rest.known) {
+    sink.keep(chunk.at_rest.triangle_pairs, chunk.at_rest.contacts);
+  } else {
+    sink.neighbours_at_rest(part, chunk);
+  }
+}
+
+template <class Bounds>
 void Front<Bounds>::store(FrontChunk& chunk) {
   const ChunkScratch& scratch = impl_->scratch.local();
   const std::size_t size = scratch.pairs.size();
@@ -221,7 +236,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   recorded_.store(0, std::memory_order_relaxed);
   match(near);
   neighbour_bytes_ = 0;
-  for (const FrontSegment& segment : segments_) neighbour_bytes_ += bytes_of(segment.neighbours);
+  for (const FrontSegment& segment : segments_) neighbour_bytes_ += list_bytes(segment.neighbours);
   const std::vector<Work> works = plan(trees, near, how);
   max_pairs_ = how.record ? (how.max_bytes - neighbour_bytes_) / sizeof(FrontPair) : 0;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
@@ -252,9 +267,7 @@ void Front<Bounds>::forget(std::uint32_t part) {
   for (FrontSegment& segment : segments_) {
     if (segment.parts.a != part && segment.parts.b != part) continue;
     size_ -= segment.size;
-    segment.chunks.clear();
-    segment.neighbours.clear();
-    segment.size = 0;
+    segment.clear();
   }
 }
 
@@ -275,7 +288,7 @@ std::size_t Front<Bounds>::pair_bytes() const {
   std::size_t bytes = segments_.capacity() * sizeof(FrontSegment);
   for (const FrontSegment& segment : segments_) {
     for (const FrontChunk& chunk : segment.chunks) bytes += chunk.memory_bytes();
-    bytes += bytes_of(segment.neighbours);
+    for (const NeighbourChunk& chunk : segment.neighbours) bytes += chunk.memory_bytes();
   }
   return bytes;
 }

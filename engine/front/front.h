@@ -102,6 +102,8 @@ class Front {
                          const FrontUpdate& how);
   bool take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
+  static void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
+                             LeafPairSink& sink, const FrontUpdate& how);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);
 

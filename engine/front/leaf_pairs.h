@@ -27,7 +27,7 @@ struct LeafGap {
 /// Which of two leaves' blocks are to be tested against each other.
 struct LeafBlocks {
   bool but_neighbours = false;   ///< not those that list_neighbours() lists
-  std::uint64_t neighbours = 0;  ///< which these are, as LeafGap says, where that is known
+  std::uint64_t neighbours = 0;  ///< which these are, as LeafGap says; 0 where that is not known, or none is
 };
 
 /// Takes leaf pairs as they are found. Used by one thread at a time.
@@ -45,7 +45,9 @@ class LeafPairSink {
                                     std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) = 0;
   /// Neighbours of a part, of which those whose budget is spent are tested, and get another one.
   virtual void neighbours(std::uint32_t part, NeighbourChunk& chunk) = 0;
-  /// What leaf_pair_at_rest() found in an earlier step, of leaves that have not moved since.
+  /// The same where nothing moves; what is found is in `chunk.at_rest` too.
+  virtual void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) = 0;
+  /// What was found at rest in an earlier step, of leaves that have not moved since.
   virtual void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) = 0;
 };
 

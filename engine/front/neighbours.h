@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/bvh/bvh.h"
+#include "engine/contact.h"
 
 namespace warmfront {
 
@@ -35,12 +36,20 @@ struct NeighbourChunk {
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
   NodeSet nodes;  ///< all leaves
-  /// Some pair has no budget: it is to be tested even when nothing moves.
+  /// Some pair has no budget: there may be something to tell of it even when nothing moves.
   bool restless = true;
+  /// What was found when nothing moved, which holds in every step until a leaf changes.
+  struct AtRest {
+    bool known = false;
+    std::uint32_t triangle_pairs = 0;  ///< whose bounds overlap
+    std::vector<Contact> contacts;
+  };
+  AtRest at_rest;
 
-  std::size_t memory_bytes() const {
+  std::size_t list_bytes() const {
     return sizeof(*this) + leaves.capacity() * sizeof(Leaves) + pairs.capacity() * sizeof(NeighbourPair);
   }
+  std::size_t memory_bytes() const { return list_bytes() + at_rest.contacts.capacity() * sizeof(Contact); }
 };
 
 /// Puts the places in `pairs` of those whose budget is spent into `due`, which has room for all; returns how

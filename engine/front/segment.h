@@ -84,7 +84,15 @@ struct FrontSegment {
   /// Of a part against itself, where the front is lazy, from its first update on: what leaf pairs do not look
   /// at then.
   std::vector<NeighbourChunk> neighbours;
-  bool listed = false;  ///< neighbours were listed, though perhaps not kept
+  bool tried_to_list = false;  ///< there may have been none, or no room
+
+  /// As before the first build.
+  void clear() {
+    chunks.clear();
+    size = 0;
+    neighbours.clear();
+    tried_to_list = false;
+  }
 };
 
 }  // namespace warmfront

@@ -32,6 +32,7 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
     ++neighbour_chunks;
     chunk.restless = false;
   }
+  void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override { neighbours(part, chunk); }
   void keep(std::uint64_t triangle_pairs, std::span<const Contact>) override { count += triangle_pairs; }
   std::atomic<std::uint64_t> count{0};
   std::atomic<std::uint64_t> neighbour_chunks{0};

@@ -234,7 +234,7 @@ class Crumpled : public ::testing::TestWithParam<Report> {
         .value();
   }
 
-  // Now all moves, now some, now nothing, beginning at one of these eight.
+  // Now all moves, now some, now nothing, beginning at one of these nine.
   static void expect_same(const testing::Faces& faces, const std::vector<double>& start,
                           std::size_t max_bytes, int begin) {
     std::mt19937_64 random(29);
@@ -246,10 +246,10 @@ class Crumpled : public ::testing::TestWithParam<Report> {
     Collider lazy = make(faces, positions, kept);
     Collider anew = make(faces, positions, none);
     std::uint64_t met = 0;
-    for (int step = 0; step < 40; ++step) {
-      const int kind = (step + begin) % 8;
+    for (int step = 0; step < 45; ++step) {
+      const int kind = (step + begin) % 9;
       if (kind < 3) shake(random, kind == 0 ? 0.05 : 0.002, positions);
-      if (kind == 3 || kind == 6) {
+      if (kind == 3 || kind == 7) {
         std::uniform_real_distribution<double> by(-0.01, 0.01);
         for (std::size_t k = 0; k < positions.size() / 5; ++k) positions[k] += by(random);
       }
@@ -261,6 +261,9 @@ class Crumpled : public ::testing::TestWithParam<Report> {
       ASSERT_EQ(a.value().vf + a.value().ee, b.value().vf + b.value().ee) << "step " << step;
       if (GetParam() != Report::kEarliest) {
         ASSERT_EQ(a.value().statistics.counts.triangle_pairs, b.value().statistics.counts.triangle_pairs);
+      }
+      if (kind == 6 && max_bytes == kRoom && GetParam() != Report::kEarliest) {
+        ASSERT_EQ(a.value().statistics.counts.primitive_tests, 0U) << "at rest, step " << step;
       }
       ASSERT_TRUE(lazy.self_check().ok()) << lazy.self_check().error().message;
       ASSERT_LE(a.value().statistics.counts.front_bytes, max_bytes + max_bytes / 2);
@@ -281,6 +284,32 @@ TEST_P(Crumpled, SheetsMeetThemselvesInEveryStepAsEver) {
        {std::pair(kRoom, 0), std::pair(std::size_t{30000}, 0), std::pair(std::size_t{8000}, 0),
         std::pair(std::size_t{1000}, 0), std::pair(kRoom, 5)})
     expect_same(testing::grid(kSide), positions, max_bytes, begin);
+}
+
+// A front that has room without its neighbours is not dropped for them, to be built anew and dropped again.
+TEST_P(Crumpled, IsNotDroppedAgainAndAgain) {
+  std::mt19937_64 random(43);
+  std::vector<double> start = flat();
+  shake(random, 0.02, start);
+  int updated = 0;
+  for (std::size_t max_bytes = 1000; max_bytes < 60000; max_bytes += 1000) {
+    ColliderOptions kept = options();
+    kept.max_front_bytes = max_bytes;
+    std::vector<double> positions = start;
+    Collider collider = make(testing::grid(kSide), positions, kept);
+    std::vector<FrontState> states;
+    for (int step = 0; step < 6; ++step) {
+      shake(random, 1e-4, positions);
+      const Frame frame{std::span<const double>(positions)};
+      states.push_back(collider.step(frame).value().statistics.front_state);
+    }
+    EXPECT_EQ(std::ranges::count(states, FrontState::kRebuilt), 0) << max_bytes;
+    const auto capped = std::ranges::count(states, FrontState::kCapped);
+    EXPECT_TRUE(capped == 0 || capped == 6) << max_bytes << " bytes: capped " << capped << " times";
+    updated += capped == 0 ? 1 : 0;
+  }
+  EXPECT_GT(updated, 0);
+  EXPECT_LT(updated, 59);
 }
 
 // Of a vertex of more than SharedVertices::kMostFaces it is not known which blocks share it.
