@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -284,6 +285,41 @@ TEST_P(Crumpled, SheetsMeetThemselvesInEveryStepAsEver) {
        {std::pair(kRoom, 0), std::pair(std::size_t{30000}, 0), std::pair(std::size_t{8000}, 0),
         std::pair(std::size_t{1000}, 0), std::pair(kRoom, 5)})
     expect_same(testing::grid(kSide), positions, max_bytes, begin);
+}
+
+// Deforming, stiff for so long that it need not be tested against itself, crumpled, cancelled.
+TEST_P(Crumpled, WhateverHappensMeanwhile) {
+  std::mt19937_64 random(47);
+  std::vector<double> positions = flat();
+  ColliderOptions none = options();
+  none.front = FrontMode::kNone;
+  none.find_rigid = false;
+  Collider lazy = make(testing::grid(kSide), positions, options());
+  Collider anew = make(testing::grid(kSide), positions, none);
+  std::uint64_t stiff = 0;
+  std::uint64_t met = 0;
+  for (int step = 0; step < 50; ++step) {
+    if (step < 4 || step > 36) shake(random, 0.002, positions);
+    if (step == 36) shake(random, 0.08, positions);
+    if (step >= 4 && step < 36) {
+      for (double& x : positions) x += 1.0 / 64;
+    }
+    const Frame frame{std::span<const double>(positions)};
+    if (step == 2 || step == 40) {
+      const std::atomic<bool> cancelled{true};
+      ASSERT_FALSE(lazy.step(frame, &cancelled).ok());
+    }
+    const Result<StepResult> a = lazy.step(frame);
+    const Result<StepResult> b = anew.step(frame);
+    ASSERT_TRUE(a.ok() && b.ok());
+    ASSERT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts)) << "step " << step;
+    ASSERT_EQ(a.value().vf + a.value().ee, b.value().vf + b.value().ee) << "step " << step;
+    ASSERT_TRUE(lazy.self_check().ok()) << lazy.self_check().error().message;
+    stiff += a.value().statistics.counts.parts_rigid;
+    met += a.value().vf + a.value().ee;
+  }
+  EXPECT_GT(stiff, 0U);
+  EXPECT_GT(met, 10U);
 }
 
 // A front that has room without its neighbours is not dropped for them, to be built anew and dropped again.
