@@ -87,15 +87,13 @@ WARMFRONT_INLINE void advance(const Displacements& moved, double magnitude, std:
 template <class Bounds>
 WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double magnitude, Bvh<Bounds>& bvh,
                                    NodeId node) {
-  const NodeId leaf = node - bvh.shape.first_leaf();
-  const bool wide = !bvh.wide.empty();
-  const std::uint32_t first = wide ? bvh.wide[leaf].first : leaf;
-  const std::uint32_t end = first + (wide ? bvh.wide[leaf].count : 1);
+  const std::span<const LeafBlock<Bounds>> blocks = bvh.blocks_of(node);
+  const auto first = static_cast<std::uint32_t>(blocks.data() - bvh.blocks.data());
   Displacements of_leaf;
-  for (std::uint32_t block = first; block < end; ++block) {
+  for (std::uint32_t block = first; block < first + blocks.size(); ++block) {
     Displacements moved;
     for (const std::uint32_t v : bvh.block_vertices[block]) moved.see(bounds[v]);
-    if (wide) advance(moved, magnitude, bvh.travel_slack, bvh.block_travel[block]);
+    if (!bvh.block_travel.empty()) advance(moved, magnitude, bvh.travel_slack, bvh.block_travel[block]);
     of_leaf.see(moved);
   }
   advance(of_leaf, magnitude, bvh.travel_slack, bvh.travel[node]);

@@ -10,7 +10,7 @@
 #include "engine/bounds/overlap.h"
 #include "engine/bvh/bvh.h"
 #include "engine/elementary/pair_tester.h"
-#include "engine/front/leaf_pairs.h"
+#include "engine/front/neighbours.h"
 
 namespace warmfront {
 
@@ -32,9 +32,10 @@ class BlockPairs {
   }
 
   /// Tests all primitives of two blocks against each other, but for the pairs that share a vertex, which
-  /// `shared` says. `whole_b` bounds b as a whole; null where they are one block.
-  LeafGap test(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
-               const LeafBlock<Bounds>& block_b, std::uint64_t shared, const OneOfLeaf* whole_b) {
+  /// `shared` says. `whole_b` bounds b as a whole; null where they are one block. Returns the gap of
+  /// primitive_overlaps().
+  float test(const Bvh<Bounds>& a, const LeafBlock<Bounds>& block_a, const Bvh<Bounds>& b,
+             const LeafBlock<Bounds>& block_b, std::uint64_t shared, const OneOfLeaf* whole_b) {
     const bool same = whole_b == nullptr;
     const std::uint64_t without = shared | no_pairs(block_a.count, block_b.count, same);
     if (std::exchange(brought_, &block_a) != &block_a) bring_over(block_a, *between_, over_);
@@ -50,7 +51,7 @@ class BlockPairs {
       if ((bits & -bits & pairs.unsure) != 0 && !bounds_overlap(p, q)) continue;
       tester_.primitive_pair(p, q);
     }
-    return {pairs.gap, shared != 0};
+    return pairs.gap;
   }
 
   /// The pairs of two blocks that share a vertex.

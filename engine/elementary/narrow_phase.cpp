@@ -59,8 +59,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
     blocks_.begin_leaves(between);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours) {
-      return blocks_.test(a, blocks_a[0], b, blocks_b[0], Blocks::sharing(a, blocks_a[0], b, blocks_b[0]),
-                          same ? nullptr : &whole_b);
+      const std::uint64_t shared = Blocks::sharing(a, blocks_a[0], b, blocks_b[0]);
+      return {blocks_.test(a, blocks_a[0], b, blocks_b[0], shared, same ? nullptr : &whole_b), shared != 0};
     }
     const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
@@ -78,10 +78,10 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const std::uint64_t shared = which.but_neighbours
                                        ? Blocks::sharing_unlisted(a, blocks_a[i], blocks_b[j])
                                        : Blocks::sharing(a, blocks_a[i], b, blocks_b[j]);
-      const LeafGap gap =
+      const float gap =
           blocks_.test(a, blocks_a[i], b, blocks_b[j], shared, same && i == j ? nullptr : &block);
-      nearest.gap = std::min(nearest.gap, gap.gap);
-      nearest.adjacent |= gap.adjacent;
+      nearest.gap = std::min(nearest.gap, gap);
+      nearest.adjacent |= shared != 0;
     }
     return nearest;
   }
@@ -112,10 +112,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         if (due_.cend() - due > kAhead) prefetch(tree, chunk.pairs[due[kAhead]]);
         NeighbourPair& pair = chunk.pairs[*due];
         const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
-        const float gap = blocks_
-                              .test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
-                                    Blocks::sharing_listed(tree, pair), pair.a == pair.b ? nullptr : &whole_b)
-                              .gap;
+        const float gap =
+            blocks_.test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
+                         Blocks::sharing_listed(tree, pair), pair.a == pair.b ? nullptr : &whole_b);
         pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
         chunk.restless |= !(gap > 0);
       }
