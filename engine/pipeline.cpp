@@ -4,7 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <type_traits>
@@ -142,9 +144,6 @@ class PipelineWith final : public Pipeline {
     core.motion.begin(frame);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, stop);
     const bool built = arrange_new(core);
-    refit_placed(core);
-    statistics.counts.bv_tests = find_near(core, stop);
-    refit_near(core);
     const bool rebuilt = rearrange_loose(core);
     cull_patches(core, statistics.counts);
     const NarrowPhaseInput input{core.topology->scene,
@@ -157,13 +156,18 @@ class PipelineWith final : public Pipeline {
                                  core.vertex_bounds,
                                  core.options,
                                  stop};
-    statistics.ms.refit = stage.lap();
-
     narrow_.begin(trees_, input);
+    refit_placed(core, stop);
+    statistics.counts.bv_tests = find_near(core, stop);
+    refit_near(core, stop);
+    see_looseness();
+    const double tested = tested_ms_ / core.workers->threads();
+    statistics.ms.refit = stage.lap() - tested;
+
     statistics.front_state = advance_front(core.options, built || rebuilt, stop);
     statistics.rebuild = reason_of(statistics.front_state);
     narrow_.flush();
-    const double interleaved = stage.lap();
+    const double interleaved = tested + stage.lap();
     const double elementary =
         std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
 
@@ -204,7 +208,7 @@ class PipelineWith final : public Pipeline {
   }
 
   // Bounds of a part's vertices and hierarchy: of all, or of those that changed.
-  void refit_part(Core& core, std::uint32_t p) {
+  void refit_part(Core& core, std::uint32_t p, StopSignal stop) {
     const Motion& motion = core.motion.vertices();
     const FeatureRange& features = core.topology->parts[p].features;
     const RangeMotion& range = core.motion.range(p);
@@ -225,15 +229,26 @@ class PipelineWith final : public Pipeline {
       tbb::parallel_for(tbb::blocked_range<std::size_t>(features.first_vertex, features.end_vertex, kGrain),
                         [&](const auto& vertices) { bound(vertices.begin(), vertices.end()); });
     }
-    refit_nodes_ += refit(
-        {core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, known}, trees_[p]);
+    const auto test = [&](std::uint32_t subtree) {
+      stop.check();
+      Stopwatch watch;
+      front_.test_subtree(p, subtree, narrow_.local());
+      tested_ms_ += watch.lap();
+    };
+    refit_nodes_ +=
+        refit({core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, known},
+              trees_[p], tests_itself(core, p) ? std::ref(test) : std::function<void(std::uint32_t)>());
     states_[p] = trees_[p].states.empty() ? 0 : trees_[p].states[0];
     if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
   }
 
+  static bool tests_itself(const Core& core, std::uint32_t p) {
+    return core.model.self_collision(p) && !core.rigid_parts.rigid(p);
+  }
+
   // May the part's hierarchy wait until another part comes near? Its root tells when.
   bool may_wait(const Core& core, std::uint32_t p) const {
-    return apart_.small(core.motion, p) && (!core.model.self_collision(p) || core.rigid_parts.rigid(p));
+    return apart_.small(core.motion, p) && !tests_itself(core, p);
   }
 
   // Is the part's hierarchy not of this step?
@@ -241,8 +256,9 @@ class PipelineWith final : public Pipeline {
 
   // All parts but those that wait until something comes near: small ones, and those that only their poses are
   // known of.
-  void refit_placed(Core& core) {
+  void refit_placed(Core& core, StopSignal stop) {
     refit_nodes_ = 0;
+    tested_ms_ = 0;
     separate_ = apart_.begin(core.motion, core.options);
     const double magnitude = core.motion.vertices().magnitude();
     if (magnitude != magnitude_) {  // bounds made before are with the smaller margin
@@ -267,7 +283,7 @@ class PipelineWith final : public Pipeline {
         roots_[p] = narrow<Bounds>(moving_bounds(ball.centre, ball.radius, core.motion.vertices().frame(),
                                                  core.options.min_separation, magnitude_));
       } else {
-        refit_part(core, p);
+        refit_part(core, p, stop);
       }
     });
   }
@@ -287,7 +303,7 @@ class PipelineWith final : public Pipeline {
   }
 
   // Parts that waited, and have others near them.
-  void refit_near(Core& core) {
+  void refit_near(Core& core, StopSignal stop) {
     late_.clear();
     for (const NearPair& pair : near_pairs_) {
       for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
@@ -298,7 +314,7 @@ class PipelineWith final : public Pipeline {
     late_.erase(std::unique(late_.begin(), late_.end()), late_.end());
     tbb::parallel_for(std::size_t{0}, late_.size(), [&](std::size_t i) {
       if (core.motion.unplaced(late_[i])) core.motion.place(late_[i]);
-      refit_part(core, late_[i]);
+      refit_part(core, late_[i], stop);
     });
     // What changed unseen is made anew when it is needed.
     for (std::uint32_t p = 0; p < states_.size(); ++p) {
@@ -306,29 +322,33 @@ class PipelineWith final : public Pipeline {
     }
   }
 
-  // Gives a part whose hierarchy has decayed a new one. Returns whether there was one.
+  // Gives a part whose hierarchy had decayed by the last step a new one. Returns whether there was one.
   bool rearrange_loose(Core& core) {
-    const bool look = steps_ % kLoosenessSteps == 0;
+    if (steps_ % kLoosenessSteps != 0) return false;
     bool rebuilt = false;
     for (std::uint32_t p = 0; p < trees_.size(); ++p) {
       Bvh<Bounds>& tree = trees_[p];
-      if (tree.nodes.empty() || waits(p)) continue;
-      if (tree.built_looseness == 0) {
-        tree.built_looseness = looseness(tree);
-      } else if (look && (states_[p] & kMoving) != 0 &&
-                 looseness(tree) > kLoosenessLimit * tree.built_looseness) {
-        const Scene& scene = core.topology->scene;
-        std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order);
-        auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order);
-        tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options));
-        refit_in_[p] = kNever;
-        refit_part(core, p);
-        tree.built_looseness = looseness(tree);
-        front_.forget(p);
-        rebuilt = true;
-      }
+      if (tree.built_looseness == 0 || refit_in_[p] != steps_ - 1 || (states_[p] & kMoving) == 0 ||
+          looseness(tree) <= kLoosenessLimit * tree.built_looseness)
+        continue;
+      const Scene& scene = core.topology->scene;
+      std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order);
+      auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order);
+      tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options));
+      tree.built_looseness = 0;
+      refit_in_[p] = kNever;
+      front_.forget(p);
+      rebuilt = true;
     }
     return rebuilt;
+  }
+
+  // Of hierarchies that are new.
+  void see_looseness() {
+    for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+      if (trees_[p].built_looseness == 0 && !trees_[p].nodes.empty() && !waits(p))
+        trees_[p].built_looseness = looseness(trees_[p]);
+    }
   }
 
   void cull_patches(Core& core, StepCounts& counts) {
@@ -453,6 +473,7 @@ class PipelineWith final : public Pipeline {
   Rebuild lost_to_ = Rebuild::kNone;
   NarrowPhase<Bounds> narrow_;
   std::atomic<std::uint64_t> refit_nodes_{0};
+  std::atomic<double> tested_ms_{0};  // among neighbours while refitting, by all threads
   std::int64_t steps_ = 0;
   std::int64_t steps_since_build_ = -1;
   std::int64_t stalled_steps_ = 0;

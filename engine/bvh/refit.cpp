@@ -108,7 +108,7 @@ bool has_points(const Scene& scene, std::span<const std::uint32_t> vertices) {
 }  // namespace
 
 template <class Bounds>
-std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
+std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh, const std::function<void(std::uint32_t)>& then) {
   bvh.travel_slack = std::max(bvh.travel_slack, travel::slack(input.magnitude));
   bvh.changed = {};
   bvh.all_moving = false;
@@ -125,27 +125,24 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh) {
   } else if (input.range.any == input.range.all) {
     from = States::kAll;
   }
-  // Subtrees that root on one level are refit side by side, each bottom up; what is above them is small.
+  // Subtrees are refit side by side, each bottom up; what is above them is small.
   const int depth = bvh.shape.levels() - 1;
-  // A small hierarchy is one task: there are many more of its kind.
-  constexpr std::uint32_t kSmall = 1024;
-  const int task_level = bvh.shape.primitive_count() <= kSmall ? 0 : std::min(depth, 8);
-  const auto refit_below = [&](std::uint32_t task) {
-    const NodeId root = ((1U << task_level) - 1) + task;
-    if (root >= bvh.shape.node_count()) return;
+  const int top = bvh.shape.subtree_level();
+  const auto refit_subtree = [&](std::uint32_t subtree) {
+    const NodeId root = ((1U << top) - 1) + subtree;
     if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
-    for (int level = depth; level >= task_level; --level) {
-      const std::uint32_t width = 1U << (level - task_level);
-      const NodeId first = std::min(((1U << level) - 1) + task * width, bvh.shape.node_count());
+    for (int level = depth; level >= top; --level) {
+      const std::uint32_t width = 1U << (level - top);
+      const NodeId first = std::min(((1U << level) - 1) + subtree * width, bvh.shape.node_count());
       refit_range(input, from, bvh, first, std::min(first + width, bvh.shape.node_count()));
     }
+    if (then && (bvh.states[root] & kChanged) != 0) then(subtree);
   };
-  if (task_level == 0)
-    refit_below(0);
+  if (top == 0)
+    refit_subtree(0);
   else
-    tbb::parallel_for(std::uint32_t{0}, 1U << task_level, refit_below);
-  for (int level = task_level; level-- > 0;)
-    refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
+    tbb::parallel_for(std::uint32_t{0}, bvh.shape.subtree_count(), refit_subtree);
+  for (int level = top; level-- > 0;) refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
   // What is above or below these has part in them: a whole level, or all leaves of a hierarchy that has less.
   constexpr NodeId kMarkBegin = (1U << 8) - 1;
   const NodeId mark_begin = std::min(bvh.shape.first_leaf(), kMarkBegin);
@@ -172,8 +169,8 @@ double looseness(const Bvh<Bounds>& bvh) {
   return root > 0 ? sum / root : 0;
 }
 
-template std::size_t refit(const RefitInput&, Bvh<Aabb>&);
-template std::size_t refit(const RefitInput&, Bvh<KDop18>&);
+template std::size_t refit(const RefitInput&, Bvh<Aabb>&, const std::function<void(std::uint32_t)>&);
+template std::size_t refit(const RefitInput&, Bvh<KDop18>&, const std::function<void(std::uint32_t)>&);
 template double looseness(const Bvh<Aabb>&);
 template double looseness(const Bvh<KDop18>&);
 

@@ -136,6 +136,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
     }
     const bool rests = near[s].rests && !how.retest;
     for (std::size_t c = 0; c < segment.neighbours.size(); ++c) {
+      if (std::exchange(segment.neighbours[c].tested, false)) continue;
       if (!rests || segment.neighbours[c].restless) work.push_back({Work::kNeighbours, s, c});
     }
   }
@@ -198,6 +199,17 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   if (update.run(chunk, work.listed)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+}
+
+template <class Bounds>
+void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink) {
+  const PartPair self{part, part};
+  const auto segment = std::ranges::lower_bound(segments_, self, {}, &FrontSegment::parts);
+  if (segment == segments_.end() || segment->parts != self || segment->neighbours.empty()) return;
+  NeighbourChunk& chunk = segment->neighbours[subtree];
+  chunk.tested = true;
+  chunk.at_rest = {};
+  sink.neighbours(part, chunk);
 }
 
 template <class Bounds>

@@ -72,6 +72,12 @@ class Front {
   void advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, LeafPairSinks& sinks,
                const FrontUpdate& how);
 
+  /// Between two steps' advance(): tests those neighbours of a part against each other that are both in one
+  /// subtree of its hierarchy, which has just been refit, while their blocks are near. The next advance()
+  /// leaves them out, and has the part in `near` as one that moves. Does nothing where neighbours are not
+  /// listed. Thread-safe for different subtrees.
+  void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
+
   /// Forgets the front.
   void clear();
   /// Forgets what has to do with a part whose hierarchy is another one now.

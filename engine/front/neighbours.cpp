@@ -52,6 +52,12 @@ WARMFRONT_INLINE std::uint32_t spent_of_four(const NeighbourPair* pairs, const N
   return static_cast<std::uint32_t>(bits[0] | bits[1] | bits[2] | bits[3]);
 }
 
+// The last chunk, which is not among the first `but`, with room for more.
+NeighbourChunk& open_chunk(std::vector<NeighbourChunk>& chunks, std::size_t but) {
+  if (chunks.size() == but || chunks.back().pairs.size() >= NeighbourChunk::kPairs) chunks.emplace_back();
+  return chunks.back();
+}
+
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
@@ -81,6 +87,8 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf)
     std::fill_n(leaf_of.begin() + tree.wide[leaf].first, tree.wide[leaf].count, leaf);
 
+  const NodeId first_leaf = tree.shape.first_leaf();
+  chunks.resize(tree.shape.subtree_count());
   std::vector<NeighbourPair> of_leaf;
   std::vector<std::uint32_t> others;  // the leaves that these reach, ascending
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
@@ -94,17 +102,15 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
         if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
       });
     }
-    if (chunks.empty() || chunks.back().pairs.size() >= NeighbourChunk::kPairs) {
-      chunks.emplace_back();
-      chunks.back().pairs.reserve(NeighbourChunk::kPairs + of_leaf.size());
-    }
-    NeighbourChunk& chunk = chunks.back();
-    chunk.nodes.add(tree.shape.first_leaf() + leaf);
+    const std::uint32_t subtree = tree.shape.subtree_of(first_leaf + leaf);
     for (const std::uint32_t other : others) {
+      const bool within = tree.shape.subtree_of(first_leaf + other) == subtree;
+      NeighbourChunk& chunk = within ? chunks[subtree] : open_chunk(chunks, tree.shape.subtree_count());
       std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
                            [&](const NeighbourPair& pair) { return leaf_of[pair.b] == other; });
       chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
-      chunk.nodes.add(tree.shape.first_leaf() + other);
+      chunk.nodes.add(first_leaf + leaf);
+      chunk.nodes.add(first_leaf + other);
     }
   }
   for (NeighbourChunk& chunk : chunks) {

@@ -36,6 +36,8 @@ struct NeighbourChunk {
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
   NodeSet nodes;  ///< all leaves
+  /// In the step to come, by Front::test_subtree().
+  bool tested = false;
   /// Some pair has no budget: there may be something to tell of it even when nothing moves.
   bool restless = true;
   /// What was found when nothing moved, which holds in every step until a leaf changes.
@@ -58,7 +60,8 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
                            std::uint32_t slack, std::uint32_t* due);
 
 /// All pairs of blocks that have a place in `tree.shared`, with budgets that are spent; none where the tree
-/// keeps no travel of blocks. O(P).
+/// keeps no travel of blocks. First a chunk for each subtree (TreeShape::subtree_of()), of the pairs that are
+/// in it, then those that are in two. O(P).
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree);
 

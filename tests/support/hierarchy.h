@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -72,6 +73,7 @@ class Hierarchy {
   const Motion& motion() const { return motion_; }
 
   Bvh<Bounds> bvh;
+  std::function<void(std::uint32_t subtree)> then;  ///< told of what step() refits
 
  private:
   void refresh(Known known) {
@@ -81,7 +83,8 @@ class Hierarchy {
 
   void refit_with(Known known, std::vector<PointBounds>& bounds, Bvh<Bounds>& tree) const {
     point_bounds(motion_.vertices(), motion_.states(), motion_.frame(), 0, magnitude_, known, bounds.data());
-    refit({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree);
+    refit({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree,
+          &tree == &bvh ? then : nullptr);
   }
 
   std::shared_ptr<const Scene> scene_;

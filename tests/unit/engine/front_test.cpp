@@ -87,6 +87,30 @@ TEST(TreeShape, LeavesPartitionThePrimitivesAndAreFull) {
   }
 }
 
+// Every leaf is in one subtree, whole; a larger hierarchy has more of them, until they are 256.
+TEST(TreeShape, SubtreesPartitionTheLeaves) {
+  std::uint32_t most = 0;
+  for (const std::uint32_t primitives :
+       {1U, 2U, 700U, 1024U, 1025U, 4344U, 9800U, 49000U, 92230U, 1475680U}) {
+    for (const std::uint32_t leaf_size : {1U, 8U, 64U}) {
+      const TreeShape shape(primitives, leaf_size);
+      ASSERT_EQ(shape.subtree_count() == 1, primitives <= 1024);
+      most = std::max(most, shape.subtree_count());
+      std::vector<NodeId> leaves;
+      const NodeId first_root = shape.subtree_count() - 1;  // counted by levels
+      for (std::uint32_t subtree = 0; subtree < shape.subtree_count(); ++subtree) {
+        const std::size_t begin = leaves.size();
+        gather_leaves(shape, first_root + subtree, leaves);
+        ASSERT_EQ(shape.subtree_of(first_root + subtree), subtree);
+        for (std::size_t i = begin; i < leaves.size(); ++i) ASSERT_EQ(shape.subtree_of(leaves[i]), subtree);
+      }
+      ASSERT_EQ(leaves.size(), shape.leaf_count());
+      EXPECT_LE(shape.subtree_count(), std::max(16U, primitives / 1024));
+    }
+  }
+  EXPECT_EQ(most, 256U);
+}
+
 template <class Bounds>
 class FrontOf : public ::testing::Test {};
 using BothBounds = ::testing::Types<Aabb, KDop18>;

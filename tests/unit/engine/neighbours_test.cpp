@@ -25,7 +25,7 @@
 namespace warmfront {
 namespace {
 
-constexpr int kSide = 20;
+constexpr int kSide = 24;  // more than a subtree
 constexpr std::size_t kVertices = (kSide + 1) * (kSide + 1);
 
 std::vector<double> flat() {
@@ -51,14 +51,24 @@ struct Sheet {
 TEST(Neighbours, AreListedOnceByTheirLeaves) {
   const Sheet<KDop18> sheet;
   const Bvh<KDop18>& tree = sheet.hierarchy.bvh;
+  ASSERT_GE(tree.shape.subtree_count(), 4U);
   std::set<std::tuple<std::uint32_t, std::uint32_t>> listed;
-  for (const NeighbourChunk& chunk : list_neighbours(tree)) {
+  const std::vector<NeighbourChunk> chunks = list_neighbours(tree);
+  EXPECT_GT(chunks.size(), tree.shape.subtree_count()) << "of two subtrees, too";
+  for (std::size_t c = 0; c < chunks.size(); ++c) {
+    const NeighbourChunk& chunk = chunks[c];
     EXPECT_TRUE(chunk.restless);
     ASSERT_FALSE(chunk.leaves.empty());
     EXPECT_EQ(chunk.leaves.back().end, chunk.pairs.size());
     std::uint32_t n = 0;
     for (const auto& leaves : chunk.leaves) {
       ASSERT_LT(n, leaves.end);
+      const std::uint32_t of_a = tree.shape.subtree_of(tree.shape.first_leaf() + leaves.a);
+      const std::uint32_t of_b = tree.shape.subtree_of(tree.shape.first_leaf() + leaves.b);
+      if (c < tree.shape.subtree_count())
+        EXPECT_TRUE(of_a == c && of_b == c) << c;
+      else
+        EXPECT_NE(of_a, of_b);
       for (; n < leaves.end; ++n) {
         const NeighbourPair& pair = chunk.pairs[n];
         EXPECT_LT(pair.a - tree.wide[leaves.a].first, tree.wide[leaves.a].count);
@@ -219,6 +229,34 @@ TEST(Neighbours, AreLeftAloneWhereNothingMoves) {
   EXPECT_LT(few, chunks);
 }
 
+// What a refit tests of a subtree that it has just made, the step does not test again.
+TEST(Neighbours, AreTestedOnce) {
+  Sheet<KDop18> sheet;
+  std::vector<double> positions = flat();
+  Front<KDop18> front;
+  const auto handed_over = [&] {
+    for (double& x : positions) x += 0.01;
+    sheet.hierarchy.step(positions);
+    testing::CountingSinks sinks;
+    testing::advance(front, sheet.hierarchy, sinks, {.prune = false, .lazy = true});
+    return sinks.neighbour_chunks.load();
+  };
+  testing::CountingSinks refit;
+  for (int step = 0; step < 2; ++step) {
+    front.test_subtree(0, 1, refit);
+    EXPECT_EQ(refit.neighbour_chunks, 0U) << "not listed yet";
+    handed_over();
+  }
+  const std::uint64_t chunks = handed_over();
+  front.test_subtree(0, 1, refit);
+  front.test_subtree(0, 2, refit);
+  EXPECT_EQ(refit.neighbour_chunks, 2U);
+  EXPECT_EQ(handed_over(), chunks - 2);
+  EXPECT_EQ(handed_over(), chunks) << "in that step";
+  front.test_subtree(1, 0, refit);  // no such part
+  EXPECT_EQ(refit.neighbour_chunks, 2U);
+}
+
 // Every step's contacts are those of a collider that keeps nothing.
 class Crumpled : public ::testing::TestWithParam<Report> {
  protected:
@@ -235,6 +273,31 @@ class Crumpled : public ::testing::TestWithParam<Report> {
         .value();
   }
 
+  // One that keeps nothing.
+  static Collider make_anew(const testing::Faces& faces, const std::vector<double>& at) {
+    ColliderOptions none = options();
+    none.front = FrontMode::kNone;
+    none.find_rigid = false;
+    return make(faces, at, none);
+  }
+
+  // Both take the step; `kept` is what the first answers.
+  static void expect_same_step(Collider& lazy, Collider& anew, const std::vector<double>& positions,
+                               StepResult& kept) {
+    const Frame frame{std::span<const double>(positions)};
+    const Result<StepResult> a = lazy.step(frame);
+    const Result<StepResult> b = anew.step(frame);
+    ASSERT_TRUE(a.ok() && b.ok());
+    kept = a.value();
+    ASSERT_TRUE(std::ranges::equal(kept.contacts, b.value().contacts));
+    ASSERT_EQ(kept.vf + kept.ee, b.value().vf + b.value().ee);
+    const Status status = lazy.self_check();
+    ASSERT_TRUE(status.ok()) << status.error().message;
+    if (GetParam() != Report::kEarliest && kept.statistics.counts.parts_rigid == 0) {
+      ASSERT_EQ(kept.statistics.counts.triangle_pairs, b.value().statistics.counts.triangle_pairs);
+    }
+  }
+
   // Now all moves, now some, now nothing, beginning at one of these nine.
   static void expect_same(const testing::Faces& faces, const std::vector<double>& start,
                           std::size_t max_bytes, int begin) {
@@ -242,10 +305,8 @@ class Crumpled : public ::testing::TestWithParam<Report> {
     std::vector<double> positions = start;
     ColliderOptions kept = options();
     kept.max_front_bytes = max_bytes;
-    ColliderOptions none = options();
-    none.front = FrontMode::kNone;
     Collider lazy = make(faces, positions, kept);
-    Collider anew = make(faces, positions, none);
+    Collider anew = make_anew(faces, positions);
     std::uint64_t met = 0;
     for (int step = 0; step < 45; ++step) {
       const int kind = (step + begin) % 9;
@@ -254,21 +315,13 @@ class Crumpled : public ::testing::TestWithParam<Report> {
         std::uniform_real_distribution<double> by(-0.01, 0.01);
         for (std::size_t k = 0; k < positions.size() / 5; ++k) positions[k] += by(random);
       }
-      const Frame frame{std::span<const double>(positions)};
-      const Result<StepResult> a = lazy.step(frame);
-      const Result<StepResult> b = anew.step(frame);
-      ASSERT_TRUE(a.ok() && b.ok());
-      ASSERT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts)) << "step " << step;
-      ASSERT_EQ(a.value().vf + a.value().ee, b.value().vf + b.value().ee) << "step " << step;
-      if (GetParam() != Report::kEarliest) {
-        ASSERT_EQ(a.value().statistics.counts.triangle_pairs, b.value().statistics.counts.triangle_pairs);
-      }
+      StepResult result;
+      ASSERT_NO_FATAL_FAILURE(expect_same_step(lazy, anew, positions, result)) << "step " << step;
       if (kind == 6 && max_bytes == kRoom && GetParam() != Report::kEarliest) {
-        ASSERT_EQ(a.value().statistics.counts.primitive_tests, 0U) << "at rest, step " << step;
+        ASSERT_EQ(result.statistics.counts.primitive_tests, 0U) << "at rest, step " << step;
       }
-      ASSERT_TRUE(lazy.self_check().ok()) << lazy.self_check().error().message;
-      ASSERT_LE(a.value().statistics.counts.front_bytes, max_bytes + max_bytes / 2);
-      met += a.value().vf + a.value().ee;
+      ASSERT_LE(result.statistics.counts.front_bytes, max_bytes + max_bytes / 2);
+      met += result.vf + result.ee;
     }
     EXPECT_GT(met, GetParam() == Report::kEarliest ? 20U : 1000U);
   }
@@ -291,11 +344,8 @@ TEST_P(Crumpled, SheetsMeetThemselvesInEveryStepAsEver) {
 TEST_P(Crumpled, WhateverHappensMeanwhile) {
   std::mt19937_64 random(47);
   std::vector<double> positions = flat();
-  ColliderOptions none = options();
-  none.front = FrontMode::kNone;
-  none.find_rigid = false;
   Collider lazy = make(testing::grid(kSide), positions, options());
-  Collider anew = make(testing::grid(kSide), positions, none);
+  Collider anew = make_anew(testing::grid(kSide), positions);
   std::uint64_t stiff = 0;
   std::uint64_t met = 0;
   for (int step = 0; step < 50; ++step) {
@@ -304,22 +354,33 @@ TEST_P(Crumpled, WhateverHappensMeanwhile) {
     if (step >= 4 && step < 36) {
       for (double& x : positions) x += 1.0 / 64;
     }
-    const Frame frame{std::span<const double>(positions)};
     if (step == 2 || step == 40) {
       const std::atomic<bool> cancelled{true};
-      ASSERT_FALSE(lazy.step(frame, &cancelled).ok());
+      ASSERT_FALSE(lazy.step(Frame{std::span<const double>(positions)}, &cancelled).ok());
     }
-    const Result<StepResult> a = lazy.step(frame);
-    const Result<StepResult> b = anew.step(frame);
-    ASSERT_TRUE(a.ok() && b.ok());
-    ASSERT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts)) << "step " << step;
-    ASSERT_EQ(a.value().vf + a.value().ee, b.value().vf + b.value().ee) << "step " << step;
-    ASSERT_TRUE(lazy.self_check().ok()) << lazy.self_check().error().message;
-    stiff += a.value().statistics.counts.parts_rigid;
-    met += a.value().vf + a.value().ee;
+    StepResult result;
+    ASSERT_NO_FATAL_FAILURE(expect_same_step(lazy, anew, positions, result)) << "step " << step;
+    stiff += result.statistics.counts.parts_rigid;
+    met += result.vf + result.ee;
   }
   EXPECT_GT(stiff, 0U);
   EXPECT_GT(met, 10U);
+}
+
+// A sheet that becomes a cloud: its hierarchy has decayed and is arranged anew, and so are its neighbours.
+TEST_P(Crumpled, BeyondRecognition) {
+  std::mt19937_64 random(59);
+  std::vector<double> positions = flat();
+  Collider lazy = make(testing::grid(kSide), positions, options());
+  Collider anew = make_anew(testing::grid(kSide), positions);
+  int decayed = 0;
+  for (int step = 0; step < 16; ++step) {
+    shake(random, step == 4 ? 3.0 : 0.001, positions);
+    StepResult result;
+    ASSERT_NO_FATAL_FAILURE(expect_same_step(lazy, anew, positions, result)) << "step " << step;
+    decayed += result.statistics.rebuild == Rebuild::kDecayed ? 1 : 0;
+  }
+  EXPECT_EQ(decayed, 1);
 }
 
 // A front that has room without its neighbours is not dropped for them, to be built anew and dropped again.

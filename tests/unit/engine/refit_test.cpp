@@ -2,6 +2,8 @@
 // A hierarchy refit from step to step against the same one whose bounds are made anew.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 
@@ -107,6 +109,47 @@ TYPED_TEST(RefitTest, FromStepToStepIsAnewBitForBit) {
       ASSERT_FALSE(this->HasFatalFailure()) << "world " << world << ", step " << step;
     }
   }
+}
+
+// Once each, when all of it is of this step.
+TYPED_TEST(RefitTest, TellsOfEverySubtreeThatChanged) {
+  constexpr std::uint32_t kSide = 40;
+  constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1);
+  const auto scene = make_scene(kVertices, grid(kSide));
+  std::vector<double> positions;
+  for (std::uint32_t v = 0; v < kVertices; ++v)
+    positions.insert(positions.end(), {v / (kSide + 1) * 0.1, v % (kSide + 1) * 0.1, 0});
+  Hierarchy<TypeParam> hierarchy(scene, positions, 32);
+  const TreeShape& shape = hierarchy.bvh.shape;
+  ASSERT_GE(shape.subtree_count(), 8U);
+  std::vector<std::size_t> told_in_step;
+  for (const std::size_t moving : {positions.size(), positions.size() / 3, std::size_t{30}, std::size_t{0}}) {
+    std::vector<std::atomic<int>> told(shape.subtree_count());
+    std::vector<std::vector<TypeParam>> seen(shape.subtree_count());  // of leaves, as they were told of
+    hierarchy.then = [&](std::uint32_t subtree) {
+      ++told[subtree];
+      for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+        if (shape.subtree_of(leaf) == subtree) seen[subtree].push_back(hierarchy.bvh.nodes[leaf]);
+      }
+    };
+    for (std::size_t k = 0; k < moving; ++k) positions[k] += 0.01;
+    hierarchy.step(positions);
+    std::vector<bool> changed(shape.subtree_count());
+    std::vector<std::size_t> next(shape.subtree_count());
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+      const std::uint32_t subtree = shape.subtree_of(leaf);
+      if ((hierarchy.bvh.states[leaf] & kChanged) != 0) changed[subtree] = true;
+      if (told[subtree] > 0) {
+        EXPECT_EQ(seen[subtree][next[subtree]++].lane, hierarchy.bvh.nodes[leaf].lane) << leaf;
+      }
+    }
+    for (std::uint32_t subtree = 0; subtree < told.size(); ++subtree)
+      EXPECT_EQ(told[subtree], changed[subtree] ? 1 : 0) << subtree;
+    told_in_step.push_back(static_cast<std::size_t>(std::ranges::count(changed, true)));
+  }
+  EXPECT_EQ(told_in_step[0], shape.subtree_count());
+  EXPECT_LT(told_in_step[2], told_in_step[0]);
+  EXPECT_GT(told_in_step[2], 0U);
 }
 
 }  // namespace
