@@ -57,13 +57,13 @@ class TreeShape {
   std::uint32_t end(NodeId node) const { return begin_of_block(end_block(node)); }
 
   /// The subtrees that are worked on as a whole, each by one task: those that root on this level, above which
-  /// there are no leaves. What a task has made of one, up to some 500 KB for a million primitives, it finds in
-  /// the nearer caches when it looks at it again.
+  /// there are no leaves. What a task has made of one, up to some 500 KB for a million primitives, it finds
+  /// in the nearer caches when it looks at it again.
   int subtree_level() const {
     // A small hierarchy is one task: there are many more of its kind. A larger one is shared.
     if (primitives_ <= 1024) return 0;
     const auto log2 = [](std::uint32_t x) { return static_cast<int>(std::bit_width(x)) - 1; };
-    const int level = std::max(std::min(log2(primitives_ / 256), 4), log2(primitives_ / 1024));
+    const int level = std::max(std::min(log2(primitives_ / 256), 4), log2(primitives_ / 512));
     return std::min(level, 8);
   }
   std::uint32_t subtree_count() const { return 1U << subtree_level(); }

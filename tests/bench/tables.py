@@ -256,7 +256,8 @@ def daemon(binary):
 
 
 def many(binary):
-    """Frames a second of 64 sessions at once, beside one in-process on one thread. Start-up is taken off as in remote()."""
+    """Frames a second of 64 sessions at once, beside the same 64 in processes of their own without a daemon, and beside one
+    in-process on one thread. Start-up is taken off as in remote()."""
     sessions = 64
     few = 10
     best = {}
@@ -264,21 +265,24 @@ def many(binary):
         steps = write_longer(DATA / "sequences" / "bart-like", 20, pathlib.Path(folder))
         report = detect(binary, folder, "--threads", "1")
         alone = 1e3 / statistics.mean(f["ms"]["total"] for f in warm_frames(report))
+        ways = {"daemon": ["--server", address], "processes": ["--threads", "1"]}
         for _ in range(ROUNDS):
-            for last in [few, steps]:
-                start = time.perf_counter()
-                clients = [subprocess.Popen([binary, "detect", folder, "--server", address, "--frames", f"0:{last}",
-                                             *plain([])],
-                                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(sessions)]
-                for client in clients:
-                    if client.wait() != 0:
-                        sys.exit(client.stderr.read().decode())
-                best[last] = min(best.get(last, 1e9), time.perf_counter() - start)
-    together = (steps - few) * sessions / (best[steps] - best[few])
+            for way, flags in ways.items():
+                for last in [few, steps]:
+                    start = time.perf_counter()
+                    clients = [subprocess.Popen([binary, "detect", folder, *flags, "--frames", f"0:{last}", *plain([])],
+                                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) for _ in range(sessions)]
+                    for client in clients:
+                        if client.wait() != 0:
+                            sys.exit(client.stderr.read().decode())
+                    best[way, last] = min(best.get((way, last), 1e9), time.perf_counter() - start)
+    together = {way: (steps - few) * sessions / (best[way, steps] - best[way, few]) for way in ways}
     cores = len(os.sched_getaffinity(0))
     table(f"{sessions} sessions of {report['triangles']} triangles at once, clients on the same {cores} cores",
-          ["frames a second in all", "one in-process, one thread", "of cores x one"],
-          [[f"{together:.0f}", f"{alone:.0f}", f"{together / (cores * alone):.2f}"]])
+          ["frames a second in all", "of cores x one", f"{sessions} processes without a daemon", "of cores x one",
+           "one, one thread"],
+          [[*(cell for way in ways for cell in [f"{together[way]:.0f}", f"{together[way] / (cores * alone):.2f}"]),
+            f"{alone:.0f}"]])
 
 
 def equal(binary):
