@@ -61,6 +61,8 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
                               std::uint64_t turn) {
   if (!std::ranges::equal(kept, list_neighbours(tree), same_lists))
     return "does not list the neighbouring blocks";
+  if (std::ranges::any_of(kept, &NeighbourChunk::tested))
+    return "has neighbours that were tested for a step which did not come";
   const Ends<Bounds> ends(tree, scene, vertex_bounds);
   std::atomic<std::uint64_t> wrong{0};  // one more than a block of the last that was found
   const auto check = [&](std::size_t turns) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/pipeline.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -160,14 +161,15 @@ class PipelineWith final : public Pipeline {
     refit_placed(core, stop);
     statistics.counts.bv_tests = find_near(core, stop);
     refit_near(core, stop);
-    see_looseness();
-    const double tested = tested_ms_ / core.workers->threads();
-    statistics.ms.refit = stage.lap() - tested;
+    take_looseness();
+    double among_neighbours = 0;
+    for (const double ms : neighbour_ms_) among_neighbours = std::max(among_neighbours, ms);
+    statistics.ms.refit = stage.lap() - among_neighbours;
 
     statistics.front_state = advance_front(core.options, built || rebuilt, stop);
     statistics.rebuild = reason_of(statistics.front_state);
     narrow_.flush();
-    const double interleaved = tested + stage.lap();
+    const double interleaved = among_neighbours + stage.lap();
     const double elementary =
         std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
 
@@ -207,7 +209,8 @@ class PipelineWith final : public Pipeline {
     return first == 0;
   }
 
-  // Bounds of a part's vertices and hierarchy: of all, or of those that changed.
+  // Bounds of a part's vertices and hierarchy: of all, or of those that changed. The front tests neighbours
+  // as subtrees are made.
   void refit_part(Core& core, std::uint32_t p, StopSignal stop) {
     const Motion& motion = core.motion.vertices();
     const FeatureRange& features = core.topology->parts[p].features;
@@ -233,15 +236,18 @@ class PipelineWith final : public Pipeline {
       stop.check();
       Stopwatch watch;
       front_.test_subtree(p, subtree, narrow_.local());
-      tested_ms_ += watch.lap();
+      neighbour_ms_.local() += watch.lap();
     };
-    refit_nodes_ +=
-        refit({core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, known},
-              trees_[p], tests_itself(core, p) ? std::ref(test) : std::function<void(std::uint32_t)>());
+    const bool tests = tests_itself(core, p) && front_.lists_neighbours(p);
+    const RefitInput input{
+        core.topology->scene, core.vertex_bounds, motion.states(), range, magnitude_, known};
+    // By reference, which a std::function holds without memory of its own.
+    refit_nodes_ += tests ? refit(input, trees_[p], std::ref(test)) : refit(input, trees_[p]);
     states_[p] = trees_[p].states.empty() ? 0 : trees_[p].states[0];
     if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
   }
 
+  // Is the part among those near itself? Such a part neither waits nor moves by poses.
   static bool tests_itself(const Core& core, std::uint32_t p) {
     return core.model.self_collision(p) && !core.rigid_parts.rigid(p);
   }
@@ -258,7 +264,7 @@ class PipelineWith final : public Pipeline {
   // known of.
   void refit_placed(Core& core, StopSignal stop) {
     refit_nodes_ = 0;
-    tested_ms_ = 0;
+    for (double& ms : neighbour_ms_) ms = 0;
     separate_ = apart_.begin(core.motion, core.options);
     const double magnitude = core.motion.vertices().magnitude();
     if (magnitude != magnitude_) {  // bounds made before are with the smaller margin
@@ -295,7 +301,7 @@ class PipelineWith final : public Pipeline {
         near_.find(core.model, roots_, states_, anew_ || core.options.front == FrontMode::kNone, bv_tests);
     near_pairs_.clear();
     std::ranges::copy_if(near, std::back_inserter(near_pairs_), [&](const NearPair& pair) {
-      return pair.parts.a != pair.parts.b || !core.rigid_parts.rigid(pair.parts.a);
+      return pair.parts.a != pair.parts.b || tests_itself(core, pair.parts.a);
     });
     if (separate_) apart_.sift(core.motion, core.options, anew_, stop, near_pairs_);
     anew_ = false;
@@ -322,20 +328,20 @@ class PipelineWith final : public Pipeline {
     }
   }
 
-  // Gives a part whose hierarchy had decayed by the last step a new one. Returns whether there was one.
+  // Gives a part that moves and whose hierarchy had decayed by the last step a new one. Returns whether there
+  // was one.
   bool rearrange_loose(Core& core) {
     if (steps_ % kLoosenessSteps != 0) return false;
     bool rebuilt = false;
     for (std::uint32_t p = 0; p < trees_.size(); ++p) {
       Bvh<Bounds>& tree = trees_[p];
-      if (tree.built_looseness == 0 || refit_in_[p] != steps_ - 1 || (states_[p] & kMoving) == 0 ||
-          looseness(tree) <= kLoosenessLimit * tree.built_looseness)
-        continue;
+      const bool known = refit_in_[p] == steps_ - 1 && tree.built_looseness > 0;
+      if (!known || core.model.is_removed(p) || (core.motion.state(p) & kMoving) == 0) continue;
+      if (!(looseness(tree) > kLoosenessLimit * tree.built_looseness)) continue;  // or is not a number
       const Scene& scene = core.topology->scene;
       std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order);
       auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order);
       tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options));
-      tree.built_looseness = 0;
       refit_in_[p] = kNever;
       front_.forget(p);
       rebuilt = true;
@@ -343,18 +349,27 @@ class PipelineWith final : public Pipeline {
     return rebuilt;
   }
 
-  // Of hierarchies that are new.
-  void see_looseness() {
+  // How loose hierarchies are that were made in this step.
+  void take_looseness() {
     for (std::uint32_t p = 0; p < trees_.size(); ++p) {
       if (trees_[p].built_looseness == 0 && !trees_[p].nodes.empty() && !waits(p))
         trees_[p].built_looseness = looseness(trees_[p]);
     }
   }
 
+  // Patches of parts that are tested against themselves; their vertices are where the step takes them.
   void cull_patches(Core& core, StepCounts& counts) {
-    const Patches& patches = core.topology->patches;
+    const Topology& topology = *core.topology;
+    const Patches& patches = topology.patches;
+    const auto part_of = [&](std::size_t patch) {
+      const std::uint32_t vertex = topology.scene.faces()[patches.faces[patch].front()][0];
+      const auto beyond = std::ranges::upper_bound(
+          topology.parts, vertex, {}, [](const PartTopology& part) { return part.features.first_vertex; });
+      return static_cast<std::uint32_t>(beyond - topology.parts.begin() - 1);
+    };
     tbb::parallel_for(std::size_t{0}, patches.count(), [&](std::size_t p) {
-      core.patch_culled[p] = provably_embedded(core.topology->scene, core.motion.vertices().vertices(),
+      core.patch_culled[p] = tests_itself(core, part_of(p)) &&
+                             provably_embedded(topology.scene, core.motion.vertices().vertices(),
                                                patches.faces[p], patches.contours[p]);
     });
     counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
@@ -473,7 +488,7 @@ class PipelineWith final : public Pipeline {
   Rebuild lost_to_ = Rebuild::kNone;
   NarrowPhase<Bounds> narrow_;
   std::atomic<std::uint64_t> refit_nodes_{0};
-  std::atomic<double> tested_ms_{0};  // among neighbours while refitting, by all threads
+  tbb::enumerable_thread_specific<double> neighbour_ms_;  // taken by tests among neighbours in refit
   std::int64_t steps_ = 0;
   std::int64_t steps_since_build_ = -1;
   std::int64_t stalled_steps_ = 0;

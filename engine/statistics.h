@@ -32,7 +32,8 @@ enum class Rebuild : std::uint8_t {
 
 /// Wall-clock milliseconds. `front` and `elementary` run interleaved, block by block: of their common wall
 /// time, `elementary` is what the threads spent in the cascade divided by the number of threads, and `front`
-/// is the rest.
+/// is the rest. So do `refit` and the front's tests among neighbours, subtree by subtree: what the thread
+/// took for these that took longest is `front`.
 struct StageTimes {
   double total = 0;
   double refit = 0;       ///< motion, moving bounds, hierarchy refit or build, normal cones

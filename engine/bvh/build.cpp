@@ -214,6 +214,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   shape = new_shape;
   order = std::move(new_order);
   shared = std::move(new_shared);
+  built_looseness = 0;
   nodes.resize(order.empty() ? 0 : shape.node_count());
   states.assign(nodes.size(), 0);
   const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bounding volume hierarchy over a scene's primitives: a complete binary tree laid out by levels.
-// Written by build and refit between steps, read by all threads during a step.
+// Written by build and refit; a subtree, once it is refit, is read by all threads for the rest of the step.
 #pragma once
 
 #include <algorithm>
@@ -117,7 +117,7 @@ struct Bvh {
   std::vector<NodeTravel> block_travel;  ///< by block of a wide leaf, as a leaf's; empty where `travel` is
   Csr block_vertices;                    ///< by block, each once; no rows where `travel` or `blocks` is empty
   std::uint32_t travel_slack = 0;        ///< what rounding can hide of a node's travel, in its units
-  double built_looseness = 0;            ///< looseness() right after the build
+  double built_looseness = 0;            ///< looseness() after the first refit; 0 before it
   std::vector<MotionState> states;       ///< by NodeId: union over the vertices below
   NodeSet changed;                       ///< nodes whose state has kChanged
   bool all_moving = false;               ///< every node's state is kMoving and kChanged
@@ -169,7 +169,9 @@ struct RefitInput {
 /// it is kept. Returns how many nodes changed. Parallel inside Workers::run(). O(P) at most.
 ///
 /// `then` is called with each subtree (TreeShape::subtree_of()) that changed, by the task that has just made
-/// all of it: bounds, travel and states.
+/// all of it: bounds, travel and states. By several threads at once; what is above the subtrees, `changed`
+/// and `all_moving` are not made yet. What it throws passes through: the hierarchy is good for a refit of all
+/// then.
 template <class Bounds>
 std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh,
                   const std::function<void(std::uint32_t subtree)>& then = {});

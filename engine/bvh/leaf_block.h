@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is below a leaf side by side, so that one is tested against eight of another leaf at once: primitives
-// in blocks, and blocks in leaves that hold more than one. Written between steps, read by all threads during
-// a step.
+// in blocks, and blocks in leaves that hold more than one. Written by refit, read by all threads for the rest
+// of the step.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How far nodes have travelled, so that the front can tell without a test that two of them are still apart.
-// Written by refit between steps, read by all threads during a step.
+// Written by refit, read by all threads for the rest of the step.
 #pragma once
 
 #include <algorithm>

@@ -22,7 +22,8 @@
 
 namespace warmfront {
 
-/// What a step's narrow phase reads. Constant while the step runs.
+/// What a step's narrow phase reads. Constant from begin() on; the bounds of a part's vertices, and its
+/// hierarchy, from when they were made for the step: nothing of the part is tested before.
 struct NarrowPhaseInput {
   const Scene& scene;
   const Renumbering& numbering;  ///< contacts are reported in original numbers

@@ -54,6 +54,20 @@ void rebalance(FrontSegment& segment) {
   chunks = std::move(balanced);
 }
 
+// The segment of a part against itself, or null.
+template <class Segments>
+auto* with_itself(Segments& segments, std::uint32_t part) {
+  const PartPair self{part, part};
+  const auto segment = std::ranges::lower_bound(segments, self, {}, &FrontSegment::parts);
+  return segment != segments.end() && segment->parts == self ? &*segment : nullptr;
+}
+
+// What was found at rest no longer holds.
+void test_moved(std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink) {
+  chunk.at_rest = {};
+  sink.neighbours(part, chunk);
+}
+
 std::size_t list_bytes(std::span<const NeighbourChunk> neighbours) {
   std::size_t bytes = 0;
   for (const NeighbourChunk& chunk : neighbours) bytes += chunk.list_bytes();
@@ -202,22 +216,23 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
 }
 
 template <class Bounds>
+bool Front<Bounds>::lists_neighbours(std::uint32_t part) const {
+  const FrontSegment* segment = with_itself(segments_, part);
+  return segment != nullptr && !segment->neighbours.empty();
+}
+
+template <class Bounds>
 void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink) {
-  const PartPair self{part, part};
-  const auto segment = std::ranges::lower_bound(segments_, self, {}, &FrontSegment::parts);
-  if (segment == segments_.end() || segment->parts != self || segment->neighbours.empty()) return;
-  NeighbourChunk& chunk = segment->neighbours[subtree];
+  NeighbourChunk& chunk = with_itself(segments_, part)->neighbours[subtree];
   chunk.tested = true;
-  chunk.at_rest = {};
-  sink.neighbours(part, chunk);
+  test_moved(part, chunk, sink);
 }
 
 template <class Bounds>
 void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
                                    LeafPairSink& sink, const FrontUpdate& how) {
   if (chunk.nodes.meets(tree.changed)) {
-    chunk.at_rest = {};
-    sink.neighbours(part, chunk);
+    test_moved(part, chunk, sink);
   } else if (!chunk.restless) {
     return;
   } else if (how.retest) {

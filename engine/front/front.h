@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The front: where traversal of the bounding volume test trees ends, kept from step to step.
-// Source: Tang, Manocha, Tong 2009, sections 4 and 5. Used by one thread at a time, inside Workers::run().
+// Source: Tang, Manocha, Tong 2009, sections 4 and 5. Used by one thread at a time, but for
+// test_subtree(), inside Workers::run().
 #pragma once
 
 #include <atomic>
@@ -72,10 +73,12 @@ class Front {
   void advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, LeafPairSinks& sinks,
                const FrontUpdate& how);
 
-  /// Between two steps' advance(): tests those neighbours of a part against each other that are both in one
-  /// subtree of its hierarchy, which has just been refit, while their blocks are near. The next advance()
-  /// leaves them out, and has the part in `near` as one that moves. Does nothing where neighbours are not
-  /// listed. Thread-safe for different subtrees.
+  /// Are neighbours of the part listed (neighbours.h), so that test_subtree() may be called?
+  bool lists_neighbours(std::uint32_t part) const;
+  /// Tests those listed neighbours of a part against each other that are both in one subtree of its
+  /// hierarchy, which changed and has just been refit: now, while their blocks are near. The next advance()
+  /// leaves them out; it must be of the same step, with the part in `near` against itself. Thread-safe for
+  /// different subtrees.
   void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
 
   /// Forgets the front.

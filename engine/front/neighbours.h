@@ -25,7 +25,7 @@ struct NeighbourPair {
 /// Some of a part's pairs, by the leaves that their blocks are in. Plain values; changed by one thread at a
 /// time.
 struct NeighbourChunk {
-  static constexpr std::size_t kPairs = 512;  ///< about
+  static constexpr std::size_t kPairs = 512;  ///< about, where they are not all that a subtree has
 
   struct Leaves {
     std::uint32_t a;  ///< counted from the first leaf
@@ -36,7 +36,7 @@ struct NeighbourChunk {
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
   NodeSet nodes;  ///< all leaves
-  /// In the step to come, by Front::test_subtree().
+  /// Already in this step, by Front::test_subtree(); advance() takes the mark back.
   bool tested = false;
   /// Some pair has no budget: there may be something to tell of it even when nothing moves.
   bool restless = true;

@@ -3,7 +3,7 @@
 // only and several at once, bodies added and changed in between, streams that attach, take over and leave,
 // and a close at any moment. After each, the session says what its contract says, every request is answered
 // exactly once and in order, and a good frame still gets the right answer. The session works on threads of
-// its own.
+// its own, or on its client's.
 #include <chrono>
 #include <cstring>
 #include <future>
@@ -30,7 +30,8 @@ class Driver {
   explicit Driver(fuzz::Bytes& input)
       : input_(input),
         first_(input.next()),
-        second_(static_cast<BodyKind>(input.next() % 3)),
+        ways_(input.next()),
+        second_(static_cast<BodyKind>(ways_ % 3)),
         model_(workers(), first_, second_) {
     PositionBuffer start(Dtype::kFloat64, fuzz::tiny_scene().vertex_count);
     append(start, fuzz::tiny_positions(0));
@@ -41,7 +42,8 @@ class Driver {
                                 first_,
                                 {}},
                                start,
-                               {workers(), runner(), limits(), Account::open(budget(), 1 << 30, 0).value(),
+                               {workers(), runner(ways_ / 3 % 2 != 0), limits(),
+                                Account::open(budget(), 1 << 30, 0).value(),
                                 [](Session&, const Fault&) { expect(false, "the engine does not fail"); }})
                    .value();
   }
@@ -67,9 +69,11 @@ class Driver {
     static const Limits shared;
     return shared;
   }
-  static Runner& runner() {
-    static Runner shared(2);
-    return shared;
+  // With guests, brief steps are taken by the thread that sends them.
+  static Runner& runner(bool guests) {
+    static Runner of_its_own(2);
+    static Runner with_guests(2, 1);
+    return guests ? with_guests : of_its_own;
   }
 
   void act() {
@@ -402,6 +406,7 @@ class Driver {
 
   fuzz::Bytes& input_;
   const std::uint64_t first_;
+  const std::uint8_t ways_;  // of working: what the second body is, whose threads step
   const BodyKind second_;
   fuzz::SessionModel model_;
   std::optional<FrameBuffer> last_;  // the frame that was answered last

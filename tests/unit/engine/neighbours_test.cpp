@@ -9,10 +9,12 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <set>
+#include <thread>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -243,18 +245,17 @@ TEST(Neighbours, AreTestedOnce) {
   };
   testing::CountingSinks refit;
   for (int step = 0; step < 2; ++step) {
-    front.test_subtree(0, 1, refit);
-    EXPECT_EQ(refit.neighbour_chunks, 0U) << "not listed yet";
+    EXPECT_FALSE(front.lists_neighbours(0)) << "not yet";
     handed_over();
   }
+  EXPECT_TRUE(front.lists_neighbours(0));
+  EXPECT_FALSE(front.lists_neighbours(1)) << "no such part";
   const std::uint64_t chunks = handed_over();
   front.test_subtree(0, 1, refit);
   front.test_subtree(0, 2, refit);
   EXPECT_EQ(refit.neighbour_chunks, 2U);
   EXPECT_EQ(handed_over(), chunks - 2);
   EXPECT_EQ(handed_over(), chunks) << "in that step";
-  front.test_subtree(1, 0, refit);  // no such part
-  EXPECT_EQ(refit.neighbour_chunks, 2U);
 }
 
 // Every step's contacts are those of a collider that keeps nothing.
@@ -281,11 +282,12 @@ class Crumpled : public ::testing::TestWithParam<Report> {
     return make(faces, at, none);
   }
 
-  // Both take the step; `kept` is what the first answers.
+  // Both take the step, the first once again where it was stopped; `kept` is what it answers.
   static void expect_same_step(Collider& lazy, Collider& anew, const std::vector<double>& positions,
-                               StepResult& kept) {
+                               StepResult& kept, const std::atomic<bool>* stop = nullptr) {
     const Frame frame{std::span<const double>(positions)};
-    const Result<StepResult> a = lazy.step(frame);
+    Result<StepResult> a = lazy.step(frame, stop);
+    if (stop != nullptr && !a.ok()) a = lazy.step(frame);
     const Result<StepResult> b = anew.step(frame);
     ASSERT_TRUE(a.ok() && b.ok());
     kept = a.value();
@@ -347,6 +349,7 @@ TEST_P(Crumpled, WhateverHappensMeanwhile) {
   Collider lazy = make(testing::grid(kSide), positions, options());
   Collider anew = make_anew(testing::grid(kSide), positions);
   std::uint64_t stiff = 0;
+  int stopped = 0;
   std::uint64_t met = 0;
   for (int step = 0; step < 50; ++step) {
     if (step < 4 || step > 36) shake(random, 0.002, positions);
@@ -354,17 +357,75 @@ TEST_P(Crumpled, WhateverHappensMeanwhile) {
     if (step >= 4 && step < 36) {
       for (double& x : positions) x += 1.0 / 64;
     }
-    if (step == 2 || step == 40) {
-      const std::atomic<bool> cancelled{true};
-      ASSERT_FALSE(lazy.step(Frame{std::span<const double>(positions)}, &cancelled).ok());
-    }
+    const std::atomic<bool> stop{step == 2 || step == 40};
     StepResult result;
-    ASSERT_NO_FATAL_FAILURE(expect_same_step(lazy, anew, positions, result)) << "step " << step;
+    ASSERT_NO_FATAL_FAILURE(expect_same_step(lazy, anew, positions, result, &stop)) << "step " << step;
+    stopped += result.statistics.rebuild == Rebuild::kInterrupted ? 1 : 0;
     stiff += result.statistics.counts.parts_rigid;
     met += result.vf + result.ee;
   }
   EXPECT_GT(stiff, 0U);
+  EXPECT_EQ(stopped, 2);
   EXPECT_GT(met, 10U);
+}
+
+// Stopped before, while or after the refit tests among neighbours, or not at all: the frame again is as ever.
+TEST_P(Crumpled, StoppedAtAnyMoment) {
+  std::mt19937_64 random(61);
+  std::vector<double> positions = flat();
+  Collider lazy = make(testing::grid(kSide), positions, options());
+  Collider anew = make_anew(testing::grid(kSide), positions);
+  int stopped = 0;
+  for (int step = 0; step < 120; ++step) {
+    shake(random, step % 9 == 0 ? 0.05 : 0.002, positions);
+    std::atomic<bool> stop{step == 60};
+    std::thread stopper;
+    if (step % 3 == 0) {  // two steps for a front with neighbours, and one to stop
+      stopper = std::thread([&stop, wait = std::chrono::microseconds(random() % 800)] {
+        std::this_thread::sleep_for(wait);
+        stop = true;
+      });
+    }
+    StepResult result;
+    expect_same_step(lazy, anew, positions, result, &stop);
+    if (stopper.joinable()) stopper.join();
+    ASSERT_FALSE(HasFatalFailure()) << "step " << step;
+    stopped += result.statistics.rebuild == Rebuild::kInterrupted ? 1 : 0;
+  }
+  EXPECT_GT(stopped, 0);
+}
+
+// A step of too many contacts is taken back, whatever its refit has tested.
+TEST(Neighbours, OfAStepThatIsRefused) {
+  std::mt19937_64 random(67);
+  std::vector<double> positions = flat();
+  const auto make = [&](FrontMode front) {
+    ColliderOptions options{.bounds = BoundsKind::kKDop18, .find_bodies = false, .leaf_size = 32};
+    options.front = front;
+    options.max_contacts = 1000;
+    const auto scene = testing::make_scene(kVertices, testing::grid(kSide));
+    return Collider::create(scene, std::span<const double>(positions), options, std::make_shared<Workers>(2))
+        .value();
+  };
+  Collider lazy = make(FrontMode::kWarm);
+  Collider anew = make(FrontMode::kNone);
+  int refused = 0;
+  for (int step = 0; step < 24; ++step) {
+    const std::vector<double> before = positions;
+    shake(random, step % 6 == 5 ? 0.4 : 0.01, positions);
+    const Frame frame{std::span<const double>(positions)};
+    const Result<StepResult> a = lazy.step(frame);
+    const Result<StepResult> b = anew.step(frame);
+    ASSERT_EQ(a.ok(), b.ok()) << "step " << step;
+    if (a.ok()) {
+      ASSERT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts)) << "step " << step;
+    } else {
+      positions = before;
+      ++refused;
+    }
+    ASSERT_TRUE(lazy.self_check().ok()) << lazy.self_check().error().message;
+  }
+  EXPECT_EQ(refused, 4);
 }
 
 // A sheet that becomes a cloud: its hierarchy has decayed and is arranged anew, and so are its neighbours.

@@ -257,6 +257,8 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
                      kWide);
   this->expect_found([&](K& k) { ++pairs(k)[3].place; }, broken, "does not list the neighbouring blocks",
                      kWide);
+  this->expect_found([](K& k) { k.segment(0).neighbours[0].tested = true; }, broken,
+                     "tested for a step which did not come", kWide);
   this->expect_found([](K& k) { --k.segment(0).neighbours[0].leaves[1].end; }, broken,
                      "does not list the neighbouring blocks", kWide);
   this->expect_found(
