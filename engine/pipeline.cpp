@@ -359,18 +359,13 @@ class PipelineWith final : public Pipeline {
 
   // Patches of parts that are tested against themselves; their vertices are where the step takes them.
   void cull_patches(Core& core, StepCounts& counts) {
-    const Topology& topology = *core.topology;
-    const Patches& patches = topology.patches;
-    const auto part_of = [&](std::size_t patch) {
-      const std::uint32_t vertex = topology.scene.faces()[patches.faces[patch].front()][0];
-      const auto beyond = std::ranges::upper_bound(
-          topology.parts, vertex, {}, [](const PartTopology& part) { return part.features.first_vertex; });
-      return static_cast<std::uint32_t>(beyond - topology.parts.begin() - 1);
-    };
+    const Scene& scene = core.topology->scene;
+    const Patches& patches = core.topology->patches;
     tbb::parallel_for(std::size_t{0}, patches.count(), [&](std::size_t p) {
-      core.patch_culled[p] = tests_itself(core, part_of(p)) &&
-                             provably_embedded(topology.scene, core.motion.vertices().vertices(),
-                                               patches.faces[p], patches.contours[p]);
+      const std::uint32_t part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
+      core.patch_culled[p] =
+          tests_itself(core, part) &&
+          provably_embedded(scene, core.motion.vertices().vertices(), patches.faces[p], patches.contours[p]);
     });
     counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
   }

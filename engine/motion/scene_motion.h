@@ -47,6 +47,8 @@ class SceneMotion {
   const Motion& vertices() const { return motion_; }
   Motion& vertices() { return motion_; }
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(parts_.size()); }
+  /// The part that a vertex is in; in either numbers, since new ones stay within the part.
+  std::uint32_t part_of(std::uint32_t vertex) const;
   /// The motion of the part's vertices; of one that waits for place(), that of the step before.
   const RangeMotion& range(std::uint32_t part) const { return parts_[part].range; }
   /// Union over the part's vertices, known without placing them (an upper bound then).
@@ -98,7 +100,6 @@ class SceneMotion {
   void move_part(Part& part, const Positions& positions, std::uint32_t first_row);
   Status check_whole(const Scene& scene, const Positions& positions) const;
   Status check_parts(const Scene& scene, const Frame& frame);
-  std::uint32_t part_of(std::uint32_t vertex) const;
   std::uint32_t new_vertex(std::uint32_t given) const {
     return numbering_ == nullptr ? given : numbering_->new_vertices()[given];
   }
