@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 
 #include "engine/bounds/moving.h"
 #include "engine/bounds/overlap.h"
@@ -16,7 +17,7 @@ namespace {
 bool same_lists(const NeighbourChunk& x, const NeighbourChunk& y) {
   return std::ranges::equal(x.leaves, y.leaves) &&
          std::ranges::equal(x.pairs, y.pairs, [](const NeighbourPair& p, const NeighbourPair& q) {
-           return p.a == q.a && p.b == q.b && p.place == q.place;
+           return p.a == q.a && p.b == q.b && p.without == q.without;
          });
 }
 
@@ -27,22 +28,21 @@ class Ends {
       : tree_(tree), scene_(scene), vertex_bounds_(vertex_bounds) {}
 
   bool apart(const NeighbourPair& pair) const {
-    const LeafBlock<Bounds>& a = tree_.blocks[pair.a];
-    const LeafBlock<Bounds>& b = tree_.blocks[pair.b];
-    const std::uint64_t without = sharing_pairs(a, b) | no_pairs(a.count, b.count, pair.a == pair.b);
-    for (std::uint32_t i = 0; i < a.count; ++i) {
-      for (std::uint32_t j = 0; j < b.count; ++j) {
-        if ((without >> (8 * i + j) & 1) == 0 && overlap(bounds(a, i), bounds(b, j))) return false;
-      }
+    const std::uint64_t without =
+        sharing_pairs(tree_.corners[pair.a], tree_.corners[pair.b]) | tree_.no_pairs(pair.a, pair.b);
+    for (std::uint64_t bits = ~without; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      if (overlap(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8))) return false;
     }
     return true;
   }
 
  private:
   // As of something that rests where the step ends.
-  Bounds bounds(const LeafBlock<Bounds>& block, std::uint32_t i) const {
+  Bounds bounds(std::uint32_t block, std::uint32_t i) const {
     Bounds bounds = Bounds::empty();
-    for (const std::uint32_t v : primitive_vertices(scene_, tree_.order[block.first + i]))
+    for (const std::uint32_t v :
+         primitive_vertices(scene_, tree_.order[tree_.shape.begin_of_block(block) + i]))
       bounds.merge(narrow<Bounds>(bounds_of(vertex_bounds_[v])));
     bounds.shift();
     return bounds;

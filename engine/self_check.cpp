@@ -117,9 +117,11 @@ class SelfCheck {
   bool leaves_agree(std::uint32_t p) const {
     const Bvh<Bounds>& tree = kept_.trees[p];
     const TreeShape& shape = tree.shape;
-    if (!tree.blocks.empty() && tree.blocks.size() != shape.block_count()) return false;
+    if (!tree.blocks.empty() &&
+        (tree.blocks.size() != shape.block_count() || tree.corners.size() != shape.block_count() ||
+         tree.grids.size() != shape.leaf_count() || tree.blocks_of.size() != shape.leaf_count()))
+      return false;
     if (!tree.wide.empty() && tree.wide.size() != shape.leaf_count()) return false;
-    if (!tree.blocks.empty() && tree.grids.size() != shape.leaf_count()) return false;
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
       for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
         if ((tree.order[i] & kPoint) != 0) continue;
@@ -133,21 +135,16 @@ class SelfCheck {
   }
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
-    const std::uint32_t first = tree.shape.first_block(leaf);
-    const std::uint32_t count = tree.shape.end_block(leaf) - first;
+    const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
     const NodeId l = leaf - tree.shape.first_leaf();
     if (tree.grids[l].begin_at_1 != 0 && tree.grids[l].begin_at_1 != Bounds::kAxes) return false;
-    if (!tree.wide.empty() && (tree.wide[l].first != first || tree.wide[l].count != count)) return false;
-    const auto blocks = tree.blocks_of(leaf);
-    for (std::uint32_t b = 0; b < count; ++b) {
-      const LeafBlock<Bounds>& block = blocks[b];
-      const std::uint32_t begin = tree.shape.begin_of_block(first + b);
-      if (block.first != begin || block.count != tree.shape.begin_of_block(first + b + 1) - begin)
-        return false;
-      for (std::uint32_t i = 0; i < block.count; ++i) {
+    if (!(tree.blocks_of[l] == blocks)) return false;
+    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
+      const std::uint32_t begin = tree.shape.begin_of_block(block);
+      for (std::uint32_t i = 0; i < tree.shape.size_of_block(block); ++i) {
         const Face vertices = primitive_vertices(core_.topology->scene, tree.order[begin + i]);
         for (std::size_t k = 0; k < 3; ++k)
-          if (block.vertex[k][i] != vertices[k]) return false;
+          if (tree.corners[block].vertex[k][i] != vertices[k]) return false;
       }
     }
     return true;
@@ -168,18 +165,18 @@ class SelfCheck {
     };
     if (tree.blocks.empty())
       return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
-    const auto blocks = tree.blocks_of(node);
     const NodeId leaf = node - tree.shape.first_leaf();
+    const BlockRange blocks = tree.blocks_of[leaf];
     const LeafGrid<Bounds>& grid = tree.grids[leaf];
     LeafGrid<Bounds> own;
     own.set(bounds, 0);
     own.set(bounds, 1);
     if (!(own == grid)) return false;
-    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-      for (std::uint32_t i = 0; i < blocks[b].count; ++i) {
-        const bool held = holds_primitive(blocks[b].first + i, [&](const Bounds& inner) {
-          return holds_numbers(grid, blocks[b], i, inner) &&
-                 (tree.wide.empty() || holds_numbers(grid, tree.wide[leaf], b, inner));
+    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
+      for (std::uint32_t i = 0; i < tree.shape.size_of_block(block); ++i) {
+        const bool held = holds_primitive(tree.shape.begin_of_block(block) + i, [&](const Bounds& inner) {
+          return holds_numbers(grid, tree.blocks[block], i, inner) &&
+                 (tree.wide.empty() || holds_numbers(grid, tree.wide[leaf], block - blocks.begin, inner));
         });
         if (!held) return false;
       }

@@ -160,13 +160,6 @@ Places find_places(const Scene& scene, const Motion& motion, std::span<const Pri
   return places;
 }
 
-// Positions of a block's primitives. A leaf that is no wider is one, and they are in the order of leaves.
-std::pair<std::uint32_t, std::uint32_t> range_of_block(const TreeShape& shape, std::uint32_t block) {
-  if (shape.has_wide_leaves()) return {shape.begin_of_block(block), shape.begin_of_block(block + 1)};
-  const NodeId leaf = shape.first_leaf() + block;
-  return {shape.begin(leaf), shape.end(leaf)};
-}
-
 }  // namespace
 
 std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
@@ -197,8 +190,7 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene) {
   block_vertices.items.reserve(order.size() + order.size() / 2);
   for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
     block_vertices.begin.push_back(static_cast<std::uint32_t>(block_vertices.items.size()));
-    const auto [begin, end] = range_of_block(shape, block);
-    for (std::uint32_t i = begin; i < end; ++i) {
+    for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
       for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
         if (std::exchange(seen_in[v - first], block) != block) block_vertices.items.push_back(v);
       }
@@ -226,6 +218,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   travel.assign(keep_travel ? nodes.size() : 0, {});
   block_travel.assign(keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, {});
   blocks.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count());
+  corners.resize(blocks.size());
   wide.resize(shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0);
   grids.assign(blocks.empty() ? 0 : shape.leaf_count(), {});
   if (!order.empty()) {
@@ -236,25 +229,16 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
     }
   }
   list_block_vertices(scene);
+  blocks_of.clear();
   if (blocks.empty()) return;
-  tbb::parallel_for(shape.first_leaf(), shape.node_count(), [&](NodeId node) {
-    const std::uint32_t leaf = node - shape.first_leaf();
-    const std::uint32_t first = shape.first_block(node);
-    const std::uint32_t end = shape.end_block(node);
-    if (!wide.empty()) {
-      wide[leaf] = {};
-      wide[leaf].count = end - first;
-      wide[leaf].first = first;
-    }
-    for (std::uint32_t b = first; b < end; ++b) {
-      LeafBlock<Bounds>& block = blocks[wide.empty() ? leaf : b];
-      block = {};
-      block.first = shape.begin_of_block(b);
-      block.count = shape.begin_of_block(b + 1) - block.first;
-      for (std::uint32_t i = 0; i < block.kSlots; ++i) {  // the first stands for what is not there
-        const Face vertices = primitive_vertices(scene, order[block.first + (i < block.count ? i : 0)]);
-        for (int corner = 0; corner < 3; ++corner) block.vertex[corner][i] = vertices[corner];
-      }
+  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
+    blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
+  tbb::parallel_for(std::uint32_t{0}, shape.block_count(), [&](std::uint32_t block) {
+    const std::uint32_t begin = shape.begin_of_block(block);
+    const std::uint32_t size = shape.size_of_block(block);
+    for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+      const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
+      for (int corner = 0; corner < 3; ++corner) corners[block].vertex[corner][i] = vertices[corner];
     }
   });
 }
@@ -264,10 +248,8 @@ std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const 
   if (shape.leaf_size() == 1 || order.empty()) return nullptr;
   std::vector<std::span<const Primitive>> blocks;
   blocks.reserve(shape.block_count());
-  for (std::uint32_t b = 0; b < shape.block_count(); ++b) {
-    const auto [begin, end] = range_of_block(shape, b);
-    blocks.push_back(order.subspan(begin, end - begin));
-  }
+  for (std::uint32_t b = 0; b < shape.block_count(); ++b)
+    blocks.push_back(order.subspan(shape.begin_of_block(b), shape.size_of_block(b)));
   return std::make_shared<const SharedVertices>(scene, blocks);
 }
 

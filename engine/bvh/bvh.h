@@ -49,6 +49,9 @@ class TreeShape {
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
   std::uint32_t begin_of_block(std::uint32_t block) const { return share(block, primitives_, blocks_); }
+  std::uint32_t size_of_block(std::uint32_t block) const {
+    return begin_of_block(block + 1) - begin_of_block(block);
+  }
   /// Where the blocks below `node` begin, and where they end.
   std::uint32_t first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
   std::uint32_t end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
@@ -95,21 +98,38 @@ class TreeShape {
   int depth_ = 0;  // of the last level
 };
 
+/// Blocks one after another, by their numbers.
+struct BlockRange {
+  std::uint32_t begin;
+  std::uint32_t end;
+
+  std::uint32_t size() const { return end - begin; }
+  bool operator==(const BlockRange&) const = default;
+};
+
 /// A hierarchy over some of a scene's primitives, with bounds of one kind.
 template <class Bounds>
 struct Bvh {
-  /// The blocks of a leaf.
-  std::span<const LeafBlock<Bounds>> blocks_of(NodeId leaf) const {
-    const NodeId l = leaf - shape.first_leaf();
-    return wide.empty() ? std::span(&blocks[l], 1) : std::span(&blocks[wide[l].first], wide[l].count);
+  /// The pairs of primitives of two blocks that are not to be tested against each other, as
+  /// SharedVertices::of() says.
+  std::uint64_t without(std::uint32_t a, std::uint32_t b) const {
+    return is_known(a, b) ? shared->of(a, b) : look_for_without(a, b);
+  }
+  /// The same of two of which SharedVertices::has_place() is false.
+  std::uint64_t without_of_no_place(std::uint32_t a, std::uint32_t b) const {
+    return is_known(a, b) ? shared->of_no_place(a, b) : look_for_without(a, b);
+  }
+  std::uint64_t no_pairs(std::uint32_t a, std::uint32_t b) const {
+    return warmfront::no_pairs(shape.size_of_block(a), shape.size_of_block(b), a == b);
   }
 
   TreeShape shape;
-  std::vector<Primitive> order;  ///< primitive at each position
-  std::vector<Bounds> nodes;     ///< by NodeId
-  /// Empty for leaves of one primitive, whose node says it all. Leaf l's is blocks[l], unless leaves are
-  /// wide.
-  std::vector<LeafBlock<Bounds>> blocks;
+  std::vector<Primitive> order;       ///< primitive at each position
+  std::vector<Bounds> nodes;          ///< by NodeId
+  std::vector<BlockRange> blocks_of;  ///< by leaf, as the shape says; empty where `blocks` is
+  /// Of its primitives, by block. Empty for leaves of one primitive, whose node says it all.
+  std::vector<EightBounds<Bounds>> blocks;
+  std::vector<EightCorners> corners;             ///< by block
   std::shared_ptr<const SharedVertices> shared;  ///< of `blocks`; null where it is looked for when asked
   std::vector<EightBounds<Bounds>> wide;         ///< by leaf, of its blocks; empty where each has one
   std::vector<LeafGrid<Bounds>> grids;           ///< by leaf, of its blocks' numbers; empty where `blocks` is
@@ -131,14 +151,23 @@ struct Bvh {
 
   std::size_t memory_bytes() const {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
-           nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks.size() * sizeof(LeafBlock<Bounds>) +
-           (shared != nullptr ? shared->memory_bytes() : 0) + wide.size() * sizeof(EightBounds<Bounds>) +
-           grids.size() * sizeof(LeafGrid<Bounds>) +
+           nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks_of.size() * sizeof(BlockRange) +
+           corners.size() * sizeof(EightCorners) +
+           (blocks.size() + wide.size()) * sizeof(EightBounds<Bounds>) +
+           (shared != nullptr ? shared->memory_bytes() : 0) + grids.size() * sizeof(LeafGrid<Bounds>) +
            (travel.size() + block_travel.size()) * sizeof(NodeTravel) + block_vertices.memory_bytes();
   }
 
  private:
   void list_block_vertices(const Scene& scene);
+
+  bool is_known(std::uint32_t a, std::uint32_t b) const {
+    return shared != nullptr && !(shared->crowded(a) && shared->crowded(b));
+  }
+  std::uint64_t look_for_without(std::uint32_t a, std::uint32_t b) const {
+    const std::uint64_t sharing = sharing_pairs(corners[a], corners[b]);
+    return sharing != 0 ? sharing | no_pairs(a, b) : 0;
+  }
 };
 
 /// What `Bvh::shared` is of a hierarchy of this shape and order.

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "engine/bounds/lanes.h"
-#include "engine/bvh/shared_vertices.h"
 
 namespace warmfront {
 namespace {
@@ -178,15 +177,13 @@ struct Primitives {
 
 // Blocks: those that are near are looked into, and their primitives say the gap.
 struct Blocks {
-  std::uint32_t count_a;
-  std::uint32_t count_b;
-  bool same;
+  BlockCounts counts;
 
   WARMFRONT_INLINE Int8 meets(int i) const {
-    const Int8 used = kSlot < static_cast<std::int32_t>(count_b);
-    return same ? used & (kSlot >= i) : used;
+    const Int8 used = kSlot < static_cast<std::int32_t>(counts.b);
+    return counts.same ? used & (kSlot >= i) : used;
   }
-  WARMFRONT_INLINE std::uint32_t rows() const { return (1U << count_a) - 1; }
+  WARMFRONT_INLINE std::uint32_t rows() const { return (1U << counts.a) - 1; }
   WARMFRONT_INLINE static Short16 gap(Int8, Int8 apart, Short16 of_row) {
     return (Short16)apart != 0 ? of_row : kFar;
   }
@@ -238,19 +235,6 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const BroughtOver<Bounds>& o
                                : static_cast<float>(nearest) * between.unit[1]};
 }
 
-template <class Bounds>
-WARMFRONT_INLINE std::uint64_t all_sharing(const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
-  std::uint64_t pairs = 0;
-  for (std::uint32_t i = 0; i < a.count; ++i) {
-    Int8 shared{};
-    for (const auto& p : a.vertex) {
-      for (const auto& q : b.vertex) shared |= load<Int8>(q.data()) == static_cast<std::int32_t>(p[i]);
-    }
-    pairs |= std::uint64_t{bits_of(shared & (kSlot < static_cast<std::int32_t>(b.count)))} << (8 * i);
-  }
-  return &a == &b ? pairs & ~kWithItself : pairs;
-}
-
 template <class Bounds, class Pairs>
 WARMFRONT_INLINE EightOverlaps overlaps(const BroughtOver<Bounds>& over, const EightBounds<Bounds>& b,
                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
@@ -261,23 +245,26 @@ WARMFRONT_INLINE EightOverlaps overlaps(const BroughtOver<Bounds>& over, const E
 
 template <class Bounds>
 WARMFRONT_INLINE EightOverlaps overlaps_of_blocks(const EightBounds<Bounds>& a, const EightBounds<Bounds>& b,
-                                                  const GridPair<Bounds>& between, const OneOfLeaf& whole_b,
-                                                  bool same, float until) {
+                                                  BlockCounts counts, const GridPair<Bounds>& between,
+                                                  const OneOfLeaf& whole_b, float until) {
   BroughtOver<Bounds> over;
   bring_all_over(a, between, over);
-  return overlaps(over, b, between, same ? nullptr : &whole_b, Blocks{a.count, b.count, same}, until);
+  return overlaps(over, b, between, counts.same ? nullptr : &whole_b, Blocks{counts}, until);
 }
 
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
-std::uint64_t sharing_pairs(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b) {
-  return all_sharing(a, b);
-}
-
-WARMFRONT_TARGET_CLONES
-std::uint64_t sharing_pairs(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b) {
-  return all_sharing(a, b);
+std::uint64_t sharing_pairs(const EightCorners& a, const EightCorners& b) {
+  std::uint64_t pairs = 0;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    Int8 shared{};
+    for (const auto& p : a.vertex) {
+      for (const auto& q : b.vertex) shared |= load<Int8>(q.data()) == static_cast<std::int32_t>(p[i]);
+    }
+    pairs |= std::uint64_t{bits_of(shared)} << (8 * i);
+  }
+  return pairs;
 }
 
 WARMFRONT_TARGET_CLONES
@@ -291,29 +278,29 @@ void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, B
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const LeafBlock<Aabb>& b,
+EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t without, float until) {
   return overlaps<Aabb>(over, b, between, whole_b, Primitives{without}, until);
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const LeafBlock<KDop18>& b,
+EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const EightBounds<KDop18>& b,
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t without, float until) {
   return overlaps<KDop18>(over, b, between, whole_b, Primitives{without}, until);
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b,
-                             const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until) {
-  return overlaps_of_blocks(a, b, between, whole_b, same, until);
+EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, BlockCounts counts,
+                             const GridPair<Aabb>& between, OneOfLeaf whole_b, float until) {
+  return overlaps_of_blocks(a, b, counts, between, whole_b, until);
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b,
-                             const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until) {
-  return overlaps_of_blocks(a, b, between, whole_b, same, until);
+EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, BlockCounts counts,
+                             const GridPair<KDop18>& between, OneOfLeaf whole_b, float until) {
+  return overlaps_of_blocks(a, b, counts, between, whole_b, until);
 }
 
 WARMFRONT_TARGET_CLONES

@@ -15,17 +15,17 @@
 namespace warmfront {
 
 /// Up to eight bounds in their leaf's numbers (leaf_grid.h), by end and axis; of each the lower end and,
-/// beside it, the upper end, negated.
+/// beside it, the upper end, negated. Whole cache lines, all of which a test reads, and nothing beside them:
+/// how many there are, and of what, is known elsewhere (Bvh).
 template <class Bounds>
 struct EightBounds {
   static constexpr std::uint32_t kSlots = 8;
   static constexpr std::uint32_t kAxes = Bounds::kAxes;
   static constexpr std::size_t kRows = std::size_t{2} * kAxes;
-  /// What empty slots hold is never looked at; in a hierarchy it is what the first does.
-  alignas(32) std::array<std::array<std::int16_t, 2 * kSlots>, kRows> row;
-  std::uint32_t count;
-  std::uint32_t first;  ///< where the first stands: among the blocks, or in the hierarchy's order
+  /// In a hierarchy, empty slots hold what the first does.
+  alignas(64) std::array<std::array<std::int16_t, 2 * kSlots>, kRows> row;
 };
+static_assert(sizeof(EightBounds<KDop18>) == 9 * 64);
 
 /// The row of an end of the step (0 or 1) and axis, where t = 1 begins as the leaf's grid says.
 template <class Bounds>
@@ -34,11 +34,10 @@ WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, st
   return eight.row[(t == 1 ? begin_at_1 : Bounds::kAxes - begin_at_1) + axis].data();
 }
 
-/// Bounds and vertices of up to eight primitives.
-template <class Bounds>
-struct LeafBlock : EightBounds<Bounds> {
-  /// A primitive's vertices; an isolated vertex stands three times, the first primitive in empty slots too.
-  alignas(32) std::array<std::array<std::uint32_t, 8>, 3> vertex;
+/// The vertices of up to eight primitives, which only refit reads: by corner and slot. An isolated vertex
+/// stands three times, the first primitive in empty slots too.
+struct alignas(32) EightCorners {
+  std::array<std::array<std::uint32_t, 8>, 3> vertex;
 };
 
 /// One bounds of a leaf: one of eight, or the leaf as a whole.
@@ -70,20 +69,9 @@ struct EightOverlaps {
   float gap;
 };
 
-/// The pairs of two blocks' items that are none, bit 8 i + j standing for item i of a and item j of b; where
-/// they are one block, all but each pair once, i < j.
-inline std::uint64_t no_pairs(std::uint32_t count_a, std::uint32_t count_b, bool same) {
-  constexpr std::uint64_t kEachRow = 0x0101010101010101;
-  constexpr std::uint64_t kNotBeyond = 0xff7f3f1f0f070301;
-  const std::uint64_t rows = count_a < 8 ? ~std::uint64_t{0} << (8 * count_a) : 0;
-  const std::uint64_t columns = (0xff & (0xff << count_b)) * kEachRow;
-  return rows | columns | (same ? kNotBeyond : 0);
-}
-
-/// The pairs of which two different ones share a vertex, bits as above: what SharedVertices knows, looked
-/// for.
-std::uint64_t sharing_pairs(const LeafBlock<Aabb>& a, const LeafBlock<Aabb>& b);
-std::uint64_t sharing_pairs(const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b);
+/// The pairs of slots whose primitives share a vertex, bit 8 i + j standing for slot i of a and slot j of b:
+/// what SharedVertices knows, looked for.
+std::uint64_t sharing_pairs(const EightCorners& a, const EightCorners& b);
 
 /// The numbers of one block as those of another leaf's blocks are to meet them: in common units, lower and
 /// upper ends in each other's place, and what lies between the leaves added. Rows of t = 0, then of t = 1.
@@ -103,25 +91,31 @@ struct BroughtOver {
 void bring_over(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, BroughtOver<Aabb>& over);
 void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, BroughtOver<KDop18>& over);
 
-/// All primitives of block a, which was brought `over`, against all of block `b`, but for the pairs in
-/// `without`, bits as above: those that are none, and that share a vertex. `whole_b` bounds b as a whole,
-/// null when a and b are one. `between` is how the leaf of a stands to that of b. To be tested are those
-/// whose moving bounds overlap; `gap` is how far apart at t = 1 the nearest two are, as separation() measures
-/// it, or less; not positive when some overlap then. Only the part of the step up to the time `until` counts;
-/// 1 or more: all of it.
-EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const LeafBlock<Aabb>& b,
+/// All slots of block a, which was brought `over`, against all of block `b`, but for the pairs in `without`,
+/// bit 8 i + j standing for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are
+/// one. `between` is how the leaf of a stands to that of b. To be tested are those whose moving bounds
+/// overlap; `gap` is how far apart at t = 1 the nearest two are, as separation() measures it, or less; not
+/// positive when some overlap then. Only the part of the step up to the time `until` counts; 1 or more: all
+/// of it.
+EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t without, float until);
-EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const LeafBlock<KDop18>& b,
+EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const EightBounds<KDop18>& b,
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t without, float until);
 
-/// The same for the blocks of two leaves. With `same` each pair once, i <= j, and a block overlaps itself.
-/// The gap is that of the nearest two that do not overlap.
-EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b,
-                             const GridPair<Aabb>& between, OneOfLeaf whole_b, bool same, float until);
-EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b,
-                             const GridPair<KDop18>& between, OneOfLeaf whole_b, bool same, float until);
+/// Two leaves' blocks to be tested against each other: so many of each. With `same` each pair once, i <= j,
+/// and a block overlaps itself.
+struct BlockCounts {
+  std::uint32_t a;
+  std::uint32_t b;
+  bool same;
+};
+/// The same for the blocks of two leaves. The gap is that of the nearest two that do not overlap.
+EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, BlockCounts counts,
+                             const GridPair<Aabb>& between, OneOfLeaf whole_b, float until);
+EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, BlockCounts counts,
+                             const GridPair<KDop18>& between, OneOfLeaf whole_b, float until);
 
 /// How the numbers of two leaves stand to each other.
 GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b);

@@ -81,11 +81,11 @@ struct EightEnds {
   alignas(32) float row[2 * kAxes][8];
 
   // Of eight triangles.
-  WARMFRONT_INLINE void take(std::span<const PointBounds> points, const LeafBlock<Bounds>& block,
+  WARMFRONT_INLINE void take(std::span<const PointBounds> points, const EightCorners& corners,
                              std::size_t t) {
-    const EightPoints a(points, block.vertex[0], t);
-    const EightPoints b(points, block.vertex[1], t);
-    const EightPoints c(points, block.vertex[2], t);
+    const EightPoints a(points, corners.vertex[0], t);
+    const EightPoints b(points, corners.vertex[1], t);
+    const EightPoints c(points, corners.vertex[2], t);
 #pragma GCC unroll 9
     for (std::size_t k = 0; k < kAxes; ++k) {
       const auto of_a = slab_ends(k, a.x, a.y, a.z, a.margin);
@@ -148,9 +148,8 @@ template <bool kAnew, class Bounds>
 WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds>& bvh, NodeId node) {
   constexpr std::size_t kLanes = Bounds::kEnd;
   const NodeId leaf = node - bvh.shape.first_leaf();
-  const bool wide = !bvh.wide.empty();
-  const std::uint32_t count = wide ? bvh.wide[leaf].count : 1;
-  LeafBlock<Bounds>* blocks = &bvh.blocks[wide ? bvh.wide[leaf].first : leaf];
+  const auto [first, end] = bvh.blocks_of[leaf];
+  const std::uint32_t count = end - first;
   LeafGrid<Bounds>& grid = bvh.grids[leaf];
   if constexpr (kAnew)
     grid.begin_at_1 = Bounds::kAxes;
@@ -160,7 +159,7 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
   EightEnds<Bounds> sums;
   for (std::size_t t = kAnew ? 0 : 1; t < 2; ++t) {
     for (std::uint32_t b = 0; b < count; ++b) {
-      primitives[b].take(points, blocks[b], t);
+      primitives[b].take(points, bvh.corners[first + b], t);
       float sum[kLanes];
       primitives[b].sum(sum);
       sums.set(b, sum);
@@ -169,8 +168,8 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
       for (auto& row : sums.row) row[b] = row[0];
     sums.sum(bvh.nodes[node].lane.data() + t * kLanes);
     grid.set(bvh.nodes[node], t);
-    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, blocks[b]);
-    if (wide) sums.put(grid, t, bvh.wide[leaf]);
+    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, bvh.blocks[first + b]);
+    if (!bvh.wide.empty()) sums.put(grid, t, bvh.wide[leaf]);
   }
 }
 

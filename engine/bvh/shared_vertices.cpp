@@ -46,7 +46,8 @@ struct Places {
 // Bit i of eight becomes bit 8 i.
 std::uint64_t spread(std::uint64_t bits) {
   constexpr std::uint64_t kEach = 0x0101010101010101;
-  const std::uint64_t one_a_byte = (bits * kEach) & kWithItself;
+  constexpr std::uint64_t kDiagonal = 0x8040201008040201;
+  const std::uint64_t one_a_byte = (bits * kEach) & kDiagonal;
   return ((one_a_byte | (one_a_byte + 0x7f * kEach)) >> 7) & kEach;
 }
 
@@ -68,7 +69,18 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
     std::ranges::transform(faces, of_vertex.begin(), place_of);
     list_vertex(std::span(of_vertex).first(faces.size()));
   }
-  for (std::size_t b = 0; b < blocks.size(); ++b) pairs_[kRow * b] &= ~kWithItself;
+  const auto none = [&](std::size_t a, std::size_t b) {
+    return no_pairs(static_cast<std::uint32_t>(blocks[a].size()),
+                    static_cast<std::uint32_t>(blocks[b].size()), a == b);
+  };
+  for (std::size_t place = 0; place < others_.size(); ++place) {
+    if (others_[place] != kNone) pairs_[place] |= none(place / kRow, others_[place]);
+  }
+  if (!more_.empty()) has_more_.resize(blocks.size());
+  for (More& more : more_) {
+    more.pairs |= none(more.owner, more.other);
+    has_more_[more.owner] = 1;
+  }
   std::ranges::sort(more_, {}, [](const More& more) { return std::pair(more.owner, more.other); });
 }
 

@@ -25,8 +25,15 @@ inline std::uint64_t transposed(std::uint64_t bits) {
   return bits;
 }
 
-/// Each of eight with itself.
-inline constexpr std::uint64_t kWithItself = 0x8040201008040201;
+/// The pairs of two blocks' slots that are none, bit 8 i + j standing for slot i of a and slot j of b; where
+/// they are one block, all but each pair once, i < j.
+inline std::uint64_t no_pairs(std::uint32_t count_a, std::uint32_t count_b, bool same) {
+  constexpr std::uint64_t kEachRow = 0x0101010101010101;
+  constexpr std::uint64_t kNotBeyond = 0xff7f3f1f0f070301;
+  const std::uint64_t rows = count_a < 8 ? ~std::uint64_t{0} << (8 * count_a) : 0;
+  const std::uint64_t columns = (0xff & (0xff << count_b)) * kEachRow;
+  return rows | columns | (same ? kNotBeyond : 0);
+}
 
 class SharedVertices {
  public:
@@ -38,20 +45,20 @@ class SharedVertices {
   /// Block b holds `blocks[b]`, primitives of `scene`, kBlockSize at most, whose vertices are a range. O(P).
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks);
 
-  /// Bit 8 i + j says that item i of block a and item j of block b, two different ones, share a vertex; where
-  /// both blocks are crowded(), perhaps not all bits that would have to.
+  /// Bit 8 i + j says that slot i of block a and slot j of block b are not to be tested against each other:
+  /// their primitives share a vertex, or they are no pair (no_pairs()). 0 of blocks that share no vertex,
+  /// whatever is in their slots. Where both blocks are crowded(), perhaps not all bits that would have to.
   std::uint64_t of(std::uint32_t a, std::uint32_t b) const {
     return a <= b ? in_row(a, b) : transposed(in_row(b, a));
   }
-  /// Calls `visit(b, place)` for blocks b >= a that share a vertex with block a, itself first: the pairs are
-  /// at(place). None twice; not those that found no place.
+  /// Calls `visit(b)` for blocks b >= a that share a vertex with block a, itself first. None twice; not those
+  /// that found no place.
   template <class Visit>
   void for_neighbours(std::uint32_t a, Visit&& visit) const {
     for (std::uint32_t place = kRow * a; place < kRow * (a + 1) && others_[place] != kNone; ++place)
-      visit(others_[place], place);
+      visit(others_[place]);
   }
-  /// As of(), of two that it tells of, and of two that it does not.
-  const std::uint64_t& at(std::uint32_t place) const { return pairs_[place]; }
+  /// As of(), of two that it does not tell of.
   std::uint64_t of_no_place(std::uint32_t a, std::uint32_t b) const {
     return a <= b ? beyond_row(a, b) : transposed(beyond_row(b, a));
   }
@@ -64,7 +71,7 @@ class SharedVertices {
 
   std::size_t memory_bytes() const {
     return others_.size() * sizeof(std::uint32_t) + pairs_.size() * sizeof(std::uint64_t) +
-           more_.size() * sizeof(More) + crowded_.size();
+           more_.size() * sizeof(More) + has_more_.size() + crowded_.size();
   }
 
   bool operator==(const SharedVertices&) const = default;
@@ -92,7 +99,7 @@ class SharedVertices {
     return place != kNone ? pairs_[place] : beyond_row(owner, other);
   }
   std::uint64_t beyond_row(std::uint32_t owner, std::uint32_t other) const {
-    return others_[kRow * owner + kRow - 1] == kNone ? 0 : among_more(owner, other);
+    return more_.empty() || has_more_[owner] == 0 ? 0 : among_more(owner, other);
   }
   std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;
 
@@ -102,8 +109,9 @@ class SharedVertices {
   // A row a block: itself, and those after it that it shares vertices with, some five.
   std::vector<std::uint32_t> others_;
   std::vector<std::uint64_t> pairs_;
-  std::vector<More> more_;             // what found no place in its row, by owner and other
-  std::vector<std::uint8_t> crowded_;  // by block; empty where none is
+  std::vector<More> more_;              // what found no place in its row, by owner and other
+  std::vector<std::uint8_t> has_more_;  // by owner; empty where none does
+  std::vector<std::uint8_t> crowded_;   // by block; empty where none is
 };
 
 }  // namespace warmfront

@@ -87,10 +87,9 @@ WARMFRONT_INLINE void advance(const Displacements& moved, double magnitude, std:
 template <class Bounds>
 WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double magnitude, Bvh<Bounds>& bvh,
                                    NodeId node) {
-  const std::span<const LeafBlock<Bounds>> blocks = bvh.blocks_of(node);
-  const auto first = static_cast<std::uint32_t>(blocks.data() - bvh.blocks.data());
+  const auto [first, end] = bvh.blocks_of[node - bvh.shape.first_leaf()];
   Displacements of_leaf;
-  for (std::uint32_t block = first; block < first + blocks.size(); ++block) {
+  for (std::uint32_t block = first; block < end; ++block) {
     Displacements moved;
     for (const std::uint32_t v : bvh.block_vertices[block]) moved.see(bounds[v]);
     if (!bvh.block_travel.empty()) advance(moved, magnitude, bvh.travel_slack, bvh.block_travel[block]);

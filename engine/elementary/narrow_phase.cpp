@@ -51,23 +51,25 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       tester.primitive_pair(p, q);
       return {-1, false};
     }
-    const std::span<const LeafBlock<Bounds>> blocks_a = a.blocks_of(leaves.a);
-    const std::span<const LeafBlock<Bounds>> blocks_b = b.blocks_of(leaves.b);
     const NodeId leaf_a = leaves.a - a.shape.first_leaf();
     const NodeId leaf_b = leaves.b - b.shape.first_leaf();
+    const BlockRange blocks_a = a.blocks_of[leaf_a];
+    const BlockRange blocks_b = b.blocks_of[leaf_b];
     const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
     blocks_.begin_leaves(between);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours) {
-      const std::uint64_t shared = Blocks::sharing(a, blocks_a[0], b, blocks_b[0]);
-      return {blocks_.test(a, blocks_a[0], b, blocks_b[0], shared, same ? nullptr : &whole_b), shared != 0};
+      const std::uint64_t without = Blocks::without(a, blocks_a.begin, b, blocks_b.begin);
+      return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, without, same ? nullptr : &whole_b),
+              without != 0};
     }
-    const EightBounds<Bounds>& wide_a = a.wide[leaf_a];
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
-    const EightOverlaps pairs = block_overlaps(wide_a, wide_b, between, whole_b, same, tester.until());
+    const EightOverlaps pairs = block_overlaps(
+        a.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between, whole_b, tester.until());
     const std::uint64_t near = transposed(pairs.to_test);
     LeafGap nearest{pairs.gap, false};
-    if (which.but_neighbours) nearest.neighbours = neighbours_among(near, which, a, wide_a, wide_b);
+    if (which.but_neighbours)
+      nearest.neighbours = neighbours_among(near, which, a, blocks_a.begin, blocks_b.begin);
     nearest.adjacent = nearest.neighbours != 0;
     // By blocks of a, so that each is brought over once.
     for (std::uint64_t bits = near & ~nearest.neighbours; bits != 0; bits &= bits - 1) {
@@ -75,13 +77,13 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const std::uint32_t i = bit / 8;
       const std::uint32_t j = bit % 8;
       const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
-      const std::uint64_t shared = which.but_neighbours
-                                       ? Blocks::sharing_unlisted(a, blocks_a[i], blocks_b[j])
-                                       : Blocks::sharing(a, blocks_a[i], b, blocks_b[j]);
-      const float gap =
-          blocks_.test(a, blocks_a[i], b, blocks_b[j], shared, same && i == j ? nullptr : &block);
+      const std::uint32_t block_a = blocks_a.begin + i;
+      const std::uint32_t block_b = blocks_b.begin + j;
+      const std::uint64_t without = which.but_neighbours ? a.without_of_no_place(block_a, block_b)
+                                                         : Blocks::without(a, block_a, b, block_b);
+      const float gap = blocks_.test(a, block_a, b, block_b, without, same && i == j ? nullptr : &block);
       nearest.gap = std::min(nearest.gap, gap);
-      nearest.adjacent |= shared != 0;
+      nearest.adjacent |= without != 0;
     }
     return nearest;
   }
@@ -105,16 +107,16 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       if (*due >= leaves.end) continue;
       const GridPair<Bounds> between = grid_pair(tree.grids[leaves.a], tree.grids[leaves.b]);
       const EightBounds<Bounds>& wide_b = tree.wide[leaves.b];
+      const std::uint32_t first_b = tree.blocks_of[leaves.b].begin;
       blocks_.begin_leaves(between);
       for (; due != due_.cend() && *due < leaves.end; ++due) {
         // What is due lies anywhere: it is asked for some pairs ahead.
         constexpr std::ptrdiff_t kAhead = 4;
         if (due_.cend() - due > kAhead) prefetch(tree, chunk.pairs[due[kAhead]]);
         NeighbourPair& pair = chunk.pairs[*due];
-        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - wide_b.first);
+        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
         const float gap =
-            blocks_.test(tree, tree.blocks[pair.a], tree, tree.blocks[pair.b],
-                         Blocks::sharing_listed(tree, pair), pair.a == pair.b ? nullptr : &whole_b);
+            blocks_.test(tree, pair.a, tree, pair.b, pair.without, pair.a == pair.b ? nullptr : &whole_b);
         pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
         chunk.restless |= !(gap > 0);
       }
@@ -146,12 +148,12 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
   // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
   static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
-                                        const EightBounds<Bounds>& a, const EightBounds<Bounds>& b) {
+                                        std::uint32_t first_a, std::uint32_t first_b) {
     if (which.neighbours != 0) return which.neighbours;
     std::uint64_t neighbours = 0;
     for (std::uint64_t bits = near; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      if (tree.shared->has_place(a.first + bit / 8, b.first + bit % 8)) neighbours |= bits & -bits;
+      if (tree.shared->has_place(first_a + bit / 8, first_b + bit % 8)) neighbours |= bits & -bits;
     }
     return neighbours;
   }
@@ -159,13 +161,11 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
     prefetch(tree.blocks[pair.a]);
     if (pair.b != pair.a) prefetch(tree.blocks[pair.b]);
-    __builtin_prefetch(&tree.shared->at(pair.place));
   }
   static void prefetch(const EightBounds<Bounds>& eight) {
     constexpr std::size_t kRowsInALine = 2;
     for (std::size_t row = 0; row < eight.kRows; row += kRowsInALine)
       __builtin_prefetch(eight.row[row].data());
-    __builtin_prefetch(&eight.count);
   }
 
   std::span<const Bvh<Bounds>> trees_;

@@ -85,7 +85,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
   if (tree.block_travel.empty() || tree.shared == nullptr) return chunks;
   std::vector<std::uint32_t> leaf_of(tree.shape.block_count());
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf)
-    std::fill_n(leaf_of.begin() + tree.wide[leaf].first, tree.wide[leaf].count, leaf);
+    std::fill_n(leaf_of.begin() + tree.blocks_of[leaf].begin, tree.blocks_of[leaf].size(), leaf);
 
   const NodeId first_leaf = tree.shape.first_leaf();
   chunks.resize(tree.shape.subtree_count());
@@ -94,10 +94,11 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
     of_leaf.clear();
     others.clear();
-    const auto& blocks = tree.wide[leaf];
-    for (std::uint32_t a = blocks.first; a < blocks.first + blocks.count; ++a) {
-      tree.shared->for_neighbours(a, [&](std::uint32_t b, std::uint32_t place) {
-        of_leaf.push_back({a, b, place, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1)});
+    const auto [first, end] = tree.blocks_of[leaf];
+    for (std::uint32_t a = first; a < end; ++a) {
+      tree.shared->for_neighbours(a, [&](std::uint32_t b) {
+        of_leaf.push_back(
+            {a, b, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1), tree.without(a, b)});
         const auto at = std::ranges::lower_bound(others, leaf_of[b]);
         if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
       });

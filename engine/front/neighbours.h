@@ -18,8 +18,8 @@ namespace warmfront {
 struct NeighbourPair {
   std::uint32_t a;  ///< block numbers, a <= b
   std::uint32_t b;
-  std::uint32_t place;  ///< in SharedVertices
   TravelBudget budget;
+  std::uint64_t without;  ///< as Bvh::without() says: kept here, where it comes with the rest
 };
 
 /// Some of a part's pairs, by the leaves that their blocks are in. Plain values; changed by one thread at a

@@ -95,16 +95,16 @@ void leaf_against_leaf(benchmark::State& state) {
   const ClothStep<Bounds>& step = ClothStep<Bounds>::get();
   const auto& blocks = step.hierarchy.bvh.blocks;
   const auto& grids = step.hierarchy.bvh.grids;
-  const auto grid_of = [&](const LeafBlock<Bounds>& block) -> const LeafGrid<Bounds>& {
-    return grids[static_cast<std::size_t>(&block - blocks.data())];
+  const auto leaf_of = [&](const BlockRange& block) {
+    return static_cast<std::size_t>(&block - step.hierarchy.bvh.blocks_of.data());
   };
-  run_on_neighbours(state, blocks, [&](const LeafBlock<Bounds>& a, const LeafBlock<Bounds>& b) {
-    const LeafGrid<Bounds>& leaf_b = grid_of(b);
-    const GridPair<Bounds> between = grid_pair(grid_of(a), leaf_b);
+  run_on_neighbours(state, step.hierarchy.bvh.blocks_of, [&](const BlockRange& a, const BlockRange& b) {
+    const LeafGrid<Bounds>& leaf_b = grids[leaf_of(b)];
+    const GridPair<Bounds> between = grid_pair(grids[leaf_of(a)], leaf_b);
     const OneOfLeaf whole_b = OneOfLeaf::of(leaf_b);
     BroughtOver<Bounds> over;
-    bring_over(a, between, over);
-    return primitive_overlaps(over, b, between, &whole_b, no_pairs(a.count, b.count, false), 1).to_test;
+    bring_over(blocks[a.begin], between, over);
+    return primitive_overlaps(over, blocks[b.begin], between, &whole_b, 0, 1).to_test;
   });
 }
 BENCHMARK(leaf_against_leaf<Aabb>);
@@ -129,9 +129,9 @@ BENCHMARK(features_of_triangles);
 /// Planes between triangles: an item is eight pairs.
 void planes_between_triangles(benchmark::State& state) {
   const ClothStep<KDop18>& step = ClothStep<KDop18>::get();
-  const auto& blocks = step.hierarchy.bvh.blocks;
+  const auto& corners = step.hierarchy.bvh.corners;
   const auto bounds = step.hierarchy.vertex_bounds();
-  run_on_neighbours(state, blocks, [&](const LeafBlock<KDop18>& a, const LeafBlock<KDop18>& b) {
+  run_on_neighbours(state, corners, [&](const EightCorners& a, const EightCorners& b) {
     EightTrianglePairs pairs;
     std::ranges::copy(a.vertex, pairs.vertex.begin());
     std::ranges::copy(b.vertex, pairs.vertex.begin() + 3);

@@ -21,7 +21,10 @@ struct Leaf {
   std::vector<Bounds> bounds;
   Bounds node = Bounds::empty();
   LeafGrid<Bounds> grid{};
-  LeafBlock<Bounds> block{};
+  EightBounds<Bounds> block{};
+  EightCorners corners{};
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(bounds.size()); }
 };
 
 // The numbers of bounds in their leaf: the largest that are not above.
@@ -46,7 +49,7 @@ void put_numbers(Leaf<Bounds>& leaf, std::uint32_t slot) {
 template <class Bounds>
 void number(Leaf<Bounds>& leaf) {
   for (const std::size_t t : {0, 1}) leaf.grid.set(leaf.node, t);
-  for (std::uint32_t i = 0; i < leaf.block.count; ++i) put_numbers(leaf, i);
+  for (std::uint32_t i = 0; i < leaf.count(); ++i) put_numbers(leaf, i);
 }
 
 // Small boxes on a small grid, so that many touch, of one of two sizes, so that leaves have different units;
@@ -54,11 +57,11 @@ void number(Leaf<Bounds>& leaf) {
 template <class Bounds>
 Leaf<Bounds> random_leaf(std::mt19937& random) {
   Leaf<Bounds> leaf;
-  leaf.block.count = 1 + random() % 8;
+  const std::uint32_t count = 1 + random() % 8;
   leaf.grid.begin_at_1 = random() % 2 == 0 ? 0 : Bounds::kAxes;
   const float size = random() % 3 == 0 ? 0.03F : 1;
   const float from = size < 1 ? static_cast<float>(random() % 12) : 0;
-  for (std::uint32_t i = 0; i < leaf.block.count; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     Bounds bounds;
     for (const int end : {0, Bounds::kEnd}) {
       for (int axis = end; axis < end + Bounds::kAxes; ++axis) {
@@ -69,16 +72,17 @@ Leaf<Bounds> random_leaf(std::mt19937& random) {
     }
     leaf.bounds.push_back(bounds);
     leaf.node.merge(bounds);
-    for (auto& corner : leaf.block.vertex) corner[i] = random() % 24;
+    for (auto& corner : leaf.corners.vertex) corner[i] = random() % 24;
   }
+  for (auto& corner : leaf.corners.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
   number(leaf);
   return leaf;
 }
 
 template <class Bounds>
 bool share_vertex(const Leaf<Bounds>& a, std::uint32_t i, const Leaf<Bounds>& b, std::uint32_t j) {
-  for (const auto& p : a.block.vertex)
-    for (const auto& q : b.block.vertex)
+  for (const auto& p : a.corners.vertex)
+    for (const auto& q : b.corners.vertex)
       if (p[i] == q[j]) return true;
   return false;
 }
@@ -92,8 +96,8 @@ TYPED_TEST_SUITE(LeafBlockTest, Kinds);
 template <class Bounds>
 std::uint64_t sharing(const Leaf<Bounds>& a, const Leaf<Bounds>& b, bool same) {
   std::uint64_t pairs = 0;
-  for (std::uint32_t i = 0; i < a.block.count; ++i) {
-    for (std::uint32_t j = 0; j < b.block.count; ++j) {
+  for (std::uint32_t i = 0; i < a.count(); ++i) {
+    for (std::uint32_t j = 0; j < b.count(); ++j) {
       if (!(same && i == j) && share_vertex(a, i, b, j)) pairs |= std::uint64_t{1} << (8 * i + j);
     }
   }
@@ -107,7 +111,7 @@ EightOverlaps overlaps_of(const Leaf<Bounds>& a, const Leaf<Bounds>& b, bool sam
   BroughtOver<Bounds> over;
   bring_over(a.block, between, over);
   return primitive_overlaps(over, b.block, between, same ? nullptr : &whole_b,
-                            no_pairs(a.block.count, b.block.count, same) | sharing(a, b, same), 1);
+                            no_pairs(a.count(), b.count(), same) | sharing(a, b, same), 1);
 }
 
 TYPED_TEST(LeafBlockTest, SharingPairsAreFound) {
@@ -115,8 +119,13 @@ TYPED_TEST(LeafBlockTest, SharingPairsAreFound) {
   for (int trial = 0; trial < 500; ++trial) {
     const auto a = random_leaf<TypeParam>(random);
     const auto b = random_leaf<TypeParam>(random);
-    ASSERT_EQ(sharing_pairs(a.block, b.block), sharing(a, b, false)) << trial;
-    ASSERT_EQ(sharing_pairs(a.block, a.block), sharing(a, a, true)) << trial;
+    const std::uint64_t pairs = ~no_pairs(a.count(), b.count(), false);
+    ASSERT_EQ(sharing_pairs(a.corners, b.corners) & pairs, sharing(a, b, false)) << trial;
+    const std::uint64_t own = ~no_pairs(a.count(), a.count(), true);
+    ASSERT_EQ(sharing_pairs(a.corners, a.corners) & own, sharing(a, a, true) & own) << trial;
+    if (sharing(a, b, false) == 0) {
+      ASSERT_EQ(sharing_pairs(a.corners, b.corners), 0U) << "of empty slots, trial " << trial;
+    }
     ASSERT_EQ(transposed(sharing(a, b, false)), sharing(b, a, false)) << trial;
   }
 }
@@ -134,7 +143,7 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
     const EightOverlaps overlaps = overlaps_of(a, b, same);
     for (std::uint32_t i = 0; i < 8; ++i) {
       for (std::uint32_t j = 0; j < 8; ++j) {
-        const bool pair = i < a.block.count && j < b.block.count && (!same || i < j);
+        const bool pair = i < a.count() && j < b.count() && (!same || i < j);
         const bool overlapping = pair && overlap(a.bounds[i], b.bounds[j]);
         met += overlapping;
         const bool adjacent = overlapping && share_vertex(a, i, b, j);
@@ -187,8 +196,8 @@ TYPED_TEST(LeafBlockTest, LeavesBesideEachOtherAreApart) {
       }
       number(*leaf);
     }
-    const EightOverlaps overlaps =
-        block_overlaps(a.block, b.block, grid_pair(a.grid, b.grid), OneOfLeaf::of(b.grid), false, 1);
+    const EightOverlaps overlaps = block_overlaps(a.block, b.block, {a.count(), b.count(), false},
+                                                  grid_pair(a.grid, b.grid), OneOfLeaf::of(b.grid), 1);
     ASSERT_EQ(overlaps.to_test & ~overlaps.unsure, 0U) << trial;
   }
 }
@@ -205,10 +214,10 @@ TYPED_TEST(LeafBlockTest, NothingIsApartFromALeafWhoseBoundsAreInfinite) {
           -std::numeric_limits<float>::infinity();
     endless.node.merge(endless.bounds[0]);
     number(endless);
-    const EightOverlaps overlaps =
-        block_overlaps(a.block, b.block, grid_pair(a.grid, b.grid), OneOfLeaf::of(b.grid), false, 1);
-    for (std::uint32_t i = 0; i < a.block.count; ++i) {
-      for (std::uint32_t j = 0; j < b.block.count; ++j)
+    const EightOverlaps overlaps = block_overlaps(a.block, b.block, {a.count(), b.count(), false},
+                                                  grid_pair(a.grid, b.grid), OneOfLeaf::of(b.grid), 1);
+    for (std::uint32_t i = 0; i < a.count(); ++i) {
+      for (std::uint32_t j = 0; j < b.count(); ++j)
         ASSERT_EQ((overlaps.to_test >> (8 * j + i)) & 1U, 1U) << trial << ": " << i << ", " << j;
     }
   }
@@ -224,10 +233,11 @@ TYPED_TEST(LeafBlockTest, BlocksEqualPairByPair) {
     const auto b = same ? a : random_leaf<TypeParam>(random);
     float nearest = std::numeric_limits<float>::max();
     const GridPair<TypeParam> between = grid_pair(a.grid, b.grid);
-    const EightOverlaps overlaps = block_overlaps(a.block, b.block, between, OneOfLeaf::of(b.grid), same, 1);
+    const EightOverlaps overlaps =
+        block_overlaps(a.block, b.block, {a.count(), b.count(), same}, between, OneOfLeaf::of(b.grid), 1);
     for (std::uint32_t i = 0; i < 8; ++i) {
       for (std::uint32_t j = 0; j < 8; ++j) {
-        const bool pair = i < a.block.count && j < b.block.count && (!same || i <= j);
+        const bool pair = i < a.count() && j < b.count() && (!same || i <= j);
         const bool overlapping = pair && ((same && i == j) || overlap(a.bounds[i], b.bounds[j]));
         met += overlapping;
         const bool found = ((overlaps.to_test >> (8 * j + i)) & 1U) != 0;

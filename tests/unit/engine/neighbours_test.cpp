@@ -73,9 +73,9 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
         EXPECT_NE(of_a, of_b);
       for (; n < leaves.end; ++n) {
         const NeighbourPair& pair = chunk.pairs[n];
-        EXPECT_LT(pair.a - tree.wide[leaves.a].first, tree.wide[leaves.a].count);
-        EXPECT_LT(pair.b - tree.wide[leaves.b].first, tree.wide[leaves.b].count);
-        EXPECT_EQ(tree.shared->at(pair.place), tree.shared->of(pair.a, pair.b));
+        EXPECT_LT(pair.a - tree.blocks_of[leaves.a].begin, tree.blocks_of[leaves.a].size());
+        EXPECT_LT(pair.b - tree.blocks_of[leaves.b].begin, tree.blocks_of[leaves.b].size());
+        EXPECT_EQ(pair.without, tree.without(pair.a, pair.b));
         EXPECT_TRUE(pair.budget.spent(tree.block_travel[pair.a], tree.block_travel[pair.b], 0));
         EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
       }
@@ -144,16 +144,14 @@ void expect_apart_while_it_lasts() {
   sheet.hierarchy.step(positions);
   const auto bounds = [&](std::uint32_t block, std::uint32_t i) {
     Bounds sum = Bounds::empty();
-    for (const std::uint32_t v : primitive_vertices(*sheet.scene, tree.order[tree.blocks[block].first + i]))
+    for (const std::uint32_t v :
+         primitive_vertices(*sheet.scene, tree.order[tree.shape.begin_of_block(block) + i]))
       sum.merge(narrow<Bounds>(bounds_of(sheet.hierarchy.vertex_bounds()[v])));
     return sum;
   };
   const auto nearest = [&](const NeighbourPair& pair) {
-    const LeafBlock<Bounds>& a = tree.blocks[pair.a];
-    const LeafBlock<Bounds>& b = tree.blocks[pair.b];
     float least = std::numeric_limits<float>::max();
-    for (std::uint64_t bits = ~(tree.shared->at(pair.place) | no_pairs(a.count, b.count, pair.a == pair.b));
-         bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = ~pair.without; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       least = std::min(least, separation(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8)));
     }

@@ -21,14 +21,12 @@ TYPED_TEST_SUITE(RefitTest, Kinds);
 template <class Bounds>
 void expect_same_eight(const EightBounds<Bounds>& refit, const LeafGrid<Bounds>& of_refit,
                        const EightBounds<Bounds>& anew, const LeafGrid<Bounds>& of_anew, const char* what) {
-  ASSERT_EQ(refit.first, anew.first);
-  ASSERT_EQ(refit.count, anew.count);
   for (std::size_t t = 0; t < 2; ++t) {
     for (std::size_t axis = 0; axis < Bounds::kAxes; ++axis) {
-      for (std::uint32_t n = 0; n < 2 * anew.count; ++n)
+      for (std::uint32_t n = 0; n < 2 * anew.kSlots; ++n)
         ASSERT_EQ(row_of(refit, of_refit.begin_at_1, t, axis)[n],
                   row_of(anew, of_anew.begin_at_1, t, axis)[n])
-            << what << " from " << anew.first << ", end " << t << ", axis " << axis << ", number " << n;
+            << what << ", end " << t << ", axis " << axis << ", number " << n;
     }
   }
 }
@@ -39,10 +37,10 @@ void expect_same_bounds(const Bvh<Bounds>& refit, const Bvh<Bounds>& anew) {
   for (std::size_t n = 0; n < anew.nodes.size(); ++n) ASSERT_EQ(refit.nodes[n].lane, anew.nodes[n].lane) << n;
   for (std::size_t l = 0; l < anew.grids.size(); ++l) {
     ASSERT_TRUE(refit.grids[l] == anew.grids[l]) << l;
-    const auto leaf = static_cast<NodeId>(anew.shape.first_leaf() + l);
-    const auto blocks = anew.blocks_of(leaf);
-    for (std::size_t b = 0; b < blocks.size(); ++b)
-      expect_same_eight<Bounds>(refit.blocks_of(leaf)[b], refit.grids[l], blocks[b], anew.grids[l], "block");
+    ASSERT_EQ(refit.blocks_of[l], anew.blocks_of[l]);
+    const auto [first, end] = anew.blocks_of[l];
+    for (std::uint32_t b = first; b < end; ++b)
+      expect_same_eight<Bounds>(refit.blocks[b], refit.grids[l], anew.blocks[b], anew.grids[l], "block");
     if (!anew.wide.empty())
       expect_same_eight<Bounds>(refit.wide[l], refit.grids[l], anew.wide[l], anew.grids[l], "wide leaf");
   }
@@ -77,18 +75,18 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
     const auto leaf = static_cast<NodeId>(bvh.shape.first_leaf() + l);
     expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.grids[l]), bvh.nodes[leaf]);
     const std::uint32_t begin_at_1 = bvh.grids[l].begin_at_1;
-    const auto blocks = bvh.blocks_of(leaf);
-    for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+    const auto [first, end] = bvh.blocks_of[l];
+    for (std::uint32_t b = first; b < end; ++b) {
       Bounds sum = Bounds::empty();
-      for (std::uint32_t i = 0; i < blocks[b].count; ++i) {
+      for (std::uint32_t i = 0; i < bvh.shape.size_of_block(b); ++i) {
         Bounds bounds = Bounds::empty();
-        for (const auto& corner : blocks[b].vertex)
+        for (const auto& corner : bvh.corners[b].vertex)
           bounds.merge(narrow<Bounds>(bounds_of(hierarchy.vertex_bounds()[corner[i]])));
-        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(blocks[b], begin_at_1, i), bounds);
+        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.blocks[b], begin_at_1, i), bounds);
         sum.merge(bounds);
       }
       if (!bvh.wide.empty())
-        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], begin_at_1, b), sum);
+        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], begin_at_1, b - first), sum);
       if (::testing::Test::HasFatalFailure()) return;
     }
   }

@@ -167,7 +167,7 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
   this->expect_found([](K& k) { std::swap(k.trees[1].order[0], k.trees[1].order[200]); }, broken,
                      "leaves of part 1");
   this->expect_found([](K& k) { k.trees[1].leaf_of_face[9] ^= 1; }, broken, "leaves of part 1");
-  this->expect_found([](K& k) { k.trees[0].blocks[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].corners[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].shared = k.trees[1].shared; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].blocks[2].row[0][0] += 50; }, broken,
                      "of part 0 does not hold what is below it");
@@ -188,11 +188,11 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   const auto expect = [&](const std::function<void(K&)>& corrupt, const char* words) {
     this->expect_found(corrupt, broken, words, 64);
   };
-  expect([](K& k) { k.trees[0].wide[1].count -= 1; }, "leaves of part 0");
-  expect([](K& k) { k.trees[1].wide[0].first += 1; }, "leaves of part 1");
+  expect([](K& k) { k.trees[0].blocks_of[1].end -= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[1].blocks_of[0].begin += 1; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
-  expect([](K& k) { k.trees[1].blocks[5].first += 1; }, "leaves of part 1");
-  expect([](K& k) { k.trees[0].blocks[9].vertex[2][3] ^= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[1].blocks_of.pop_back(); }, "leaves of part 1");
+  expect([](K& k) { k.trees[0].corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
   expect([](K& k) { k.trees[0].blocks[9].row[1][6] += 50; }, "of part 0 does not hold what is below it");
   expect([](K& k) { k.trees[1].wide[1].row[4][4] += 50; }, "of part 1 does not hold what is below it");
 }
@@ -255,7 +255,7 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
   const auto broken = ErrorCode::kInternal;
   this->expect_found([&](K& k) { pairs(k).pop_back(); }, broken, "does not list the neighbouring blocks",
                      kWide);
-  this->expect_found([&](K& k) { ++pairs(k)[3].place; }, broken, "does not list the neighbouring blocks",
+  this->expect_found([&](K& k) { pairs(k)[3].without ^= 1; }, broken, "does not list the neighbouring blocks",
                      kWide);
   this->expect_found([](K& k) { k.segment(0).neighbours[0].tested = true; }, broken,
                      "tested for a step which did not come", kWide);
