@@ -8,7 +8,7 @@
 #define WARMFRONT_INLINE [[gnu::always_inline]] inline
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(WARMFRONT_NO_TARGET_CLONES)
-#define WARMFRONT_TARGET_CLONES [[gnu::target_clones("avx2", "default")]]
+#define WARMFRONT_TARGET_CLONES [[gnu::target_clones("arch=x86-64-v4", "avx2", "default")]]
 #else
 #define WARMFRONT_TARGET_CLONES
 #endif
