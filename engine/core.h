@@ -25,6 +25,11 @@ struct Core {
   /// Makes room for what the scene has gained. Parallel; call it inside Workers::run().
   void take_parts(const Scene& modelled);
 
+  /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
+  bool tests_itself(std::uint32_t part) const {
+    return model.self_collision(part) && !rigid_parts.rigid(part);
+  }
+
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;
   std::shared_ptr<Workers> workers;
