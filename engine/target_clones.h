@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Run-time dispatch for hot loops that the compiler vectorises: the same source, compiled for AVX2 and for
-// the baseline, chosen when the program is loaded. Neither contracts multiplications and additions, so
-// answers are the same bits.
+// Run-time dispatch for hot loops that the compiler vectorises: the same source, compiled for AVX-512 (whose
+// 32 registers it is that help), AVX2 and the baseline, chosen when the program is loaded. None contracts
+// multiplications and additions, so answers are the same bits.
 #pragma once
 
 /// For helpers of a dispatched function: what is not inlined into it is compiled for the baseline only.

@@ -13,6 +13,8 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   const ColliderOptions& options = row.setting.options;
   const bool lazy = options.front == FrontMode::kWarm && options.lazy_front;
   const double bounds = options.bounds == BoundsKind::kAabb ? sizeof(Aabb) : sizeof(KDop18);
+  const double in_leaf =
+      bounds / sizeof(float) * sizeof(std::int16_t);  // of a primitive: engine/bvh/leaf_grid.h
   const TreeShape shape(static_cast<std::uint32_t>(report.triangles), options.leaf_size);
   const StepCounts& counts = row.counts;
   const auto a_frame = [&](std::uint64_t count) { return row.a_frame(count); };
@@ -23,14 +25,14 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   // leaf; a lazy front keeps travel, of blocks too where leaves hold several, which is read and written.
   const double travelling = shape.node_count() + (shape.has_wide_leaves() ? shape.block_count() : 0);
   const double nodes = shape.node_count() * 2 * bounds + (lazy ? 2 * sizeof(NodeTravel) * travelling : 0) +
-                       static_cast<double>(report.triangles) * (3 * sizeof(PointBounds) + bounds);
+                       static_cast<double>(report.triangles) * (3 * sizeof(PointBounds) + in_leaf);
   // The front is read; a lazy one asks for the travel of both nodes, and of some five neighbours of each
   // block, itself among them. A test reads two bounds; of primitives in leaves one is in registers while the
   // other goes by.
   const double neighbours = shape.has_wide_leaves() ? 5.0 * shape.block_count() : 0.0;
   const double front = a_frame(counts.front_bytes) +
                        (lazy ? 2.0 * sizeof(NodeTravel) * (a_frame(counts.front_pairs) + neighbours) : 0.0) +
-                       2 * bounds * a_frame(counts.bv_tests) + bounds * a_frame(counts.primitive_tests);
+                       2 * bounds * a_frame(counts.bv_tests) + in_leaf * a_frame(counts.primitive_tests);
   // A feature pair is written to a block and read from it, with four vertices; bounds of as many decide
   // whether an orphan pair is one. A contact is written and gathered.
   const double tests =
