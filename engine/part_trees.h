@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts' hierarchies from step to step: which of them a step refits, which may wait, and which are
-// arranged anew. Used by one thread at a time, inside Workers::run().
+// arranged anew. Used by one thread at a time; steps run inside Workers::run().
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,6 @@
 #include "engine/bvh/bvh.h"
 #include "engine/core.h"
 #include "engine/front/segment.h"
-#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -51,7 +50,7 @@ class PartTrees {
 
   /// All bounds are made anew in the next step.
   void forget_bounds();
-  /// All hierarchies are.
+  /// All hierarchies are arranged anew in the next step.
   void clear() { trees_.clear(); }
 
   std::span<const Bvh<Bounds>> trees() const { return trees_; }    ///< by part

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <type_traits>
@@ -160,8 +161,8 @@ class PipelineWith final : public Pipeline {
     return output;
   }
 
-  // Parts without a hierarchy get one, and those whose has decayed another. Returns whether the front has to
-  // begin anew with it.
+  // Parts without a hierarchy get one, and those whose has decayed another. Returns whether the step counts
+  // as one that rebuilds: all are new, or some decayed.
   bool arrange(const Core& core) {
     const std::size_t arranged = trees_.arrange_new(core, anew_);
     anew_ |= arranged > 0;
@@ -183,9 +184,10 @@ class PipelineWith final : public Pipeline {
     };
     separate_ = apart_.begin(core.motion, core.options);
     anew_ |= trees_.take_magnitude(core.motion.vertices().magnitude());
-    trees_.refit_placed(core, separate_ ? &apart_ : nullptr, anew_, test_neighbours);
+    // By reference, which a std::function holds without memory of its own.
+    trees_.refit_placed(core, separate_ ? &apart_ : nullptr, anew_, std::cref(test_neighbours));
     bv_tests = find_near(core, stop);
-    trees_.refit_near(core, near_pairs_, test_neighbours);
+    trees_.refit_near(core, near_pairs_, std::cref(test_neighbours));
     trees_.take_looseness();
     double busiest = 0;
     for (const double ms : neighbour_ms_) busiest = std::max(busiest, ms);

@@ -141,8 +141,10 @@ class SelfCheck {
     if (!(tree.blocks_of[l] == blocks)) return false;
     for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
       const std::uint32_t begin = tree.shape.begin_of_block(block);
-      for (std::uint32_t i = 0; i < tree.shape.size_of_block(block); ++i) {
-        const Face vertices = primitive_vertices(core_.topology->scene, tree.order[begin + i]);
+      const std::uint32_t size = tree.shape.size_of_block(block);
+      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+        const Face vertices =
+            primitive_vertices(core_.topology->scene, tree.order[begin + (i < size ? i : 0)]);
         for (std::size_t k = 0; k < 3; ++k)
           if (tree.corners[block].vertex[k][i] != vertices[k]) return false;
       }
@@ -173,8 +175,10 @@ class SelfCheck {
     own.set(bounds, 1);
     if (!(own == grid)) return false;
     for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
-      for (std::uint32_t i = 0; i < tree.shape.size_of_block(block); ++i) {
-        const bool held = holds_primitive(tree.shape.begin_of_block(block) + i, [&](const Bounds& inner) {
+      const std::uint32_t begin = tree.shape.begin_of_block(block);
+      const std::uint32_t size = tree.shape.size_of_block(block);
+      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+        const bool held = holds_primitive(begin + (i < size ? i : 0), [&](const Bounds& inner) {
           return holds_numbers(grid, tree.blocks[block], i, inner) &&
                  (tree.wide.empty() || holds_numbers(grid, tree.wide[leaf], block - blocks.begin, inner));
         });
@@ -212,7 +216,7 @@ class SelfCheck {
       for (std::uint32_t q = 0; q < parts; ++q) {
         const PartPair pair{std::min(p, q), std::max(p, q)};
         if (core_.model.is_removed(p) || core_.model.is_removed(q)) continue;
-        if (p == q ? !core_.model.self_collision(p) || core_.rigid_parts.rigid(p)
+        if (p == q ? !core_.tests_itself(p)
                    : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
           continue;
         if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&

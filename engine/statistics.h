@@ -44,9 +44,9 @@ struct StageTimes {
 
 /// Deterministic counts: the same for any number of threads.
 struct StepCounts {
-  std::uint64_t bv_tests = 0;  ///< overlap tests between hierarchy nodes
-  std::uint64_t primitive_tests =
-      0;  ///< overlap tests between primitives within leaf pairs (none for leaf_size 1)
+  std::uint64_t bv_tests = 0;           ///< overlap tests between hierarchy nodes
+  std::uint64_t primitive_tests = 0;    ///< overlap tests between slots of two blocks, which may be empty in
+                                        ///< smaller ones (none for leaf_size 1)
   std::uint64_t front_pairs = 0;        ///< length of the front after the step
   std::uint64_t front_bytes = 0;        ///< memory the front holds
   std::uint64_t front_skipped = 0;      ///< front pairs that were not looked at: still apart for certain

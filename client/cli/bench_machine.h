@@ -17,10 +17,10 @@ struct BenchBuild {
   std::string version;   ///< of the project
   std::string revision;  ///< of the sources when the build was configured; empty outside a repository
   std::string compiler;
-  std::string type;   ///< CMake's build type
-  std::string flags;  ///< given on top of the project's own
-  std::string
-      instructions;  ///< what hot loops are compiled for, chosen at run time: "avx2 default"; or "baseline"
+  std::string type;          ///< CMake's build type
+  std::string flags;         ///< given on top of the project's own
+  std::string instructions;  ///< what hot loops are compiled for, chosen at run time: "arch=x86-64-v4 avx2
+                             ///< default"; or "baseline"
 };
 
 BenchMachine this_machine();

@@ -25,6 +25,7 @@ TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
       leaf_size_(leaf_size),
       blocks_(std::max(1U, shares(primitive_count, std::min(leaf_size, kBlockSize)))),
       leaves_(shares(blocks_, std::max(1U, leaf_size / kBlockSize))),
+      largest_block_(shares(primitive_count, blocks_)),
       depth_(std::bit_width(leaves_ - 1)) {}
 
 Face primitive_vertices(const Scene& scene, Primitive primitive) {

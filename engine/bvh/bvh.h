@@ -49,6 +49,8 @@ class TreeShape {
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
   std::uint32_t begin_of_block(std::uint32_t block) const { return share(block, primitives_, blocks_); }
+  /// So many primitives hold the largest of the blocks; the others one less.
+  std::uint32_t largest_block() const { return largest_block_; }
   std::uint32_t size_of_block(std::uint32_t block) const {
     return begin_of_block(block + 1) - begin_of_block(block);
   }
@@ -95,6 +97,7 @@ class TreeShape {
   std::uint32_t leaf_size_ = 1;
   std::uint32_t blocks_ = 1;
   std::uint32_t leaves_ = 1;
+  std::uint32_t largest_block_ = 0;
   int depth_ = 0;  // of the last level
 };
 
@@ -111,7 +114,7 @@ struct BlockRange {
 template <class Bounds>
 struct Bvh {
   /// The pairs of primitives of two blocks that are not to be tested against each other, as
-  /// SharedVertices::of() says.
+  /// SharedVertices::of() says; of crowded blocks, too, all of them.
   std::uint64_t without(std::uint32_t a, std::uint32_t b) const {
     return is_known(a, b) ? shared->of(a, b) : look_for_without(a, b);
   }
@@ -119,6 +122,7 @@ struct Bvh {
   std::uint64_t without_of_no_place(std::uint32_t a, std::uint32_t b) const {
     return is_known(a, b) ? shared->of_no_place(a, b) : look_for_without(a, b);
   }
+  /// Of two blocks, as warmfront::no_pairs() says.
   std::uint64_t no_pairs(std::uint32_t a, std::uint32_t b) const {
     return warmfront::no_pairs(shape.size_of_block(a), shape.size_of_block(b), a == b);
   }

@@ -34,8 +34,9 @@ WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, st
   return eight.row[(t == 1 ? begin_at_1 : Bounds::kAxes - begin_at_1) + axis].data();
 }
 
-/// The vertices of up to eight primitives, which only refit reads: by corner and slot. An isolated vertex
-/// stands three times, the first primitive in empty slots too.
+/// The vertices of up to eight primitives, by corner and slot: written once for an order of primitives, read
+/// by refit, and where no SharedVertices tells who shares one. An isolated vertex stands three times, the
+/// first primitive in empty slots too.
 struct alignas(32) EightCorners {
   std::array<std::array<std::uint32_t, 8>, 3> vertex;
 };
@@ -61,7 +62,7 @@ struct OneOfLeaf {
   }
 };
 
-/// Bit 8 j + i stands for item i of a and item j of b.
+/// Bit 8 j + i stands for slot i of a and slot j of b.
 struct EightOverlaps {
   std::uint64_t to_test;
   /// Of these, the ones whose bounds in float32 might be apart all the same.
@@ -94,9 +95,9 @@ void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, B
 /// All slots of block a, which was brought `over`, against all of block `b`, but for the pairs in `without`,
 /// bit 8 i + j standing for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are
 /// one. `between` is how the leaf of a stands to that of b. To be tested are those whose moving bounds
-/// overlap; `gap` is how far apart at t = 1 the nearest two are, as separation() measures it, or less; not
-/// positive when some overlap then. Only the part of the step up to the time `until` counts; 1 or more: all
-/// of it.
+/// overlap, where a slot is empty its block's first (Bvh); `gap` is how far apart at t = 1 the nearest two
+/// are, as separation() measures it, or less; not positive when some overlap then. Only the part of the step
+/// up to the time `until` counts; 1 or more: all of it.
 EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t without, float until);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which primitives of a hierarchy's blocks share a vertex, and so are never tested against each other by way
-// of their bounds: found once for an order of primitives, looked up in every step. Immutable once built.
+// of their bounds (nor are slots that are no pair): found once for an order of primitives, looked up in every
+// step. Immutable once built.
 #pragma once
 
 #include <algorithm>
@@ -58,7 +59,7 @@ class SharedVertices {
     for (std::uint32_t place = kRow * a; place < kRow * (a + 1) && others_[place] != kNone; ++place)
       visit(others_[place]);
   }
-  /// As of(), of two that it does not tell of.
+  /// As of(), of two that for_neighbours() does not tell of.
   std::uint64_t of_no_place(std::uint32_t a, std::uint32_t b) const {
     return a <= b ? beyond_row(a, b) : transposed(beyond_row(b, a));
   }

@@ -25,10 +25,12 @@ class BlockPairs {
     vertex_bounds_ = input.vertex_bounds;
   }
 
-  /// The next blocks are of leaves that stand to each other as `between` says, which outlives their tests.
-  void begin_leaves(const GridPair<Bounds>& between) {
+  /// The next blocks are of leaves of these hierarchies, which stand to each other as `between` says; that
+  /// outlives their tests.
+  void begin_leaves(const Bvh<Bounds>& a, const Bvh<Bounds>& b, const GridPair<Bounds>& between) {
     between_ = &between;
     brought_ = nullptr;
+    always_empty_ = no_pairs(a.shape.largest_block(), b.shape.largest_block(), false);
   }
 
   /// Tests all primitives of two blocks against each other, but for the pairs `without` (Bvh::without()).
@@ -36,12 +38,13 @@ class BlockPairs {
   /// primitive_overlaps().
   float test(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
              std::uint64_t without, const OneOfLeaf* whole_b) {
+    without |= always_empty_;
     const EightBounds<Bounds>& eight_a = a.blocks[block_a];
     if (std::exchange(brought_, &eight_a) != &eight_a) bring_over(eight_a, *between_, over_);
     const EightOverlaps pairs =
         primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, without, tester_.until());
     tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~without));
-    if (pairs.to_test != 0) test_pairs(a, block_a, b, block_b, pairs);
+    if (pairs.to_test != 0) test_found(a, block_a, b, block_b, pairs);
     return pairs.gap;
   }
 
@@ -52,13 +55,13 @@ class BlockPairs {
   }
 
  private:
-  void test_pairs(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
+  void test_found(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
                   const EightOverlaps& pairs) {
     const std::uint32_t first_a = a.shape.begin_of_block(block_a);
     const std::uint32_t first_b = b.shape.begin_of_block(block_b);
     // What `without` need not say: the first of a block stands in its empty slots.
-    const std::uint64_t none =
-        no_pairs(b.shape.size_of_block(block_b), a.shape.size_of_block(block_a), false);
+    const std::uint64_t none = no_pairs(b.shape.begin_of_block(block_b + 1) - first_b,
+                                        a.shape.begin_of_block(block_a + 1) - first_a, false);
     for (std::uint64_t bits = pairs.to_test & ~none; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       const Primitive p = a.order[first_a + bit % 8];
@@ -82,6 +85,7 @@ class BlockPairs {
   const Scene* scene_ = nullptr;
   std::span<const PointBounds> vertex_bounds_;
   const GridPair<Bounds>* between_ = nullptr;
+  std::uint64_t always_empty_ = 0;                // in all blocks of these hierarchies
   const EightBounds<Bounds>* brought_ = nullptr;  // the block that is in `over_`
   BroughtOver<Bounds> over_;
 };

@@ -57,7 +57,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const BlockRange blocks_b = b.blocks_of[leaf_b];
     const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
-    blocks_.begin_leaves(between);
+    blocks_.begin_leaves(a, b, between);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours) {
       const std::uint64_t without = Blocks::without(a, blocks_a.begin, b, blocks_b.begin);
       return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, without, same ? nullptr : &whole_b),
@@ -108,7 +108,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const GridPair<Bounds> between = grid_pair(tree.grids[leaves.a], tree.grids[leaves.b]);
       const EightBounds<Bounds>& wide_b = tree.wide[leaves.b];
       const std::uint32_t first_b = tree.blocks_of[leaves.b].begin;
-      blocks_.begin_leaves(between);
+      blocks_.begin_leaves(tree, tree, between);
       for (; due != due_.cend() && *due < leaves.end; ++due) {
         // What is due lies anywhere: it is asked for some pairs ahead.
         constexpr std::ptrdiff_t kAhead = 4;

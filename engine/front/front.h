@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The front: where traversal of the bounding volume test trees ends, kept from step to step.
 // Source: Tang, Manocha, Tong 2009, sections 4 and 5. Used by one thread at a time, but for
-// test_subtree(), inside Workers::run().
+// lists_neighbours() and test_subtree(), inside Workers::run().
 #pragma once
 
 #include <atomic>

@@ -193,6 +193,7 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   expect([](K& k) { k.trees[1].grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
   expect([](K& k) { k.trees[1].blocks_of.pop_back(); }, "leaves of part 1");
   expect([](K& k) { k.trees[0].corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[0].corners.pop_back(); }, "leaves of part 0");
   expect([](K& k) { k.trees[0].blocks[9].row[1][6] += 50; }, "of part 0 does not hold what is below it");
   expect([](K& k) { k.trees[1].wide[1].row[4][4] += 50; }, "of part 1 does not hold what is below it");
 }

@@ -101,18 +101,20 @@ TEST(SharedVertices, OfAVertexWithManyFacesAreLeftOut) {
 
 TEST(SharedVertices, OfAHierarchyAreThoseOfItsBlocks) {
   std::mt19937_64 random(4);
-  for (const std::uint32_t leaf_size : {8U, 64U}) {
+  for (const std::uint32_t leaf_size : {2U, 4U, 8U, 16U, 64U}) {
     auto [scene, positions] = testing::random_scene(random);
     const testing::Hierarchy<KDop18> hierarchy(scene, positions, leaf_size);
     const Bvh<KDop18>& bvh = hierarchy.bvh;
-    for (std::uint32_t a = 0; a < bvh.blocks.size(); ++a) {
-      for (std::uint32_t b = 0; b < bvh.blocks.size(); ++b) {
-        if (bvh.shared->crowded(a) && bvh.shared->crowded(b)) continue;
-        const std::uint64_t sharing = sharing_pairs(bvh.corners[a], bvh.corners[b]);
-        ASSERT_EQ(bvh.without(a, b), sharing != 0 ? sharing | bvh.no_pairs(a, b) : 0) << a << " " << b;
-        ASSERT_EQ(bvh.without(a, b), bvh.shared->of(a, b)) << a << " " << b;
+    Blocks blocks;
+    for (std::uint32_t b = 0; b < bvh.shape.block_count(); ++b) {
+      const auto begin = bvh.order.begin() + bvh.shape.begin_of_block(b);
+      blocks.emplace_back(begin, begin + bvh.shape.size_of_block(b));
+    }
+    for (std::uint32_t a = 0; a < blocks.size(); ++a) {
+      for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+        ASSERT_EQ(bvh.without(a, b), expected(*scene, blocks, a, b)) << leaf_size << ": " << a << " " << b;
         if (!bvh.shared->has_place(a, b)) {
-          ASSERT_EQ(bvh.without_of_no_place(a, b), bvh.without(a, b));
+          ASSERT_EQ(bvh.without_of_no_place(a, b), bvh.without(a, b)) << leaf_size << ": " << a << " " << b;
         }
       }
     }
