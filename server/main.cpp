@@ -2,6 +2,7 @@
 // warmfrontd: reads its configuration, serves, reads its token file again on SIGHUP, and drains on SIGTERM or
 // SIGINT. Exit codes: 0 drained, 2
 // failed (it could not listen, or frames in hand were cut off by the drain timeout), 3 usage.
+#include <absl/synchronization/mutex.h>
 #include <signal.h>
 
 #include <algorithm>
@@ -52,6 +53,10 @@ int main(int argc, char** argv) {
     std::cout << print_config(std::get<ResolvedConfig>(resolved));
     return 0;
   }
+
+  // Debian builds Abseil with its search for deadlocks on, which gRPC's locks would pay for: a twentieth of a
+  // busy daemon's time.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
 
   // Blocked before any thread starts, so that all inherit it and only the waits below receive them.
   sigset_t signals;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `warmfront VERB`: the command line. Runs on one thread.
+#include <absl/synchronization/mutex.h>
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
@@ -77,6 +78,8 @@ int main(int argc, char** argv) {
   // in anew, costs more than to encode them.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  // As in the daemon: Debian builds Abseil with its search for deadlocks on, and gRPC's locks pay for it.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   try {
     return run(argc, argv);
   } catch (const std::bad_alloc&) {

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "server/session/step_cost.h"
+
 namespace warmfront::server {
 
 bool Mailbox::post(Job job) {
@@ -29,8 +31,8 @@ void Mailbox::run_or_post(Job job) {
     const MutexLock lock(mutex_);
     if (!push_locked(std::move(job))) return;
   }
-  if (place_.load(std::memory_order_relaxed) == Place::kElsewhere ||
-      !runner_.run_here([self = shared_from_this()] { self->run_one(); },
+  if (!is_brief(ms_.load(std::memory_order_relaxed)) ||
+      !runner_.run_here([self = shared_from_this()] { self->run_turn(); },
                         lane_.load(std::memory_order_relaxed)))
     schedule();
 }
@@ -41,21 +43,26 @@ bool Mailbox::push_locked(Job job) {
 }
 
 void Mailbox::schedule() {
-  runner_.post([self = shared_from_this()] { self->run_one(); }, lane_.load(std::memory_order_relaxed));
+  runner_.post([self = shared_from_this()] { self->run_turn(); }, lane_.load(std::memory_order_relaxed));
 }
 
-void Mailbox::run_one() {
-  // Scoped, so that what the job holds is released before the next is scheduled.
-  {
-    UniqueLock lock(mutex_);
-    const Job job = std::move(jobs_.front());
-    jobs_.pop_front();
-    lock.unlock();
-    job();
-  }
-  const MutexLock lock(mutex_);
-  scheduled_ = !jobs_.empty();
-  if (scheduled_) schedule();
+void Mailbox::run_turn() {
+  double turn_ms = 0;
+  do {
+    turn_ms += ms_.load(std::memory_order_relaxed);
+    // Scoped, so that what the job holds is released before the next is looked for.
+    {
+      UniqueLock lock(mutex_);
+      const Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      lock.unlock();
+      job();
+    }
+    const MutexLock lock(mutex_);
+    scheduled_ = !jobs_.empty();
+    if (!scheduled_) return;
+  } while (is_brief(turn_ms + ms_.load(std::memory_order_relaxed)));
+  schedule();
 }
 
 }  // namespace warmfront::server

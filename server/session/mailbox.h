@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "server/annotations.h"
@@ -14,8 +15,9 @@
 
 namespace warmfront::server {
 
-/// After each job the mailbox goes to the back of the runner's queue, so that a busy session does not starve
-/// others.
+/// A turn is one job, or those that wait and are brief together: the second frame of a session finds its
+/// hierarchy where the first left it, in the core's cache. After a turn the mailbox goes to the back of the
+/// runner's queue, so that a busy session does not starve others.
 class Mailbox : public std::enable_shared_from_this<Mailbox> {
  public:
   using Job = std::function<void()>;
@@ -28,27 +30,29 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   [[nodiscard]] bool post(Job job);
   /// The same, but never refused: for jobs that something else bounds.
   void post_always(Job job);
-  /// As post_always(); but where jobs may run here, none waits, and the runner has room for a guest, this
-  /// thread runs it before it returns.
+  /// As post_always(); but where the job is brief, none waits, and the runner has room for a guest, this
+  /// thread runs it, and what else makes a turn, before it returns.
   void run_or_post(Job job);
-  /// Where the next jobs run.
-  void set_lane(Lane lane, Place place) {
+
+  static constexpr double kUnforeseen = std::numeric_limits<double>::infinity();
+  /// Where the next job runs, and how long it will take one thread, in milliseconds.
+  void foresee(Lane lane, double ms) {
     lane_.store(lane, std::memory_order_relaxed);
-    place_.store(place, std::memory_order_relaxed);
+    ms_.store(ms, std::memory_order_relaxed);
   }
 
  private:
   /// Whether the mailbox must be scheduled, which the caller does without the lock.
   [[nodiscard]] bool push_locked(Job job) WARMFRONT_REQUIRES(mutex_);
   void schedule();
-  void run_one();
+  void run_turn();
 
   // Constant after construction.
   Runner& runner_;
   const std::size_t capacity_;
 
   std::atomic<Lane> lane_;
-  std::atomic<Place> place_{Place::kElsewhere};
+  std::atomic<double> ms_{kUnforeseen};
 
   // Protected by mutex_.
   Mutex mutex_;

@@ -21,10 +21,6 @@ enum class Lane : std::uint8_t {
   kLong,
 };
 
-/// Whether a task may run on the thread that hands it over, when a switch of threads would cost as much as
-/// it.
-enum class Place : std::uint8_t { kHere, kElsewhere };
-
 /// Runs tasks first come, first served within their lane, each lane on threads of its own, so that a short
 /// task never waits for long ones. Tasks do not throw. They share the arena of Workers for their inner loops,
 /// so a few threads here are enough: one more runs one more step at a time, not one more core.
@@ -42,6 +38,8 @@ class Runner {
   /// it does nothing and returns false. A task that throws ends the process, as on the threads of this: the
   /// caller's thread may be one that swallows it, and what the task had taken would never come back.
   [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane) noexcept;
+  /// Whether short tasks wait for a thread.
+  bool backlog() const { return waiting_.load(std::memory_order_relaxed) > 0; }
   /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
@@ -54,7 +52,8 @@ class Runner {
     std::deque<std::function<void()>> tasks;
   };
   void work(Queue& own);
-  static std::function<void()> take(Queue& queue);
+  std::function<void()> take(Queue& queue);
+  std::size_t short_tasks() const { return queues_[static_cast<std::size_t>(Lane::kShort)].tasks.size(); }
 
   // Protected by mutex_.
   Mutex mutex_;
@@ -64,6 +63,7 @@ class Runner {
   int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
 
   std::atomic<int> busy_{0};
+  std::atomic<std::size_t> waiting_{0};  // short_tasks(), to be read without the lock
 
   // Constant after construction.
   const int most_guests_;

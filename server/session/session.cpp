@@ -180,7 +180,7 @@ void Session::plan_next() {
   if (last_answer_ && last_answer_->all_deformable)
     next_ms_ += step_cost_ms(faces, last_answer_->all_deformable->statistics.counts);
   const bool foreseen = stepped_ && !check_is_due() && !recording_;
-  mailbox_->set_lane(lane_of(next_ms_), foreseen ? place_of(next_ms_) : Place::kElsewhere);
+  mailbox_->foresee(lane_of(next_ms_), foreseen ? next_ms_ : Mailbox::kUnforeseen);
 }
 
 bool Session::check_is_due() const {

@@ -24,10 +24,11 @@ inline Lane lane_of(double cost_ms) {
   return cost_ms <= kShortMs ? Lane::kShort : Lane::kLong;
 }
 
-/// A brief step stays on the thread that received it: to wake another costs 0.03 to 0.1 ms.
-inline Place place_of(double cost_ms) {
+/// A brief step stays on the thread that received it: to wake another costs 0.03 to 0.1 ms. And steps of one
+/// session that are brief together are taken together: to come back to a session after others costs as much.
+inline bool is_brief(double cost_ms) {
   constexpr double kBriefMs = 2;
-  return cost_ms <= kBriefMs ? Place::kHere : Place::kElsewhere;
+  return cost_ms <= kBriefMs;
 }
 
 }  // namespace warmfront::server

@@ -8,12 +8,14 @@
 
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/give_way.h"
 #include "server/transport/session_recording.h"
 
 namespace warmfront::server {
 
 StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
                           const v1::StepRequest& request, v1::StepResponse& response) {
+  give_way(context.runner.backlog());
   auto* call = new StepCall(context, response);
   if (!session) {
     call->Finish(context.refuse(session.fault()));

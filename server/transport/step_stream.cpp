@@ -10,6 +10,7 @@
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/give_way.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
@@ -55,6 +56,7 @@ StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& cal
 }
 
 void StepStream::OnReadDone(bool ok) {
+  give_way(context_.runner.backlog());
   {
     const MutexLock lock(mutex_);
     reading_ = false;
@@ -335,6 +337,7 @@ void StepStream::advance_locked() {
 }
 
 void StepStream::OnWriteDone(bool ok) {
+  give_way(context_.runner.backlog());
   const MutexLock lock(mutex_);
   writing_ = false;
   last_moved_ = Clock::now();
@@ -351,6 +354,7 @@ void StepStream::OnCancel() {
 }
 
 void StepStream::OnDone() {
+  give_way(context_.runner.backlog());
   std::shared_ptr<StepStream> self = std::move(self_);
   // The call counts as in flight until the stream is gone; the memory goes last.
   const std::optional<Lifecycle::Call> call = std::move(call_);

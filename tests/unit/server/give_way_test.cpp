@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// How threads that carry messages stand to those that compute.
+#include "server/transport/give_way.h"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <thread>
+
+namespace warmfront::server {
+namespace {
+
+/// Of the first thread and this.
+bool set_policy(int policy) {
+  const sched_param no_priority{};
+  return sched_setscheduler(getpid(), policy, &no_priority) == 0 &&
+         sched_setscheduler(0, policy, &no_priority) == 0;
+}
+
+TEST(GiveWayTest, AThreadWaitsForStepsWhileToldTo) {
+  std::thread([] {
+    if (!set_policy(SCHED_BATCH) || !set_policy(SCHED_OTHER)) GTEST_SKIP() << "the system forbids it";
+    give_way(false);
+    EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
+    for (int i = 0; i < 2; ++i) {
+      give_way(true);
+      EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH);
+      std::thread([] {
+        EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH)
+            << "inherited, as by a thread that one of gRPC's starts";
+        give_way(false);
+        EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
+      }).join();
+      give_way(false);
+      EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
+    }
+  }).join();
+}
+
+TEST(GiveWayTest, WhatTheOperatorChoseStays) {
+  std::thread([] {
+    if (!set_policy(SCHED_BATCH)) GTEST_SKIP() << "the system forbids it";
+    for (const bool to_steps : {false, true, false}) {
+      give_way(to_steps);
+      EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH);
+    }
+    EXPECT_TRUE(set_policy(SCHED_OTHER));
+  }).join();
+}
+
+}  // namespace
+}  // namespace warmfront::server
