@@ -7,7 +7,8 @@
 
 namespace warmfront::server {
 
-Runner::Runner(int threads, int guests) : most_guests_(guests) {
+Runner::Runner(int threads, int guests)
+    : lane_threads_(static_cast<std::size_t>(threads)), most_guests_(guests) {
   threads_.reserve(queues_.size() * static_cast<std::size_t>(threads));
   for (Queue& queue : queues_)
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this, &queue] { work(queue); });

@@ -38,8 +38,8 @@ class Runner {
   /// it does nothing and returns false. A task that throws ends the process, as on the threads of this: the
   /// caller's thread may be one that swallows it, and what the task had taken would never come back.
   [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane) noexcept;
-  /// Whether short tasks wait for a thread.
-  bool backlog() const { return waiting_.load(std::memory_order_relaxed) > 0; }
+  /// Whether more short tasks wait than there are threads for them: each has its next one already.
+  bool backlog() const { return waiting_.load(std::memory_order_relaxed) > lane_threads_; }
   /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
@@ -66,6 +66,7 @@ class Runner {
   std::atomic<std::size_t> waiting_{0};  // short_tasks(), to be read without the lock
 
   // Constant after construction.
+  const std::size_t lane_threads_;
   const int most_guests_;
   std::vector<std::thread> threads_;
 };

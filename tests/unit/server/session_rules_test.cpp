@@ -209,7 +209,7 @@ TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
       },
       Lane::kShort));
   EXPECT_EQ(ran, 1);
-  std::latch begun(1), go(1), done(1);
+  std::latch begun(1), go(1), done(2);
   runner.post(
       [&] {
         begun.count_down();
@@ -221,7 +221,9 @@ TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
   EXPECT_TRUE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one that runs is no one that waits";
   runner.post([&] { done.count_down(); }, Lane::kShort);
   EXPECT_FALSE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one waits in this lane";
-  EXPECT_TRUE(runner.backlog());
+  EXPECT_FALSE(runner.backlog());
+  runner.post([&] { done.count_down(); }, Lane::kShort);
+  EXPECT_TRUE(runner.backlog()) << "two wait for one thread";
   EXPECT_TRUE(runner.run_here([&] { ++ran; }, Lane::kLong));
   go.count_down();
   done.wait();
