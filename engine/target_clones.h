@@ -7,7 +7,9 @@
 /// For helpers of a dispatched function: what is not inlined into it is compiled for the baseline only.
 #define WARMFRONT_INLINE [[gnu::always_inline]] inline
 
-#if defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && \
+#if defined(WARMFRONT_ONE_TARGET)  // tests/clones
+#define WARMFRONT_TARGET_CLONES [[gnu::target(WARMFRONT_ONE_TARGET)]]
+#elif defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && \
     !defined(WARMFRONT_NO_TARGET_CLONES)
 #define WARMFRONT_TARGET_CLONES [[gnu::target_clones("arch=x86-64-v4", "avx2", "default")]]
 #else

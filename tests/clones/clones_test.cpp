@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels of every instruction set give the same bits, on any machine that has them. `answers` is linked
+// three times: with kernels chosen as the program is loaded, as shipped; with those for AVX2 alone; and with
+// the baseline's.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <sstream>
+#include <string>
+
+namespace {
+
+std::string printed_by(const char* program) {
+  std::string text;
+  FILE* const pipe = popen(program, "r");
+  if (pipe == nullptr) return text;
+  std::array<char, 4096> bytes;
+  while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), pipe))
+    text.append(bytes.data(), count);
+  EXPECT_EQ(pclose(pipe), 0) << program;
+  return text;
+}
+
+/// Line by line, so that a failure names the scene, the way and the step.
+void expect_same(const std::string& a, const std::string& b) {
+  EXPECT_GT(a.size(), 10'000u);
+  std::istringstream lines_a(a), lines_b(b);
+  for (std::string line_a, line_b; std::getline(lines_a, line_a);) {
+    ASSERT_TRUE(std::getline(lines_b, line_b));
+    ASSERT_EQ(line_a, line_b);
+  }
+  EXPECT_EQ(a.size(), b.size());
+}
+
+TEST(ClonesTest, TheBaselineAnswersAsTheMachinesOwn) {
+  expect_same(printed_by(WARMFRONT_ANSWERS), printed_by(WARMFRONT_ANSWERS_BASELINE));
+}
+
+TEST(ClonesTest, Avx2AnswersAsTheMachinesOwn) {
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "a machine without AVX2";
+  expect_same(printed_by(WARMFRONT_ANSWERS), printed_by(WARMFRONT_ANSWERS_AVX2));
+}
+
+}  // namespace
