@@ -21,7 +21,7 @@ struct BodyPositions {
   Positions positions;
 };
 
-/// The pose of a rigid body, of its rest shape: the positions last given of it, in a frame or when it was made.
+/// The pose of a rigid body, of its rest shape: its positions last given, in a frame or when it was made.
 struct BodyPose {
   std::uint32_t body;
   Pose pose;

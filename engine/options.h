@@ -68,8 +68,8 @@ struct ColliderOptions {
   /// Find bodies that move rigidly, and test them against themselves only where that could change an answer
   /// (tiers certified and exact).
   bool find_rigid = true;
-  /// Look for a plane between small bodies that are near each other, which spares them every other test (tiers
-  /// certified and exact). A matter of speed only.
+  /// Look for a plane between small bodies that are near each other, which spares them every other test
+  /// (tiers certified and exact). A matter of speed only.
   bool separate_parts = true;
   /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
   /// holds. Off, because since bounds ask for relative motion it costs more than it saves.

@@ -39,8 +39,8 @@ std::uint64_t checksum(const Core& core);
 /// looked at, parts that are taken for apart and are not, a front that is no cut through its test tree, in
 /// depth-first order, or that holds pairs as disjoint which are not, neighbouring blocks that are not
 /// listed or are taken for apart, and counts that do not add up. The message says what and where. Checks all
-/// but the nearness of parts, of which about a million pairs are looked at in a turn, and neighbours' budgets,
-/// of which a part is. About as dear as a refit and two looks at each pair of the front.
+/// but the nearness of parts, of which about a million pairs are looked at in a turn, and neighbours'
+/// budgets, of which a part is. About as dear as a refit and two looks at each pair of the front.
 template <class Bounds>
 Status self_check(const KeptState<Bounds>& kept);
 

@@ -6,8 +6,8 @@
 namespace warmfront {
 namespace {
 
-/// Fewest faces of a body of its own: a full block; where that gives many bodies, all of which may be near all
-/// others, a full leaf.
+/// Fewest faces of a body of its own: a full block; where that gives many bodies, all of which may be near
+/// all others, a full leaf.
 constexpr std::uint32_t kFewestFaces = 8;
 constexpr std::uint32_t kFewestOfMany = 64;
 constexpr std::size_t kMany = 512;

@@ -38,8 +38,8 @@ struct Metrics {
                                                                 "total"};
   static constexpr std::array<const char*, 5> kFrontNames{"none", "built", "updated", "rebuilt", "capped"};
   /// By Rebuild, the first of which is none at all.
-  static constexpr std::array<const char*, 7> kRebuildNames{"none",        "policy", "decayed",
-                                                            "interrupted", "capped", "bounds", "self_check"};
+  static constexpr std::array<const char*, 7> kRebuildNames{"none",   "policy", "decayed",   "interrupted",
+                                                            "capped", "bounds", "self_check"};
   enum SelfCheck : std::size_t { kPassed, kRebuilt, kDataLost, kSelfChecks };
   static constexpr std::array<const char*, kSelfChecks> kSelfCheckNames{"passed", "rebuilt", "data_loss"};
   enum End : std::size_t { kDeleted, kExpired, kFailed, kEnds };

@@ -11,8 +11,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <ctime>
 #include <cstring>
+#include <ctime>
 #include <future>
 #include <regex>
 
