@@ -151,13 +151,18 @@ std::string turns_of(double ms_a, double ms_b) {
     const auto a = std::make_shared<Mailbox>(runner, 3), b = std::make_shared<Mailbox>(runner, 3);
     a->foresee(Lane::kShort, ms_a);
     b->foresee(Lane::kShort, ms_b);
-    std::latch go(1);
+    std::latch go(1), done(6);
     runner.post([&] { go.wait(); }, Lane::kShort);
+    const auto note = [&](char name) {
+      order += name;
+      done.count_down();
+    };
     for (int i = 0; i < 3; ++i) {
-      a->post_always([&] { order += 'A'; });
-      b->post_always([&] { order += 'B'; });
+      a->post_always([&] { note('A'); });
+      b->post_always([&] { note('B'); });
     }
     go.count_down();
+    done.wait();  // a runner that ends has every thread help
   }
   return order;
 }
@@ -175,15 +180,20 @@ TEST(MailboxTest, AJobThatChangesWhatIsForeseenEndsItsTurn) {
     Runner runner(1);
     const auto a = std::make_shared<Mailbox>(runner, 3), b = std::make_shared<Mailbox>(runner, 3);
     for (const auto& mailbox : {a, b}) mailbox->foresee(Lane::kShort, 0.1);
-    std::latch go(1);
+    std::latch go(1), done(3);
     runner.post([&] { go.wait(); }, Lane::kShort);
+    const auto note = [&](char name) {
+      order += name;
+      done.count_down();
+    };
     a->post_always([&] {
-      order += 'A';
       a->foresee(Lane::kShort, Mailbox::kUnforeseen);
+      note('A');
     });
-    a->post_always([&] { order += 'a'; });
-    b->post_always([&] { order += 'B'; });
+    a->post_always([&] { note('a'); });
+    b->post_always([&] { note('B'); });
     go.count_down();
+    done.wait();
   }
   EXPECT_EQ(order, "ABa");
 }
