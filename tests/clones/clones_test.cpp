@@ -4,22 +4,17 @@
 // the baseline's.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <sstream>
 #include <string>
+
+#include "tests/support/command.h"
 
 namespace {
 
 std::string printed_by(const char* program) {
-  std::string text;
-  FILE* const pipe = popen(program, "r");
-  if (pipe == nullptr) return text;
-  std::array<char, 4096> bytes;
-  while (const std::size_t count = std::fread(bytes.data(), 1, bytes.size(), pipe))
-    text.append(bytes.data(), count);
-  EXPECT_EQ(pclose(pipe), 0) << program;
-  return text;
+  const warmfront::test::CommandOutcome outcome = warmfront::test::run_command(program);
+  EXPECT_EQ(outcome.code, 0) << program;
+  return outcome.out;
 }
 
 /// Line by line, so that a failure names the scene, the way and the step.

@@ -142,29 +142,46 @@ TEST(MailboxTest, ABriefJobRunsOnTheThreadThatHandsItOverUnlessOthersAreBeforeIt
   EXPECT_NE(threads[3], here);
 }
 
-/// The order in which two mailboxes' jobs run on one thread, three of either, when each of A's and B's takes
-/// so long.
-std::string turns_of(double ms_a, double ms_b) {
-  std::string order;
-  {
-    Runner runner(1);
-    const auto a = std::make_shared<Mailbox>(runner, 3), b = std::make_shared<Mailbox>(runner, 3);
-    a->foresee(Lane::kShort, ms_a);
-    b->foresee(Lane::kShort, ms_b);
-    std::latch go(1), done(6);
-    runner.post([&] { go.wait(); }, Lane::kShort);
-    const auto note = [&](char name) {
-      order += name;
-      done.count_down();
-    };
-    for (int i = 0; i < 3; ++i) {
-      a->post_always([&] { note('A'); });
-      b->post_always([&] { note('B'); });
-    }
-    go.count_down();
-    done.wait();  // a runner that ends has every thread help
+/// Two mailboxes on one thread. Jobs note their names; none begins before all are posted.
+class Turns {
+ public:
+  explicit Turns(std::ptrdiff_t jobs) : done_(jobs) {
+    runner_.post([this] { go_.wait(); }, Lane::kShort);
   }
-  return order;
+  void post(
+      Mailbox& to, char name, std::function<void()> work = [] {}) {
+    to.post_always([this, name, work = std::move(work)] {
+      work();
+      order_ += name;
+      done_.count_down();
+    });
+  }
+  std::string order() {
+    go_.count_down();
+    done_.wait();  // a runner that ends has every thread help
+    return order_;
+  }
+
+ private:
+  std::string order_;
+  std::latch go_{1}, done_;
+  Runner runner_{1};
+
+ public:
+  const std::shared_ptr<Mailbox> a = std::make_shared<Mailbox>(runner_, 3);
+  const std::shared_ptr<Mailbox> b = std::make_shared<Mailbox>(runner_, 3);
+};
+
+/// Of three jobs each, when each of A's and B's takes so long.
+std::string turns_of(double ms_a, double ms_b) {
+  Turns turns(6);
+  turns.a->foresee(Lane::kShort, ms_a);
+  turns.b->foresee(Lane::kShort, ms_b);
+  for (int i = 0; i < 3; ++i) {
+    turns.post(*turns.a, 'A');
+    turns.post(*turns.b, 'B');
+  }
+  return turns.order();
 }
 
 TEST(MailboxTest, ATurnTakesTheJobsThatAreBriefTogether) {
@@ -175,27 +192,12 @@ TEST(MailboxTest, ATurnTakesTheJobsThatAreBriefTogether) {
 }
 
 TEST(MailboxTest, AJobThatChangesWhatIsForeseenEndsItsTurn) {
-  std::string order;
-  {
-    Runner runner(1);
-    const auto a = std::make_shared<Mailbox>(runner, 3), b = std::make_shared<Mailbox>(runner, 3);
-    for (const auto& mailbox : {a, b}) mailbox->foresee(Lane::kShort, 0.1);
-    std::latch go(1), done(3);
-    runner.post([&] { go.wait(); }, Lane::kShort);
-    const auto note = [&](char name) {
-      order += name;
-      done.count_down();
-    };
-    a->post_always([&] {
-      a->foresee(Lane::kShort, Mailbox::kUnforeseen);
-      note('A');
-    });
-    a->post_always([&] { note('a'); });
-    b->post_always([&] { note('B'); });
-    go.count_down();
-    done.wait();
-  }
-  EXPECT_EQ(order, "ABa");
+  Turns turns(3);
+  for (const auto& mailbox : {turns.a, turns.b}) mailbox->foresee(Lane::kShort, 0.1);
+  turns.post(*turns.a, 'A', [&] { turns.a->foresee(Lane::kShort, Mailbox::kUnforeseen); });
+  turns.post(*turns.a, 'a');
+  turns.post(*turns.b, 'B');
+  EXPECT_EQ(turns.order(), "ABa");
 }
 
 TEST(MailboxTest, AMailboxMayGoWithItsLastJob) {
