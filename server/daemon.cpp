@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "server/admin/accept.h"
+#include "server/admin/free_memory.h"
 #include "server/admin/http.h"
 #include "server/admin/listen.h"
 #include "server/admin/metrics_text.h"
@@ -39,6 +40,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kQuiet{300};
 /// How often that is looked at.
 constexpr milliseconds kGlance{50};
+/// How often freed memory is looked for.
+constexpr milliseconds kMemoryGlance{1000};
 /// How long calls of other services (health watches, reflection) get to end by themselves.
 constexpr milliseconds kOthers{200};
 
@@ -120,6 +123,7 @@ struct Daemon::Impl {
   Context context;
   std::unique_ptr<Expiry> expiry;
   std::unique_ptr<Ticker> timeouts;
+  std::unique_ptr<Ticker> memory;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Service> admin_service;
   std::unique_ptr<grpc::Server> server;
@@ -197,6 +201,13 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   impl->timeouts =
       std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
                                [&lifecycle = impl->context.lifecycle] { lifecycle.enforce_timeouts(); });
+  impl->memory = std::make_unique<Ticker>(
+      kMemoryGlance, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory()]() mutable {
+        const std::size_t bytes = give_back_free_memory(free_memory);
+        if (bytes == 0) return;
+        metrics.memory_given_back += bytes;
+        log.write(LogLevel::kDebug, "memory_given_back", {{"bytes", std::uint64_t{bytes}}});
+      });
   if (!config.metrics_listen.empty()) {
     Result<std::unique_ptr<Http>> http = Http::start(
         config.metrics_listen, {[all = impl.get()] { return all->metrics(); },

@@ -90,6 +90,7 @@ struct Metrics {
   Counter sessions_created{0};
   std::array<Counter, kEnds> sessions_ended{};
   std::array<Counter, kRefusals.size()> refused{};
+  Counter memory_given_back{0};  ///< bytes that FreeMemory gave back
 };
 
 }  // namespace warmfront::server

@@ -109,6 +109,8 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
             metrics.front_pairs_skipped);
   f.counters("warmfront_rejected_total", "Requests refused, by limit or kind of fault", "reason",
              Metrics::kRefusals, metrics.refused);
+  f.counter("warmfront_memory_given_back_bytes_total", "Freed memory that was given back to the system",
+            metrics.memory_given_back);
   const ProcessStats process = process_stats();
   f.gauge("process_resident_memory_bytes", "Memory of this process that is in RAM",
           number(process.resident_bytes));

@@ -52,11 +52,17 @@ class FaultTable : public ::testing::Test, protected BareClient {
   }
 
   std::optional<DaemonProcess> daemon_;
+  /// How much more the daemon holds than when it had made the untouched session, once it is at most
+  /// `allowed`, which freed memory takes a few seconds to be.
+  std::size_t growth_once_within(std::size_t allowed) const;
+
   /// What a row may cost: at its worst moment, and after it.
   std::size_t allowed_peak_ = 64 * kMiB;
   std::size_t allowed_growth_ = 32 * kMiB;
 
  private:
+  std::size_t more_than_before(std::size_t bytes) const;
+
   static constexpr const char* kUntouched = "31234567-89ab-cdef-0123-456789abcdef";
   std::size_t resident_before_ = 0;
   std::uint64_t untouched_frame_ = 0;
