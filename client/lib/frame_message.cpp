@@ -3,7 +3,6 @@
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <grpcpp/impl/codegen/proto_utils.h>
 #include <grpcpp/support/slice.h>
 
 #include <array>
@@ -39,15 +38,6 @@ grpc::Slice shared_slice(const std::shared_ptr<const std::string>& string, std::
 }
 
 }  // namespace
-
-grpc::ByteBuffer serialize(const v1::StreamStepsRequest& request) {
-  grpc::ByteBuffer buffer;
-  bool own_buffer = false;
-  const grpc::Status status =
-      grpc::SerializationTraits<v1::StreamStepsRequest>::Serialize(request, &buffer, &own_buffer);
-  if (!status.ok()) buffer.Clear();
-  return buffer;
-}
 
 grpc::ByteBuffer positions_message(std::uint64_t frame, bool more,
                                    const std::shared_ptr<const std::string>& positions, std::size_t at,

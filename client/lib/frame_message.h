@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages of StreamSteps as the bytes that gRPC sends. Thread-safe.
+// Frames as the bytes that gRPC sends, their positions where they are. Thread-safe.
 #pragma once
 
 #include <grpcpp/support/byte_buffer.h>
@@ -12,9 +12,6 @@
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::client {
-
-/// Any message. Empty for one beyond 2 GiB, which no message here is.
-grpc::ByteBuffer serialize(const v1::StreamStepsRequest& request);
 
 /// A step that carries positions [at, at + count) bytes of the string, without a copy of them: the buffer
 /// holds on to the string. Positions are most of what a step costs to send, and a message object would copy

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/lib/frame_message.h"
+#include "proto/byte_buffer.h"
 
 namespace warmfront::client {
 namespace {

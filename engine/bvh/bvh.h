@@ -13,7 +13,7 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bounds/moving.h"
-#include "engine/bvh/leaf_block.h"
+#include "engine/bvh/eight_bounds.h"
 #include "engine/bvh/leaf_grid.h"
 #include "engine/bvh/node_set.h"
 #include "engine/bvh/shared_vertices.h"

@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "proto/byte_buffer.h"
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 
@@ -103,16 +104,6 @@ Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer) {
   Outcome<v1::StreamStepsRequest> parsed = parse_request(buffer);
   if (!parsed) return parsed.fault();
   return StreamRequest{std::move(parsed).value(), {}};
-}
-
-grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response) {
-  grpc::ByteBuffer buffer;
-  bool own_buffer = false;
-  const grpc::Status status =
-      grpc::SerializationTraits<v1::StreamStepsResponse>::Serialize(response, &buffer, &own_buffer);
-  // Only a message beyond 2 GiB cannot be serialised, and the chunks are far smaller.
-  if (!status.ok()) buffer.Clear();
-  return buffer;
 }
 
 AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)

@@ -33,8 +33,6 @@ struct StreamRequest {
 /// As parse_request(), but `buffer` must live, and stay as it is, for as long as `positions` are used.
 Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer);
 
-grpc::ByteBuffer serialize(const v1::StreamStepsResponse& response);
-
 /// An answer in chunks of at most `chunk_bytes` of contacts (at least one row each), the last one marked and
 /// with the summary; each is encoded when it is taken. An answer without rows is one chunk. Used by one
 /// thread at a time.

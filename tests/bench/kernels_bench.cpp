@@ -13,7 +13,7 @@
 
 #include "engine/bounds/moving.h"
 #include "engine/bounds/overlap.h"
-#include "engine/bvh/leaf_block.h"
+#include "engine/bvh/eight_bounds.h"
 #include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/feature_block.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaf blocks against the same tests one pair at a time.
-#include "engine/bvh/leaf_block.h"
+// Eight bounds against eight, and the same tests one pair at a time.
+#include "engine/bvh/eight_bounds.h"
 
 #include <gtest/gtest.h>
 
@@ -88,9 +88,9 @@ bool share_vertex(const Leaf<Bounds>& a, std::uint32_t i, const Leaf<Bounds>& b,
 }
 
 template <class Bounds>
-class LeafBlockTest : public ::testing::Test {};
+class EightBoundsTest : public ::testing::Test {};
 using Kinds = ::testing::Types<Aabb, KDop18>;
-TYPED_TEST_SUITE(LeafBlockTest, Kinds);
+TYPED_TEST_SUITE(EightBoundsTest, Kinds);
 
 // Those that share a vertex, as SharedVertices has them.
 template <class Bounds>
@@ -113,7 +113,7 @@ EightOverlaps overlaps_of(const Leaf<Bounds>& a, const Leaf<Bounds>& b, bool sam
   return primitive_overlaps(over, b.block, between, same ? nullptr : &whole_b, without, 1);
 }
 
-TYPED_TEST(LeafBlockTest, SharingPairsAreFound) {
+TYPED_TEST(EightBoundsTest, SharingPairsAreFound) {
   std::mt19937 random(11);
   for (int trial = 0; trial < 500; ++trial) {
     const auto a = random_leaf<TypeParam>(random);
@@ -129,7 +129,7 @@ TYPED_TEST(LeafBlockTest, SharingPairsAreFound) {
   }
 }
 
-TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
+TYPED_TEST(EightBoundsTest, EqualsPairByPair) {
   std::mt19937 random(7);
   std::uint64_t met = 0;
   std::uint64_t sure = 0;
@@ -171,7 +171,7 @@ TYPED_TEST(LeafBlockTest, EqualsPairByPair) {
 }
 
 // Of two that share no vertex nothing is left out: what stands in empty slots is the first once more.
-TYPED_TEST(LeafBlockTest, EmptySlotsChangeNothing) {
+TYPED_TEST(EightBoundsTest, EmptySlotsChangeNothing) {
   std::mt19937 random(12);
   int smaller = 0;
   for (int trial = 0; trial < 2000; ++trial) {
@@ -190,7 +190,7 @@ TYPED_TEST(LeafBlockTest, EmptySlotsChangeNothing) {
 
 // Neither the limits of the numbers nor those of what lies between two leaves may bring together what is
 // beside each other, wherever in the range of a unit the leaves' sizes are.
-TYPED_TEST(LeafBlockTest, LeavesBesideEachOtherAreApart) {
+TYPED_TEST(EightBoundsTest, LeavesBesideEachOtherAreApart) {
   std::mt19937 random(10);
   for (int trial = 0; trial < 4000; ++trial) {
     auto a = random_leaf<TypeParam>(random);
@@ -220,7 +220,7 @@ TYPED_TEST(LeafBlockTest, LeavesBesideEachOtherAreApart) {
   }
 }
 
-TYPED_TEST(LeafBlockTest, NothingIsApartFromALeafWhoseBoundsAreInfinite) {
+TYPED_TEST(EightBoundsTest, NothingIsApartFromALeafWhoseBoundsAreInfinite) {
   std::mt19937 random(9);
   for (int trial = 0; trial < 200; ++trial) {
     auto a = random_leaf<TypeParam>(random);
@@ -241,7 +241,7 @@ TYPED_TEST(LeafBlockTest, NothingIsApartFromALeafWhoseBoundsAreInfinite) {
   }
 }
 
-TYPED_TEST(LeafBlockTest, BlocksEqualPairByPair) {
+TYPED_TEST(EightBoundsTest, BlocksEqualPairByPair) {
   std::mt19937 random(8);
   int met = 0;
   int beside = 0;  // they nearly overlap

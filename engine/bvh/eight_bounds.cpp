@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/bvh/leaf_block.h"
+#include "engine/bvh/eight_bounds.h"
 
 #include <bit>
 #include <cstring>
