@@ -59,9 +59,14 @@ Result<Layer> file_layer(const std::string& path) {
   Layer layer{Origin::kFile, {}, [path](const std::string& name) { return path + ": " + name; }};
   auto values = read_config_file(path);
   if (!values) return values.error();
-  for (const auto& [name, ignored] : values.value())
-    if (find_setting(name) == nullptr)
-      return invalid_argument(path + ": " + name + " is no setting; --print-config lists them");
+  for (const auto& [name, ignored] : values.value()) {
+    if (find_setting(name) != nullptr) continue;
+    std::string meant = name;
+    std::ranges::replace(meant, '_', '-');
+    return invalid_argument(
+        path + ": " + name + " is no setting; " +
+        (find_setting(meant) != nullptr ? "it is " + meant + " in a file" : "--print-config lists them"));
+  }
   layer.values = std::move(values).value();
   return layer;
 }

@@ -220,6 +220,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
     log.write(LogLevel::kInfo, "metrics_listening",
               {{"address", with_port(config.metrics_listen, impl->http->port())}});
   }
+  log.write(LogLevel::kInfo, "serving", {{"threads", std::int64_t{impl->context.workers->threads()}}});
   impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
   return std::unique_ptr<Daemon>(new Daemon(std::move(impl)));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // warmfrontd: reads its configuration, serves, reads its token file again on SIGHUP, and drains on SIGTERM or
-// SIGINT. Exit codes: 0 drained, 2
-// failed (it could not listen, or frames in hand were cut off by the drain timeout), 3 usage.
+// SIGINT. Exit codes: 0 drained, 2 failed (it could not listen, or frames in hand were cut off by the drain
+// timeout), 3 usage, of a setting that can never serve too.
 #include <absl/synchronization/mutex.h>
 #include <signal.h>
 
@@ -24,6 +24,7 @@
 namespace {
 
 constexpr int kExitFailed = 2;
+constexpr int kExitUsage = 3;
 
 /// Ends the process when draining cannot: a second signal, or a step that outlasts the drain timeout.
 void force_exit_later(const sigset_t& signals, std::chrono::milliseconds timeout) {
@@ -68,11 +69,11 @@ int main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &handled, nullptr);
 
   Log log(config.log_level, config.log_format);
-  log.write(LogLevel::kInfo, "starting", {{"version", kVersion}, {"threads", std::int64_t{config.threads}}});
+  log.write(LogLevel::kInfo, "starting", {{"version", kVersion}});
   auto daemon = Daemon::start(config, log);
   if (!daemon) {
     log.write(LogLevel::kError, "failed", {{"reason", daemon.error().message}});
-    return kExitFailed;
+    return daemon.error().code == warmfront::ErrorCode::kInvalidArgument ? kExitUsage : kExitFailed;
   }
   notify_systemd("READY=1");
   // Fed by the threads that steps run on, so that a daemon whose steps hang is started again.

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cinttypes>
 #include <cstdio>
 #include <filesystem>
@@ -165,6 +166,8 @@ int accuracy(const Arguments& arguments) {
     const bool missing = settings.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(settings.error().message) : usage_error(settings.error().message);
   }
+  if (Status status = check_writable(std::array{arguments.json_file, arguments.csv_file}); !status)
+    return failure(status.error().message);
   std::vector<TradeRow> rows;
   bool agrees = true;
   for (const std::string& path : arguments.paths) {

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -93,6 +94,8 @@ int bench(const Arguments& arguments) {
   const BenchContext context{this_machine(), this_build(), arguments.rounds};
   const Result<std::vector<BenchSetting>> settings = read_settings(arguments, context.machine.cores);
   if (!settings) return usage_error(settings.error().message);
+  if (Status status = check_writable(std::array{arguments.json_file, arguments.csv_file}); !status)
+    return failure(status.error().message);
   const bool tables = arguments.json_file != "-";
   if (tables) std::printf("%s", format_bench_context(context).c_str());
   std::vector<BenchReport> reports;

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cinttypes>
 #include <cstdio>
 #include <deque>
@@ -23,6 +24,7 @@
 #include "client/cli/report_json.h"
 #include "client/cli/server_options.h"
 #include "client/cli/stepper.h"
+#include "client/io/file.h"
 #include "client/io/input.h"
 #include "engine/contact_hash.h"
 
@@ -193,6 +195,8 @@ int detect(Arguments arguments) {
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(status.error().message) : usage_error(status.error().message);
   }
+  if (Status status = check_writable(std::array{arguments.json_file, arguments.files.html}); !status)
+    return failure(status.error().message);
   Result<std::unique_ptr<Input>> opened = open_input(arguments.inputs);
   if (!opened) return failure(opened.error().message);
   Input& input = *opened.value();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "client/cli/pose_fit.h"
@@ -65,7 +66,7 @@ void FrameModel::pose(std::uint32_t index, std::span<const Real> end) {
                                end.begin() + static_cast<std::ptrdiff_t>(first + count));
   const std::span<const double> rest = std::span(rest_).subspan(first, count);
   PoseFit fit = fit_pose(rest, to);
-  for (double& number : fit.pose.matrix) number = static_cast<Real>(number);
+  if constexpr (std::is_same_v<Real, float>) fit.pose = in_float32(fit.pose);
   residual_ = std::max(residual_, fit.residual);
   for (std::size_t i = 0; i < count; i += 3)
     std::ranges::copy(fit.pose.place(rest.data() + i),

@@ -5,6 +5,7 @@
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -19,6 +20,7 @@
 #include "client/cli/load/sweep.h"
 #include "client/cli/recording/recorded_input.h"
 #include "client/cli/server_options.h"
+#include "client/io/file.h"
 #include "client/io/input.h"
 
 namespace warmfront::client {
@@ -183,6 +185,8 @@ int load_verb(Arguments a) {
   std::error_code ignored;
   if (!a.plan.record_dir.empty() && !std::filesystem::is_directory(a.plan.record_dir, ignored))
     return failure(a.plan.record_dir + ": not a folder; make it before --record");
+  if (Status status = check_writable(std::array{a.json_file, a.csv_file, a.html_file}); !status)
+    return failure(status.error().message);
   Result<RecordedScene> opened = open_scene(a);
   if (!opened) return failure(opened.error().message);
   const std::unique_ptr<Input>& input = opened.value().input;

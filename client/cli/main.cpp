@@ -4,6 +4,7 @@
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <new>
 #include <string>
@@ -57,6 +58,12 @@ int run(int argc, char** argv) {
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 
+  const auto is_verb = [&](const std::string& name) {
+    return std::ranges::any_of(verbs, [&](const auto& verb) { return verb.first->get_name() == name; });
+  };
+  if (argc > 1 && argv[1][0] != '-' && !is_verb(argv[1]))
+    return warmfront::client::usage_error("there is no verb '" + std::string(argv[1]) +
+                                          "'; see 'warmfront --help'");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -2,6 +2,9 @@
 // Files: see file.h.
 #include "client/io/file.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -39,6 +42,21 @@ Status make_folder(const std::string& path) {
   std::error_code code;
   std::filesystem::create_directories(path, code);
   if (code) return invalid_argument(path + ": cannot make the folder: " + code.message());
+  return {};
+}
+
+Status check_writable(std::span<const std::string> paths) {
+  for (const std::string& path : paths) {
+    if (path.empty() || path == "-") continue;
+    const bool exists = access(path.c_str(), F_OK) == 0;
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    const std::string& asked = exists ? path : folder.empty() ? std::string(".") : folder;
+    struct stat status {};
+    if (access(asked.c_str(), W_OK) != 0 || stat(asked.c_str(), &status) != 0)
+      return file_error(path, "cannot write", errno);
+    if (exists && S_ISDIR(status.st_mode)) return file_error(path, "cannot write", EISDIR);
+    if (!exists && !S_ISDIR(status.st_mode)) return file_error(path, "cannot write", ENOTDIR);
+  }
   return {};
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -42,6 +43,10 @@ class OutputFile {
 
 /// Makes the folder, and those above it, where they are not there yet.
 Status make_folder(const std::string& path);
+
+/// Fails, as writing would, for the first path of a file in no folder, or that this user may not write; makes
+/// nothing. "" and "-" pass. For results that take long to come.
+Status check_writable(std::span<const std::string> paths);
 
 /// Creates `path` with `bytes` in it.
 Status write_file(const std::string& path, std::string_view bytes);

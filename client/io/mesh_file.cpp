@@ -34,7 +34,11 @@ Result<Mesh> read_mesh(const std::string& path) {
   if (!parse) return invalid_argument(path + ": not a mesh file by its name: .ply, .obj and .stl are read");
   const Result<std::string> bytes = read_file(path);
   if (!bytes) return bytes.error();
-  return parse(bytes.value(), path);
+  Result<Mesh> mesh = parse(bytes.value(), path);
+  // An exporter that failed, or something else by this name: its answer would be that nothing touches.
+  if (mesh && vertex_count(mesh.value().positions) == 0)
+    return invalid_argument(path + ": no vertex is in it; a mesh with one or more is expected");
+  return mesh;
 }
 
 }  // namespace warmfront::client

@@ -5,6 +5,12 @@
 
 namespace warmfront {
 
+Pose in_float32(const Pose& pose) {
+  Pose rounded;
+  for (std::size_t i = 0; i < pose.matrix.size(); ++i) rounded.matrix[i] = static_cast<float>(pose.matrix[i]);
+  return rounded;
+}
+
 Status check_pose(const Pose& pose, const std::string& where) {
   const auto& m = pose.matrix;
   for (std::size_t i = 0; i < m.size(); ++i) {

@@ -29,6 +29,10 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
+/// The pose with each number the nearest float32, as poses travel in a float32 session. Out of line: inlined
+/// beside what uses the numbers, GCC 12 at -O3 leaves the rounding of some of them out.
+Pose in_float32(const Pose& pose);
+
 /// How far R^T R may be from the identity, entry by entry: float32 matrices pass.
 inline constexpr double kPoseTolerance = 1e-5;
 

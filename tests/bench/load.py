@@ -88,6 +88,8 @@ def agreement(point, metrics):
 
 
 def main():
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     binaries = sys.argv[1]

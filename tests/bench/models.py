@@ -110,6 +110,8 @@ def measure(binary, what, folder, full, *arguments):
 
 
 def main():
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
     binary = os.path.abspath(sys.argv[1])
     whole = ("--bodies", "deformable", "--find-bodies", "off", "--find-rigid", "off", "--bounds", "kdop18")
     print("| scene | bytes a frame | of all | step, ms | full step, ms | of it | nodes refit | BV tests |")

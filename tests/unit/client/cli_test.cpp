@@ -68,6 +68,7 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --frames 0:999",
                                 "detect builtin:bart --contacts c.txt",
                                 "detect builtin:bart --contacts c.csv --report count",
+                                "detec builtin:bart",
                                 "scene",
                                 "scene nothing --out x",
                                 "scene bart",
@@ -87,11 +88,14 @@ TEST(Cli, FailuresExitWith2AndOneLine) {
       "nan.ply", format_ply({std::vector<double>{0, 0, 0, 1, 0, 0, 0, std::nan(""), 0}, {{0, 1, 2}}}, ""));
   const std::string good =
       folder.write("good.ply", format_ply({std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}}}, ""));
+  const std::string text = folder.write("text.obj", "hello world\n");
   for (const std::string& arguments : std::vector<std::string>{
            "detect " + folder.file("missing"), "detect " + folder.path(), "detect " + broken + " " + broken,
            "detect " + good + " " + nan, "detect " + good + " " + folder.file("missing.obj"),
            std::string("detect ") + kScene + " --frames 0:1 --contacts " + folder.file("no/c.csv"),
            std::string("detect ") + kScene + " --frames 0:1 --json " + folder.file("no/r.json"),
+           std::string("detect ") + kScene + " --html " + folder.file("no/p.html"),
+           "load --server unix:/nowhere --html " + folder.file("no/p.html"), "detect " + text + " " + text,
            "scene bart --frames 2 --out " + good + "/sub"}) {
     const Outcome outcome = run(arguments, "2>&1 >/dev/null");
     EXPECT_EQ(outcome.code, kExitFailed) << arguments << ": " << outcome.out;
@@ -101,6 +105,8 @@ TEST(Cli, FailuresExitWith2AndOneLine) {
   }
   EXPECT_THAT(run("detect " + broken + " " + broken).out, HasSubstr("broken.ply: line 3"));
   EXPECT_THAT(run("detect " + good + " " + nan).out, HasSubstr("step to frame 1: "));
+  const Outcome no_page = run(std::string("detect ") + kScene + " --html " + folder.file("no/p.html"));
+  EXPECT_THAT(no_page.out, StartsWith("warmfront: ")) << "it is said before the steps, which take long";
 }
 
 TEST(Cli, AFullDiskOnStdoutFails) {

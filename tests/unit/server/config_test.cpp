@@ -87,7 +87,10 @@ TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
   environment_.clear();
   write_file("colour = \"red\"\n");
   EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
-  EXPECT_THAT(err_.str(), HasSubstr(file_ + ": colour is no setting"));
+  EXPECT_THAT(err_.str(), HasSubstr(file_ + ": colour is no setting; --print-config"));
+  write_file("max_sessions = 3\n");
+  EXPECT_EQ(std::get<int>(resolve({"--config", file_.c_str()})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("max_sessions is no setting; it is max-sessions in a file"));
   EXPECT_EQ(std::get<int>(resolve({"--config", "/nonexistent/file"})), 3);
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
 }

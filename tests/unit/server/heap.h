@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "engine/frame.h"
@@ -51,7 +52,7 @@ struct Mixture {
       pose.matrix = {
           std::cos(angle), -std::sin(angle), 0, 0.1 * k, std::sin(angle), std::cos(angle), 0, 0, 0, 0, 1,
           0.05 * k};
-      for (double& number : pose.matrix) number = static_cast<Real>(number);  // as it travels
+      if (std::is_same_v<Real, float>) pose = in_float32(pose);  // as it travels
       if (b == 1 || k % 3 != 0) poses.push_back({b, pose});
     }
     body.assign(heap.x.begin() + 54, heap.x.begin() + 72);
