@@ -164,7 +164,16 @@ int exit_code(const Report& report) {
                      point.measured.plan.sessions, verdict.text().c_str());
   }
   if (const int code = finish_output(); code != kExitOk) return code;
-  return kept ? kExitOk : kExitNo;
+  if (!kept) return kExitNo;
+  for (const Point& point : report.points) {
+    const Measured& measured = point.measured;
+    // The search for a knee goes where sessions may be lost.
+    if (report.knee || measured.sessions_missing == 0) continue;
+    return failure(std::to_string(measured.sessions_missing) + " of " +
+                   std::to_string(measured.plan.sessions) +
+                   " sessions were missing at the end: " + measured.why_missing);
+  }
+  return kExitOk;
 }
 
 Status write_reports(const Arguments& a, const Report& report) {
@@ -290,9 +299,9 @@ Verb add_load(CLI::App& app) {
   file("--csv", a.csv_file, "Write a row a load as CSV; - for stdout, with nothing else there");
   file("--html", a.html_file, "Write the report as one page with plots that needs nothing from elsewhere");
   app.footer(
-      "Exit codes: 0 ok, 1 a limit was missed or no rate keeps the knee's, 2 failed, or an answer differs "
-      "from "
-      "the engine's, 3 usage. An interrupt ends the load and reports what was measured.");
+      "Exit codes: 0 ok, 1 a limit was missed or no rate keeps the knee's, 2 failed, a session was "
+      "missing at the end, or an answer differs from the engine's, 3 usage. An interrupt ends the load and "
+      "reports what was measured.");
   return [arguments] { return load_verb(*arguments); };
 }
 

@@ -96,7 +96,6 @@ int FaultTable::health() {
   const grpc::Slice slice(request);
   Context context;
   context.set_wait_for_ready(true);
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
   grpc::CompletionQueue queue;
   grpc::GenericStub stub(channel_);
   const auto call =

@@ -11,6 +11,9 @@ namespace {
 
 /// Between tries to get a session again, and after a frame that was refused.
 constexpr double kBackoffSeconds = 0.2;
+/// How long a daemon that went away is waited for: to be started again takes it less, and what is measured is
+/// over soon.
+constexpr std::chrono::seconds kResumeTimeout{10};
 /// How late a lane hears of an interrupt, at most.
 constexpr std::chrono::milliseconds kGlance{50};
 
@@ -56,7 +59,8 @@ void Lane::lost(const Error& error) {
 
 bool Lane::open() {
   if (!client_) {
-    Result<Client> client = Client::connect(plan_.server, {.security = plan_.security});
+    Result<Client> client =
+        Client::connect(plan_.server, {.security = plan_.security, .resume_timeout = kResumeTimeout});
     if (!client) {
       failure_ = client.error();
       lost(client.error());

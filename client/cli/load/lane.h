@@ -36,8 +36,10 @@ class Lane {
   /// Connects, creates the session and takes its first, cold answer. A failure is counted, and tried again by
   /// run().
   void prepare();
-  /// Why prepare() failed.
+  /// What failed last.
   const std::optional<Error>& failure() const { return failure_; }
+  /// False when it could not be had, or was lost and not had again.
+  bool has_session() const { return session_.has_value(); }
   /// Streams from `start` to the plan's end, or until `stop`.
   void run(Clock::time_point start, const std::atomic<bool>& stop);
 

@@ -29,6 +29,8 @@ struct Measured {
   double seconds = 0;           ///< that were measured: plan.duration, or less after an interrupt
   double client_cpu_cores = 0;  ///< that this process used meanwhile
   bool interrupted = false;
+  std::uint32_t sessions_missing = 0;  ///< at the end: never had, or lost and not had again
+  std::string why_missing;             ///< of one of them
   std::vector<Second> series;
 
   double frames_per_second() const { return seconds > 0 ? static_cast<double>(tally.frames) / seconds : 0; }

@@ -92,7 +92,12 @@ Result<Measured> run(const Plan& plan, const Playback& playback, const ExpectedA
   measured.interrupted = stop;
   measured.seconds = std::clamp(now - plan.measured_from(), 0.0, plan.duration);
   if (from >= 0 && now > from) measured.client_cpu_cores = (processor_seconds() - processor) / (now - from);
-  for (const auto& lane : lanes) measured.tally.merge(lane->tally());
+  for (const auto& lane : lanes) {
+    measured.tally.merge(lane->tally());
+    if (lane->has_session() || !lane->failure()) continue;
+    ++measured.sessions_missing;
+    measured.why_missing = lane->failure()->message;
+  }
   return measured;
 }
 

@@ -128,6 +128,11 @@ TEST_F(LoadEndToEnd, CountsErrorsByTheirCode) {
   const Json point = Json::parse(outcome.out)["points"][0];
   EXPECT_GT(point["errors_by_code"]["RESOURCE_EXHAUSTED"].get<int>(), 1);
   EXPECT_GT(point["counts"]["frames"].get<int>(), 0) << "the session that was taken goes on";
+  const Outcome unlimited =
+      run("load --server " + full.address() + kScene + " --sessions 3 --duration 300ms --warmup 0s");
+  EXPECT_EQ(unlimited.code, kExitFailed);
+  EXPECT_THAT(unlimited.out, HasSubstr("2 of 3 sessions were missing at the end: "));
+  EXPECT_THAT(unlimited.out, HasSubstr("max-sessions")) << "the setting that refused them";
 }
 
 TEST_F(LoadEndToEnd, MisuseIsSaidInOneLine) {
