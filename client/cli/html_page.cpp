@@ -26,6 +26,7 @@ std::uint64_t base64_size(std::uint64_t bytes) {
 }
 
 std::string mebibytes(std::uint64_t bytes) {
+  if (bytes < (1 << 20)) return print("%.1f KiB", static_cast<double>(bytes) / (1 << 10));
   return print("%.1f MiB", static_cast<double>(bytes) / (1 << 20));
 }
 

@@ -86,9 +86,20 @@ std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& re
   RemoteError remote = remote_error_from(status);
   if (remote.error.code == ErrorCode::kDeadlineExceeded) remote.error.code = ErrorCode::kUnavailable;
   if (remote.error.code != ErrorCode::kUnavailable) return remote;
-  remote.error.message =
-      address_ + ": no Warmfront daemon answers (" + remote.error.message + "); is it running there?";
+  remote.error.message = address_ + ": no Warmfront daemon answers (" +
+                         why_unreachable().value_or(remote.error.message) + "); is it running there?";
   return remote;
+}
+
+std::optional<std::string> Connection::why_unreachable() {
+  // A call that waits for a connection is only told that none came in time; one that does not, why.
+  grpc::ClientContext context;
+  set_deadline(context, std::chrono::seconds(2));
+  prepare(context);
+  v1::GetServerInfoResponse ignored;
+  const grpc::Status status = stub_->GetServerInfo(&context, {}, &ignored);
+  if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return std::nullopt;
+  return status.error_message();
 }
 
 std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,

@@ -49,6 +49,9 @@ class Connection {
   template <class Stub, class Request, class Response>
   using UnaryMethod = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
 
+  // What gRPC says of a connection that cannot be had; nothing when one can.
+  std::optional<std::string> why_unreachable();
+
   // A call of one message and one answer; about a session, if one is named.
   template <class Stub, class Request, class Response>
   std::optional<RemoteError> call(Stub& stub, UnaryMethod<Stub, Request, Response> method,

@@ -59,6 +59,15 @@ int send_bytes(int socket) {
   return getsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, &length) == 0 ? bytes : 0;
 }
 
+TEST(ClientConnectTest, SaysWhyNoDaemonAnswers) {
+  const auto client =
+      Client::connect("unix:/nonexistent/d.sock", {.call_timeout = std::chrono::milliseconds(100)});
+  ASSERT_FALSE(client.ok());
+  EXPECT_EQ(client.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(client.error().message, HasSubstr("no Warmfront daemon answers"));
+  EXPECT_THAT(client.error().message, HasSubstr("No such file or directory")) << "and not that time was up";
+}
+
 TEST_F(ClientSessionTest, AUnixSocketTakesALargeFrameAtOnce) {
   const int fresh = socket(AF_UNIX, SOCK_STREAM, 0);
   const int usual = send_bytes(fresh);
