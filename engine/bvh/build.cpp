@@ -232,6 +232,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   list_block_vertices(scene);
   blocks_of.clear();
   if (blocks.empty()) return;
+  blocks_of.reserve(shape.leaf_count());
   for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
     blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
   tbb::parallel_for(std::uint32_t{0}, shape.block_count(), [&](std::uint32_t block) {

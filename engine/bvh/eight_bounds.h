@@ -9,7 +9,6 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bvh/leaf_grid.h"
-#include "engine/scene/scene.h"
 #include "engine/target_clones.h"
 
 namespace warmfront {

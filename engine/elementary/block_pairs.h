@@ -10,7 +10,6 @@
 #include "engine/bounds/overlap.h"
 #include "engine/bvh/bvh.h"
 #include "engine/elementary/pair_tester.h"
-#include "engine/front/neighbours.h"
 
 namespace warmfront {
 

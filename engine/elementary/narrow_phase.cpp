@@ -11,7 +11,6 @@
 #include <tuple>
 #include <utility>
 
-#include "engine/bounds/overlap.h"
 #include "engine/elementary/block_pairs.h"
 #include "engine/elementary/pair_tester.h"
 #include "engine/scene/adjacency.h"

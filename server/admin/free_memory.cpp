@@ -9,6 +9,13 @@
 #include <fstream>
 
 namespace warmfront::server {
+namespace {
+
+std::int64_t signed_size(std::size_t bytes) {
+  return static_cast<std::int64_t>(bytes);
+}
+
+}  // namespace
 
 std::optional<MemoryUse> memory_use() {
 #ifdef __GLIBC__
@@ -26,15 +33,15 @@ std::optional<MemoryUse> memory_use() {
 bool FreeMemory::due(const MemoryUse& use) {
   const std::size_t kept = std::max(kLeast, use.allocated / 4);
   // What was given back still counts as free; what other allocators hold, as resident.
-  const bool much = use.free > kept && use.resident > use.allocated + rest_ + kept;
+  const bool much = use.free > kept && signed_size(use.resident) > signed_size(use.allocated + kept) + rest_;
   const bool again = much && seen_;
   seen_ = much;
   return again;
 }
 
-void FreeMemory::given_back(const MemoryUse& left) {
+void FreeMemory::given_back(const MemoryUse& before, const MemoryUse& left) {
   seen_ = false;
-  rest_ = left.resident > left.allocated ? left.resident - left.allocated : 0;
+  rest_ = signed_size(left.resident) - signed_size(std::max(before.allocated, left.allocated));
 }
 
 std::size_t give_back_free_memory(FreeMemory& free_memory) {
@@ -44,7 +51,7 @@ std::size_t give_back_free_memory(FreeMemory& free_memory) {
   malloc_trim(0);
   const std::optional<MemoryUse> after = memory_use();
   if (!after) return 0;
-  free_memory.given_back(*after);
+  free_memory.given_back(*before, *after);
   return before->resident > after->resident ? before->resident - after->resident : 0;
 #else
   static_cast<void>(free_memory);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 namespace warmfront::server {
@@ -28,12 +29,13 @@ class FreeMemory {
   /// when last asked: what steps and messages free and need again at once stays.
   bool due(const MemoryUse& use);
 
-  /// What remains in RAM beside what is allocated is code, stacks and pieces of pages.
-  void given_back(const MemoryUse& left);
+  /// What remains in RAM beside what is allocated is code, stacks and pieces of pages; what was freed
+  /// meanwhile is none of it.
+  void given_back(const MemoryUse& before, const MemoryUse& left);
 
  private:
   bool seen_ = false;
-  std::size_t rest_ = 0;  // resident and not allocated after memory was last given back
+  std::int64_t rest_ = 0;  // resident and not allocated when memory was last given back
 };
 
 /// Asks `free_memory` about the process as it is, and gives back what is due. To be called every second or

@@ -8,28 +8,28 @@
 
 namespace warmfront::server {
 
-bool Mailbox::post(Job job) {
+bool Mailbox::post(Job job, Kind kind) {
   {
     const MutexLock lock(mutex_);
     if (jobs_.size() >= capacity_) return false;
-    if (!push_locked(std::move(job))) return true;
+    if (!push_locked(std::move(job), kind)) return true;
   }
   schedule();
   return true;
 }
 
-void Mailbox::post_always(Job job) {
+void Mailbox::post_always(Job job, Kind kind) {
   {
     const MutexLock lock(mutex_);
-    if (!push_locked(std::move(job))) return;
+    if (!push_locked(std::move(job), kind)) return;
   }
   schedule();
 }
 
-void Mailbox::run_or_post(Job job) {
+void Mailbox::run_or_post(Job step) {
   {
     const MutexLock lock(mutex_);
-    if (!push_locked(std::move(job))) return;
+    if (!push_locked(std::move(step), Kind::kStep)) return;
   }
   if (!is_brief(ms_.load(std::memory_order_relaxed)) ||
       !runner_.run_here([self = shared_from_this()] { self->run_turn(); },
@@ -37,9 +37,13 @@ void Mailbox::run_or_post(Job job) {
     schedule();
 }
 
-bool Mailbox::push_locked(Job job) {
-  jobs_.push_back(std::move(job));
+bool Mailbox::push_locked(Job job, Kind kind) {
+  jobs_.push_back({std::move(job), kind});
   return !std::exchange(scheduled_, true);
+}
+
+double Mailbox::front_ms_locked() const {
+  return jobs_.front().kind == Kind::kStep ? ms_.load(std::memory_order_relaxed) : kUnforeseen;
 }
 
 void Mailbox::schedule() {
@@ -48,12 +52,12 @@ void Mailbox::schedule() {
 
 void Mailbox::run_turn() {
   double turn_ms = 0;
-  do {
-    turn_ms += ms_.load(std::memory_order_relaxed);
+  for (;;) {
     // Scoped, so that what the job holds is released before the next is looked for.
     {
       UniqueLock lock(mutex_);
-      const Job job = std::move(jobs_.front());
+      turn_ms += front_ms_locked();
+      const Job job = std::move(jobs_.front().job);
       jobs_.pop_front();
       lock.unlock();
       job();
@@ -61,7 +65,8 @@ void Mailbox::run_turn() {
     const MutexLock lock(mutex_);
     scheduled_ = !jobs_.empty();
     if (!scheduled_) return;
-  } while (is_brief(turn_ms + ms_.load(std::memory_order_relaxed)));
+    if (!is_brief(turn_ms + front_ms_locked())) break;
+  }
   schedule();
 }
 

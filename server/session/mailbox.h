@@ -15,35 +15,45 @@
 
 namespace warmfront::server {
 
-/// A turn is one job, or those that wait and are brief together: the second frame of a session finds its
+/// A turn is one job, or steps that wait and are brief together: the second frame of a session finds its
 /// hierarchy where the first left it, in the core's cache. After a turn the mailbox goes to the back of the
 /// runner's queue, so that a busy session does not starve others.
 class Mailbox : public std::enable_shared_from_this<Mailbox> {
  public:
   using Job = std::function<void()>;
+  enum class Kind {
+    kStep,   ///< takes as long as is foreseen
+    kOther,  ///< has a turn of its own
+  };
 
   /// Holds at most `capacity` jobs that have not begun. `runner` outlives the mailbox.
   Mailbox(Runner& runner, std::size_t capacity, Lane lane = Lane::kLong)
       : runner_(runner), capacity_(capacity), lane_(lane) {}
 
   /// False, and nothing is queued, when the mailbox is full.
-  [[nodiscard]] bool post(Job job);
+  [[nodiscard]] bool post(Job job, Kind kind = Kind::kOther);
   /// The same, but never refused: for jobs that something else bounds.
-  void post_always(Job job);
-  /// As post_always(); but where the job is brief, none waits, and the runner has room for a guest, this
-  /// thread runs it, and what else makes a turn, before it returns.
-  void run_or_post(Job job);
+  void post_always(Job job, Kind kind = Kind::kOther);
+  /// As post_always(), for a step; but where it is brief, none waits, and the runner has room for a guest,
+  /// this thread runs it, and what else makes a turn, before it returns.
+  void run_or_post(Job step);
 
   static constexpr double kUnforeseen = std::numeric_limits<double>::infinity();
-  /// Where the next job runs, and how long it will take one thread, in milliseconds.
+  /// Where the next job runs, and how long a step will take one thread, in milliseconds.
   void foresee(Lane lane, double ms) {
     lane_.store(lane, std::memory_order_relaxed);
     ms_.store(ms, std::memory_order_relaxed);
   }
 
  private:
+  struct Waiting {
+    Job job;
+    Kind kind;
+  };
   /// Whether the mailbox must be scheduled, which the caller does without the lock.
-  [[nodiscard]] bool push_locked(Job job) WARMFRONT_REQUIRES(mutex_);
+  [[nodiscard]] bool push_locked(Job job, Kind kind) WARMFRONT_REQUIRES(mutex_);
+  /// How long the first job will take.
+  double front_ms_locked() const WARMFRONT_REQUIRES(mutex_);
   void schedule();
   void run_turn();
 
@@ -56,7 +66,7 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
 
   // Protected by mutex_.
   Mutex mutex_;
-  std::deque<Job> jobs_ WARMFRONT_GUARDED_BY(mutex_);
+  std::deque<Waiting> jobs_ WARMFRONT_GUARDED_BY(mutex_);
   bool scheduled_ WARMFRONT_GUARDED_BY(mutex_) = false;
 };
 

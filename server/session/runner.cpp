@@ -28,7 +28,7 @@ void Runner::post(std::function<void()> task, Lane lane) {
   {
     const MutexLock lock(mutex_);
     queue.tasks.push_back(std::move(task));
-    waiting_.store(short_tasks(), std::memory_order_relaxed);
+    waiting_short_.store(short_tasks(), std::memory_order_relaxed);
   }
   queue.changed.notify_one();
 }
@@ -50,7 +50,7 @@ bool Runner::run_here(const std::function<void()>& task, Lane lane) noexcept {
 std::function<void()> Runner::take(Queue& queue) {
   std::function<void()> task = std::move(queue.tasks.front());
   queue.tasks.pop_front();
-  waiting_.store(short_tasks(), std::memory_order_relaxed);
+  waiting_short_.store(short_tasks(), std::memory_order_relaxed);
   return task;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads on which sessions do their work, so that no gRPC reaction waits for the engine. Thread-safe.
+// The threads on which sessions do their work, so that no gRPC reaction waits for the engine longer than for
+// a brief turn. Thread-safe.
 #pragma once
 
 #include <array>
@@ -39,7 +40,7 @@ class Runner {
   /// caller's thread may be one that swallows it, and what the task had taken would never come back.
   [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane) noexcept;
   /// Whether more short tasks wait than there are threads for them: each has its next one already.
-  bool backlog() const { return waiting_.load(std::memory_order_relaxed) > lane_threads_; }
+  bool backlog() const { return waiting_short_.load(std::memory_order_relaxed) > lane_threads_; }
   /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
@@ -63,7 +64,7 @@ class Runner {
   int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
 
   std::atomic<int> busy_{0};
-  std::atomic<std::size_t> waiting_{0};  // short_tasks(), to be read without the lock
+  std::atomic<std::size_t> waiting_short_{0};  // short_tasks(), to be read without the lock
 
   // Constant after construction.
   const std::size_t lane_threads_;

@@ -112,7 +112,7 @@ void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Ad
   };
   if (admission == Admission::kAlways) {
     mailbox_->run_or_post(std::move(job));
-  } else if (!mailbox_->post(std::move(job))) {
+  } else if (!mailbox_->post(std::move(job), Mailbox::Kind::kStep)) {
     request->done(
         limit_met(name_of(frame) + ": too many frames of this session wait; send it again after an answer",
                   "window", true));

@@ -112,9 +112,9 @@ class Session : public std::enable_shared_from_this<Session> {
 
   /// Steps to `frame` by the rule of step.proto; INVALID_ARGUMENT for a next frame that is not complete.
   /// `done` is called exactly once: on a runner's thread, or before this returns: for a frame that is refused
-  /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread takes
-  /// while it has room for guests. A frame whose client gives up is left undone, CANCELLED: the session is
-  /// then as it was before it.
+  /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread
+  /// takes, and those that wait by then and are brief together with it, while the runner has room for guests.
+  /// A frame whose client gives up is left undone, CANCELLED: the session is then as it was before it.
   void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done,
             Before before = {});
 

@@ -30,11 +30,20 @@ TEST(FreeMemoryTest, IsNotDueAgainForWhatIsNotInRamOrNeverWasFree) {
   FreeMemory memory;
   memory.due(use_of(100, 10, 80));
   ASSERT_TRUE(memory.due(use_of(100, 10, 80)));
-  memory.given_back(use_of(30, 10, 80));
+  memory.given_back(use_of(100, 10, 80), use_of(30, 10, 80));
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(memory.due(use_of(30, 10, 80))) << "given back, and still free";
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(memory.due(use_of(200, 10, 5))) << "of another allocator";
   memory.due(use_of(60, 10, 80));
   EXPECT_TRUE(memory.due(use_of(60, 10, 80))) << "in RAM again";
+}
+
+TEST(FreeMemoryTest, WhatIsFreedWhileMemoryIsGivenBackIsGivenBackNext) {
+  FreeMemory memory;
+  memory.due(use_of(300, 200, 80));
+  ASSERT_TRUE(memory.due(use_of(300, 200, 80)));
+  memory.given_back(use_of(300, 200, 80), use_of(230, 10, 270));
+  memory.due(use_of(230, 10, 270));
+  EXPECT_TRUE(memory.due(use_of(230, 10, 270)));
 }
 
 TEST(FreeMemoryTest, MayStayInProportion) {
@@ -52,7 +61,7 @@ TEST(FreeMemoryTest, GoesBackThoughSomethingAboveItIsInUse) {
   // Settles what the tests before this one left.
   give_back_free_memory(free_memory);
   give_back_free_memory(free_memory);
-  free_memory.given_back(*memory_use());
+  free_memory.given_back(*memory_use(), *memory_use());
   std::vector<char> above;
   std::thread([&above] {
     // Small enough to be the allocator's own and not a mapping each; written, so that they are in RAM.

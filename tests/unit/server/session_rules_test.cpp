@@ -142,19 +142,21 @@ TEST(MailboxTest, ABriefJobRunsOnTheThreadThatHandsItOverUnlessOthersAreBeforeIt
   EXPECT_NE(threads[3], here);
 }
 
-/// Two mailboxes on one thread. Jobs note their names; none begins before all are posted.
+/// Two mailboxes on one thread. Steps note their names; none begins before all are posted.
 class Turns {
  public:
   explicit Turns(std::ptrdiff_t jobs) : done_(jobs) {
     runner_.post([this] { go_.wait(); }, Lane::kShort);
   }
   void post(
-      Mailbox& to, char name, std::function<void()> work = [] {}) {
-    to.post_always([this, name, work = std::move(work)] {
-      work();
-      order_ += name;
-      done_.count_down();
-    });
+      Mailbox& to, char name, std::function<void()> work = [] {}, Mailbox::Kind kind = Mailbox::Kind::kStep) {
+    to.post_always(
+        [this, name, work = std::move(work)] {
+          work();
+          order_ += name;
+          done_.count_down();
+        },
+        kind);
   }
   std::string order() {
     go_.count_down();
@@ -184,7 +186,7 @@ std::string turns_of(double ms_a, double ms_b) {
   return turns.order();
 }
 
-TEST(MailboxTest, ATurnTakesTheJobsThatAreBriefTogether) {
+TEST(MailboxTest, ATurnTakesTheStepsThatAreBriefTogether) {
   EXPECT_EQ(turns_of(0.6, 0.6), "AAABBB");
   EXPECT_EQ(turns_of(0.9, 0.6), "AABBBA");
   EXPECT_EQ(turns_of(1.5, Mailbox::kUnforeseen), "ABABAB");
@@ -198,6 +200,27 @@ TEST(MailboxTest, AJobThatChangesWhatIsForeseenEndsItsTurn) {
   turns.post(*turns.a, 'a');
   turns.post(*turns.b, 'B');
   EXPECT_EQ(turns.order(), "ABa");
+}
+
+// What is foreseen is told of steps: a change of the scene may take long, on a guest's thread too.
+TEST(MailboxTest, AJobThatIsNoStepHasATurnOfItsOwn) {
+  Turns turns(5);
+  for (const auto& mailbox : {turns.a, turns.b}) mailbox->foresee(Lane::kShort, 0.1);
+  turns.post(*turns.a, 'A');
+  turns.post(
+      *turns.a, 'c', [] {}, Mailbox::Kind::kOther);
+  turns.post(*turns.a, 'A');
+  turns.post(*turns.b, 'B');
+  turns.post(*turns.b, 'B');
+  EXPECT_EQ(turns.order(), "ABBcA");
+}
+
+TEST(MailboxTest, StepsOfTheSmallestSceneDoNotKeepTheirTurnForLong) {
+  Turns turns(1001);
+  for (const auto& mailbox : {turns.a, turns.b}) mailbox->foresee(Lane::kShort, step_cost_ms(1, {}));
+  for (int i = 0; i < 1000; ++i) turns.post(*turns.a, 'A');
+  turns.post(*turns.b, 'B');
+  EXPECT_LT(turns.order().find('B'), 50u);
 }
 
 TEST(MailboxTest, AMailboxMayGoWithItsLastJob) {
