@@ -148,6 +148,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
     if (const Status checked = check_listen_address(address, config.insecure || config.tls.enabled());
         !checked)
       return checked.error();
+  if (!config.metrics_listen.empty() && !is_host_and_port(config.metrics_listen))
+    return invalid_argument("metrics-listen " + config.metrics_listen +
+                            ": HOST:PORT (an IPv6 host in brackets) is expected, the port in [0, 65535]");
   Result<std::unique_ptr<Guard>> guard = Guard::create({config.token_file, config.tls, config.admins});
   if (!guard) return guard.error();
 
@@ -172,9 +175,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   if (!impl->server) {
     // gRPC does not say why; the first port that it did not get is the reason.
     const auto failed = static_cast<std::size_t>(std::find(ports.begin(), ports.end(), 0) - ports.begin());
-    return Error{ErrorCode::kUnavailable,
-                 "listen " + config.listen[std::min(failed, ports.size() - 1)] +
-                     ": the address cannot be bound; is it in use, or may this user not?"};
+    const std::string& address = config.listen[std::min(failed, ports.size() - 1)];
+    return Error{ErrorCode::kUnavailable, "listen " + address + ": " + why_not_bound(address)};
   }
   for (std::size_t i = 0; i < ports.size(); ++i) {
     impl->addresses.push_back(with_port(config.listen[i], ports[i]));

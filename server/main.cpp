@@ -14,6 +14,7 @@
 #include <thread>
 #include <variant>
 
+#include "server/admin/grpc_log.h"
 #include "server/admin/systemd.h"
 #include "server/admin/ticker.h"
 #include "server/config.h"
@@ -68,7 +69,9 @@ int main(int argc, char** argv) {
   sigaddset(&handled, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &handled, nullptr);
 
-  Log log(config.log_level, config.log_format);
+  // Never deleted: threads of gRPC may write to it until the process is gone.
+  Log& log = *new Log(config.log_level, config.log_format);
+  log_what_grpc_says(log);
   log.write(LogLevel::kInfo, "starting", {{"version", kVersion}});
   auto daemon = Daemon::start(config, log);
   if (!daemon) {

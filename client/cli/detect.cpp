@@ -91,6 +91,8 @@ Status check_usage(Arguments& arguments) {
   if (Result<SendMode> send = parse_send_mode(arguments.send); !send) return send.error();
   if (arguments.options.explain && arguments.options.report != Report::kAll)
     return invalid_argument("--explain needs --report all: it compares the contacts");
+  if (arguments.threads != 0 && !arguments.server.empty() && !arguments.options.explain)
+    return invalid_argument("--threads is of this process; with --server the daemon's --threads counts");
   return DetectOutputs::check(arguments.files, arguments.options);
 }
 
@@ -322,6 +324,7 @@ Verb add_detect(CLI::App& app) {
          "goes; 1: each waits for the answer before it, as a simulation's may have to. With output "
          "files, --explain or --record each waits")
       ->check(CLI::Range(1, 1024))
+      ->needs("--server")
       ->capture_default_str();
   app.add_option("--find-bodies", a.find_bodies,
                  "Where no bodies are declared, take the components for bodies; the contacts are the same")

@@ -2,6 +2,7 @@
 // `warmfront VERB`: the command line. Runs on one thread.
 #include <absl/synchronization/mutex.h>
 #include <malloc.h>
+#include <stdlib.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -81,6 +82,8 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // What failed is said in one line of ours, with gRPC's reason in it.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
   // Frames come and go by the megabyte. To give their memory back to the system after each, and to fault it
   // in anew, costs more than to encode them.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);

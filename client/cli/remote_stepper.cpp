@@ -2,6 +2,8 @@
 // The stepper over the client library. Thread safety as stated in stepper.h.
 #include "client/cli/remote_stepper.h"
 
+#include <chrono>
+#include <cstdio>
 #include <utility>
 #include <variant>
 
@@ -64,7 +66,14 @@ Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
                                                      const SceneDescription& scene,
                                                      const Positions& positions,
                                                      const ColliderOptions& options) {
-  Result<Client> client = Client::connect(address, {.security = security});
+  ClientOptions to_daemon{.security = security};
+  // Nothing else is printed meanwhile, and it may take as long as the resume timeout.
+  to_daemon.on_lost = [address, timeout = to_daemon.resume_timeout](const Error& why) {
+    std::fprintf(stderr, "warmfront: the session was lost (%s); resuming it at %s within %lld s\n",
+                 why.message.c_str(), address.c_str(),
+                 static_cast<long long>(std::chrono::ceil<std::chrono::seconds>(timeout).count()));
+  };
+  Result<Client> client = Client::connect(address, std::move(to_daemon));
   if (!client) return client.error();
   const Result<ServerInfo> server = client.value().server_info();
   if (!server) return server.error();

@@ -85,6 +85,7 @@ Verb add_replay(CLI::App& app) {
   app.add_flag("--in-process", a.in_process, "Replay through the engine in this process");
   app.add_option("--threads", a.threads, "Threads in this process; 0 for all that the machine has")
       ->check(CLI::Range(0, 1024))
+      ->excludes("--server")
       ->capture_default_str();
   app.add_option("--json", a.json_file, "Write the outcome as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");

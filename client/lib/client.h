@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ struct ClientOptions {
   /// Resumes in a row without an answer in between, after which a session gives up: a frame that brings every
   /// daemon down must not be sent forever.
   int max_resumes_without_answer = 5;
+  /// Told, on the thread that uses the session, why it lost its daemon, before it looks for one again.
+  std::function<void(const Error& why)> on_lost = {};
 };
 
 struct SessionOptions {

@@ -54,6 +54,7 @@ Status Session::Impl::resume(const RemoteError& why) {
                                               why.error.message});
   ++resumes_without_answer_;
   ++resumes_;
+  if (connection_->options().on_lost) connection_->options().on_lost(why.error);
   return establish();
 }
 

@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "server/admin/listen.h"
+
 namespace warmfront::server {
 namespace {
 
@@ -72,9 +74,7 @@ Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages page
   callbacks.log_message = [](const mg_connection*, const char*) { return 1; };  // the reason is told below
   impl->server = mg_start(&callbacks, nullptr, const_cast<const char**>(options.data()));
   if (impl->server == nullptr)
-    return Error{
-        ErrorCode::kUnavailable,
-        "metrics-listen " + address + ": HOST:PORT is expected, and a port that this process may bind"};
+    return Error{ErrorCode::kUnavailable, "metrics-listen " + address + ": " + why_not_bound(address)};
   Impl* const all = impl.get();
   mg_set_request_handler(
       all->server, "/metrics$",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Addresses to listen on: what they reach, and whether they may be used. Thread-safe.
+// Addresses to listen on: what they reach, whether they may be used, and why they cannot be. Thread-safe.
 #pragma once
 
 #include <string>
@@ -15,5 +15,12 @@ bool is_local(const std::string& address);
 /// others can reach unless `secured`, by TLS or because the user says so, and for a Unix socket on which
 /// another daemon listens (gRPC would take it away silently).
 Status check_listen_address(const std::string& address, bool secured);
+
+/// Whether it is HOST:PORT, an IPv6 host in brackets.
+bool is_host_and_port(const std::string& address);
+
+/// What to say of an address of which gRPC, or the HTTP listener, only says that it was not bound: tries it
+/// once more, for the system's reason.
+std::string why_not_bound(const std::string& address);
 
 }  // namespace warmfront::server

@@ -54,7 +54,9 @@ Result<Tokens> Tokens::parse(std::string_view text) {
 Result<Tokens> Tokens::read(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) return invalid_argument("token-file " + path + ": it cannot be read");
+  file.peek();  // which fails for a folder, and only ends an empty file
+  if (!file.is_open() || file.bad()) return invalid_argument("token-file " + path + ": it cannot be read");
+  text << file.rdbuf();
   Result<Tokens> tokens = parse(text.str());
   if (!tokens) return invalid_argument("token-file " + path + ": " + tokens.error().message);
   return tokens;

@@ -48,7 +48,9 @@ TEST(TokensTest, AreReadLineByLineAndMistakesAreNamedWithoutThem) {
     EXPECT_THAT(read.error().message, Not(HasSubstr("alice-")));
   }
   EXPECT_THAT(Tokens::parse("\nsecret alice").error().message, HasSubstr("line 2"));
-  EXPECT_FALSE(Tokens::read("/nonexistent").ok());
+  for (const char* unreadable : {"/nonexistent", "/"})
+    EXPECT_THAT(Tokens::read(unreadable).error().message, HasSubstr("cannot be read"));
+  EXPECT_THAT(Tokens::read("/dev/null").error().message, HasSubstr("holds no token"));
 }
 
 Result<client::Session> open(Client& client) {

@@ -26,6 +26,7 @@ namespace {
 using client::Answer;
 using client::Client;
 using client::Session;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Doubles = std::span<const double>;
 
@@ -152,6 +153,10 @@ TEST_F(ClientSessionTest, ADaemonThatForgotEverythingIsResumedWithTheSameBits) {
 }
 
 TEST_F(ClientSessionTest, ASessionThatWasDeletedIsMadeAgain) {
+  std::vector<std::string> lost;
+  client_ =
+      Client::connect(daemon_.address(), {.on_lost = [&](const Error& why) { lost.push_back(why.message); }})
+          .value();
   Session session = open(grids_);
   const auto expected = local_hashes(grids_, 0, 3);
   ASSERT_TRUE(step(session, grids_, 1).ok());
@@ -160,6 +165,7 @@ TEST_F(ClientSessionTest, ASessionThatWasDeletedIsMadeAgain) {
   ASSERT_TRUE(second.ok()) << second.error().message;
   EXPECT_EQ(hash_of(second.value()), expected[1]);
   EXPECT_EQ(session.resumes(), 1u);
+  EXPECT_THAT(lost, ElementsAre(HasSubstr("deleted")));
 }
 
 TEST_F(ClientSessionTest, AnIdIsTakenOnlyOnce) {

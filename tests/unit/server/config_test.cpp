@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -142,6 +144,24 @@ TEST(ListenTest, OnlyLoopbackAndSocketsWithoutInsecure) {
   }
   for (const char* bad : {"", "host", ":1", "host:", "host:65536", "host:1x", "a:b:1", "unix:"})
     EXPECT_EQ(check_listen_address(bad, true).error().code, ErrorCode::kInvalidArgument) << bad;
+}
+
+TEST(ListenTest, SaysInTheSystemsWordsWhyAnAddressIsNotBound) {
+  EXPECT_THAT(why_not_bound("unix:/nonexistent/none.sock"), HasSubstr("No such file or directory"));
+  EXPECT_THAT(why_not_bound("unix:" + ::testing::TempDir()), HasSubstr("no socket"));
+  EXPECT_THAT(why_not_bound("192.0.2.1:1"), HasSubstr("Cannot assign requested address"));
+  const int taken = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  ASSERT_EQ(bind(taken, reinterpret_cast<const sockaddr*>(&address), length), 0);
+  ASSERT_EQ(listen(taken, 1), 0);
+  ASSERT_EQ(getsockname(taken, reinterpret_cast<sockaddr*>(&address), &length), 0);
+  EXPECT_THAT(why_not_bound("127.0.0.1:" + std::to_string(ntohs(address.sin_port))),
+              HasSubstr("Address already in use"));
+  close(taken);
+  EXPECT_THAT(why_not_bound("127.0.0.1:0"), HasSubstr("listed twice")) << "it can be bound";
 }
 
 TEST(LogTest, TextIsOneLineAnEvent) {

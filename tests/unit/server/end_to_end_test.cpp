@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
@@ -29,6 +30,7 @@ using namespace std::chrono_literals;
 using client::Answer;
 using client::Client;
 using client::Session;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Doubles = std::span<const double>;
 
@@ -147,6 +149,18 @@ TEST_F(EndToEndTest, HealthIsServedAndAnIdleDaemonStopsAtOnce) {
   const std::string log = daemon_.log();
   for (const char* event : {"starting", "listening", "draining", "drained", "stopped"})
     EXPECT_THAT(log, HasSubstr("\"event\":\"" + std::string(event) + "\""));
+}
+
+TEST(StartTest, AllThatIsLoggedIsJsonWhatGrpcSaysToo) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "d.sock");
+  Process daemon(folder.path());
+  const int status = daemon.wait();
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 2) << status;
+  std::vector<std::string> events;
+  std::istringstream log(daemon.log());
+  for (std::string line; std::getline(log, line);) events.push_back(nlohmann::json::parse(line)["event"]);
+  EXPECT_THAT(events, ElementsAre("starting", "grpc", "failed"));
 }
 
 TEST_F(EndToEndTest, SigtermInTheMiddleOfStreamingLosesNoAnswer) {
