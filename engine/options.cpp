@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -67,12 +68,22 @@ Result<Report> parse_report(std::string_view name) {
   return value_of(kReports, "report", name);
 }
 
+namespace {
+
+/// As few as say the value: std::to_string() would call -1e-9 "-0.000000".
+std::string digits_of(double value) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
+}
+
+}  // namespace
+
 Status validate(const ColliderOptions& options) {
   if (!(options.tolerance > 0.0 && options.tolerance <= 1.0)) {
-    return invalid_argument("tolerance: " + std::to_string(options.tolerance) + " is not in (0, 1]");
+    return invalid_argument("tolerance: " + digits_of(options.tolerance) + " is not in (0, 1]");
   }
   if (!(options.min_separation >= 0.0 && std::isfinite(options.min_separation))) {
-    return invalid_argument("min_separation: " + std::to_string(options.min_separation) +
+    return invalid_argument("min_separation: " + digits_of(options.min_separation) +
                             " is not a finite length >= 0");
   }
   const std::uint32_t leaf = options.leaf_size;

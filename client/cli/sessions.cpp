@@ -161,7 +161,9 @@ int sessions(const Arguments& arguments) {
 Verb add_sessions(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  app.add_option("ACTION", a.action, "What to do with them")
+  app.add_option(
+         "ACTION", a.action,
+         "What to do with them; a session that is closed while its client streams is made again by it")
       ->check(CLI::IsMember({"list", "show", "check", "close"}))
       ->capture_default_str();
   app.add_option("ID", a.id, "The session to show, check or close");

@@ -318,5 +318,9 @@ TEST(Exact, RefusesASeparation) {
   EXPECT_TRUE(validate({.tier = Tier::kExact}).ok());
 }
 
+TEST(Options, ARefusedNumberIsNamedByItsDigits) {
+  EXPECT_EQ(validate({.tolerance = -1e-9}).error().message, "tolerance: -1e-09 is not in (0, 1]");
+}
+
 }  // namespace
 }  // namespace warmfront
