@@ -59,6 +59,10 @@ int Http::port() const {
 }
 
 Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages pages) {
+  // Debian builds it without.
+  if (address.starts_with('[') && mg_check_feature(MG_FEATURES_IPV6) == 0)
+    return invalid_argument("metrics-listen " + address +
+                            ": civetweb, as this system has it, knows no IPv6; an IPv4 host is expected");
   auto impl = std::make_unique<Impl>(Impl{std::move(pages), address.substr(0, address.rfind(':'))});
   // Few threads and short waits: a slow or silent scraper costs one of two threads for two seconds.
   const std::array<const char*, 9> options{"listening_ports",

@@ -134,7 +134,8 @@ Status check_listen_address(const std::string& address, bool secured) {
 std::string why_not_bound(const std::string& address) {
   const std::string why = address.starts_with(kUnix) ? why_not_bound_unix(address.substr(kUnix.size()))
                                                      : why_not_bound_tcp(address);
-  return "cannot be bound: " + (why.empty() ? "it could be just now; is it listed twice?" : why);
+  return "cannot be bound: " +
+         (why.empty() ? "it could be just now; was it in use, or is it listed twice?" : why);
 }
 
 }  // namespace warmfront::server

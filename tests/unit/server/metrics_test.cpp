@@ -107,6 +107,20 @@ TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
   EXPECT_THAT(get(port, "/readyz"), HasSubstr("HTTP/1.1 503"));
 }
 
+TEST_F(MetricsTest, SayWhyTheyAreNotServed) {
+  const auto refusal = [](const std::string& address) {
+    server::Config config;
+    config.listen = {"127.0.0.1:0"};
+    config.metrics_listen = address;
+    server::Log log(server::LogLevel::kOff, server::LogFormat::kText);
+    return server::Daemon::start(config, log).error();
+  };
+  EXPECT_EQ(refusal("9090").code, ErrorCode::kInvalidArgument);
+  const Error taken = refusal("127.0.0.1:" + std::to_string(daemon_->metrics_port()));
+  EXPECT_EQ(taken.code, ErrorCode::kUnavailable);
+  EXPECT_THAT(taken.message, HasSubstr("Address already in use"));
+}
+
 TEST_F(MetricsTest, LogsCarryTheCallersIds) {
   Context context;
   const std::string trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
