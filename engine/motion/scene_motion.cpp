@@ -78,6 +78,27 @@ void SceneMotion::append(const Scene& scene, std::span<const double> positions) 
   find_parts(scene);
 }
 
+// No point of (n, 3) is farther from the centre: the root of a sum of squares, of offsets that are scaled to
+// be near 1 first, so that no square leaves double's range. Places on a grid of denormal numbers are off by
+// three of its steps a coordinate at most.
+double radius_about(std::span<const double> points, const std::array<double, 3>& centre) {
+  double largest = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    largest = std::max(largest, std::fabs(points[i] - centre[i % 3]));
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  double square = 0;
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    double distance = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double offset = std::ldexp(points[i + axis] - centre[axis], -exponent);
+      distance += offset * offset;
+    }
+    square = std::max(square, distance);
+  }
+  return std::ldexp(std::sqrt(square) * (1 + 0x1p-50), exponent) + 0x1p-1071;
+}
+
 // Where the part is, is its rest shape.
 void SceneMotion::make_rigid(Part& part) {
   part.rest.resize(std::size_t{3} * (part.end - part.first));
@@ -94,15 +115,8 @@ void SceneMotion::make_rigid(Part& part) {
   for (int axis = 0; axis < 3; ++axis) part.centre[axis] = lo[axis] / 2 + hi[axis] / 2;
   const bool small = part.end > part.first && part.end - part.first <= MovingPoints::kMost;
   part.points = small ? RestPoints(part.rest, part.centre, motion_.frame()) : RestPoints();
-  double square = 0;
-  for (std::size_t i = 0; i < part.rest.size(); i += 3) {
-    double distance = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      distance += (part.rest[i + axis] - part.centre[axis]) * (part.rest[i + axis] - part.centre[axis]);
-    square = std::max(square, distance);
-  }
   // A pose may be off a rotation by kPoseTolerance in each of nine products: far less than this.
-  part.radius = std::sqrt(square) * (1 + 16 * kPoseTolerance);
+  part.radius = radius_about(part.rest, part.centre) * (1 + 16 * kPoseTolerance);
   part.pose = part.last_pose = {};
   part.posed = true;
   part.placed = true;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <iostream>
 #include <tuple>
+#include <utility>
 
 #include "engine/collider.h"
 #include "engine/elementary/elementary_test.h"
@@ -102,6 +103,102 @@ TEST_P(ExtremeScenes, ShiftedTheAnswerIsThatOfEveryPair) {
       EXPECT_LE(shifted[k].counts.triangle_pairs, 4 * plain[k].counts.triangle_pairs + 1000);
       EXPECT_LE(shifted[k].counts.front_bytes, 2 * plain[k].counts.front_bytes + 10'000);
       EXPECT_LE(shifted[k].bytes, 2 * plain[k].bytes);
+    }
+  }
+}
+
+// The ball as a rigid body, or as many small ones, that poses turn and take through the cloth: a turn by 3/5
+// and 4/5, whose products a scale by a power of two leaves as they are.
+class PosedBall {
+ public:
+  PosedBall(bool pieces, int exponent) : cloth_(testing::cloth_over_ball(12, 5)), exponent_(exponent) {
+    const std::uint32_t cloth_vertices = 13 * 13;
+    const std::uint32_t ball_vertices = cloth_.description.vertex_count - cloth_vertices;
+    cloth_.description.bodies = {{"cloth", 0, cloth_vertices, BodyKind::kDeformable}};
+    if (!pieces) {
+      cloth_.description.bodies.push_back({"ball", cloth_vertices, ball_vertices, BodyKind::kRigid});
+      start_ = cloth_.frames.front();
+    } else {
+      take_ball_apart(cloth_vertices);
+    }
+  }
+
+  std::vector<Step> run(const ColliderOptions& options) const {
+    const auto start = placed(start_, exponent_);
+    auto collider = Collider::create(scene_of(cloth_), std::span<const double>(start), options,
+                                     std::make_shared<Workers>(2));
+    EXPECT_TRUE(collider.ok());
+    std::vector<Step> steps;
+    Pose pose;
+    for (std::size_t k = 1; k < cloth_.frames.size(); ++k) {
+      Pose next;
+      for (std::size_t row = 0; row < 2; ++row) {
+        for (std::size_t column = 0; column < 3; ++column)
+          next.matrix[4 * row + column] = (row == 0 ? 0.8 : 0.6) * pose.matrix[column] +
+                                          (row == 0 ? -0.6 : 0.8) * pose.matrix[4 + column];
+      }
+      next.matrix[11] = std::ldexp(0.0625 * static_cast<double>(k), exponent_);
+      pose = next;
+      std::vector<BodyPose> poses;
+      for (std::uint32_t b = 1; b < cloth_.description.bodies.size(); ++b) poses.push_back({b, pose});
+      auto sheet = placed(cloth_.frames[k], exponent_);
+      sheet.resize(std::size_t{3} * cloth_.description.bodies[0].vertex_count);
+      const BodyPositions moved{0, std::span<const double>(sheet)};
+      Frame frame;
+      frame.poses = poses;
+      frame.bodies = {&moved, 1};
+      const auto result = collider.value().step(frame);
+      EXPECT_TRUE(result.ok());
+      if (!result.ok()) return steps;
+      const Status sound = collider.value().self_check();
+      EXPECT_TRUE(sound.ok()) << sound.error().message;
+      steps.push_back({{result.value().contacts.begin(), result.value().contacts.end()},
+                       result.value().statistics.counts,
+                       collider.value().memory_bytes()});
+    }
+    return steps;
+  }
+
+ private:
+  // Every face of the ball becomes a body with vertices of its own.
+  void take_ball_apart(std::uint32_t cloth_vertices) {
+    SceneDescription& description = cloth_.description;
+    const std::vector<double>& all = cloth_.frames.front();
+    start_.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(3 * cloth_vertices));
+    std::uint32_t vertices = cloth_vertices;
+    for (auto& face : description.faces) {
+      if (face[0] < static_cast<std::int32_t>(cloth_vertices)) continue;
+      description.bodies.push_back({"", vertices, 3, BodyKind::kRigid});
+      for (std::int32_t& v : face) {
+        const auto first = all.begin() + static_cast<std::ptrdiff_t>(3) * v;
+        start_.insert(start_.end(), first, first + 3);
+        v = static_cast<std::int32_t>(vertices++);
+      }
+    }
+    description.vertex_count = vertices;
+  }
+
+  ClothOverBall cloth_;
+  std::vector<double> start_;
+  int exponent_;
+};
+
+// Of parts that move by poses nothing is known but a ball and where it goes, until something is near.
+TEST_P(ExtremeScenes, PosedBodiesScaledByPowersOfTwoAnswerTheSame) {
+  ColliderOptions options = this->options();
+  for (const auto& [pieces, planes] : {std::pair{false, true}, {true, false}, {true, true}}) {
+    options.separate_parts = planes;
+    const std::vector<Step> plain = PosedBall(pieces, 0).run(options);
+    ASSERT_EQ(plain.size(), 4U);
+    for (const int exponent : {-900, -560, -300, 300, 560, 900}) {
+      const std::vector<Step> scaled = PosedBall(pieces, exponent).run(options);
+      ASSERT_EQ(scaled.size(), plain.size());
+      for (std::size_t k = 0; k < plain.size(); ++k) {
+        ASSERT_GT(plain[k].contacts.size(), 20U) << "step " << k;
+        EXPECT_EQ(scaled[k].contacts, plain[k].contacts) << "2^" << exponent << ", step " << k;
+        // As tight as at any other scale: a ball that holds everything would be right as well.
+        EXPECT_EQ(scaled[k].counts.near_parts, plain[k].counts.near_parts) << "2^" << exponent;
+      }
     }
   }
 }
