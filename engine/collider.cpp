@@ -2,6 +2,7 @@
 #include "engine/collider.h"
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "engine/all_deformable.h"
@@ -30,6 +31,14 @@ struct Collider::Impl {
   Core core;
   std::unique_ptr<Pipeline> pipeline;
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
+
+  // The scene is another one from now on.
+  void take(std::shared_ptr<const Scene> scene, Core::Parts parts) noexcept {
+    core.scene = std::move(scene);
+    core.take(std::move(parts));
+    pipeline->parts_changed();
+    compare_anew();
+  }
 
   void compare_anew() {
     if (all_deformable != nullptr) all_deformable->forget();
@@ -71,7 +80,7 @@ Status Collider::place(std::span<const BodyPose> poses) {
   Frame frame;
   frame.poses = poses;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status;
-  core.motion.set_poses(poses);
+  if (Status status = core.motion.set_poses(poses); !status) return status;
   impl_->compare_anew();
   return {};
 }
@@ -84,15 +93,18 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
   if (Status status = check(positions, extended.value().bodies().back().vertex_count); !status)
     return status.error();
   const std::uint32_t first = core.scene->vertex_count();
-  core.scene = std::make_shared<const Scene>(std::move(extended).value());
-  core.motion.append(*core.scene, to_doubles(positions));
+  auto scene = std::make_shared<const Scene>(std::move(extended).value());
+  const std::vector<double> values = to_doubles(positions);
+  Growth growth(core);
+  std::optional<Core::Parts> parts;
+  core.motion.append(*scene, values);
   core.workers->run([&] {
-    core.topology->extend(*core.scene, core.motion.vertices());
+    core.topology->extend(*scene, core.motion.vertices());
     core.motion.renumber(core.topology->numbering, first);
-    core.take_parts(*core.scene);
+    parts = core.make_parts(*scene);
   });
-  impl_->pipeline->parts_changed();
-  impl_->compare_anew();
+  growth.keep();
+  impl_->take(std::move(scene), std::move(*parts));
   return core.scene->body_count() - 1;
 }
 
@@ -102,13 +114,18 @@ Status Collider::change_body(std::uint32_t index, Body body) {
     return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
   Result<Scene> changed = core.scene->with_body_changed(index, std::move(body));
   if (!changed) return changed.error();
-  core.scene = std::make_shared<const Scene>(std::move(changed).value());
+  auto scene = std::make_shared<const Scene>(std::move(changed).value());
+  const BodyKind from = core.scene->bodies()[index].kind;
+  const BodyKind to = scene->bodies()[index].kind;
+  std::shared_ptr<const ReferenceShape> shape;
+  std::optional<Core::Parts> parts;
   core.workers->run([&] {
-    core.motion.change_kind(*core.scene, index);
-    core.take_parts(*core.scene);
+    core.motion.settle(index);
+    if (from != to && to == BodyKind::kRigid) shape = core.motion.shape_of(index);
+    parts = core.make_parts(*scene);
   });
-  impl_->pipeline->parts_changed();
-  impl_->compare_anew();
+  core.motion.change_kind(index, to, std::move(shape));
+  impl_->take(std::move(scene), std::move(*parts));
   return {};
 }
 

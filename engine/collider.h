@@ -59,18 +59,20 @@ class Collider {
   /// (std::bad_alloc).
   Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr);
 
-  /// Puts rigid bodies at poses of their rest shapes, at rest, before the first step: a scene as it was left.
-  /// kInvalidArgument as in step().
+  /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it
+  /// was left. kInvalidArgument as in step(), kFailedPrecondition after the first step; nothing has changed
+  /// then.
   Status place(std::span<const BodyPose> poses);
 
   /// Appends a body to the scene, at rest at `positions`, (k, 3), from the next step on. Its index is the
   /// number of bodies before, its vertices and faces come after all others; what was there stays warm. Fails
-  /// as Scene::with_body() and create() do, with the collider as it was. After an exception the collider is
-  /// only good for being destroyed.
+  /// as Scene::with_body() and create() do. Whether it fails so or by an exception, the collider is as it
+  /// was.
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   /// Describes a body anew, from the next step on: kind, self-collision, group, mask, name; the range stays.
   /// kRemoved takes it out for good. A body that becomes rigid takes where it is for its rest shape. The rest
-  /// stays warm. kInvalidArgument for an unknown or removed body, and as Scene::create().
+  /// stays warm. kInvalidArgument for an unknown or removed body, and as Scene::create(). Whether it fails so
+  /// or by an exception, the collider is as it was.
   Status change_body(std::uint32_t index, Body body);
 
   /// Checks what is kept between steps: kDataLoss or kInternal as self_check() in self_check.h says.

@@ -25,24 +25,36 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
   workers->run([&] {
     topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones);
     motion.renumber(topology->numbering);
-    motion.vertices().hold(motion.vertices().frame().to_local(options.min_separation));
-    take_parts(modelled);
+    motion.hold(motion.vertices().frame().to_local(options.min_separation));
+    take(make_parts(modelled));
   });
 }
 
-void Core::take_parts(const Scene& modelled) {
-  model = CollisionModel(modelled);
-  rigid_parts.take_parts(model);
-  excluded_pairs = model.excluded_pairs();
-  vertex_bounds.resize(scene->vertex_count());
+Core::Parts Core::make_parts(const Scene& modelled) {
+  Parts parts{CollisionModel(modelled), {}};
+  // Room that is not needed after all does no harm.
+  rigid_parts.make_room(parts.model);
+  vertex_bounds.resize(topology->scene.vertex_count());
   patch_culled.resize(topology->patches.count());
   orphans.resize(topology->parts.size());
+  parts.orphans.resize(topology->parts.size());
+  for (std::uint32_t p = 0; p < parts.orphans.size(); ++p) {
+    if (!parts.model.self_collision(p) || orphans[p] != nullptr) continue;
+    topology->need_adjacent(p);
+    parts.orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
+  }
+  return parts;
+}
+
+void Core::take(Parts parts) noexcept {
+  model = std::move(parts.model);
+  rigid_parts.take(model);
+  excluded_pairs = model.excluded_pairs();
   for (std::uint32_t p = 0; p < orphans.size(); ++p) {
     if (!model.self_collision(p)) {
       orphans[p].reset();
     } else if (orphans[p] == nullptr) {
-      topology->need_adjacent(p);
-      orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
+      orphans[p] = std::move(parts.orphans[p]);
     }
   }
   checksum = warmfront::checksum(*this);

@@ -22,8 +22,14 @@ struct Core {
   Core(std::shared_ptr<const Scene> scene, const Scene& modelled, const Positions& positions,
        const ColliderOptions& options, std::shared_ptr<Workers> workers);
 
-  /// Makes room for what the scene has gained. Parallel; call it inside Workers::run().
-  void take_parts(const Scene& modelled);
+  /// Makes what the model that a scene describes needs; nothing of this is in use before take(). Parallel;
+  /// call it inside Workers::run().
+  struct Parts {
+    CollisionModel model;
+    std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
+  };
+  Parts make_parts(const Scene& modelled);
+  void take(Parts parts) noexcept;
 
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
   bool tests_itself(std::uint32_t part) const {
@@ -44,6 +50,32 @@ struct Core {
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;  // of these, when asked for
   std::uint64_t checksum = 0;             // see self_check.h
+};
+
+/// What grows when a body is added, and shrinks back to what it was unless the body is kept.
+class Growth {
+ public:
+  explicit Growth(Core& core)
+      : core_(core),
+        topology_(core.topology->extent()),
+        parts_(core.motion.part_count()),
+        vertices_(core.scene->vertex_count()) {}
+  ~Growth() {
+    if (kept_) return;
+    core_.motion.truncate(parts_, vertices_);
+    core_.topology->truncate(topology_);
+  }
+  Growth(const Growth&) = delete;
+  Growth& operator=(const Growth&) = delete;
+
+  void keep() noexcept { kept_ = true; }
+
+ private:
+  Core& core_;
+  const Topology::Extent topology_;
+  const std::uint32_t parts_;
+  const std::uint32_t vertices_;
+  bool kept_ = false;
 };
 
 /// Row-major (n, 3), converted exactly.

@@ -46,23 +46,20 @@ class PipelineWith final : public Pipeline {
  public:
   Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
     StepResult result;
+    Attempt attempt(*this, core);
     NarrowPhaseOutput output;
     try {
-      core.workers->run([&] { output = run(core, frame, stop, result.statistics); });
+      core.workers->run([&] { output = run(core, attempt.motion, frame, stop, result.statistics); });
     } catch (const Stopped&) {
-      take_back(core);
+      attempt.hierarchies_hold = true;
       return Error{ErrorCode::kCancelled, "the step was cancelled; the frame may be sent again"};
-    } catch (...) {  // out of memory: what was half done is not built upon
-      take_back(core);
-      trees_.clear();
-      throw;
     }
-    if (output.over_limit) {
-      take_back(core);
+    attempt.hierarchies_hold = true;
+    if (output.over_limit)
       return Error{ErrorCode::kResourceExhausted,
                    "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
                        " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
-    }
+    attempt.commit();
     result.vf = output.vf;
     result.ee = output.ee;
     result.possible = output.possible;
@@ -90,10 +87,11 @@ class PipelineWith final : public Pipeline {
   }
 
   void forget(Core& core) override {
+    RigidParts unmeasured;
+    unmeasured.make_room(core.model);
+    core.rigid_parts = std::move(unmeasured);
     forget_steps(core, Rebuild::kForgotten);
     trees_.clear();
-    core.rigid_parts = {};
-    core.rigid_parts.take_parts(core.model);
   }
 
   std::size_t memory_bytes() const override {
@@ -102,14 +100,33 @@ class PipelineWith final : public Pipeline {
   }
 
  private:
-  // The front's budgets and what it keeps count from positions that were never taken.
-  void take_back(Core& core) {
-    core.motion.undo();
-    core.rigid_parts.undo();
-    forget_steps(core, Rebuild::kInterrupted);
-  }
+  /// A step that may fail, at whatever instruction: unless it is committed, the scene is left where it was,
+  /// and nothing is kept that counts from positions that were never taken.
+  struct Attempt {
+    Attempt(PipelineWith& the_pipeline, Core& the_core)
+        : motion(the_core.motion), pipeline(the_pipeline), core(the_core) {}
+    ~Attempt() {
+      if (committed) return;
+      core.rigid_parts.undo();
+      pipeline.forget_steps(core, Rebuild::kInterrupted);
+      if (!hierarchies_hold) pipeline.trees_.clear();  // what was half done is not built upon
+    }
+    Attempt(const Attempt&) = delete;
+    Attempt& operator=(const Attempt&) = delete;
 
-  void forget_steps(Core& core, Rebuild why) {
+    void commit() noexcept {
+      motion.commit();
+      committed = true;
+    }
+
+    SceneMotion::Step motion;
+    PipelineWith& pipeline;
+    Core& core;
+    bool hierarchies_hold = false;
+    bool committed = false;
+  };
+
+  void forget_steps(Core& core, Rebuild why) noexcept {
     lost_to_ = why;
     front_.clear();
     front_lost_ = anew_ = true;
@@ -119,12 +136,14 @@ class PipelineWith final : public Pipeline {
     }
   }
 
-  NarrowPhaseOutput run(Core& core, const Frame& frame, StopSignal stop, StepStatistics& statistics) {
+  NarrowPhaseOutput run(Core& core, SceneMotion::Step& motion, const Frame& frame, StopSignal stop,
+                        StepStatistics& statistics) {
     Stopwatch total;
     Stopwatch stage;
     trees_.begin_step();
     statistics.bounds = bounds();
-    core.motion.begin(frame);
+    motion.begin(frame);
+    forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, stop);
     const bool new_hierarchy = arrange(core);
     cull_patches(core, statistics.counts);
@@ -159,6 +178,14 @@ class PipelineWith final : public Pipeline {
     count(core, output, statistics.counts);
     statistics.ms.total = total.lap();
     return output;
+  }
+
+  // Budgets hold what rounding could hide at the largest magnitude since they were granted. When that is
+  // gone, bounds, budgets and travel begin again, as tight as the scene now allows.
+  void forget_outliers(Core& core) {
+    if (!(core.motion.vertices().magnitude() < trees_.magnitude())) return;
+    forget_steps(core, Rebuild::kDecayed);
+    trees_.clear();
   }
 
   // Parts without a hierarchy get one, and those whose has decayed another. Returns whether the step counts

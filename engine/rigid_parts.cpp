@@ -59,9 +59,8 @@ bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidRe
 
 }  // namespace
 
-void RigidParts::take_parts(const CollisionModel& model) {
-  parts_.resize(model.part_count());
-  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+void RigidParts::take(const CollisionModel& model) noexcept {
+  for (std::uint32_t p = 0; p < model.part_count(); ++p) {
     if (!model.self_collision(p)) parts_[p] = {};
   }
 }
@@ -69,9 +68,11 @@ void RigidParts::take_parts(const CollisionModel& model) {
 void RigidParts::give_up(Part& part) {
   const std::uint32_t patience = std::min(2 * part.patience, kMostPatience);
   const std::uint32_t wait = part.patience;
+  const std::uint32_t interruptions = part.interruptions;
   part = {};
   part.patience = patience;
   part.wait = wait;
+  part.interruptions = interruptions;
 }
 
 void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& scene,
@@ -80,6 +81,7 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   part.rigid = false;
   if (part.wait > 0) {
     --part.wait;
+    part.follows = false;
     return;
   }
   const FeatureRange& features = topology.features;
@@ -118,6 +120,12 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
   if (!parts.empty()) measure(parts, topology, workers, stop);
 }
 
+void RigidParts::postpone(Part& part) {
+  constexpr std::uint32_t kMostDoublings = 22;
+  part.wait = kMostPatience << std::min(part.interruptions, kMostDoublings);
+  ++part.interruptions;
+}
+
 double RigidParts::wanted_clearance(std::uint32_t part) const {
   return kLadder[parts_[part].rung] * parts_[part].edges.mean;
 }
@@ -144,6 +152,7 @@ std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const Scene
 // The references side by side, none tested against another.
 void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& topology,
                          const std::shared_ptr<Workers>& workers, StopSignal stop) {
+  for (const std::uint32_t p : parts) postpone(parts_[p]);  // in case this ends before its time
   double clearance = std::numeric_limits<double>::infinity();
   for (const std::uint32_t p : parts) clearance = std::min(clearance, wanted_clearance(p));
   SceneDescription description;
@@ -192,6 +201,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
   stop.check();
   for (std::size_t i = 0; i < parts.size(); ++i) {
     Part& part = parts_[parts[i]];
+    part.wait = part.interruptions = 0;
     if (meets[i] == 0) {
       part.clearance = clearance;
     } else if (++part.rung == static_cast<int>(kLadder.size())) {
@@ -201,7 +211,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
   }
 }
 
-void RigidParts::undo() {
+void RigidParts::undo() noexcept {
   for (Part& part : parts_) {
     part.follows = false;
     part.rigid = false;

@@ -36,20 +36,23 @@ class RigidParts {
     double longest = 0;
   };
 
-  /// Forgets a part's state where the model says that it is not tested against itself; makes room for new
-  /// ones.
-  void take_parts(const CollisionModel& model);
+  /// Makes room for the model's parts.
+  void make_room(const CollisionModel& model) { parts_.resize(model.part_count()); }
+  /// Forgets a part's state where the model says that it is not tested against itself. After make_room().
+  void take(const CollisionModel& model) noexcept;
 
   /// A part is measured after so many steps in a row that fitted: it takes about as long as the part's share
   /// of a first step, some ten warm ones, and what falls may land and deform.
   static constexpr std::uint32_t kSteps = 16;
 
   /// Looks at a step's motion, after it began; measures some of the parts that are due. Parallel; call it
-  /// inside Workers::run(). Throws Stopped when told to stop.
+  /// inside Workers::run(). Throws Stopped when told to stop. A part whose measurement ended so, or by an
+  /// exception, is measured again only after ever more steps: a measurement that takes longer than a caller's
+  /// deadline fails a few steps of very many.
   void look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
             const ColliderOptions& options, const std::shared_ptr<Workers>& workers, StopSignal stop);
   /// The step was taken back.
-  void undo();
+  void undo() noexcept;
 
   /// Needs the part no test against itself in this step?
   bool rigid(std::uint32_t part) const { return part < parts_.size() && parts_[part].rigid; }
@@ -69,10 +72,12 @@ class RigidParts {
     int rung = 0;                     // of the ladder of clearances
     std::uint32_t wait = 0;           // steps until it is looked at again
     std::uint32_t patience = 1;
+    std::uint32_t interruptions = 0;  // of its measurement
     bool rigid = false;
   };
 
   void give_up(Part& part);
+  static void postpone(Part& part);
   void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
                MotionState state, const ColliderOptions& options);
   double wanted_clearance(std::uint32_t part) const;

@@ -3,6 +3,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 #include "engine/scene/adjacency.h"
 
 namespace warmfront {
@@ -40,6 +42,14 @@ Topology::Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_
 void Topology::extend(const Scene& given, const Motion& motion) {
   add_parts(given, motion);
   patches.of_face.resize(given.face_count(), Patches::kNone);
+}
+
+void Topology::truncate(const Extent& extent) noexcept {
+  while (parts.size() > extent.parts) parts.pop_back();
+  numbering.truncate(extent.scene, scene);
+  ownership.truncate(extent.scene.faces);
+  patches.of_face.resize(std::min<std::size_t>(extent.scene.faces, patches.of_face.size()));
+  adjacent_pairs = extent.adjacent_pairs;
 }
 
 void Topology::add_parts(const Scene& given, const Motion& motion) {

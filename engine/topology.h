@@ -39,10 +39,21 @@ class Topology {
   Topology& operator=(const Topology&) = delete;
 
   /// Takes the body that was appended to the scene; its motion is in the numbers first given. Its faces are
-  /// in no patch. Only good for being destroyed after an exception. As the constructor.
+  /// in no patch. As the constructor.
   void extend(const Scene& given, const Motion& motion);
 
-  /// Finds the orphans of a part that is tested against itself, and who shares vertices.
+  /// What extend() appends to.
+  struct Extent {
+    std::size_t parts;
+    Renumbering::Extent scene;
+    std::uint64_t adjacent_pairs;
+  };
+  Extent extent() const { return {parts.size(), Renumbering::extent(scene), adjacent_pairs}; }
+  /// Takes back what was appended since, also where extend() ended by an exception.
+  void truncate(const Extent& extent) noexcept;
+
+  /// Finds the orphans of a part that is tested against itself, and who shares vertices. They stay; after an
+  /// exception they are not known.
   void need_adjacent(std::uint32_t part);
 
   std::size_t memory_bytes() const;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/motion/motion.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -17,7 +17,11 @@
 namespace warmfront {
 namespace {
 
-constexpr std::size_t kGrain = 8192;
+/// Vertices of a task.
+constexpr std::uint32_t kGrain = 4096;
+
+/// The magnitude shrinks when it is so many times too large.
+constexpr double kShrink = 8;
 
 /// Lists of changed vertices longer than this share of a range are no gain.
 constexpr std::size_t kListedShare = 16;
@@ -58,43 +62,63 @@ bool same_bits(const std::array<double, 4>& a, const std::array<double, 4>& b) {
   return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0;
 }
 
-// What a part of a range came to.
+std::uint32_t grains_of(std::uint32_t first, std::uint32_t end) {
+  return (end - first + kGrain - 1) / kGrain;
+}
+
+// Any vertex of the range may have moved, until it is known which did.
+void expect_all(RangeMotion& range) {
+  range.any = kMoving | kChanged;
+  range.all = 0;
+  range.changed.clear();
+  range.listed = false;
+}
+
+// What a grain of a range came to.
 struct Moved {
   MotionState any = 0;
   MotionState all = kMoving | kChanged;
-  double magnitude = 0;
+  double reach = 0;
 
   void add(MotionState state) {
     any |= state;
     all &= state;
   }
-  static Moved both(const Moved& a, const Moved& b) {
-    return {static_cast<MotionState>(a.any | b.any), static_cast<MotionState>(a.all & b.all),
-            std::max(a.magnitude, b.magnitude)};
+  void add(const Moved& other) {
+    any |= other.any;
+    all &= other.all;
+    reach = std::max(reach, other.reach);
   }
 };
 
-// What of_part(begin, end, moved) adds for all parts of a range.
-template <class OfPart>
-Moved over_parts(std::uint32_t first, std::uint32_t end, OfPart&& of_part) {
-  if (end - first <= kGrain) {  // one of many small bodies: a task costs as much as its vertices
-    Moved moved;
-    of_part(first, end, moved);
-    return moved;
+// What of_grain(begin, end, moved) adds for all grains of a range; each is marked as begun before.
+template <class OfGrain>
+Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, OfGrain&& of_grain) {
+  const std::uint32_t grains = grains_of(first, end);
+  range.begun.resize(grains);
+  std::ranges::fill(range.begun, std::uint8_t{0});
+  Moved sum;
+  if (grains <= 1) {  // one of many small bodies: a task costs as much as its vertices
+    std::ranges::fill(range.begun, std::uint8_t{1});
+    of_grain(first, end, sum);
+    return sum;
   }
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::uint32_t>(first, end, kGrain), Moved{},
-      [&](const auto& range, Moved moved) {
-        of_part(range.begin(), range.end(), moved);
-        return moved;
-      },
-      Moved::both);
+  std::mutex mutex;
+  tbb::parallel_for(std::uint32_t{0}, grains, [&](std::uint32_t grain) {
+    const std::uint32_t begin = first + grain * kGrain;
+    range.begun[grain] = 1;
+    Moved moved;
+    of_grain(begin, std::min(begin + kGrain, end), moved);
+    const std::lock_guard lock(mutex);
+    sum.add(moved);
+  });
+  return sum;
 }
 
 // Runs of_vertex(v, moved) for all vertices of a range.
 template <class OfVertex>
-Moved over_range(std::uint32_t first, std::uint32_t end, OfVertex&& of_vertex) {
-  return over_parts(first, end, [&](std::uint32_t begin, std::uint32_t stop, Moved& moved) {
+Moved over_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, OfVertex&& of_vertex) {
+  return over_grains(first, end, range, [&](std::uint32_t begin, std::uint32_t stop, Moved& moved) {
     for (std::uint32_t v = begin; v < stop; ++v) of_vertex(v, moved);
   });
 }
@@ -130,17 +154,17 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
     if ((differs[0] | differs[1] | differs[2]) != 0) {
       std::memcpy(vertices[v].t1.data(), &x, sizeof x);
       state = kMoving | kChanged;
-      const Double4 local = targets.to_local(x);
-      const Double4 size = local < 0.0 ? -local : local;
-      largest = size > largest ? size : largest;
-      no_number |= size != size;
     }
+    const Double4 local = targets.to_local(x);
+    const Double4 size = local < 0.0 ? -local : local;
+    largest = size > largest ? size : largest;
+    no_number |= size != size;
     states[v] = state;
     sum.add(state);
   }
   const bool numbers = (no_number[0] | no_number[1] | no_number[2]) == 0;
-  for (int axis = 0; axis < 3; ++axis) sum.magnitude = std::max(sum.magnitude, largest[axis]);
-  if (!numbers) sum.magnitude = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) sum.reach = std::max(sum.reach, largest[axis]);
+  if (!numbers) sum.reach = std::numeric_limits<double>::infinity();
 }
 
 WARMFRONT_TARGET_CLONES
@@ -161,31 +185,33 @@ Motion::Motion(std::span<const double> positions) : frame_(frame_of(positions)) 
   append(positions);
 }
 
-std::array<double, 3> Motion::local(const std::array<double, 4>& x) const {
-  std::array<double, 3> local;
+double Motion::reach_of(const std::array<double, 3>& x) const {
+  double reach = 0;
   for (int axis = 0; axis < 3; ++axis)
-    local[axis] = frame_.to_local(x[axis]) - frame_.to_local(frame_.origin[axis]);
-  return local;
+    reach = at_least(reach, frame_.to_local(x[axis]) - frame_.to_local(frame_.origin[axis]));
+  return reach;
 }
 
-void Motion::hold(double length) {
-  if (length <= magnitude_) return;
+void Motion::follow(double reach) {
+  if (reach <= magnitude_ && !(reach < magnitude_ / kShrink)) return;
   int exponent = 0;
-  std::frexp(length, &exponent);
-  magnitude_ = std::isfinite(length) ? std::ldexp(1.0, exponent) : length;
+  std::frexp(reach, &exponent);
+  magnitude_ = reach > 0 && std::isfinite(reach) ? std::ldexp(1.0, exponent) : reach;
 }
 
 void Motion::append(std::span<const double> positions) {
   const std::size_t first = vertices_.size();
   vertices_.resize(first + positions.size() / 3);
   states_.resize(vertices_.size(), 0);
-  double magnitude = 0;
   for (std::size_t v = first; v < vertices_.size(); ++v) {
     const double* x = positions.data() + 3 * (v - first);
     vertices_[v].t0 = vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
-    for (const double y : local(vertices_[v].t1)) magnitude = at_least(magnitude, y);
   }
-  hold(magnitude);
+}
+
+void Motion::truncate(std::size_t vertex_count) {
+  vertices_.resize(std::min(vertex_count, vertices_.size()));
+  states_.resize(std::min(vertex_count, states_.size()));
 }
 
 void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first) {
@@ -198,30 +224,37 @@ template <class Real>
 void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
                       std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range) {
   const Targets<Real> targets{positions.data(), order.data(), first_row, LocalLanes(frame_)};
-  const Moved moved = over_parts(first, end, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
-    move_range(targets, vertices_.data(), states_.data(), begin, stop, sum);
-  });
+  expect_all(range);
+  const Moved moved =
+      over_grains(first, end, range, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
+        move_range(targets, vertices_.data(), states_.data(), begin, stop, sum);
+      });
   range.any = moved.any;
   range.all = first == end ? 0 : moved.all;
-  range.changed.clear();
+  range.reach = moved.reach;
+  range.loose = false;
   range.listed = moved.any == 0;
-  hold(moved.magnitude);
 }
 
 void Motion::rest(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
-  if (range.any == 0) return;
-  const auto settle = [this](std::uint32_t v) {
+  range.begun.resize(grains_of(first, end));
+  if (range.any != 0) stop_range(first, end, range);
+  std::ranges::fill(range.begun, std::uint8_t{1});  // to be undone from here on
+}
+
+void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
+  const auto stop = [this](std::uint32_t v) {
     const bool moved = (states_[v] & kMoving) != 0;
     if (moved) vertices_[v].t0 = vertices_[v].t1;
     return states_[v] = moved ? kChanged : 0;
   };
   if (range.listed) {
-    std::erase_if(range.changed, [&](std::uint32_t v) { return settle(v) == 0; });
+    std::erase_if(range.changed, [&](std::uint32_t v) { return stop(v) == 0; });
     range.any = range.changed.empty() ? 0 : kChanged;
     range.all = 0;
     return;
   }
-  const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) { sum.add(settle(v)); });
+  const Moved moved = over_range(first, end, range, [&](std::uint32_t v, Moved& sum) { sum.add(stop(v)); });
   range.any = moved.any;
   range.all = moved.all;
   range.listed = moved.any == 0;
@@ -231,25 +264,30 @@ void Motion::move_one(std::uint32_t v, const std::array<double, 3>& to, RangeMot
   VertexMotion& vertex = vertices_[v];
   const std::array<double, 4> x{to[0], to[1], to[2], 0.0};
   if (same_bits(x, vertex.t1)) return;
-  vertex.t1 = x;
-  for (const double y : local(x)) hold(at_least(0, y));
   if (range.listed && states_[v] == 0) {
-    range.changed.push_back(v);
-    if (range.changed.size() > vertices_.size() / kListedShare) {
+    if (range.changed.size() >= vertices_.size() / kListedShare) {
       range.changed.clear();
       range.listed = false;
+    } else {
+      range.changed.push_back(v);
     }
   }
+  const double reach = reach_of(to);
+  range.loose |=
+      reach < range.reach / 2 && !(reach_of({vertex.t1[0], vertex.t1[1], vertex.t1[2]}) < range.reach / 2);
+  range.reach = std::max(range.reach, reach);
+  vertex.t1 = x;
   states_[v] = kMoving | kChanged;
   range.any |= states_[v];
   range.all = 0;
 }
 
-void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> rest,
+void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference,
                         const Pose& from, const Pose& to, bool follows, RangeMotion& range) {
-  const Moved moved = over_range(first, end, [&](std::uint32_t v, Moved& sum) {
+  expect_all(range);
+  const Moved moved = over_range(first, end, range, [&](std::uint32_t v, Moved& sum) {
     VertexMotion& vertex = vertices_[v];
-    const double* x = rest.data() + std::size_t{3} * (v - first);
+    const double* x = reference.data() + std::size_t{3} * (v - first);
     if (follows) {
       vertex.t0 = vertex.t1;
     } else {
@@ -263,11 +301,9 @@ void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const 
   });
   range.any = moved.any;
   range.all = first == end ? 0 : moved.all;
-  range.changed.clear();
-  range.listed = false;
 }
 
-void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
+void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept {
   const auto back = [this](std::uint32_t v) {
     if (states_[v] == 0) return;
     vertices_[v].t1 = vertices_[v].t0;
@@ -276,9 +312,23 @@ void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
   if (range.listed) {
     for (const std::uint32_t v : range.changed) back(v);
   } else {
-    for (std::uint32_t v = first; v < end; ++v) back(v);
+    for (std::size_t grain = 0; grain < range.begun.size(); ++grain) {
+      if (range.begun[grain] == 0) continue;
+      const auto begin = static_cast<std::uint32_t>(first + grain * kGrain);
+      for (std::uint32_t v = begin; v < std::min(begin + kGrain, end); ++v) back(v);
+    }
   }
   if (range.any != 0) range.any = kMoving | kChanged;
+  range.all = 0;
+}
+
+void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range) const {
+  range.reach = 0;
+  range.loose = false;
+  for (std::uint32_t v = first; v < end; ++v) {
+    const auto& x = vertices_[v].t1;
+    range.reach = std::max(range.reach, reach_of({x[0], x[1], x[2]}));
+  }
 }
 
 template <class Real>

@@ -43,49 +43,70 @@ struct RangeMotion {
   /// The vertices whose state is not 0, when they are few and were named one by one; else they are looked up.
   std::vector<std::uint32_t> changed;
   bool listed = true;
+  /// No local coordinate at t = 1 is larger in magnitude; infinite beyond double's range.
+  double reach = 0;
+  /// The reach may be too large by a factor of 2 or more: see Motion::measure().
+  bool loose = false;
+  /// By grain of the range: this step has reached its vertices. What a step that fails leaves undone is told
+  /// from what it did by these alone.
+  std::vector<std::uint8_t> begun;
 };
 
 class Motion {
  public:
-  /// `positions` row-major (n, 3), finite: at rest.
+  /// `positions` row-major (n, 3), finite: stationary.
   explicit Motion(std::span<const double> positions);
 
-  /// Vertex i becomes what was vertex order[i], from `first` on.
+  /// Vertex i becomes what was vertex order[i], from `first` on. After an exception nothing has changed.
   void renumber(std::span<const std::uint32_t> order, std::size_t first = 0);
-  /// Appends vertices at rest.
+  /// Appends stationary vertices; truncate() takes them back, also after an exception.
   void append(std::span<const double> positions);
+  void truncate(std::size_t vertex_count);
 
   /// A step of vertices [first, end) from where they are: row order[v] - first_row of `positions` is where
-  /// vertex v goes. What keeps its position, bit for bit, rests. Parallel inside Workers::run().
+  /// vertex v goes. What keeps its position, bit for bit, does not move. Parallel inside Workers::run().
+  /// After an exception, undo().
   template <class Real>
   void move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
                 std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range);
-  /// The same, where only what is named moves: begins the step of a range, ...
+  /// The same, where only what is named moves: begins the step of a range (an exception leaves every position
+  /// as it was: there is nothing to undo), ...
   void rest(std::uint32_t first, std::uint32_t end, RangeMotion& range);
-  /// ... and moves one of its vertices.
+  /// ... and moves one of its vertices; nothing has changed after an exception.
   void move_one(std::uint32_t vertex, const std::array<double, 3>& to, RangeMotion& range);
-  /// A step of vertices [first, end) from one pose of their rest positions, (end - first, 3), to another,
-  /// whatever they did before; `follows` says that they are at `from` now. The magnitude holds both already.
-  /// Parallel inside Workers::run().
-  void move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> rest, const Pose& from,
+  /// A step of vertices [first, end) from one pose of their reference positions, (end - first, 3), to
+  /// another, whatever they did before; `follows` says that they are at `from` now. Sets no reach. Parallel
+  /// inside Workers::run(). After an exception, undo().
+  void move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference, const Pose& from,
                   const Pose& to, bool follows, RangeMotion& range);
-  /// Takes the step of a range back; the next step finds its vertices changed.
-  void undo(std::uint32_t first, std::uint32_t end, RangeMotion& range);
+  /// Takes back the step of a range that was moved, wholly or, by an exception, in part; the next step finds
+  /// its vertices changed.
+  void undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept;
+  /// Measures the range's reach at t = 1. O(end - first).
+  void measure(std::uint32_t first, std::uint32_t end, RangeMotion& range) const;
 
   std::span<const VertexMotion> vertices() const { return vertices_; }
   std::span<const MotionState> states() const { return states_; }
   const LocalFrame& frame() const { return frame_; }
 
-  /// At least every local coordinate so far: a power of two, and it only grows, so that bounds made with it
-  /// serve for many steps. Infinite beyond double's range.
+  /// At least every local coordinate of the step: a power of two, so that bounds made with it serve for many
+  /// steps. Infinite beyond double's range.
   double magnitude() const { return magnitude_; }
-  /// Raises the magnitude to hold a local length.
-  void hold(double local_length);
+  /// Makes the magnitude hold this reach: grows at once, shrinks where it is 8 times too large or more, so
+  /// that an outlier costs only as long as it is there and no oscillation remakes all bounds in every step.
+  void follow(double reach);
+  /// As it was before.
+  void restore_magnitude(double magnitude) { magnitude_ = magnitude; }
 
-  std::size_t memory_bytes() const { return vertices_.size() * (sizeof(VertexMotion) + sizeof(MotionState)); }
+  /// The largest local coordinate of a point, in magnitude; infinite where it is not a number.
+  double reach_of(const std::array<double, 3>& x) const;
+
+  std::size_t memory_bytes() const {
+    return vertices_.capacity() * sizeof(VertexMotion) + states_.capacity() * sizeof(MotionState);
+  }
 
  private:
-  std::array<double, 3> local(const std::array<double, 4>& x) const;
+  void stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range);
 
   std::vector<VertexMotion> vertices_;
   std::vector<MotionState> states_;

@@ -49,20 +49,23 @@ SceneMotion::SceneMotion(const Scene& scene, std::span<const double> positions) 
 
 // Takes the parts that the scene has beyond those known.
 void SceneMotion::find_parts(const Scene& scene) {
-  if (scene.bodies().empty()) {
+  const auto add = [this](std::uint32_t first, std::uint32_t end, BodyKind kind) {
     Part part;
-    part.end = scene.vertex_count();
+    part.first = first;
+    part.end = end;
+    part.kind = kind;
+    motion_.measure(first, end, part.range);
+    part.reach_at_start = part.range.reach;
     parts_.push_back(std::move(part));
-  }
+  };
+  if (scene.bodies().empty()) add(0, scene.vertex_count(), BodyKind::kDeformable);
   for (std::size_t b = parts_.size(); b < scene.bodies().size(); ++b) {
     const Body& body = scene.bodies()[b];
-    Part part;
-    part.first = body.first_vertex;
-    part.end = body.first_vertex + body.vertex_count;
-    part.kind = body.kind;
-    parts_.push_back(std::move(part));
+    add(body.first_vertex, body.first_vertex + body.vertex_count, body.kind);
   }
   named_.resize(scene.vertex_count(), 0);
+  given_.resize(parts_.size());
+  take_magnitude();
 }
 
 void SceneMotion::renumber(const Renumbering& numbering, std::uint32_t first) {
@@ -71,6 +74,7 @@ void SceneMotion::renumber(const Renumbering& numbering, std::uint32_t first) {
   for (Part& part : parts_) {
     if (part.first >= first && part.kind == BodyKind::kRigid) make_rigid(part);
   }
+  take_magnitude();
 }
 
 void SceneMotion::append(const Scene& scene, std::span<const double> positions) {
@@ -78,77 +82,89 @@ void SceneMotion::append(const Scene& scene, std::span<const double> positions) 
   find_parts(scene);
 }
 
-// No point of (n, 3) is farther from the centre: the root of a sum of squares, of offsets that are scaled to
-// be near 1 first, so that no square leaves double's range. Places on a grid of denormal numbers are off by
-// three of its steps a coordinate at most.
-double radius_about(std::span<const double> points, const std::array<double, 3>& centre) {
-  double largest = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    largest = std::max(largest, std::fabs(points[i] - centre[i % 3]));
-  int exponent = 0;
-  std::frexp(largest, &exponent);
-  double square = 0;
-  for (std::size_t i = 0; i < points.size(); i += 3) {
-    double distance = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double offset = std::ldexp(points[i + axis] - centre[axis], -exponent);
-      distance += offset * offset;
-    }
-    square = std::max(square, distance);
-  }
-  return std::ldexp(std::sqrt(square) * (1 + 0x1p-50), exponent) + 0x1p-1071;
+void SceneMotion::truncate(std::uint32_t part_count, std::uint32_t vertex_count) noexcept {
+  parts_.erase(parts_.begin() + std::min<std::ptrdiff_t>(part_count, std::ssize(parts_)), parts_.end());
+  motion_.truncate(vertex_count);
+  named_.resize(std::min<std::size_t>(vertex_count, named_.size()));
+  given_.resize(std::min<std::size_t>(part_count, given_.size()));
+  take_magnitude();
 }
 
-// Where the part is, is its rest shape.
+std::shared_ptr<const ReferenceShape> SceneMotion::shape_of(std::uint32_t part) {
+  return std::make_shared<const ReferenceShape>(
+      motion_.vertices().subspan(parts_[part].first, parts_[part].end - parts_[part].first), motion_.frame());
+}
+
 void SceneMotion::make_rigid(Part& part) {
-  part.rest.resize(std::size_t{3} * (part.end - part.first));
-  std::array<double, 3> lo{};
-  std::array<double, 3> hi{};
-  for (std::uint32_t v = part.first; v < part.end; ++v) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const double x = motion_.vertices()[v].t1[axis];
-      part.rest[std::size_t{3} * (v - part.first) + axis] = x;
-      lo[axis] = v == part.first ? x : std::min(lo[axis], x);
-      hi[axis] = v == part.first ? x : std::max(hi[axis], x);
-    }
-  }
-  for (int axis = 0; axis < 3; ++axis) part.centre[axis] = lo[axis] / 2 + hi[axis] / 2;
-  const bool small = part.end > part.first && part.end - part.first <= MovingPoints::kMost;
-  part.points = small ? RestPoints(part.rest, part.centre, motion_.frame()) : RestPoints();
-  // A pose may be off a rotation by kPoseTolerance in each of nine products: far less than this.
-  part.radius = radius_about(part.rest, part.centre) * (1 + 16 * kPoseTolerance);
-  part.pose = part.last_pose = {};
-  part.posed = true;
-  part.placed = true;
+  AtPose at{shape_of(static_cast<std::uint32_t>(&part - parts_.data())), {}};
+  part.range.reach = part.reach_at_start = reach_at(*at.shape, at.pose);
+  part.start = at;
+  part.now = std::move(at);
+}
+
+void SceneMotion::settle(std::uint32_t part) {
+  settle(parts_[part]);
 }
 
 void SceneMotion::settle(Part& part) {
-  if (!part.posed) return;
-  if (!part.placed) {
-    motion_.move_posed(part.first, part.end, part.rest, part.pose, part.pose, false, part.range);
-    motion_.undo(part.first, part.end, part.range);  // for the step to come they are news
-    part.placed = true;
-  }
-  part.posed = false;
+  if (part.placed) return;
+  const AtPose& at = std::get<AtPose>(part.now);
+  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, false, part.range);
+  motion_.undo(part.first, part.end, part.range);  // they count as changed in the next step
+  part.placed = true;
 }
 
-void SceneMotion::change_kind(const Scene& scene, std::uint32_t body) {
-  Part& part = parts_[body];
-  const BodyKind kind = scene.bodies()[body].kind;
+void SceneMotion::change_kind(std::uint32_t index, BodyKind kind,
+                              std::shared_ptr<const ReferenceShape> shape) noexcept {
+  Part& part = parts_[index];
   if (kind == part.kind) return;
-  settle(part);
   part.kind = kind;
-  part.rest.clear();
-  part.points = {};
-  if (kind == BodyKind::kRigid) make_rigid(part);
+  if (shape != nullptr) {
+    part.range.reach = reach_at(*shape, {});
+    part.start = AtPose{shape, {}};
+    part.now = AtPose{std::move(shape), {}};
+  } else {
+    motion_.measure(part.first, part.end, part.range);
+    part.start = part.now = AtPositions{};
+  }
+  part.reach_at_start = part.range.reach;
+  part.turned = false;
+  take_magnitude();
 }
 
-void SceneMotion::set_poses(std::span<const BodyPose> poses) {
+Status SceneMotion::set_poses(std::span<const BodyPose> poses) {
+  if (steps_ > 0)
+    return Error{ErrorCode::kFailedPrecondition,
+                 "poses: bodies are put at poses before the first step only, and " + std::to_string(steps_) +
+                     " were made; give the poses in a frame"};
   for (const BodyPose& pose : poses) {
     Part& part = parts_[pose.body];
-    part.pose = part.last_pose = pose.pose;
+    for (Placement* placement : {&part.start, &part.now}) std::get<AtPose>(*placement).pose = pose.pose;
+    part.range.reach = part.reach_at_start = reach_at(*std::get<AtPose>(part.now).shape, pose.pose);
     part.placed = false;
   }
+  take_magnitude();
+  return {};
+}
+
+void SceneMotion::hold(double local_length) {
+  held_ = std::max(held_, local_length);
+  take_magnitude();
+}
+
+// Local: what the ball of a part at a pose reaches.
+double SceneMotion::reach_at(const ReferenceShape& shape, const Pose& pose) const {
+  const double reach =
+      motion_.reach_of(pose.place(shape.centre.data())) + motion_.frame().to_local(shape.radius);
+  return std::isnan(reach) ? std::numeric_limits<double>::infinity() : reach;
+}
+
+void SceneMotion::take_magnitude() {
+  double reach = held_;
+  for (const Part& part : parts_) {
+    if (part.kind != BodyKind::kRemoved) reach = std::max({reach, part.reach_at_start, part.range.reach});
+  }
+  motion_.follow(reach);
 }
 
 std::uint32_t SceneMotion::part_of(std::uint32_t vertex) const {
@@ -164,17 +180,24 @@ Status SceneMotion::check(const Scene& scene, const Frame& frame) {
           "either");
     return check_whole(scene, *frame.positions);
   }
-  const Status status = check_parts(scene, frame);
+  // Messages of errors may find no memory.
+  struct Marks {
+    ~Marks() { motion.clear_marks(frame); }
+    SceneMotion& motion;
+    const Frame& frame;
+  } const marks{*this, frame};
+  return check_parts(scene, frame);
+}
+
+void SceneMotion::clear_marks(const Frame& frame) noexcept {
   for (const std::uint32_t v : frame.vertices) {
     if (v < named_.size()) named_[v] = 0;
   }
-  for (const BodyPositions& body : frame.bodies) {
-    if (body.body < parts_.size()) named_[parts_[body.body].first] = 0;
-  }
-  for (const BodyPose& pose : frame.poses) {
-    if (pose.body < parts_.size()) named_[parts_[pose.body].first] = 0;
-  }
-  return status;
+  const auto clear_part = [this](std::uint32_t part) {
+    if (part < parts_.size() && parts_[part].first < named_.size()) named_[parts_[part].first] = 0;
+  };
+  for (const BodyPositions& body : frame.bodies) clear_part(body.body);
+  for (const BodyPose& pose : frame.poses) clear_part(pose.body);
 }
 
 Status SceneMotion::check_whole(const Scene& scene, const Positions& positions) const {
@@ -253,107 +276,148 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame) {
 
 void SceneMotion::move_part(Part& part, const Positions& positions, std::uint32_t first_row) {
   settle(part);
+  part.written = true;
   std::visit(
       [&](auto values) {
         motion_.move_all(part.first, part.end, values, numbering_->vertices(), first_row, part.range);
       },
       positions);
+  part.now = AtPositions{};
 }
 
+namespace {
+
+enum Given : std::uint8_t { kNotGiven, kByPositions, kByPose };
+
+// A copy only where it is another one: thousands of bodies may be stationary.
+void copy(const Placement& from, Placement& to) {
+  const auto* x = std::get_if<AtPose>(&from);
+  auto* y = std::get_if<AtPose>(&to);
+  if (x != nullptr && y != nullptr && x->shape == y->shape) {
+    y->pose = x->pose;
+  } else if (x != nullptr || y != nullptr) {
+    to = from;
+  }
+}
+
+/// A local reach that was measured once too often too large is measured again every so many steps.
+constexpr std::uint64_t kMeasureSteps = 16;
+
+}  // namespace
+
 void SceneMotion::begin(const Frame& frame) {
-  std::vector<std::uint8_t> given(parts_.size(), frame.positions ? 1 : 0);
-  for (const BodyPositions& body : frame.bodies) given[body.body] = 1;
-  for (const BodyPose& pose : frame.poses) given[pose.body] = 2;
+  magnitude_before_ = motion_.magnitude();
+  for (Part& part : parts_) part.begun = part.written = false;
+  std::ranges::fill(given_, frame.positions ? kByPositions : kNotGiven);
+  for (const BodyPositions& body : frame.bodies) given_[body.body] = kByPositions;
+  for (const BodyPose& pose : frame.poses) given_[pose.body] = kByPose;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = parts_[p];
-    part.moved = part.posed && !(part.pose == part.last_pose);
-    part.last_pose = part.pose;
+    part.turned = turns(part);
+    copy(part.now, part.start);
+    part.reach_at_start = part.range.reach;
     part.follows = part.placed;
+    part.begun = true;
     // Static and removed bodies were checked to stay, or are of no interest.
     const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved;
-    if (given[p] == 1 && frame.positions && !fixed) {
+    if (given_[p] == kByPositions && frame.positions && !fixed) {
       move_part(part, *frame.positions, 0);
-    } else if (given[p] != 1 || fixed) {
+    } else if (given_[p] != kByPositions || fixed) {
       if (part.placed) motion_.rest(part.first, part.end, part.range);
+      part.written = true;
     }
   }
-  for (const BodyPositions& body : frame.bodies) {
-    Part& part = parts_[body.body];
-    move_part(part, body.positions, part.first);
-  }
+  for (const BodyPositions& body : frame.bodies)
+    move_part(parts_[body.body], body.positions, parts_[body.body].first);
   for (const BodyPose& pose : frame.poses) {
     Part& part = parts_[pose.body];
-    if (!part.posed) make_rigid(part);  // its positions were given last
-    part.pose = pose.pose;
+    auto* at = std::get_if<AtPose>(&part.now);
+    if (at == nullptr)
+      at = &part.now.emplace<AtPose>(shape_of(pose.body), Pose{});  // its positions were given last
+    at->pose = pose.pose;
+    part.range.reach = reach_at(*at->shape, at->pose);
   }
   for (Part& part : parts_) {
     // What moves by a pose, or did so in the last step, is not where its vertices are.
-    if (part.posed && (part.moved || !(part.pose == part.last_pose))) part.placed = false;
+    if (std::holds_alternative<AtPose>(part.now) && (part.turned || turns(part))) part.placed = false;
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     const std::uint32_t v = frame.vertices[i];
     motion_.move_one(new_vertex(v), row(frame.vertex_positions, i), parts_[part_of(v)].range);
   }
-  for (const Part& part : parts_) {
-    if (!part.posed || part.placed) continue;
-    // What its ball's bounds are made with.
-    const LocalFrame& local = motion_.frame();
-    for (const Pose* pose : {&part.last_pose, &part.pose}) {
-      const auto centre = pose->place(part.centre.data());
-      for (int axis = 0; axis < 3; ++axis) {
-        const double x = std::fabs(local.to_local(centre[axis]) - local.to_local(local.origin[axis]));
-        const double reach = x + local.to_local(part.radius);
-        motion_.hold(std::isnan(reach) ? std::numeric_limits<double>::infinity() : reach);
-      }
+  if (steps_ % kMeasureSteps == 0) {
+    for (Part& part : parts_) {
+      if (part.range.loose) motion_.measure(part.first, part.end, part.range);
     }
   }
+  take_magnitude();
 }
 
 void SceneMotion::place(std::uint32_t index) {
   Part& part = parts_[index];
-  motion_.move_posed(part.first, part.end, part.rest, part.last_pose, part.pose, part.follows, part.range);
+  const AtPose& to = std::get<AtPose>(part.now);
+  motion_.move_posed(part.first, part.end, to.shape->positions, pose_at_start(part), to.pose, part.follows,
+                     part.range);
   part.placed = true;
 }
 
-void SceneMotion::undo() {
+void SceneMotion::roll_back() noexcept {
   for (Part& part : parts_) {
-    if (part.posed) {
-      // Its vertices are placed anew when they are needed.
-      if (!(part.pose == part.last_pose) || part.moved) part.placed = false;
-      part.pose = part.last_pose;
-      if (part.placed) motion_.undo(part.first, part.end, part.range);
+    if (!part.begun) continue;
+    part.begun = false;
+    if (std::holds_alternative<AtPose>(part.start)) {
+      part.placed = false;  // the vertices are made of the pose again when they are needed
     } else {
-      motion_.undo(part.first, part.end, part.range);
+      if (part.written) motion_.undo(part.first, part.end, part.range);
+      part.placed = true;
     }
+    copy(part.start, part.now);
+    part.range.reach = part.reach_at_start;
   }
+  motion_.restore_magnitude(magnitude_before_);
+}
+
+// Is the part at a pose that is another one than at t = 0?
+bool SceneMotion::turns(const Part& part) {
+  const auto* at = std::get_if<AtPose>(&part.now);
+  return at != nullptr && !(at->pose == pose_at_start(part));
+}
+
+// Of a part that moves by poses: one that was at positions begins at the identity of the shape made of these.
+Pose SceneMotion::pose_at_start(const Part& part) {
+  const auto* at = std::get_if<AtPose>(&part.start);
+  return at == nullptr ? Pose{} : at->pose;
 }
 
 MotionState SceneMotion::state(std::uint32_t index) const {
   const Part& part = parts_[index];
-  if (!part.posed || part.placed) return part.range.any;
-  const bool moving = !(part.pose == part.last_pose);
-  return static_cast<MotionState>((moving ? kMoving | kChanged : 0) | (part.moved ? kChanged : 0));
+  if (part.placed) return part.range.any;
+  const bool moving = turns(part);
+  return static_cast<MotionState>((moving ? kMoving | kChanged : 0) | (part.turned ? kChanged : 0));
 }
 
 SceneMotion::Ball SceneMotion::ball(std::uint32_t index) const {
   const Part& part = parts_[index];
-  return {{padded(part.last_pose.place(part.centre.data())), padded(part.pose.place(part.centre.data()))},
-          part.radius};
+  const AtPose& at = std::get<AtPose>(part.now);
+  const double* centre = at.shape->centre.data();
+  return {{padded(pose_at_start(part).place(centre)), padded(at.pose.place(centre))}, at.shape->radius};
 }
 
 VertexMotion SceneMotion::vertex(std::uint32_t index, std::uint32_t i) const {
   const Part& part = parts_[index];
-  if (!unplaced(index)) return motion_.vertices()[part.first + i];
-  const double* rest = part.rest.data() + std::size_t{3} * i;
-  return {padded(part.last_pose.place(rest)), padded(part.pose.place(rest))};
+  if (part.placed) return motion_.vertices()[part.first + i];
+  const AtPose& at = std::get<AtPose>(part.now);
+  const double* x = at.shape->positions.data() + std::size_t{3} * i;
+  return {padded(pose_at_start(part).place(x)), padded(at.pose.place(x))};
 }
 
 void SceneMotion::points(std::uint32_t index, MovingPoints& points) const {
   const Part& part = parts_[index];
-  if (unplaced(index)) {
-    points.take(part.points, part.last_pose, part.pose, motion_.frame());
-  } else {
+  if (part.placed) {
     points.take(motion_.vertices().subspan(part.first, part.end - part.first), motion_.frame());
+  } else {
+    const AtPose& at = std::get<AtPose>(part.now);
+    points.take(at.shape->points, pose_at_start(part), at.pose, motion_.frame());
   }
 }
 
@@ -377,10 +441,13 @@ std::vector<double> SceneMotion::positions() const {
   for (const Part& part : parts_) {
     for (std::uint32_t v = part.first; v < part.end; ++v) {
       const std::size_t given = numbering_ == nullptr ? v : numbering_->vertices()[v];
-      const auto& x = motion_.vertices()[v].t1;
-      const std::array<double, 3> at =
-          part.posed && !part.placed ? part.pose.place(part.rest.data() + std::size_t{3} * (v - part.first))
-                                     : std::array{x[0], x[1], x[2]};
+      std::array<double, 3> at{};
+      if (part.placed) {
+        std::copy_n(motion_.vertices()[v].t1.begin(), 3, at.begin());
+      } else {
+        const AtPose& now = std::get<AtPose>(part.now);
+        at = now.pose.place(now.shape->positions.data() + std::size_t{3} * (v - part.first));
+      }
       std::ranges::copy(at, positions.begin() + static_cast<std::ptrdiff_t>(3 * given));
     }
   }
@@ -388,11 +455,16 @@ std::vector<double> SceneMotion::positions() const {
 }
 
 std::size_t SceneMotion::memory_bytes() const {
-  std::size_t bytes = motion_.memory_bytes() + named_.capacity();
-  for (const Part& part : parts_)
-    bytes += sizeof(part) + part.rest.capacity() * sizeof(double) +
-             part.points.lane.capacity() * sizeof(float) +
-             part.range.changed.capacity() * sizeof(std::uint32_t);
+  std::size_t bytes = motion_.memory_bytes() + named_.capacity() + given_.capacity();
+  for (const Part& part : parts_) {
+    bytes +=
+        sizeof(part) + part.range.changed.capacity() * sizeof(std::uint32_t) + part.range.begun.capacity();
+    const auto* now = std::get_if<AtPose>(&part.now);
+    const auto* start = std::get_if<AtPose>(&part.start);
+    if (now != nullptr) bytes += now->shape->memory_bytes();
+    if (start != nullptr && (now == nullptr || now->shape != start->shape))
+      bytes += start->shape->memory_bytes();
+  }
   return bytes;
 }
 

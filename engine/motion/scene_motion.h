@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene's motion, part by part: what a frame says, checked and carried out. Written between steps by one
-// thread, read by all during a step.
+// A scene's motion, part by part: what a frame says, checked and carried out as a transaction (Step). Written
+// between steps by one thread, read by all during a step.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "engine/frame.h"
 #include "engine/motion/motion.h"
 #include "engine/motion/moving_points.h"
+#include "engine/motion/reference_shape.h"
 #include "engine/result.h"
 #include "engine/scene/renumbering.h"
 #include "engine/scene/scene.h"
@@ -18,34 +20,67 @@ namespace warmfront {
 
 class SceneMotion {
  public:
-  /// At rest, in the numbers first given; begin() needs renumber() first.
+  /// Stationary, in the numbers first given; begin() needs renumber() first.
   SceneMotion(const Scene& scene, std::span<const double> positions);
 
   /// Takes new numbers for vertices from `first` on. The numbering outlives this.
   void renumber(const Renumbering& numbering, std::uint32_t first = 0);
-  /// Appends the scene's last body, at rest.
+  /// Appends the scene's last body, stationary; truncate() takes it back, also after an exception here or in
+  /// renumber().
   void append(const Scene& scene, std::span<const double> positions);
-  /// The body's kind is another one now; where it is becomes its rest shape.
-  void change_kind(const Scene& scene, std::uint32_t body);
+  void truncate(std::uint32_t part_count, std::uint32_t vertex_count) noexcept;
 
-  /// Puts parts at checked poses, at rest, before the first step.
-  void set_poses(std::span<const BodyPose> poses);
+  /// The shape of a part as it is now.
+  std::shared_ptr<const ReferenceShape> shape_of(std::uint32_t part);
+  /// A part is of another kind from now on; `shape` is its shape_of() where it becomes rigid, else null.
+  /// After settle() of the part.
+  void change_kind(std::uint32_t part, BodyKind kind, std::shared_ptr<const ReferenceShape> shape) noexcept;
+  /// Brings the vertices of a part at a pose to where this puts them. Changes no placement.
+  void settle(std::uint32_t part);
+
+  /// Puts parts at checked poses, stationary. kFailedPrecondition after the first step.
+  Status set_poses(std::span<const BodyPose> poses);
 
   /// kInvalidArgument, naming the field and the first offender, for a frame that does not fit the scene:
   /// wrong lengths, coordinates that are not finite, poses that are not rigid or not of a rigid body, indices
-  /// out of range or named twice, static or removed bodies that move.
+  /// out of range or named twice, static or removed bodies that move. Changes nothing, whatever happens.
   Status check(const Scene& scene, const Frame& frame);
 
-  /// Begins the step that a checked frame describes. Parts that move by poses only know these yet: see
-  /// place(). Parallel inside Workers::run().
-  void begin(const Frame& frame);
+  /// A step that was begun. It is taken by commit(); a Step that ends without rolls it back: every placement
+  /// and position is then, bit for bit, what it was before begin().
+  class Step {
+   public:
+    explicit Step(SceneMotion& motion) : motion_(motion) {}
+    ~Step() {
+      if (begun_ && !committed_) motion_.roll_back();
+    }
+    Step(const Step&) = delete;
+    Step& operator=(const Step&) = delete;
+
+    /// Begins the step that a checked frame describes. Parts that move by poses only know these yet: see
+    /// place(). Parallel inside Workers::run().
+    void begin(const Frame& frame) {
+      begun_ = true;
+      motion_.begin(frame);
+    }
+    void commit() noexcept {
+      committed_ = true;
+      ++motion_.steps_;
+    }
+
+   private:
+    SceneMotion& motion_;
+    bool begun_ = false;
+    bool committed_ = false;
+  };
+
   /// Places the vertices of a part that moves by poses. Parallel inside Workers::run().
   void place(std::uint32_t part);
-  /// Takes the step back.
-  void undo();
 
   const Motion& vertices() const { return motion_; }
-  Motion& vertices() { return motion_; }
+  /// The magnitude of every step holds this local length, too.
+  void hold(double local_length);
+
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(parts_.size()); }
   /// The part that a vertex is in; in either numbers, since new ones stay within the part.
   std::uint32_t part_of(std::uint32_t vertex) const;
@@ -54,7 +89,7 @@ class SceneMotion {
   /// Union over the part's vertices, known without placing them (an upper bound then).
   MotionState state(std::uint32_t part) const;
   /// Does the part move by poses, with its vertices not at this step's?
-  bool unplaced(std::uint32_t part) const { return parts_[part].posed && !parts_[part].placed; }
+  bool unplaced(std::uint32_t part) const { return !parts_[part].placed; }
 
   /// What an unplaced part stays within, at both ends of the step: a ball about a moving centre.
   struct Ball {
@@ -80,26 +115,36 @@ class SceneMotion {
     std::uint32_t first = 0;  // of the vertices
     std::uint32_t end = 0;
     BodyKind kind = BodyKind::kDeformable;
+
+    // The transaction: `start` is what counts until a step is committed, and what a roll back goes back to.
+    Placement start;            // at t = 0
+    Placement now;              // at t = 1
+    double reach_at_start = 0;  // RangeMotion::reach at t = 0
+
+    // The vertices are the truth of a part that is AtPositions, and hold a copy of one that is AtPose.
     RangeMotion range;
-    // Of rigid parts.
-    std::vector<double> rest;  // (end - first, 3), in the order of the vertices here
-    RestPoints points;         // of a small one
-    std::array<double, 3> centre{};
-    double radius = 0;
-    Pose pose;
-    Pose last_pose;
-    bool posed = false;   // where it is, is where `pose` puts its rest shape
-    bool placed = true;   // its vertices are there, too
-    bool follows = true;  // they were at the end of the step before this one
-    bool moved = false;   // in the step before this one
+    bool placed = true;    // they are at both ends of this step
+    bool follows = true;   // they were at the end of the step before this one
+    bool turned = false;   // the pose changed in the step before this one
+    bool begun = false;    // the step has begun for the part: nothing else is rolled back
+    bool written = false;  // positions of vertices may be other than before the step
   };
 
+  void begin(const Frame& frame);
+  void roll_back() noexcept;
+
   void find_parts(const Scene& scene);
+  // The part is at the identity pose of its shape as it is now.
   void make_rigid(Part& part);
-  void settle(Part& part);  // a posed part's vertices go where they are, and it is posed no more
+  void settle(Part& part);
   void move_part(Part& part, const Positions& positions, std::uint32_t first_row);
+  double reach_at(const ReferenceShape& shape, const Pose& pose) const;
+  void take_magnitude();
+  static bool turns(const Part& part);
+  static Pose pose_at_start(const Part& part);
   Status check_whole(const Scene& scene, const Positions& positions) const;
   Status check_parts(const Scene& scene, const Frame& frame);
+  void clear_marks(const Frame& frame) noexcept;
   std::uint32_t new_vertex(std::uint32_t given) const {
     return numbering_ == nullptr ? given : numbering_->new_vertices()[given];
   }
@@ -108,6 +153,10 @@ class SceneMotion {
   std::vector<Part> parts_;
   const Renumbering* numbering_ = nullptr;
   std::vector<std::uint8_t> named_;  // by vertex: a frame has named it; all zero between checks
+  std::vector<std::uint8_t> given_;  // by part: how the frame gives it
+  double held_ = 0;                  // see hold()
+  double magnitude_before_ = 0;      // the step that has begun
+  std::uint64_t steps_ = 0;          // committed
 };
 
 }  // namespace warmfront

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/ownership.h"
 
+#include <algorithm>
+
 #include "engine/scene/adjacency.h"
 
 namespace warmfront {
@@ -45,6 +47,11 @@ void Ownership::extend() {
       for (const std::uint32_t g : edge_faces) insert(record.edge_ring, scene.faces()[g]);
     }
   }
+}
+
+void Ownership::truncate(std::uint32_t face_count) noexcept {
+  records_.resize(std::min<std::size_t>(face_count, records_.size()));
+  signatures_.resize(std::min<std::size_t>(face_count, signatures_.size()));
 }
 
 // An earlier face of a feature can only be adjacent to the other side when the sides are near each other in

@@ -23,8 +23,10 @@ class Ownership {
   /// The scene is referred to: it stays where it is.
   explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
 
-  /// Takes the faces that were appended to the scene since.
+  /// Takes the faces that were appended to the scene since; truncate() takes them back, also after an
+  /// exception.
   void extend();
+  void truncate(std::uint32_t face_count) noexcept;
 
   /// Sets of feature pairs of two faces (f, g). Bits 0-2: vertex i of f against g; bits 3-5: vertex i of g
   /// against f; bits 6 + 3 i + j: edge i of f against edge j of g.

@@ -3,6 +3,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 namespace warmfront {
 namespace {
 
@@ -32,7 +34,8 @@ Csr renamed_items(Csr csr, std::span<const std::uint32_t> renamed) {
 // Appends the rows that `result` lacks, which keep their places.
 void append_same_rows(const Csr& csr, std::span<const std::uint32_t> renamed, Csr& result) {
   const std::size_t first = result.items.size();
-  result.begin = csr.begin;
+  result.begin.insert(result.begin.end(),
+                      csr.begin.begin() + static_cast<std::ptrdiff_t>(result.begin.size()), csr.begin.end());
   result.items.resize(csr.items.size());
   tbb::parallel_for(first, csr.items.size(), [&](std::size_t i) { result.items[i] = renamed[csr.items[i]]; });
 }
@@ -85,6 +88,34 @@ void Renumbering::extend(const Scene& scene, Scene& result) const {
     if (scene.vertex_faces_[original_vertex_[v]].empty())
       result.isolated_vertices_.push_back(static_cast<std::uint32_t>(v));
   }
+}
+
+Renumbering::Extent Renumbering::extent(const Scene& renumbered) {
+  return {renumbered.vertex_count_, renumbered.face_count(), renumbered.edge_count(), renumbered.body_count_};
+}
+
+void Renumbering::truncate(const Extent& extent, Scene& scene) noexcept {
+  const auto shorten = [](auto& list, std::size_t size) {
+    list.erase(list.begin() + static_cast<std::ptrdiff_t>(std::min(size, list.size())), list.end());
+  };
+  const auto shorten_rows = [&](Csr& csr, std::size_t rows) {
+    if (csr.begin.empty()) return;
+    shorten(csr.begin, rows + 1);
+    shorten(csr.items, csr.begin.back());
+  };
+  shorten(original_vertex_, extent.vertices);
+  shorten(new_vertex_, extent.vertices);
+  shorten(original_face_, extent.faces);
+  shorten(new_face_, extent.faces);
+  scene.vertex_count_ = extent.vertices;
+  scene.body_count_ = extent.bodies;
+  shorten(scene.faces_, extent.faces);
+  shorten(scene.face_edges_, extent.faces);
+  shorten(scene.edges_, extent.edges);
+  shorten_rows(scene.vertex_faces_, extent.vertices);
+  shorten_rows(scene.edge_faces_, extent.edges);
+  shorten(scene.body_of_vertex_, extent.vertices);
+  std::erase_if(scene.isolated_vertices_, [&](std::uint32_t v) { return v >= extent.vertices; });
 }
 
 Patches Renumbering::apply(const Patches& patches) const {

@@ -27,6 +27,17 @@ class Renumbering {
 
   /// The same scene in new numbers, without its bodies. Appends to `renumbered` what it lacks of it.
   void extend(const Scene& scene, Scene& renumbered) const;
+
+  /// What extend() appends to.
+  struct Extent {
+    std::uint32_t vertices = 0;
+    std::uint32_t faces = 0;
+    std::uint32_t edges = 0;
+    std::uint32_t bodies = 0;
+  };
+  static Extent extent(const Scene& renumbered);
+  /// Takes back what was appended since, also where extend() ended by an exception.
+  void truncate(const Extent& extent, Scene& renumbered) noexcept;
   Patches apply(const Patches& patches) const;
   /// A primitive in its new number.
   Primitive apply(Primitive primitive) const {

@@ -53,11 +53,15 @@ class Hierarchy {
     const TreeShape shape(static_cast<std::uint32_t>(primitives.size()), leaf_size);
     const std::vector<Primitive> order = build_order(*scene_, motion_, shape, primitives);
     bvh.arrange(*scene_, shape, order, shared_vertices(*scene_, shape, order), true);
+    motion_.measure(0, scene_->vertex_count(), range_);
+    motion_.follow(range_.reach);
     refresh(Known::kNothing);
   }
 
   void step(std::span<const double> positions) {
+    const double before = range_.reach;
     motion_.move_all(0, scene_->vertex_count(), positions, order_, 0, range_);
+    motion_.follow(std::max(before, range_.reach));
     refresh(motion_.magnitude() != magnitude_ ? Known::kNothing : Known::kLastStep);
   }
 

@@ -66,7 +66,9 @@ struct Kept {
     const std::vector<double> positions = wavy(at);
     Frame frame{std::span<const double>(positions)};
     ASSERT_TRUE(core.motion.check(*core.scene, frame).ok());
-    core.motion.begin(frame);
+    SceneMotion::Step step(core.motion);
+    step.begin(frame);
+    step.commit();
     const auto& parts = core.topology->parts;
     const Motion& motion = core.motion.vertices();
     for (std::size_t v = 0; v < core.vertex_bounds.size(); ++v)
