@@ -31,7 +31,8 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
 }
 
 Core::Parts Core::make_parts(const Scene& modelled) {
-  Parts parts{CollisionModel(modelled), {}};
+  Parts parts{CollisionModel(modelled), 0, {}};
+  parts.excluded_pairs = parts.model.excluded_pairs();
   // Room that is not needed after all does no harm.
   rigid_parts.make_room(parts.model);
   vertex_bounds.resize(topology->scene.vertex_count());
@@ -49,7 +50,7 @@ Core::Parts Core::make_parts(const Scene& modelled) {
 void Core::take(Parts parts) noexcept {
   model = std::move(parts.model);
   rigid_parts.take(model);
-  excluded_pairs = model.excluded_pairs();
+  excluded_pairs = parts.excluded_pairs;
   for (std::uint32_t p = 0; p < orphans.size(); ++p) {
     if (!model.self_collision(p)) {
       orphans[p].reset();

@@ -26,6 +26,7 @@ struct Core {
   /// call it inside Workers::run().
   struct Parts {
     CollisionModel model;
+    std::uint64_t excluded_pairs;
     std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
   };
   Parts make_parts(const Scene& modelled);

@@ -384,8 +384,11 @@ std::uint64_t checksum(const Core& core) {
   sum.add(*core.scene);
   sum.add(core.topology->scene);
   sum.add(core.topology->numbering.vertices());
-  for (const PartTopology& part : core.topology->parts) {
+  for (std::size_t p = 0; p < core.topology->parts.size(); ++p) {
+    const PartTopology& part = core.topology->parts[p];
     sum.add(part.order);
+    // Those of other parts may have been found for a change that came to nothing.
+    if (p >= core.orphans.size() || core.orphans[p] == nullptr) continue;
     sum.add(part.orphans.vertex_face);
     sum.add(part.orphans.edge_edge);
   }
