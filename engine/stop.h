@@ -15,13 +15,18 @@ class StopSignal {
   StopSignal() = default;
   explicit StopSignal(const std::atomic<bool>* flag) : flag_(flag) {}
 
+  /// Throws Stopped when the flag is set.
   void check() const {
-    if (flag_ != nullptr && flag_->load(std::memory_order_relaxed)) throw Stopped{};
+    if (flag_ != nullptr) look();
   }
 
   const std::atomic<bool>* flag() const { return flag_; }
 
  private:
+  // Alone in its source file, so that a test program may link another in its place, which stops at the n-th
+  // look: tests/support/counted_looks.h.
+  void look() const;
+
   const std::atomic<bool>* flag_ = nullptr;
 };
 

@@ -1,0 +1,502 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every failure at every place: short scripts of operations, of which each in turn meets each failure there
+// is: the n-th allocation fails, alone or with all after it, the step is cancelled at the n-th look at its
+// flag, or it has more than k contacts, for every n and k. The collider is then, bit for bit, as it was
+// before the call, and goes on as one that never saw it. WARMFRONT_FAULT_SEEDS: so many drawn scripts besides
+// (6).
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <ostream>
+
+#include "tests/support/accepted_state.h"
+#include "tests/support/failing_allocations.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront::testing {
+namespace {
+
+struct Script {
+  std::string name;
+  AcceptedState start;
+  ColliderOptions options;
+  std::vector<Operation> operations;
+  std::size_t first = 0;  // that meets failures
+};
+
+void PrintTo(const Script& script, std::ostream* out) {
+  *out << script.name;
+}
+
+constexpr int kStepsAfter = 10;
+
+// What a failure that ends the process is found by.
+std::string now_trying;  // NOLINT: read by the handler below
+[[noreturn]] void tell_and_end() {
+  std::fprintf(stderr, "the process ended in: %s\n", now_trying.c_str());
+  std::abort();
+}
+const auto installed = std::set_terminate(tell_and_end);
+
+const std::shared_ptr<Workers>& one_thread() {
+  static const auto workers = std::make_shared<Workers>(1);
+  return workers;
+}
+
+std::vector<Operation> draw_steps(std::uint64_t seed, AcceptedState state) {
+  Draws draws(seed);
+  std::vector<Operation> steps;
+  for (int i = 0; i < kStepsAfter; ++i) {
+    steps.emplace_back(draw_step(draws, state));
+    state.accept(steps.back());
+  }
+  return steps;
+}
+
+std::vector<Outcome> carry_out_all(Collider& collider, std::span<const Operation> operations) {
+  std::vector<Outcome> outcomes;
+  for (const Operation& operation : operations) outcomes.push_back(carry_out(collider, operation));
+  return outcomes;
+}
+
+// Operation `at` of a script, with what is right before and after it.
+class Place {
+ public:
+  Place(const Script& script, std::size_t at, std::shared_ptr<Workers> workers = one_thread())
+      : script_(script), at_(at), workers_(std::move(workers)), before_(script.start) {
+    for (std::size_t i = 0; i < at; ++i) before_.accept(script.operations[i]);
+    after_ = before_;
+    after_.accept(operation());
+    steps_before_ = draw_steps(2 * at, before_);
+    steps_after_ = draw_steps(2 * at + 1, after_);
+  }
+
+  const Operation& operation() const { return script_.operations[at_]; }
+  std::string name() const {
+    return script_.name + ", operation " + std::to_string(at_) + ", " + to_string(operation());
+  }
+
+  /// Those of a control that never saw a failure, which those of a fresh collider and brute force confirm.
+  void learn() {
+    Collider control = arrive();
+    ASSERT_EQ(before_.difference(control), "");
+    expected_before_ = carry_out_all(control, steps_before_);
+    Collider retried = arrive();
+    expected_ = carry_out(retried, operation());
+    ASSERT_TRUE(expected_.done()) << to_string(expected_);
+    ASSERT_EQ(after_.difference(retried), "");
+    expected_after_ = carry_out_all(retried, steps_after_);
+    Collider fresh = before_.fresh(script_.options, workers_);
+    go_on(fresh, steps_before_, expected_before_, "fresh");
+    AcceptedState state = before_;
+    for (int i = 0; i < kStepsAfter; ++i) {
+      const Outcome answer = state.brute_force(std::get<StepOperation>(steps_before_[i]), script_.options);
+      ASSERT_EQ(difference(expected_before_[i], answer), "") << "brute force, step " << i;
+      state.accept(steps_before_[i]);
+    }
+  }
+
+  /// A collider just before the operation.
+  Collider arrive() const {
+    Collider collider = script_.start.fresh(script_.options, workers_);
+    for (std::size_t i = 0; i < at_; ++i) {
+      const Outcome outcome = carry_out(collider, script_.operations[i]);
+      if (!outcome.done())
+        throw std::logic_error(to_string(script_.operations[i]) + ": " + to_string(outcome));
+    }
+    return collider;
+  }
+
+  /// Lets the operation meet the fault. False: there was none to meet, and no more need be tried.
+  bool meet(const Fault& fault) const {
+    now_trying = name() + ", " + to_string(fault);
+    Collider collider = arrive();
+    const Outcome outcome = carry_out(collider, operation(), fault);
+    if (outcome.done()) {
+      expect_done(collider, outcome);
+      return outcome.met_fault;
+    }
+    expect_failed(outcome, fault);
+    expect_as_before(collider);
+    go_on(collider, steps_before_, expected_before_, "after the failure");
+    Collider retried = arrive();
+    static_cast<void>(carry_out(retried, operation(), fault));
+    expect_done(retried, carry_out(retried, operation()));
+    return true;
+  }
+
+  /// One collider meets one fault after the other, and then goes on. Returns how many there were.
+  long meet_all(Fault fault, long most) const {
+    Collider collider = arrive();
+    std::size_t held = 0;
+    for (int round = 0; round < 3; ++round) {
+      for (fault.n = 0; fault.n < most; ++fault.n) {
+        now_trying = name() + ", one after the other, " + to_string(fault);
+        const Outcome outcome = carry_out(collider, operation(), fault);
+        if (outcome.done()) return fault.n;  // it swallowed one, or there is none: meet() has seen to that
+      }
+      expect_as_before(collider);
+      // What is kept for the next call may be held; what is lost with every failure would go on growing.
+      if (round == 2) {
+        EXPECT_LE(live_bytes(), held) << "memory was lost";
+      }
+      held = live_bytes();
+    }
+    go_on(collider, steps_before_, expected_before_, "after all failures");
+    return most;
+  }
+
+ private:
+  void expect_done(Collider& collider, const Outcome& outcome) const {
+    EXPECT_EQ(difference(outcome, expected_), "") << "the operation itself";
+    EXPECT_EQ(after_.difference(collider), "");
+    go_on(collider, steps_after_, expected_after_, "after the operation");
+  }
+  void expect_failed(const Outcome& outcome, const Fault& fault) const {
+    const bool right = fault.kind == Fault::Kind::kCancelled ? outcome.refused(ErrorCode::kCancelled)
+                                                             : outcome.kind == Outcome::Kind::kOutOfMemory;
+    EXPECT_TRUE(right) << to_string(outcome);
+  }
+  void expect_as_before(Collider& collider) const {
+    EXPECT_EQ(before_.difference(collider), "");
+    const Status sound = collider.self_check();
+    EXPECT_TRUE(sound.ok()) << sound.error().message;
+  }
+  static void go_on(Collider& collider, std::span<const Operation> steps,
+                    const std::vector<Outcome>& expected, const char* when) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      const std::string differs = difference(carry_out(collider, steps[i]), expected[i]);
+      EXPECT_EQ(differs, "") << when << ", step " << i << " of those that follow: " << to_string(steps[i]);
+      if (!differs.empty()) return;
+    }
+  }
+
+  const Script& script_;
+  const std::size_t at_;
+  const std::shared_ptr<Workers> workers_;
+  AcceptedState before_, after_;
+  std::vector<Operation> steps_before_, steps_after_;
+  std::vector<Outcome> expected_before_, expected_after_;
+  Outcome expected_;
+};
+
+// ---- scripts ----
+
+SceneDescription two_bodies(BodyKind first, BodyKind second, int n) {
+  SceneDescription scene;
+  const auto corners = static_cast<std::uint32_t>((n + 1) * (n + 1));
+  for (int body = 0; body < 2; ++body) {
+    for (auto face : grid(n)) {
+      for (auto& v : face) v += body * static_cast<int>(corners);
+      scene.faces.push_back(face);
+    }
+  }
+  scene.vertex_count = 2 * corners;
+  scene.bodies = {{"", 0, corners, first}, {"", corners, corners, second}};
+  return scene;
+}
+
+std::vector<double> sheet(int n, double height) {
+  std::vector<double> positions;
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n; ++j) positions.insert(positions.end(), {1.0 * i / n, 1.0 * j / n, height});
+  }
+  return positions;
+}
+std::vector<double> joined(std::vector<double> a, const std::vector<double>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+Pose shifted(double x, double y, double z) {
+  Pose pose;
+  pose.matrix[3] = x;
+  pose.matrix[7] = y;
+  pose.matrix[11] = z;
+  return pose;
+}
+StepOperation posed(std::uint32_t body, const Pose& pose) {
+  StepOperation step;
+  step.poses.push_back({body, pose});
+  return step;
+}
+StepOperation everything(std::vector<double> positions) {
+  StepOperation step;
+  step.all = std::move(positions);
+  return step;
+}
+
+// A rigid sheet over a deformable one: poses, positions, poses of the shape that these made, single vertices.
+Script poses_and_positions() {
+  Script script{"poses and positions",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
+                {},
+                {}};
+  script.options.fields = {.weights = true, .normal = true, .points = true};
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0)));
+  script.operations.emplace_back(everything(joined(sheet(2, 0), sheet(2, 0.2))));
+  script.operations.emplace_back(posed(1, shifted(0.03, 0.01, -0.3)));
+  StepOperation mixed = posed(1, shifted(0.03, 0.01, 0.3));
+  mixed.vertices = {4, 0};
+  mixed.vertex_positions = {0.5, 0.5, 0.6, 0, 0, 0.1};
+  script.operations.emplace_back(mixed);
+  StepOperation rows;
+  rows.bodies.push_back({1, sheet(2, -0.1)});
+  rows.vertices = {8};
+  rows.vertex_positions = {1, 1, -0.3};
+  script.operations.emplace_back(rows);
+  script.operations.emplace_back(posed(1, shifted(0, 0, 0.25)));
+  script.operations.emplace_back(StepOperation{});
+  return script;
+}
+
+// Sheets within the separation: what is found at rest is kept.
+Script contacts_at_rest(Report report) {
+  Script script{
+      "contacts at rest, report " + std::string(to_string(report)),
+      {two_bodies(BodyKind::kDeformable, BodyKind::kDeformable, 3), joined(sheet(3, 0), sheet(3, 0.04))},
+      {},
+      {}};
+  script.options.min_separation = 0.05;
+  script.options.report = report;
+  script.operations.emplace_back(StepOperation{});
+  script.operations.emplace_back(StepOperation{});
+  StepOperation one;
+  one.vertices = {20};
+  one.vertex_positions = {0.33, 0.33, -0.01};
+  script.operations.emplace_back(one);
+  script.operations.emplace_back(StepOperation{});
+  script.operations.emplace_back(StepOperation{});
+  return script;
+}
+
+// Bodies that fall as wholes, so that they are found to be rigid, and are taken for it.
+Script falling() {
+  Script script{
+      "falling",
+      {two_bodies(BodyKind::kDeformable, BodyKind::kDeformable, 2), joined(sheet(2, 0), sheet(2, 0.5))},
+      {},
+      {},
+      14};
+  for (int i = 1; i <= 20; ++i)
+    script.operations.emplace_back(everything(joined(sheet(2, -i / 64.0), sheet(2, 0.5 - i / 32.0))));
+  std::vector<double> crumpled = joined(sheet(2, -20 / 64.0), sheet(2, -0.125));
+  crumpled[3 * 4 + 2] += 0.3;
+  script.operations.emplace_back(everything(crumpled));
+  return script;
+}
+
+Script changes() {
+  Script script{"changes",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
+                {},
+                {}};
+  script.operations.emplace_back(posed(1, shifted(0, 0, -0.2)));
+  script.operations.emplace_back(ChangeOperation{0, {"", 0, 9, BodyKind::kRigid}});
+  script.operations.emplace_back(posed(0, shifted(0.02, 0.03, 0.35)));
+  script.operations.emplace_back(ChangeOperation{1, {"", 9, 9, BodyKind::kDeformable}});
+  Body body{"a", 0, 9, BodyKind::kDeformable};
+  script.operations.emplace_back(AddOperation{{body, grid(2)}, sheet(2, 0.4)});
+  StepOperation rows;
+  rows.bodies.push_back({2, sheet(2, 0.2)});
+  script.operations.emplace_back(rows);
+  body.kind = BodyKind::kRigid;
+  script.operations.emplace_back(AddOperation{{body, grid(2)}, sheet(2, 0.1)});
+  script.operations.emplace_back(posed(3, shifted(0.01, 0.02, 0.3)));
+  script.operations.emplace_back(ChangeOperation{0, {"", 0, 9, BodyKind::kStatic}});
+  script.operations.emplace_back(posed(3, shifted(0.01, 0.02, -0.3)));
+  script.operations.emplace_back(ChangeOperation{2, {"", 18, 9, BodyKind::kRemoved}});
+  script.operations.emplace_back(posed(3, shifted(0.01, 0.02, 0.3)));
+  return script;
+}
+
+Script placed() {
+  Script script{"placed",
+                {two_bodies(BodyKind::kRigid, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
+                {},
+                {}};
+  script.operations.emplace_back(PlaceOperation{{{0, shifted(0, 0, 0.1)}, {1, shifted(0.1, 0, 0)}}});
+  script.operations.emplace_back(PlaceOperation{{{1, shifted(0.1, 0.1, 0)}}});
+  script.operations.emplace_back(posed(1, shifted(0.03, 0.01, -0.6)));
+  script.operations.emplace_back(CheckOperation{});
+  script.operations.emplace_back(posed(0, shifted(0.03, 0.01, -0.6)));
+  script.operations.emplace_back(ForgetOperation{});
+  script.operations.emplace_back(posed(0, shifted(0.03, 0.01, 0.1)));
+  return script;
+}
+
+// Coordinates so far apart in size that only integers of any length hold them: GMP's.
+Script exact_numbers() {
+  Script script{
+      "exact",
+      {two_bodies(BodyKind::kDeformable, BodyKind::kDeformable, 1), joined(sheet(1, 0), sheet(1, 0x1p-80))},
+      {},
+      {}};
+  script.options.tier = Tier::kExact;
+  std::vector<double> down = joined(sheet(1, 0), sheet(1, -0x1p-90));
+  down[3 * 4] = 0x1p-200;
+  script.operations.emplace_back(everything(down));
+  script.operations.emplace_back(everything(joined(sheet(1, 0), sheet(1, 0))));
+  script.operations.emplace_back(everything(joined(sheet(1, 0x1p-300), sheet(1, -0x1p-310))));
+  return script;
+}
+
+// Enough steps for `auto` to try the other bounds, and to decide.
+Script kinds_of_bounds() {
+  Script script{"auto bounds",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
+                {},
+                {}};
+  script.options.bounds = BoundsKind::kAuto;
+  for (int i = 0; i < 40; ++i)
+    script.operations.emplace_back(posed(1, shifted(0.01, 0.02, i % 2 == 0 ? -0.6 : 0.1)));
+  script.first = 5;
+  return script;
+}
+
+Script drawn(std::uint64_t seed) {
+  Draws draws(seed);
+  Script script{"drawn with seed " + std::to_string(seed), draw_state(draws), {}, {}};
+  ColliderOptions& options = script.options;
+  options.front = static_cast<FrontMode>(draws.below(3));
+  options.bounds = static_cast<BoundsKind>(draws.below(2));
+  options.leaf_size = 1U << draws.below(7);
+  options.min_separation = draws.below(2) == 0 ? 0.05 : 0;
+  options.lazy_front = draws.below(2) == 0;
+  options.separate_parts = draws.below(3) != 0;
+  options.report = static_cast<Report>(draws.below(3));
+  options.explain = draws.below(4) == 0;
+  options.normal_cones = draws.below(4) == 0;
+  AcceptedState state = script.start;
+  for (int i = 0; i < 6; ++i) {
+    const bool bodies = !state.scene.bodies.empty();
+    const auto draw = [&]() -> Operation {
+      if (bodies && draws.below(6) == 0) return draw_addition(draws);
+      if (bodies && draws.below(4) == 0) {
+        const ChangeOperation change = draw_change(draws, state);
+        if (state.scene.bodies[change.body].kind != BodyKind::kRemoved) return change;
+      }
+      return draw_step(draws, state);
+    };
+    script.operations.push_back(draw());
+    state.accept(script.operations.back());
+  }
+  return script;
+}
+
+std::uint64_t seeds() {
+  const char* text = std::getenv("WARMFRONT_FAULT_SEEDS");
+  return text == nullptr ? 6 : std::strtoull(text, nullptr, 10);
+}
+
+std::vector<Script> scripts() {
+  std::vector<Script> all{poses_and_positions(),
+                          contacts_at_rest(Report::kAll),
+                          contacts_at_rest(Report::kCount),
+                          contacts_at_rest(Report::kEarliest),
+                          falling(),
+                          changes(),
+                          placed(),
+                          exact_numbers(),
+                          kinds_of_bounds()};
+  for (std::uint64_t seed = 1; seed <= seeds(); ++seed) all.push_back(drawn(seed));
+  return all;
+}
+
+class EveryPlace : public ::testing::TestWithParam<Script> {
+ protected:
+  // All there are of a kind, at every operation.
+  static void meet_every(Fault::Kind kind) {
+    const Script& script = GetParam();
+    long met = 0;
+    for (std::size_t at = script.first; at < script.operations.size(); ++at) {
+      Place place(script, at);
+      SCOPED_TRACE(place.name());
+      place.learn();
+      if (HasFatalFailure()) return;
+      Fault fault{kind};
+      for (bool more = true; more && !HasFailure(); ++fault.n) {
+        SCOPED_TRACE(to_string(fault));
+        more = place.meet(fault);
+      }
+      if (HasFailure()) return;
+      met += fault.n - 1;
+      place.meet_all({kind}, fault.n - 1);
+    }
+    std::printf("%s: %ld faults met\n", script.name.c_str(), met);
+  }
+};
+std::string name_of(const ::testing::TestParamInfo<Script>& info) {
+  std::string name = info.param.name;
+  std::erase_if(name, [](char c) { return c == ','; });
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+INSTANTIATE_TEST_SUITE_P(Scripts, EveryPlace, ::testing::ValuesIn(scripts()), name_of);
+
+TEST_P(EveryPlace, AnAllocationFails) {
+  meet_every(Fault::Kind::kAllocation);
+}
+
+TEST_P(EveryPlace, AllAllocationsFailFromThereOn) {
+  meet_every(Fault::Kind::kAllAllocations);
+}
+
+TEST_P(EveryPlace, CancelledAtEveryLook) {
+  meet_every(Fault::Kind::kCancelled);
+}
+
+// The script with room for k contacts, for every k: what is refused did not happen, and all else goes on from
+// there.
+TEST_P(EveryPlace, MoreContactsThanAllowed) {
+  const Script& script = GetParam();
+  long refusals = 0;
+  for (bool refused = true; refused;) {
+    refused = false;
+    ColliderOptions options = script.options;
+    options.max_contacts = static_cast<std::size_t>(refusals);
+    SCOPED_TRACE("max_contacts " + std::to_string(refusals));
+    Collider collider = script.start.fresh(options, one_thread());
+    AcceptedState state = script.start;
+    for (const Operation& operation : script.operations) {
+      SCOPED_TRACE(to_string(operation));
+      const Outcome outcome = carry_out(collider, operation);
+      if (const auto* step = std::get_if<StepOperation>(&operation)) {
+        ASSERT_EQ(difference(outcome, state.brute_force(*step, options)), "");
+      }
+      ASSERT_TRUE(outcome.done() || outcome.refused(ErrorCode::kResourceExhausted)) << to_string(outcome);
+      refused |= !outcome.done();
+      if (outcome.done()) state.accept(operation);
+      ASSERT_EQ(state.difference(collider), "");
+    }
+    for (const Operation& step : draw_steps(refusals, state)) {
+      const Outcome outcome = carry_out(collider, step);
+      ASSERT_EQ(difference(outcome, state.brute_force(std::get<StepOperation>(step), options)), "");
+      if (outcome.done()) state.accept(step);
+    }
+    if (refused) ++refusals;
+  }
+}
+
+// Which allocation it is depends on the threads; what becomes of it must not.
+TEST_P(EveryPlace, OnTwoThreads) {
+  const Script& script = GetParam();
+  const auto workers = std::make_shared<Workers>(2);
+  for (std::size_t at = script.first; at < script.operations.size(); at += 2) {
+    Place place(script, at, workers);
+    SCOPED_TRACE(place.name());
+    place.learn();
+    for (const Fault::Kind kind : {Fault::Kind::kAllocation, Fault::Kind::kCancelled}) {
+      for (long n = 0; n < 40 && !HasFailure(); ++n) {
+        const Fault fault{kind, n * n / 4};
+        SCOPED_TRACE(to_string(fault));
+        if (!place.meet(fault)) break;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace warmfront::testing

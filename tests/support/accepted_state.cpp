@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/accepted_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/elementary/contact_geometry.h"
+#include "engine/elementary/elementary_test.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront::testing {
+namespace {
+
+std::ptrdiff_t first_number(const Body& body) {
+  return std::ptrdiff_t{3} * body.first_vertex;
+}
+std::ptrdiff_t numbers(const Body& body) {
+  return std::ptrdiff_t{3} * body.vertex_count;
+}
+
+void copy_body(const Body& body, const std::vector<double>& from, std::vector<double>& to) {
+  std::copy_n(from.begin() + first_number(body), numbers(body), to.begin() + first_number(body));
+}
+
+// Where the step puts everything.
+std::vector<double> target_of(const AcceptedState& state, const StepOperation& step) {
+  if (step.all) return *step.all;
+  std::vector<double> next = state.positions;
+  for (const auto& [body, rows] : step.bodies)
+    std::ranges::copy(rows, next.begin() + first_number(state.scene.bodies[body]));
+  for (const BodyPose& pose : step.poses) {
+    const Body& body = state.scene.bodies[pose.body];
+    for (std::ptrdiff_t i = first_number(body); i < first_number(body) + numbers(body); i += 3) {
+      // A pose is of the positions last given.
+      const auto& shape = state.pose[pose.body] ? state.reference : state.positions;
+      std::ranges::copy(pose.pose.place(shape.data() + i), next.begin() + i);
+    }
+  }
+  for (std::size_t i = 0; i < step.vertices.size(); ++i)
+    std::copy_n(step.vertex_positions.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                next.begin() + std::ptrdiff_t{3} * step.vertices[i]);
+  return next;
+}
+
+void accept_poses(AcceptedState& state, const std::vector<BodyPose>& poses) {
+  for (const BodyPose& pose : poses) {
+    const Body& body = state.scene.bodies[pose.body];
+    if (!state.pose[pose.body]) copy_body(body, state.positions, state.reference);
+    state.pose[pose.body] = pose.pose;
+  }
+}
+
+void accept_step(AcceptedState& state, const StepOperation& step) {
+  std::vector<double> next = target_of(state, step);
+  accept_poses(state, step.poses);
+  state.positions = std::move(next);
+  for (std::size_t b = 0; b < state.scene.bodies.size(); ++b) {
+    if (step.all && !state.fixed(b)) state.pose[b].reset();
+  }
+  for (const auto& rows : step.bodies) state.pose[rows.body].reset();
+  state.stepped = true;
+}
+
+void accept_addition(AcceptedState& state, const AddOperation& add) {
+  Body body = add.addition.body;
+  body.first_vertex = state.scene.vertex_count;
+  for (auto face : add.addition.faces) {
+    for (auto& v : face) v += static_cast<std::int32_t>(body.first_vertex);
+    state.scene.faces.push_back(face);
+  }
+  state.scene.vertex_count += body.vertex_count;
+  state.scene.bodies.push_back(body);
+  state.positions.insert(state.positions.end(), add.positions.begin(), add.positions.end());
+  state.reference.insert(state.reference.end(), add.positions.begin(), add.positions.end());
+  state.pose.emplace_back();
+}
+
+void accept_change(AcceptedState& state, const ChangeOperation& change) {
+  Body& body = state.scene.bodies[change.body];
+  const Body was = std::exchange(body, change.as);
+  body.first_vertex = was.first_vertex;
+  body.vertex_count = was.vertex_count;
+  if (body.kind != was.kind) state.pose[change.body].reset();  // where it is, is its reference shape
+}
+
+bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
+  if (scene.bodies.empty()) return true;
+  const Body& a = scene.bodies[p];
+  const Body& b = scene.bodies[q];
+  if (a.kind == BodyKind::kRemoved || b.kind == BodyKind::kRemoved) return false;
+  if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
+  if (a.kind == BodyKind::kStatic && b.kind == BodyKind::kStatic) return false;
+  if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
+  return std::ranges::none_of(scene.excluded_pairs, [&](const auto& pair) {
+    return (pair[0] == p && pair[1] == q) || (pair[0] == q && pair[1] == p);
+  });
+}
+
+// What of all contacts the options ask for.
+Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options) {
+  Outcome outcome;
+  for (const Contact& contact : contacts)
+    outcome.earliest_toi = std::min(outcome.earliest_toi.value_or(2), contact.toi);
+  if (options.report == Report::kEarliest)
+    std::erase_if(contacts, [&](const Contact& contact) { return contact.toi > *outcome.earliest_toi; });
+  if (options.report != Report::kCount && contacts.size() > options.max_contacts) {
+    Outcome refused;
+    refused.kind = Outcome::Kind::kRefused;
+    refused.error = {ErrorCode::kResourceExhausted, "max_contacts"};
+    return refused;
+  }
+  for (const Contact& contact : contacts) {
+    (contact.kind == ContactKind::kVertexFace ? outcome.vf : outcome.ee) += 1;
+    outcome.possible +=
+        contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
+  }
+  if (options.report != Report::kCount) outcome.contacts = std::move(contacts);
+  return outcome;
+}
+
+// A shape whose faces count from 0.
+struct Shape {
+  std::vector<std::array<std::int32_t, 3>> faces;
+  std::vector<double> positions;
+};
+Shape draw_shape(Draws& draws) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(draws.below(1 << 30)));
+  const RandomScene drawn = random_scene(random);
+  Shape shape{{}, drawn.positions};
+  for (const Face& face : drawn.scene->faces())
+    shape.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
+                           static_cast<std::int32_t>(face[2])});
+  return shape;
+}
+
+Body draw_body(Draws& draws, std::size_t vertex_count) {
+  Body body{"", 0, static_cast<std::uint32_t>(vertex_count), static_cast<BodyKind>(draws.below(3))};
+  body.self_collision = draws.below(4) != 0;
+  if (draws.below(4) == 0) {
+    body.group = 1U << draws.below(2);
+    body.mask = 1U + static_cast<std::uint32_t>(draws.below(3));
+  }
+  return body;
+}
+
+Pose draw_pose(Draws& draws, double step) {
+  const double angle = draws.uniform(step == 0 ? 0.1 : step);
+  Pose pose;
+  const int axis = draws.below(3);
+  const int u = (axis + 1) % 3;
+  const int v = (axis + 2) % 3;
+  pose.matrix[4 * u + u] = pose.matrix[4 * v + v] = std::cos(angle);
+  pose.matrix[4 * u + v] = -std::sin(angle);
+  pose.matrix[4 * v + u] = std::sin(angle);
+  for (int row = 0; row < 3; ++row) pose.matrix[4 * row + 3] = draws.uniform(step);
+  return pose;
+}
+
+double draw_length(Draws& draws) {
+  switch (draws.below(8)) {
+    case 0:
+      return 0;
+    case 1:
+      return 1.5;
+    case 2:
+      return 0.02;
+    default:
+      return 0.15;
+  }
+}
+
+// The body's rows, moved as a whole and, some, on their own.
+std::vector<double> moved_rows(Draws& draws, const Body& body, const std::vector<double>& from, double step) {
+  std::vector<double> rows(from.begin() + first_number(body),
+                           from.begin() + first_number(body) + numbers(body));
+  const double drift[3] = {draws.uniform(step), draws.uniform(step), draws.uniform(step)};
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    rows[i] += drift[i % 3] + (draws.below(3) == 0 ? draws.uniform(step) : 0);
+  return rows;
+}
+
+}  // namespace
+
+AcceptedState::AcceptedState(SceneDescription the_scene, std::vector<double> the_positions)
+    : scene(std::move(the_scene)),
+      positions(std::move(the_positions)),
+      reference(positions),
+      pose(scene.bodies.size()) {}
+
+bool AcceptedState::fixed(std::size_t body) const {
+  return scene.bodies[body].kind == BodyKind::kStatic || scene.bodies[body].kind == BodyKind::kRemoved;
+}
+
+void AcceptedState::accept(const Operation& operation) {
+  if (const auto* step = std::get_if<StepOperation>(&operation)) accept_step(*this, *step);
+  if (const auto* add = std::get_if<AddOperation>(&operation)) accept_addition(*this, *add);
+  if (const auto* change = std::get_if<ChangeOperation>(&operation)) accept_change(*this, *change);
+  if (const auto* place = std::get_if<PlaceOperation>(&operation)) {
+    StepOperation step;
+    step.poses = place->poses;
+    const bool stepped_before = stepped;
+    accept_step(*this, step);
+    stepped = stepped_before;
+  }
+}
+
+Collider AcceptedState::fresh(const ColliderOptions& options, const std::shared_ptr<Workers>& workers) const {
+  Result<Scene> made = Scene::create(scene);
+  if (!made) throw std::logic_error(made.error().message);
+  std::vector<double> start = positions;
+  std::vector<BodyPose> poses;
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!pose[b]) continue;
+    copy_body(scene.bodies[b], reference, start);
+    poses.push_back({b, *pose[b]});
+  }
+  Result<Collider> collider = Collider::create(std::make_shared<const Scene>(std::move(made).value()),
+                                               std::span<const double>(start), options, workers);
+  if (!collider) throw std::logic_error(collider.error().message);
+  if (Status placed = collider.value().place(poses); !placed) throw std::logic_error(placed.error().message);
+  return std::move(collider).value();
+}
+
+std::string AcceptedState::difference(const Collider& collider) const {
+  const std::vector<double> shown = collider.positions();
+  if (shown.size() != positions.size())
+    return std::to_string(shown.size() / 3) + " vertices where " + std::to_string(positions.size() / 3) +
+           " are expected";
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    if (std::memcmp(&shown[i], &positions[i], sizeof(double)) != 0)
+      return "positions[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + " is " + std::to_string(shown[i]) +
+             " where " + std::to_string(positions[i]) + " is expected";
+  }
+  const Scene& has = collider.scene();
+  if (has.vertex_count() != scene.vertex_count) return "scene().vertex_count() differs";
+  if (!std::ranges::equal(has.bodies(), scene.bodies)) return "scene().bodies() differ";
+  if (!std::ranges::equal(has.excluded_pairs(), scene.excluded_pairs))
+    return "scene().excluded_pairs() differ";
+  const bool same_faces = std::ranges::equal(has.faces(), scene.faces, [](const Face& a, const auto& b) {
+    return std::ranges::equal(a, b, [](std::uint32_t x, std::int32_t y) { return std::cmp_equal(x, y); });
+  });
+  return same_faces ? "" : "scene().faces() differ";
+}
+
+Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOptions& options) const {
+  const Scene made = Scene::create(scene).value();
+  const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
+  const ElementaryOptions elementary{
+      .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+  ElementaryCounts counts;
+  std::vector<Contact> contacts;
+  for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
+    if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
+    const Verdict verdict = elementary_test(features_of(made, vertices, kind, a, b), elementary, counts);
+    if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
+  });
+  Outcome outcome = answer_of(std::move(contacts), options);
+  if (!options.fields.any()) return outcome;
+  for (const Contact& contact : outcome.contacts) {
+    const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
+    outcome.geometry.push_back(contact_geometry(contact.kind, four.vertex, contact.toi));
+  }
+  return outcome;
+}
+
+AcceptedState draw_state(Draws& draws) {
+  SceneDescription scene;
+  std::vector<double> positions;
+  const int bodies = 1 + draws.below(4);
+  for (int b = 0; b < bodies; ++b) {
+    const Shape shape = draw_shape(draws);
+    Body body = draw_body(draws, shape.positions.size() / 3);
+    body.first_vertex = scene.vertex_count;
+    for (auto face : shape.faces) {
+      for (auto& v : face) v += static_cast<std::int32_t>(scene.vertex_count);
+      scene.faces.push_back(face);
+    }
+    scene.vertex_count += body.vertex_count;
+    scene.bodies.push_back(body);
+    positions.insert(positions.end(), shape.positions.begin(), shape.positions.end());
+  }
+  if (bodies > 1 && draws.below(3) == 0)
+    scene.excluded_pairs.push_back({0, static_cast<std::uint32_t>(1 + draws.below(bodies - 1))});
+  if (draws.below(6) == 0) {
+    scene.bodies.clear();
+    scene.excluded_pairs.clear();
+  }
+  return {std::move(scene), std::move(positions)};
+}
+
+StepOperation draw_step(Draws& draws, const AcceptedState& state) {
+  StepOperation operation;
+  const double step = draw_length(draws);
+  if (draws.below(10) == 0) return operation;  // nothing is mentioned
+  const bool whole = draws.below(4) == 0 || (state.scene.bodies.empty() && draws.below(2) == 0);
+  if (whole) operation.all = state.positions;
+  const auto draw_vertices = [&](std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t v = first; v < end; ++v) {
+      if (draws.below(4) != 0) continue;
+      operation.vertices.push_back(v);
+      for (int axis = 0; axis < 3; ++axis)
+        operation.vertex_positions.push_back(state.positions[std::size_t{3} * v + axis] +
+                                             draws.uniform(step));
+    }
+  };
+  if (state.scene.bodies.empty()) {
+    if (!whole) {
+      draw_vertices(0, state.scene.vertex_count);
+    } else {
+      for (double& x : *operation.all) x += draws.uniform(step);
+    }
+    return operation;
+  }
+  for (std::uint32_t b = 0; b < state.scene.bodies.size(); ++b) {
+    const Body& body = state.scene.bodies[b];
+    if (state.fixed(b) || draws.below(3) == 0) continue;
+    if (whole) {
+      const std::vector<double> rows = moved_rows(draws, body, state.positions, step);
+      std::ranges::copy(rows, operation.all->begin() + first_number(body));
+    } else if (body.kind == BodyKind::kRigid && draws.below(4) != 0) {
+      operation.poses.push_back({b, draw_pose(draws, step)});
+    } else if (body.kind == BodyKind::kRigid || draws.below(2) == 0) {
+      operation.bodies.push_back({b, moved_rows(draws, body, state.positions, step)});
+    } else {
+      draw_vertices(body.first_vertex, body.first_vertex + body.vertex_count);
+    }
+  }
+  return operation;
+}
+
+AddOperation draw_addition(Draws& draws) {
+  Shape shape = draw_shape(draws);
+  const Body body = draw_body(draws, shape.positions.size() / 3);
+  return {{body, std::move(shape.faces)}, std::move(shape.positions)};
+}
+
+ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {
+  const auto index = static_cast<std::uint32_t>(draws.below(static_cast<int>(state.scene.bodies.size())));
+  const Body& body = state.scene.bodies[index];
+  Body changed = draw_body(draws, body.vertex_count);
+  changed.first_vertex = body.first_vertex;
+  if (draws.below(6) == 0) changed.kind = BodyKind::kRemoved;
+  return {index, changed};
+}
+
+PlaceOperation draw_place(Draws& draws, const AcceptedState& state) {
+  PlaceOperation place;
+  for (std::uint32_t b = 0; b < state.scene.bodies.size(); ++b) {
+    if (state.scene.bodies[b].kind == BodyKind::kRigid && draws.below(3) != 0)
+      place.poses.push_back({b, draw_pose(draws, 0.5)});
+  }
+  return place;
+}
+
+StepOperation spoiled(Draws& draws, const AcceptedState& state, StepOperation step) {
+  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+  switch (draws.below(6)) {
+    case 0:
+      if (!step.all) step.all = state.positions;
+      (*step.all)[static_cast<std::size_t>(draws.below(static_cast<int>(step.all->size())))] =
+          bad[draws.below(2)];
+      if (draws.below(2) == 0) return step;  // and perhaps parts besides
+      step.bodies.clear();
+      step.poses.clear();
+      step.vertices.clear();
+      step.vertex_positions.clear();
+      return step;
+    case 1:
+      if (!step.all) step.all = state.positions;
+      step.all->pop_back();
+      return step;
+    case 2:
+      if (!step.poses.empty()) {
+        step.poses.push_back(step.poses.front());  // twice
+        return step;
+      }
+      break;
+    case 3:
+      if (!step.bodies.empty()) {
+        step.bodies.back().positions.back() = bad[draws.below(2)];
+        return step;
+      }
+      break;
+    case 4:
+      if (!step.poses.empty()) {
+        step.poses.back().pose.matrix[0] += 0.5;
+        return step;
+      }
+      break;
+    default:
+      if (!step.vertices.empty()) {
+        step.vertices.back() = state.scene.vertex_count;
+        return step;
+      }
+      break;
+  }
+  step.vertices.push_back(0);
+  step.vertices.push_back(0);
+  step.vertex_positions.resize(3 * step.vertices.size(), 0.0);
+  return step;
+}
+
+}  // namespace warmfront::testing

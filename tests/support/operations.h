@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be done to a collider, as values that can be drawn, carried out again and told of, with what is to
+// fail on the way. For programs that list operations.cpp, failing_allocations.cpp and counted_looks.cpp among
+// their own sources. Used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/collider.h"
+
+namespace warmfront::testing {
+
+/// A frame that owns what it says.
+struct StepOperation {
+  struct Rows {
+    std::uint32_t body;
+    std::vector<double> positions;
+  };
+  std::optional<std::vector<double>> all;
+  std::vector<Rows> bodies;
+  std::vector<BodyPose> poses;
+  std::vector<std::uint32_t> vertices;
+  std::vector<double> vertex_positions;
+};
+struct PlaceOperation {
+  std::vector<BodyPose> poses;
+};
+struct AddOperation {
+  BodyAddition addition;
+  std::vector<double> positions;
+};
+struct ChangeOperation {
+  std::uint32_t body;
+  Body as;
+};
+struct CheckOperation {};
+struct ForgetOperation {};
+using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, ChangeOperation, CheckOperation,
+                               ForgetOperation>;
+std::string to_string(const Operation& operation);
+
+/// What fails: from the n-th on, counted from 0.
+struct Fault {
+  enum class Kind : std::uint8_t {
+    kNone,
+    kAllocation,      ///< the n-th allocation
+    kAllAllocations,  ///< the n-th and all after it
+    kCancelled        ///< the n-th look at the flag finds it set
+  };
+  Kind kind = Kind::kNone;
+  long n = 0;
+};
+std::string to_string(const Fault& fault);
+
+/// What a call came to.
+struct Outcome {
+  enum class Kind : std::uint8_t { kDone, kRefused, kOutOfMemory };
+  Kind kind = Kind::kDone;
+  bool met_fault = false;  ///< there was an n-th allocation or look
+  Error error{};           ///< of what was refused
+  // Of a step.
+  std::uint64_t vf = 0;
+  std::uint64_t ee = 0;
+  std::uint64_t possible = 0;
+  std::optional<double> earliest_toi;
+  std::vector<Contact> contacts;
+  std::vector<ContactGeometry> geometry;
+
+  bool done() const { return kind == Kind::kDone; }
+  bool refused(ErrorCode code) const { return kind == Kind::kRefused && error.code == code; }
+};
+std::string to_string(const Outcome& outcome);
+
+/// What differs, bit for bit, in a few words; empty when nothing does. Of what was refused the codes are
+/// compared.
+std::string difference(const Outcome& was, const Outcome& expected);
+
+/// Only the call itself is exposed to the fault.
+Outcome carry_out(Collider& collider, const Operation& operation, const Fault& fault = {});
+
+}  // namespace warmfront::testing
