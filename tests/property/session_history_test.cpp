@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// Histories of a collider: every operation there is, in any order, right and wrong, cancelled, out of memory
+// and over its limits. The model is the operations that were accepted; each answer is what brute force finds
+// from there. WARMFRONT_HISTORIES: so many (2,000); RC_PARAMS="seed=..." repeats a run, and a failure is told
+// as the shortest history found that fails.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <limits>
+
+#include "tests/support/accepted_state.h"
+
+namespace warmfront::testing {
+namespace {
+
+// What is done next. It means something in every state, so that a history stays one when some are left out.
+struct Command {
+  enum Kind : std::uint8_t {
+    kFrame,
+    kNothingMoves,
+    kGlide,  // enough steps as a whole for bodies to be found rigid
+    kAdd,
+    kChange,
+    kPlace,
+    kSelfCheck,
+    kForget,
+    kResume,  // a fresh collider goes on from what was accepted
+    kWrongFrame,
+    kWrongChange,
+    kWrongAddition,
+    kWrongPlace,
+    kKinds
+  };
+  Kind kind = kFrame;
+  std::uint32_t draw = 0;
+  Fault fault;
+};
+
+std::ostream& operator<<(std::ostream& out, const Command& command) {
+  constexpr const char* kNames[] = {"frame",        "nothing moves",  "glide",      "add",    "change",
+                                    "place",        "self_check",     "forget",     "resume", "wrong frame",
+                                    "wrong change", "wrong addition", "wrong place"};
+  return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
+             << "\n";
+}
+
+rc::Gen<Command> any_command() {
+  // Most faults come early in a call, where there is most to undo; some calls have hundreds of allocations.
+  const auto n = rc::gen::oneOf(rc::gen::inRange<long>(0, 12), rc::gen::inRange<long>(0, 400));
+  const auto fault_kind = rc::gen::weightedElement<Fault::Kind>({{6, Fault::Kind::kNone},
+                                                                 {2, Fault::Kind::kAllocation},
+                                                                 {1, Fault::Kind::kAllAllocations},
+                                                                 {2, Fault::Kind::kCancelled}});
+  const auto kind =
+      rc::gen::map(rc::gen::weightedOneOf<int>({{3, rc::gen::just(int{Command::kFrame})},
+                                                {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
+                   [](int k) { return static_cast<Command::Kind>(k); });
+  return rc::gen::build<Command>(
+      rc::gen::set(&Command::kind, kind),
+      rc::gen::set(&Command::draw, rc::gen::inRange<std::uint32_t>(0, 1U << 30)),
+      rc::gen::set(&Command::fault, rc::gen::build<Fault>(rc::gen::set(&Fault::kind, fault_kind),
+                                                          rc::gen::set(&Fault::n, n))));
+}
+
+// For a process that ends: the history so far.
+std::string now_trying;  // NOLINT: read by the handler below
+[[noreturn]] void tell_and_end() {
+  std::fprintf(stderr, "the process ended in: %s\n", now_trying.c_str());
+  std::abort();
+}
+const auto installed = std::set_terminate(tell_and_end);
+
+ColliderOptions draw_options(Draws& draws) {
+  ColliderOptions options;
+  options.tier = draws.below(6) == 0 ? Tier::kExact : Tier::kCertified;
+  options.front = static_cast<FrontMode>(draws.below(3));
+  options.bounds = static_cast<BoundsKind>(draws.below(3));
+  options.leaf_size = 1U << draws.below(7);
+  if (options.tier == Tier::kCertified && draws.below(2) == 0) options.min_separation = 0.05;
+  options.lazy_front = draws.below(2) == 0;
+  options.separate_parts = draws.below(3) != 0;
+  options.find_bodies = draws.below(3) != 0;
+  options.find_rigid = draws.below(3) != 0;
+  options.report = static_cast<Report>(draws.below(3));
+  options.explain = draws.below(6) == 0;
+  options.normal_cones = draws.below(4) == 0;
+  options.fields = {draws.below(2) == 0, draws.below(2) == 0, draws.below(2) == 0};
+  if (draws.below(4) == 0) options.max_front_bytes = static_cast<std::size_t>(draws.below(4096));
+  if (draws.below(3) == 0) options.max_contacts = static_cast<std::size_t>(draws.below(30));
+  return options;
+}
+
+class History {
+ public:
+  History(std::uint64_t seed, std::shared_ptr<Workers> workers)
+      : workers_(std::move(workers)),
+        draws_(seed),
+        state_(draw_state(draws_)),
+        options_(draw_options(draws_)),
+        collider_(state_.fresh(options_, workers_)) {
+    now_trying = "a history of seed " + std::to_string(seed) + ":";
+  }
+
+  void take(const Command& command) {
+    Draws draws(command.draw);
+    switch (command.kind) {
+      case Command::kFrame:
+        return carry(draw_step(draws, state_), command.fault);
+      case Command::kNothingMoves:
+        return carry(StepOperation{}, command.fault);
+      case Command::kGlide:
+        return glide(draws, command.fault);
+      case Command::kAdd:
+        if (state_.scene.bodies.empty() || state_.scene.bodies.size() >= 8) return;
+        return carry(draw_addition(draws), command.fault);
+      case Command::kChange:
+        return change(draws, command.fault);
+      case Command::kPlace:
+        if (state_.stepped) return;
+        return carry(draw_place(draws, state_), command.fault);
+      case Command::kSelfCheck:
+        return carry(CheckOperation{}, command.fault);
+      case Command::kForget:
+        return carry(ForgetOperation{}, command.fault);
+      case Command::kResume:
+        collider_ = state_.fresh(options_, workers_);
+        state_.stepped = false;
+        return;
+      case Command::kWrongFrame:
+        return refuse(spoiled(draws, state_, draw_step(draws, state_)), command.fault);
+      case Command::kWrongChange:
+        return refuse(wrong_change(draws), command.fault);
+      case Command::kWrongAddition:
+        return refuse(wrong_addition(draws), command.fault);
+      case Command::kWrongPlace: {
+        PlaceOperation place = draw_place(draws, state_);
+        place.poses.push_back({static_cast<std::uint32_t>(state_.scene.bodies.size()), {}});
+        return refuse(place, command.fault);
+      }
+      case Command::kKinds:
+        break;
+    }
+  }
+
+ private:
+  // The answer that an operation must get when it meets no fault.
+  Outcome right(const Operation& operation) const {
+    const auto* step = std::get_if<StepOperation>(&operation);
+    return step == nullptr ? Outcome{} : state_.brute_force(*step, options_);
+  }
+
+  void carry(const Operation& operation, const Fault& fault) {
+    now_trying += "\n  " + to_string(operation) + ", " + to_string(fault);
+    const Outcome outcome = carry_out(collider_, operation, fault);
+    now_trying += ": " + to_string(outcome);
+    if (!failed_by(fault, outcome)) {
+      const Outcome expected = right(operation);
+      if (const std::string differs = difference(outcome, expected); !differs.empty())
+        fail(operation, differs);
+      if (expected.done()) state_.accept(operation);
+    }
+    expect_accepted_state(operation);
+  }
+
+  void refuse(const Operation& operation, const Fault& fault) {
+    now_trying += "\n  wrong: " + to_string(operation) + ", " + to_string(fault);
+    const Outcome outcome = carry_out(collider_, operation, fault);
+    now_trying += ": " + to_string(outcome);
+    const bool no_bodies = state_.scene.bodies.empty() && outcome.refused(ErrorCode::kFailedPrecondition);
+    if (!failed_by(fault, outcome) && !outcome.refused(ErrorCode::kInvalidArgument) && !no_bodies)
+      fail(operation, "it is wrong, and came to: " + to_string(outcome));
+    if (outcome.kind == Outcome::Kind::kRefused && outcome.error.message.empty())
+      fail(operation, "refused without a word");
+    expect_accepted_state(operation);
+  }
+
+  static bool failed_by(const Fault& fault, const Outcome& outcome) {
+    if (!outcome.met_fault) return false;
+    return fault.kind == Fault::Kind::kCancelled ? outcome.refused(ErrorCode::kCancelled)
+                                                 : outcome.kind == Outcome::Kind::kOutOfMemory;
+  }
+
+  void expect_accepted_state(const Operation& after) {
+    if (const std::string differs = state_.difference(collider_); !differs.empty())
+      fail(after, "after it, " + differs);
+    if (const Status sound = collider_.self_check(); !sound)
+      fail(after, "after it, the self-check: " + sound.error().message);
+  }
+
+  [[noreturn]] static void fail(const Operation& operation, const std::string& what) {
+    RC_FAIL(to_string(operation) + ": " + what + "\nin " + now_trying);
+    std::abort();
+  }
+
+  // All that may move does so as a whole, by sums that are exact.
+  void glide(Draws& draws, const Fault& fault) {
+    const int steps = 1 + draws.below(20);
+    const double by[3] = {draws.below(9) * 0x1p-7, draws.below(9) * 0x1p-7, -draws.below(9) * 0x1p-7};
+    for (int i = 0; i < steps; ++i) {
+      StepOperation step;
+      step.all = state_.positions;
+      for (std::size_t b = 0; b < state_.scene.bodies.size() || b == 0; ++b) {
+        if (!state_.scene.bodies.empty() && state_.fixed(b)) continue;
+        const Body whole{"", 0, state_.scene.vertex_count};
+        const Body& body = state_.scene.bodies.empty() ? whole : state_.scene.bodies[b];
+        for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+          for (int axis = 0; axis < 3; ++axis) (*step.all)[std::size_t{3} * v + axis] += by[axis];
+        }
+      }
+      // The fault is met on the way, and once more when the bodies have moved rigidly for long.
+      carry(step, i + 3 > steps ? fault : Fault{});
+    }
+  }
+
+  void change(Draws& draws, const Fault& fault) {
+    if (state_.scene.bodies.empty()) return;
+    const ChangeOperation change = draw_change(draws, state_);
+    if (state_.scene.bodies[change.body].kind == BodyKind::kRemoved) return refuse(change, fault);
+    carry(change, fault);
+  }
+
+  ChangeOperation wrong_change(Draws& draws) const {
+    const auto bodies = static_cast<std::uint32_t>(state_.scene.bodies.size());
+    if (bodies == 0 || draws.below(2) == 0) return {bodies + static_cast<std::uint32_t>(draws.below(3)), {}};
+    ChangeOperation change = draw_change(draws, state_);
+    change.as.mask = 0;
+    return change;
+  }
+
+  AddOperation wrong_addition(Draws& draws) const {
+    AddOperation add = draw_addition(draws);
+    switch (draws.below(3)) {
+      case 0:
+        add.addition.faces.push_back({0, 1, static_cast<std::int32_t>(add.addition.body.vertex_count)});
+        break;
+      case 1:
+        add.positions.pop_back();
+        break;
+      default:
+        add.positions.back() = std::numeric_limits<double>::quiet_NaN();
+        break;
+    }
+    return add;
+  }
+
+  const std::shared_ptr<Workers> workers_;
+  Draws draws_;
+  AcceptedState state_;
+  const ColliderOptions options_;
+  Collider collider_;
+};
+
+// So many histories on so many threads.
+void check_histories(const char* name, int threads, int histories) {
+  const auto workers = std::make_shared<Workers>(threads);
+  rc::detail::TestMetadata metadata;
+  metadata.id = metadata.description = name;
+  rc::detail::TestParams params = rc::detail::configuration().testParams;
+  if (params.maxSuccess == rc::detail::TestParams{}.maxSuccess) params.maxSuccess = histories;
+  long commands = 0;
+  const auto result = rc::detail::checkTestable(
+      [&] {
+        const auto seed = *rc::gen::inRange<std::uint32_t>(0, 1U << 30);
+        const auto all = *rc::gen::resize(20, rc::gen::container<std::vector<Command>>(any_command()));
+        History history(seed, workers);
+        for (const Command& command : all) {
+          ++commands;
+          history.take(command);
+        }
+      },
+      metadata, params);
+  std::ostringstream told;
+  rc::detail::printResultMessage(result, told);
+  EXPECT_TRUE(result.template is<rc::detail::SuccessResult>()) << told.str();
+  std::printf("%s; %ld commands\n", told.str().c_str(), commands);
+}
+
+int histories() {
+  const char* text = std::getenv("WARMFRONT_HISTORIES");
+  return text == nullptr ? 2000 : std::atoi(text);
+}
+
+TEST(SessionHistory, IsWhatItsAcceptedOperationsMakeOfIt) {
+  check_histories("one thread", 1, histories());
+}
+
+// Which allocation fails then depends on the threads; what follows does not.
+TEST(SessionHistory, IsThatOnTwoThreads) {
+  check_histories("two threads", 2, histories() / 4);
+}
+
+}  // namespace
+}  // namespace warmfront::testing
