@@ -13,6 +13,7 @@
 #include <ostream>
 
 #include "tests/support/accepted_state.h"
+#include "tests/support/carry_out.h"
 #include "tests/support/failing_allocations.h"
 #include "tests/support/scenes.h"
 

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "tests/support/accepted_state.h"
+#include "tests/support/carry_out.h"
 
 namespace warmfront::testing {
 namespace {

@@ -3,12 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <new>
-#include <utility>
-
-#include "tests/support/counted_looks.h"
-#include "tests/support/failing_allocations.h"
-
 namespace warmfront::testing {
 namespace {
 
@@ -31,77 +25,6 @@ const char* name_of(BodyKind kind) {
       return "removed";
   }
   return "?";
-}
-
-// A call with its arguments laid out, so that nothing but the call itself allocates.
-class Call {
- public:
-  explicit Call(const Operation& operation) : operation_(operation) {
-    if (const auto* step = std::get_if<StepOperation>(&operation)) lay_out(*step);
-    if (const auto* add = std::get_if<AddOperation>(&operation)) addition_ = add->addition;
-  }
-
-  // A step's answer is a view into the collider.
-  struct Answer {
-    std::optional<Error> error;
-    std::optional<StepResult> step;
-  };
-  Answer make(Collider& collider, const std::atomic<bool>* flag) {
-    const auto of = [](auto&& result) {
-      return result.ok() ? Answer{} : Answer{result.error(), std::nullopt};
-    };
-    return std::visit(
-        Overloaded{
-            [&](const StepOperation&) -> Answer {
-              Result<StepResult> result = collider.step(frame_, flag);
-              if (!result) return {std::move(result.error()), std::nullopt};
-              return {std::nullopt, std::move(result).value()};
-            },
-            [&](const PlaceOperation& place) { return of(collider.place(place.poses)); },
-            [&](const AddOperation& add) {
-              return of(collider.add_body(std::move(addition_), std::span<const double>(add.positions)));
-            },
-            [&](const ChangeOperation& change) { return of(collider.change_body(change.body, change.as)); },
-            [&](const CheckOperation&) { return of(collider.self_check()); },
-            [&](const ForgetOperation&) {
-              collider.forget_warmth();
-              return Answer{};
-            },
-        },
-        operation_);
-  }
-
- private:
-  void lay_out(const StepOperation& step) {
-    if (step.all) frame_.positions = std::span<const double>(*step.all);
-    for (const StepOperation::Rows& rows : step.bodies)
-      bodies_.push_back({rows.body, std::span<const double>(rows.positions)});
-    frame_.bodies = bodies_;
-    frame_.poses = step.poses;
-    frame_.vertices = step.vertices;
-    frame_.vertex_positions = std::span<const double>(step.vertex_positions);
-  }
-
-  const Operation& operation_;
-  Frame frame_;
-  std::vector<BodyPositions> bodies_;
-  BodyAddition addition_;
-};
-
-Outcome outcome_of(Call::Answer&& answer) {
-  Outcome outcome;
-  if (answer.error) {
-    outcome.kind = Outcome::Kind::kRefused;
-    outcome.error = std::move(*answer.error);
-  } else if (answer.step) {
-    outcome.vf = answer.step->vf;
-    outcome.ee = answer.step->ee;
-    outcome.possible = answer.step->possible;
-    outcome.earliest_toi = answer.step->earliest_toi;
-    outcome.contacts.assign(answer.step->contacts.begin(), answer.step->contacts.end());
-    outcome.geometry.assign(answer.step->geometry.begin(), answer.step->geometry.end());
-  }
-  return outcome;
 }
 
 bool same_bits(double a, double b) {
@@ -157,21 +80,6 @@ std::string to_string(const Operation& operation) {
                     operation);
 }
 
-std::string to_string(const Fault& fault) {
-  const std::string n = std::to_string(fault.n);
-  switch (fault.kind) {
-    case Fault::Kind::kNone:
-      return "no fault";
-    case Fault::Kind::kAllocation:
-      return "allocation " + n + " fails";
-    case Fault::Kind::kAllAllocations:
-      return "allocations from " + n + " on fail";
-    case Fault::Kind::kCancelled:
-      return "cancelled at look " + n;
-  }
-  return "?";
-}
-
 std::string to_string(const Outcome& outcome) {
   if (outcome.kind == Outcome::Kind::kOutOfMemory) return "out of memory";
   if (outcome.kind == Outcome::Kind::kRefused) return "refused: " + outcome.error.message;
@@ -189,31 +97,6 @@ std::string difference(const Outcome& was, const Outcome& expected) {
   if (!same_earliest) return "another earliest_toi";
   if (std::string text = difference("contacts", was.contacts, expected.contacts); !text.empty()) return text;
   return difference("geometry", was.geometry, expected.geometry);
-}
-
-Outcome carry_out(Collider& collider, const Operation& operation, const Fault& fault) {
-  Call call(operation);
-  const bool cancels = fault.kind == Fault::Kind::kCancelled;
-  const bool allocations =
-      fault.kind == Fault::Kind::kAllocation || fault.kind == Fault::Kind::kAllAllocations;
-  Call::Answer answer;
-  bool out_of_memory = false;
-  {
-    const CountedLooks looks(cancels ? fault.n : -1);
-    const FailingAllocations failing(allocations ? fault.n : -1,
-                                     fault.kind == Fault::Kind::kAllAllocations
-                                         ? FailingAllocations::Which::kAllFromThere
-                                         : FailingAllocations::Which::kOne);
-    try {
-      answer = call.make(collider, CountedLooks::flag());
-    } catch (const std::bad_alloc&) {
-      out_of_memory = true;
-    }
-  }
-  Outcome outcome = outcome_of(std::move(answer));
-  if (out_of_memory) outcome.kind = Outcome::Kind::kOutOfMemory;
-  outcome.met_fault = cancels ? CountedLooks::met() : allocations && FailingAllocations::met();
-  return outcome;
 }
 
 }  // namespace warmfront::testing

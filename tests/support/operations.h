@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be done to a collider, as values that can be drawn, carried out again and told of, with what is to
-// fail on the way. For programs that list operations.cpp, failing_allocations.cpp and counted_looks.cpp among
-// their own sources. Used by one thread at a time.
+// What may be done to a collider, or to a session of a daemon, and what came of it, as values that can be
+// drawn, carried out again, compared and told of. Plain values.
 #pragma once
 
 #include <cstdint>
@@ -43,24 +42,11 @@ using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, Chan
                                ForgetOperation>;
 std::string to_string(const Operation& operation);
 
-/// What fails: from the n-th on, counted from 0.
-struct Fault {
-  enum class Kind : std::uint8_t {
-    kNone,
-    kAllocation,      ///< the n-th allocation
-    kAllAllocations,  ///< the n-th and all after it
-    kCancelled        ///< the n-th look at the flag finds it set
-  };
-  Kind kind = Kind::kNone;
-  long n = 0;
-};
-std::string to_string(const Fault& fault);
-
 /// What a call came to.
 struct Outcome {
   enum class Kind : std::uint8_t { kDone, kRefused, kOutOfMemory };
   Kind kind = Kind::kDone;
-  bool met_fault = false;  ///< there was an n-th allocation or look
+  bool met_fault = false;  ///< see Fault: there was an n-th
   Error error{};           ///< of what was refused
   // Of a step.
   std::uint64_t vf = 0;
@@ -78,8 +64,5 @@ std::string to_string(const Outcome& outcome);
 /// What differs, bit for bit, in a few words; empty when nothing does. Of what was refused the codes are
 /// compared.
 std::string difference(const Outcome& was, const Outcome& expected);
-
-/// Only the call itself is exposed to the fault.
-Outcome carry_out(Collider& collider, const Operation& operation, const Fault& fault = {});
 
 }  // namespace warmfront::testing
