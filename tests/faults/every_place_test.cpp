@@ -6,6 +6,7 @@
 // (6).
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -359,11 +360,14 @@ Script kinds_of_bounds() {
 Script drawn(std::uint64_t seed) {
   Draws draws(seed);
   Script script{"drawn with seed " + std::to_string(seed), draw_state(draws), {}, {}};
+  // Some far from the origin, some very small or large.
+  if (seed % 4 == 3)
+    script.start = scaled(script.start, std::ldexp(1, 20 * (draws.below(7) - 3)), draws.below(3) * 1000.0);
   ColliderOptions& options = script.options;
   options.front = static_cast<FrontMode>(draws.below(3));
   options.bounds = static_cast<BoundsKind>(draws.below(2));
   options.leaf_size = 1U << draws.below(7);
-  options.min_separation = draws.below(2) == 0 ? 0.05 : 0;
+  options.min_separation = draws.below(2) == 0 ? 0.05 * script.start.unit : 0;
   options.lazy_front = draws.below(2) == 0;
   options.separate_parts = draws.below(3) != 0;
   options.report = static_cast<Report>(draws.below(3));
@@ -373,7 +377,7 @@ Script drawn(std::uint64_t seed) {
   for (int i = 0; i < 6; ++i) {
     const bool bodies = !state.scene.bodies.empty();
     const auto draw = [&]() -> Operation {
-      if (bodies && draws.below(6) == 0) return draw_addition(draws);
+      if (bodies && draws.below(6) == 0) return draw_addition(draws, state);
       if (bodies && draws.below(4) == 0) {
         const ChangeOperation change = draw_change(draws, state);
         if (state.scene.bodies[change.body].kind != BodyKind::kRemoved) return change;
@@ -471,6 +475,32 @@ class KnownAnswers {
  private:
   std::map<std::vector<double>, Outcome> known_;
 };
+
+// A collider that cannot be made leaves nothing behind.
+TEST_P(EveryPlace, WhileItIsMade) {
+  const Script& script = GetParam();
+  const auto scene = std::make_shared<const Scene>(Scene::create(script.start.scene).value());
+  const std::span<const double> positions = script.start.positions;
+  const auto workers = one_thread();
+  // What the first one makes once for all.
+  ASSERT_TRUE(Collider::create(scene, positions, script.options, workers).ok());
+  long n = 0;
+  for (bool failed = true; failed; ++n) {
+    now_trying = script.name + ", create(), allocation " + std::to_string(n);
+    const std::size_t before = live_bytes();
+    failed = false;
+    const FailingAllocations failing(n);
+    try {
+      const auto collider = Collider::create(scene, positions, script.options, workers);
+      EXPECT_TRUE(collider.ok());
+    } catch (const std::bad_alloc&) {
+      failed = true;
+    }
+    ASSERT_TRUE(failed || !FailingAllocations::met()) << "allocation " << n << " failed unseen";
+    ASSERT_EQ(live_bytes(), before) << "after allocation " << n << " failed";
+  }
+  std::printf("%s: %ld faults met\n", script.name.c_str(), n - 1);
+}
 
 // The script with room for k contacts, for every k: what is refused did not happen, and all else goes on from
 // there.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -33,6 +34,7 @@ struct Command {
     kWrongChange,
     kWrongAddition,
     kWrongPlace,
+    kOutlier,  // a vertex, or a body, is far away for a step
     kKinds
   };
   Kind kind = kFrame;
@@ -74,13 +76,21 @@ std::string now_trying;  // NOLINT: read by the handler below
 }
 const auto installed = std::set_terminate(tell_and_end);
 
-ColliderOptions draw_options(Draws& draws) {
+// Most are of a size near 1; some far from the origin, some very small or large.
+AcceptedState draw_any_state(Draws& draws) {
+  AcceptedState state = draw_state(draws);
+  if (draws.below(4) != 0) return state;
+  return scaled(std::move(state), std::ldexp(1, draws.below(2) == 0 ? 0 : 20 * (draws.below(41) - 20)),
+                draws.below(3) * 1000.0);
+}
+
+ColliderOptions draw_options(Draws& draws, double unit) {
   ColliderOptions options;
   options.tier = draws.below(6) == 0 ? Tier::kExact : Tier::kCertified;
   options.front = static_cast<FrontMode>(draws.below(3));
   options.bounds = static_cast<BoundsKind>(draws.below(3));
   options.leaf_size = 1U << draws.below(7);
-  if (options.tier == Tier::kCertified && draws.below(2) == 0) options.min_separation = 0.05;
+  if (options.tier == Tier::kCertified && draws.below(2) == 0) options.min_separation = 0.05 * unit;
   options.lazy_front = draws.below(2) == 0;
   options.separate_parts = draws.below(3) != 0;
   options.find_bodies = draws.below(3) != 0;
@@ -99,8 +109,8 @@ class History {
   History(std::uint64_t seed, std::shared_ptr<Workers> workers)
       : workers_(std::move(workers)),
         draws_(seed),
-        state_(draw_state(draws_)),
-        options_(draw_options(draws_)),
+        state_(draw_any_state(draws_)),
+        options_(draw_options(draws_, state_.unit)),
         collider_(state_.fresh(options_, workers_)) {
     now_trying = "a history of seed " + std::to_string(seed) + ":";
   }
@@ -116,11 +126,12 @@ class History {
         return glide(draws, command.fault);
       case Command::kAdd:
         if (state_.scene.bodies.empty() || state_.scene.bodies.size() >= 8) return;
-        return carry(draw_addition(draws), command.fault);
+        return carry(draw_addition(draws, state_), command.fault);
       case Command::kChange:
         return change(draws, command.fault);
       case Command::kPlace:
-        if (state_.stepped) return;
+        if (state_.stepped)
+          return refuse(draw_place(draws, state_), command.fault, ErrorCode::kFailedPrecondition);
         return carry(draw_place(draws, state_), command.fault);
       case Command::kSelfCheck:
         return carry(CheckOperation{}, command.fault);
@@ -135,12 +146,17 @@ class History {
       case Command::kWrongChange:
         return refuse(wrong_change(draws), command.fault);
       case Command::kWrongAddition:
-        return refuse(wrong_addition(draws), command.fault);
+        return refuse(
+            wrong_addition(draws), command.fault,
+            state_.scene.bodies.empty() ? ErrorCode::kFailedPrecondition : ErrorCode::kInvalidArgument);
       case Command::kWrongPlace: {
         PlaceOperation place = draw_place(draws, state_);
         place.poses.push_back({static_cast<std::uint32_t>(state_.scene.bodies.size()), {}});
-        return refuse(place, command.fault);
+        return refuse(place, command.fault,
+                      state_.stepped ? ErrorCode::kFailedPrecondition : ErrorCode::kInvalidArgument);
       }
+      case Command::kOutlier:
+        return outlier(draws, command.fault);
       case Command::kKinds:
         break;
     }
@@ -166,12 +182,11 @@ class History {
     expect_accepted_state(operation);
   }
 
-  void refuse(const Operation& operation, const Fault& fault) {
+  void refuse(const Operation& operation, const Fault& fault, ErrorCode code = ErrorCode::kInvalidArgument) {
     now_trying += "\n  wrong: " + to_string(operation) + ", " + to_string(fault);
     const Outcome outcome = carry_out(collider_, operation, fault);
     now_trying += ": " + to_string(outcome);
-    const bool no_bodies = state_.scene.bodies.empty() && outcome.refused(ErrorCode::kFailedPrecondition);
-    if (!failed_by(fault, outcome) && !outcome.refused(ErrorCode::kInvalidArgument) && !no_bodies)
+    if (!failed_by(fault, outcome) && !outcome.refused(code))
       fail(operation, "it is wrong, and came to: " + to_string(outcome));
     if (outcome.kind == Outcome::Kind::kRefused && outcome.error.message.empty())
       fail(operation, "refused without a word");
@@ -199,7 +214,8 @@ class History {
   // All that may move does so as a whole, by sums that are exact.
   void glide(Draws& draws, const Fault& fault) {
     const int steps = 1 + draws.below(20);
-    const double by[3] = {draws.below(9) * 0x1p-7, draws.below(9) * 0x1p-7, -draws.below(9) * 0x1p-7};
+    const double unit = state_.unit * 0x1p-7;
+    const double by[3] = {draws.below(9) * unit, draws.below(9) * unit, -draws.below(9) * unit};
     for (int i = 0; i < steps; ++i) {
       StepOperation step;
       step.all = state_.positions;
@@ -215,6 +231,22 @@ class History {
       carry(step, i + 3 > steps ? fault : Fault{});
     }
   }
+
+  void outlier(Draws& draws, const Fault& fault) {
+    const double far = state_.unit * std::ldexp(1, 10 * (1 + draws.below(6)));
+    const std::vector<double> home = state_.positions;
+    StepOperation away = everything(home), back = everything(home);
+    if (movable(0)) (*away.all)[static_cast<std::size_t>(draws.below(3))] += far;
+    carry(away, fault);
+    carry(back, fault);
+  }
+
+  static StepOperation everything(const std::vector<double>& positions) {
+    StepOperation step;
+    step.all = positions;
+    return step;
+  }
+  bool movable(std::size_t body) const { return state_.scene.bodies.empty() || !state_.fixed(body); }
 
   void change(Draws& draws, const Fault& fault) {
     if (state_.scene.bodies.empty()) return;
@@ -232,7 +264,7 @@ class History {
   }
 
   AddOperation wrong_addition(Draws& draws) const {
-    AddOperation add = draw_addition(draws);
+    AddOperation add = draw_addition(draws, state_);
     switch (draws.below(3)) {
       case 0:
         add.addition.faces.push_back({0, 1, static_cast<std::int32_t>(add.addition.body.vertex_count)});

@@ -149,8 +149,9 @@ Body draw_body(Draws& draws, std::size_t vertex_count) {
   return body;
 }
 
-Pose draw_pose(Draws& draws, double step) {
-  const double angle = draws.uniform(step == 0 ? 0.1 : step);
+// A turn about the middle of the scene, and a shift.
+Pose draw_pose(Draws& draws, double step, const AcceptedState& state) {
+  const double angle = step == 0 ? draws.uniform(0.1) : draws.uniform(step / state.unit);
   Pose pose;
   const int axis = draws.below(3);
   const int u = (axis + 1) % 3;
@@ -158,7 +159,11 @@ Pose draw_pose(Draws& draws, double step) {
   pose.matrix[4 * u + u] = pose.matrix[4 * v + v] = std::cos(angle);
   pose.matrix[4 * u + v] = -std::sin(angle);
   pose.matrix[4 * v + u] = std::sin(angle);
-  for (int row = 0; row < 3; ++row) pose.matrix[4 * row + 3] = draws.uniform(step);
+  for (int row = 0; row < 3; ++row) {
+    double turned = 0;
+    for (int column = 0; column < 3; ++column) turned += pose.matrix[4 * row + column] * state.offset;
+    pose.matrix[4 * row + 3] = state.offset - turned + draws.uniform(step);
+  }
   return pose;
 }
 
@@ -295,9 +300,17 @@ AcceptedState draw_state(Draws& draws) {
   return {std::move(scene), std::move(positions)};
 }
 
+AcceptedState scaled(AcceptedState state, double unit, double offset) {
+  for (double& x : state.positions) x = x * unit + offset * unit;
+  state.reference = state.positions;
+  state.unit = unit;
+  state.offset = offset * unit;
+  return state;
+}
+
 StepOperation draw_step(Draws& draws, const AcceptedState& state) {
   StepOperation operation;
-  const double step = draw_length(draws);
+  const double step = draw_length(draws) * state.unit;
   if (draws.below(10) == 0) return operation;  // nothing is mentioned
   const bool whole = draws.below(4) == 0 || (state.scene.bodies.empty() && draws.below(2) == 0);
   if (whole) operation.all = state.positions;
@@ -325,7 +338,7 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
       const std::vector<double> rows = moved_rows(draws, body, state.positions, step);
       std::ranges::copy(rows, operation.all->begin() + first_number(body));
     } else if (body.kind == BodyKind::kRigid && draws.below(4) != 0) {
-      operation.poses.push_back({b, draw_pose(draws, step)});
+      operation.poses.push_back({b, draw_pose(draws, step, state)});
     } else if (body.kind == BodyKind::kRigid || draws.below(2) == 0) {
       operation.bodies.push_back({b, moved_rows(draws, body, state.positions, step)});
     } else {
@@ -335,8 +348,9 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
   return operation;
 }
 
-AddOperation draw_addition(Draws& draws) {
+AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
   Shape shape = draw_shape(draws);
+  for (double& x : shape.positions) x = x * state.unit + state.offset;
   const Body body = draw_body(draws, shape.positions.size() / 3);
   return {{body, std::move(shape.faces)}, std::move(shape.positions)};
 }
@@ -354,7 +368,7 @@ PlaceOperation draw_place(Draws& draws, const AcceptedState& state) {
   PlaceOperation place;
   for (std::uint32_t b = 0; b < state.scene.bodies.size(); ++b) {
     if (state.scene.bodies[b].kind == BodyKind::kRigid && draws.below(3) != 0)
-      place.poses.push_back({b, draw_pose(draws, 0.5)});
+      place.poses.push_back({b, draw_pose(draws, 0.5 * state.unit, state)});
   }
   return place;
 }

@@ -27,6 +27,8 @@ struct AcceptedState {
   /// reference and pose then. None of one whose positions were given.
   std::vector<std::optional<Pose>> pose;
   bool stepped = false;
+  double unit = 1;    ///< what is drawn for it is of this size, ...
+  double offset = 0;  ///< ... and near here, on each axis
 
   bool fixed(std::size_t body) const;
 
@@ -44,13 +46,17 @@ struct AcceptedState {
   Outcome brute_force(const StepOperation& step, const ColliderOptions& options) const;
 };
 
-/// A scene of a few small bodies of all kinds, near each other; without declared bodies now and then.
+/// A scene of a few small bodies of all kinds, near each other, of a size near 1; without declared bodies now
+/// and then.
 AcceptedState draw_state(Draws& draws);
+/// The state before its first step at another size and place: `unit` times as large, then moved by `offset`
+/// units along each axis.
+AcceptedState scaled(AcceptedState state, double unit, double offset);
 /// A valid frame: everything, or some bodies by positions, some by poses, some by single vertices; one that
 /// moves nothing now and then.
 StepOperation draw_step(Draws& draws, const AcceptedState& state);
 /// A body to be added, and one described otherwise; of a scene that declares bodies.
-AddOperation draw_addition(Draws& draws);
+AddOperation draw_addition(Draws& draws, const AcceptedState& state);
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state);
 /// Poses for some of the rigid bodies.
 PlaceOperation draw_place(Draws& draws, const AcceptedState& state);
