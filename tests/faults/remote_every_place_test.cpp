@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// A connection that ends before the n-th byte, to the daemon or from it, for every n: the session goes on,
+// and each call comes to what it comes to without. In strides of 17 bytes; WARMFRONT_EVERY_BYTE=1 tries each.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "tests/faults/daemon_process.h"
+#include "tests/faults/remote_session.h"
+#include "tests/faults/switch_proxy.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront::test {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AcceptedState;
+using testing::StepOperation;
+
+// Two squares, the second of which is rigid.
+AcceptedState two_squares() {
+  SceneDescription scene;
+  scene.vertex_count = 8;
+  scene.faces = {{0, 1, 2}, {1, 3, 2}, {4, 5, 6}, {5, 7, 6}};
+  scene.bodies = {{"", 0, 4}, {"", 4, 4, BodyKind::kRigid}};
+  return {scene, {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0.2, 0.3, 1, 1.2, 0.3, 1, 0.2, 1.3, 1, 1.2, 1.3, 1}};
+}
+
+StepOperation lowered(double z) {
+  StepOperation step;
+  Pose pose;
+  pose.matrix[11] = z;
+  step.poses.push_back({1, pose});
+  return step;
+}
+
+// A session's life; returns what went wrong, in a few words.
+std::string live(client::Client& client, SwitchProxy& proxy, SwitchProxy::Way way, long n) {
+  RemoteSession session(client, two_squares(), {.fields = {.normal = true}});
+  if (std::string wrong = session.create(); !wrong.empty()) return wrong;
+  proxy.end_before(way, n);
+  testing::AddOperation add;
+  add.addition.body = {"added", 0, 4};
+  add.addition.faces = {{0, 1, 2}, {1, 3, 2}};
+  add.positions = {0, 0, -1, 1, 0, -1, 0, 1, -1, 1, 1.25, -1};
+  StepOperation raised;
+  raised.vertices = {8, 9};
+  raised.vertex_positions = {0, 0, 2, 1, 0, 2};
+  const auto calls = {
+      std::function([&] { return session.step(lowered(-1.5)); }),
+      std::function([&] { return session.add(add); }),
+      std::function([&] { return session.step(raised); }),
+      std::function([&] {
+        return session.change({0, {"fixed", 0, 4, BodyKind::kStatic}});
+      }),
+      std::function([&] { return session.two_steps(lowered(0), lowered(-2), [] {}); }),
+      std::function([&] {
+        return session.change({1, {"", 4, 4, BodyKind::kDeformable}});
+      }),
+      std::function([&] { return session.step({}); }),
+  };
+  for (const auto& call : calls) {
+    if (std::string wrong = call(); !wrong.empty()) return wrong;
+  }
+  return session.close();
+}
+
+class RemoteEveryPlace : public ::testing::TestWithParam<SwitchProxy::Way> {};
+INSTANTIATE_TEST_SUITE_P(Ways, RemoteEveryPlace,
+                         ::testing::Values(SwitchProxy::Way::kToDaemon, SwitchProxy::Way::kToClient),
+                         [](const auto& info) {
+                           return info.param == SwitchProxy::Way::kToDaemon ? "ToDaemon" : "ToClient";
+                         });
+
+TEST_P(RemoteEveryPlace, TheConnectionEnds) {
+  DaemonProcess daemon;
+  ASSERT_GE(daemon.port(), 0) << daemon.log();
+  SwitchProxy proxy({daemon.socket().substr(5)});
+  auto client = client::Client::connect(
+      proxy.address(),
+      {.call_timeout = 20s, .answer_timeout = 60s, .resume_timeout = 60s, .max_resumes_without_answer = 100});
+  ASSERT_TRUE(client.ok()) << client.error().message;
+  const long stride = std::getenv("WARMFRONT_EVERY_BYTE") == nullptr ? 17 : 1;
+  long ends = 0;
+  for (long n = 0;; n += stride) {
+    ASSERT_EQ(live(client.value(), proxy, GetParam(), n), "") << "the connection ended before byte " << n;
+    if (!proxy.ended()) break;
+    ++ends;
+  }
+  std::printf("%ld connections ended\n", ends);
+  EXPECT_GT(ends, 10);
+}
+
+}  // namespace
+}  // namespace warmfront::test

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/faults/remote_session.h"
+
+#include <cstring>
+#include <utility>
+
+namespace warmfront::test {
+namespace {
+
+using testing::AcceptedState;
+using testing::AddOperation;
+using testing::ChangeOperation;
+using testing::Operation;
+using testing::Outcome;
+using testing::StepOperation;
+
+/// A frame's views of what a step operation owns.
+class FrameOf {
+ public:
+  explicit FrameOf(const StepOperation& step) {
+    if (step.all) frame_.positions = std::span<const double>(*step.all);
+    for (const StepOperation::Rows& rows : step.bodies)
+      bodies_.push_back({rows.body, std::span<const double>(rows.positions)});
+    frame_.bodies = bodies_;
+    frame_.poses = step.poses;
+    frame_.vertices = step.vertices;
+    frame_.vertex_positions = std::span<const double>(step.vertex_positions);
+  }
+  FrameOf(const FrameOf&) = delete;
+  FrameOf& operator=(const FrameOf&) = delete;
+
+  const Frame& frame() const { return frame_; }
+
+ private:
+  Frame frame_;
+  std::vector<BodyPositions> bodies_;
+};
+
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+std::string difference(const client::Answer& answer, const Outcome& expected, const Scene& scene,
+                       const ContactFields& fields) {
+  if (answer.vf != expected.vf || answer.ee != expected.ee || answer.possible != expected.possible)
+    return "vf " + std::to_string(answer.vf) + ", ee " + std::to_string(answer.ee) + ", possible " +
+           std::to_string(answer.possible) + " where " + to_string(expected) + " is expected";
+  if (answer.earliest_toi != expected.earliest_toi) return "another earliest_toi";
+  client::ContactTable table;
+  for (std::size_t i = 0; i < expected.contacts.size(); ++i) {
+    const Contact& contact = expected.contacts[i];
+    table.kind.push_back(contact.kind);
+    table.status.push_back(contact.status);
+    table.vertices.push_back(scene.vertices_of(contact));
+    table.toi.push_back(contact.toi);
+    if (fields.weights) table.weights.push_back(expected.geometry[i].weights);
+    if (fields.normal) table.normal.push_back(expected.geometry[i].normal);
+    if (fields.points) table.points.push_back(expected.geometry[i].points);
+  }
+  const client::ContactTable& given = answer.contacts;
+  if (given.kind != table.kind || given.status != table.status || given.vertices != table.vertices)
+    return "other contacts";
+  if (!same_bits(given.toi, table.toi)) return "other times";
+  const bool same_fields = same_bits(given.weights, table.weights) && same_bits(given.normal, table.normal) &&
+                           same_bits(given.points, table.points);
+  return same_fields ? "" : "other fields";
+}
+
+}  // namespace
+
+RemoteSession::RemoteSession(client::Client& client, AcceptedState state, const ColliderOptions& options,
+                             std::size_t few)
+    : client_(client), state_(std::move(state)), options_(options), few_(few) {}
+
+std::string RemoteSession::create() {
+  auto session = client_.create_session(state_.scene, std::span<const double>(state_.positions), options_);
+  if (!session.ok()) return "create_session: " + session.error().message;
+  session_.emplace(std::move(session).value());
+  return "";
+}
+
+std::string RemoteSession::step(const StepOperation& operation, const Around& around) {
+  const FrameOf frame(operation);
+  std::optional<Result<client::Answer>> answer;
+  around([&] { answer.emplace(session_->step(frame.frame())); });
+  bool accepted = false;
+  return check(operation, *answer, accepted);
+}
+
+std::string RemoteSession::two_steps(const StepOperation& first, const StepOperation& second,
+                                     const std::function<void()>& between) {
+  const FrameOf first_frame(first), second_frame(second);
+  for (const FrameOf* frame : {&first_frame, &second_frame}) {
+    const auto submitted = session_->submit(frame->frame());
+    if (!submitted.ok()) return "submit: " + submitted.error().message;
+  }
+  between();
+  bool accepted = false;
+  if (std::string wrong = check(first, session_->next_answer(), accepted); !wrong.empty()) return wrong;
+  const auto answer = session_->next_answer();
+  if (accepted) return check(second, answer, accepted);
+  if (answer.ok() || answer.error().code != ErrorCode::kFailedPrecondition)
+    return "a frame after one that was refused must be refused as out of order";
+  return "";
+}
+
+std::string RemoteSession::check(const StepOperation& operation, const Result<client::Answer>& answer,
+                                 bool& accepted) {
+  const Outcome expected = state_.brute_force(operation, options_);
+  accepted = answer.ok();
+  if (!answer.ok()) {
+    if (answer.error().code == ErrorCode::kResourceExhausted && expected.contacts.size() > few_) return "";
+    return to_string(Operation(operation)) + ": " + answer.error().message;
+  }
+  const Scene scene = Scene::create(state_.scene).value();
+  const std::string differs = difference(answer.value(), expected, scene, options_.fields);
+  state_.accept(operation);
+  return differs.empty() ? "" : to_string(Operation(operation)) + ": " + differs;
+}
+
+std::string RemoteSession::add(const AddOperation& add, const Around& around) {
+  std::optional<Result<std::uint32_t>> index;
+  around([&] { index.emplace(session_->add_body(add.addition, std::span<const double>(add.positions))); });
+  if (!index->ok()) return "add_body: " + index->error().message;
+  if (index->value() != state_.scene.bodies.size())
+    return "add_body: index " + std::to_string(index->value()) + " where " +
+           std::to_string(state_.scene.bodies.size()) + " is expected";
+  state_.accept(add);
+  return "";
+}
+
+std::string RemoteSession::change(const ChangeOperation& change, const Around& around) {
+  const bool removed = state_.scene.bodies[change.body].kind == BodyKind::kRemoved;
+  Status changed;
+  around([&] { changed = session_->change_body(change.body, change.as); });
+  if (removed) {
+    if (!changed.ok() && changed.error().code == ErrorCode::kInvalidArgument) return "";
+    return "a change of a body that was removed: " + (changed.ok() ? "taken" : changed.error().message);
+  }
+  if (!changed.ok()) return "change_body: " + changed.error().message;
+  state_.accept(change);
+  return "";
+}
+
+std::string RemoteSession::wrong_step(const StepOperation& operation) {
+  const FrameOf frame(operation);
+  const auto answer = session_->step(frame.frame());
+  if (!answer.ok() && answer.error().code == ErrorCode::kInvalidArgument) return "";
+  return "a wrong frame: " + (answer.ok() ? "answered" : answer.error().message);
+}
+
+std::string RemoteSession::wrong_change() {
+  const auto nobody = static_cast<std::uint32_t>(state_.scene.bodies.size()) + 3;
+  const Status changed = session_->change_body(nobody, {});
+  // Without declared bodies there is nothing to change at all.
+  if (!changed.ok() && (changed.error().code == ErrorCode::kInvalidArgument ||
+                        changed.error().code == ErrorCode::kFailedPrecondition))
+    return "";
+  return "a wrong change: " + (changed.ok() ? "taken" : changed.error().message);
+}
+
+std::string RemoteSession::close() {
+  const Status closed = session_->close();
+  // A daemon that was killed knows of none; one that cannot be reached is given up soon.
+  if (closed.ok() || closed.error().code == ErrorCode::kNotFound ||
+      closed.error().code == ErrorCode::kUnavailable)
+    return "";
+  return "close: " + closed.error().message;
+}
+
+}  // namespace warmfront::test

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session of a daemon beside what was accepted of it: each answer is held against brute force. Used by one
+// thread at a time.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "client/lib/client.h"
+#include "tests/support/accepted_state.h"
+
+namespace warmfront::test {
+
+/// Runs a call, perhaps with something happening to it.
+using Around = std::function<void(const std::function<void()>& call)>;
+inline void as_it_is(const std::function<void()>& call) {
+  call();
+}
+
+/// Its functions return what went wrong, in a few words; nothing when all is right.
+class RemoteSession {
+ public:
+  /// A daemon may refuse answers of more contacts than `few`, and never one of fewer.
+  RemoteSession(client::Client& client, testing::AcceptedState state, const ColliderOptions& options,
+                std::size_t few = ColliderOptions{}.max_contacts);
+
+  /// As long as the daemon cannot be reached the rest may not be called.
+  std::string create();
+  std::string step(const testing::StepOperation& operation, const Around& around = as_it_is);
+  /// The second is sent before the answer to the first is taken; both are valid where the other is accepted.
+  std::string two_steps(const testing::StepOperation& first, const testing::StepOperation& second,
+                        const std::function<void()>& between);
+  std::string add(const testing::AddOperation& add, const Around& around = as_it_is);
+  std::string change(const testing::ChangeOperation& change, const Around& around = as_it_is);
+  /// Of which the daemon, or the client itself, must say kInvalidArgument.
+  std::string wrong_step(const testing::StepOperation& operation);
+  std::string wrong_change();
+  std::string close();
+
+  const testing::AcceptedState& state() const { return state_; }
+  const client::Session& session() const { return *session_; }
+
+ private:
+  std::string check(const testing::StepOperation& operation, const Result<client::Answer>& answer,
+                    bool& accepted);
+
+  client::Client& client_;
+  testing::AcceptedState state_;
+  const ColliderOptions options_;
+  const std::size_t few_;
+  std::optional<client::Session> session_;
+};
+
+}  // namespace warmfront::test
