@@ -17,6 +17,16 @@
 
 namespace warmfront {
 
+void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
+  vf += more.vf;
+  ee += more.ee;
+  possible += more.possible;
+  earliest = std::min(earliest, more.earliest);
+  elementary_seconds += more.elementary_seconds;
+  over_limit |= more.over_limit;
+  warmfront::add(counts, more.counts);
+}
+
 /// Opens leaf pairs into primitive pairs.
 template <class Bounds>
 class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
@@ -88,9 +98,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   }
 
   LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
-                            std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) override {
+                            RestAnswer& answer) override {
     LeafGap gap{};
-    triangle_pairs = recorded(contacts, [&] { gap = leaf_pair(parts, leaves, which); });
+    tester.recording(answer, [&] { gap = leaf_pair(parts, leaves, which); });
     return gap;
   }
 
@@ -124,27 +134,21 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
   void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override {
     NeighbourChunk::AtRest& found = chunk.at_rest;
-    found.contacts.clear();
-    found.triangle_pairs = recorded(found.contacts, [&] { neighbours(part, chunk); });
+    found.answer.clear();
+    tester.recording(found.answer, [&] { neighbours(part, chunk); });
     found.known = true;
   }
 
-  void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) override {
+  void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
+            std::span<const Contact> contacts) override {
     tester.output().counts.triangle_pairs += triangle_pairs;
+    tester.keep(tally);
     for (const Contact& contact : contacts) tester.keep(contact);
   }
 
   PairTester tester;
 
  private:
-  // Appends what `test` finds to `contacts`; returns how many triangle pairs it counts.
-  template <class Test>
-  std::uint32_t recorded(std::vector<Contact>& contacts, Test&& test) {
-    const std::uint64_t before = tester.output().counts.triangle_pairs;
-    tester.recording(contacts, test);
-    return static_cast<std::uint32_t>(tester.output().counts.triangle_pairs - before);
-  }
-
   // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
   static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
                                         std::uint32_t first_a, std::uint32_t first_b) {
@@ -246,13 +250,7 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   contacts.clear();
   for (Sink& sink : impl_->sinks) {
     const NarrowPhaseOutput& output = sink.tester.output();
-    sum.vf += output.vf;
-    sum.ee += output.ee;
-    sum.possible += output.possible;
-    sum.earliest = std::min(sum.earliest, output.earliest);
-    sum.elementary_seconds += output.elementary_seconds;
-    sum.over_limit |= output.over_limit;
-    add(sum.counts, output.counts);
+    sum.add(output);
     contacts.insert(contacts.end(), sink.tester.contacts().begin(), sink.tester.contacts().end());
   }
   if (impl_->input->options.report == Report::kEarliest) {

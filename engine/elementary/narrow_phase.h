@@ -46,6 +46,8 @@ struct NarrowPhaseOutput {
   double elementary_seconds = 0;  ///< that all threads spent in the cascade
   StepCounts counts;              ///< only what the narrow phase counts
   bool over_limit = false;        ///< more contacts than options.max_contacts: the answer is incomplete
+
+  void add(const NarrowPhaseOutput& more);
 };
 
 template <class Bounds>

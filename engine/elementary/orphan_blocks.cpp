@@ -55,7 +55,7 @@ void OrphanBlocks::test(std::size_t index, const RangeMotion& motion, std::span<
     if ((state & kMoving) != 0) {
       run(orphan);
     } else if ((state & kChanged) != 0) {
-      tester.recording(found, [&] { run(orphan); });
+      tester.recording_contacts(found, [&] { run(orphan); });
       for (const Contact& contact : found) kept_now.push_back({orphan, contact});
       found.clear();
     } else {

@@ -182,12 +182,26 @@ void PairTester::keep(const Contact& contact) {
   report(contact);
 }
 
+void PairTester::keep(const ContactTally& tally) {
+  output_.counts.contacts_kept += tally.vf + tally.ee;
+  output_.vf += tally.vf;
+  output_.ee += tally.ee;
+  output_.possible += tally.possible;
+  output_.earliest = std::min(output_.earliest, tally.earliest);
+}
+
 void PairTester::report(const Contact& contact) {
   (contact.kind == ContactKind::kVertexFace ? output_.vf : output_.ee) += 1;
   output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   output_.earliest = std::min(output_.earliest, contact.toi);
-  if (recorder_ != nullptr) recorder_->push_back(contact);
   const Report wanted = input_->options.report;
+  // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.
+  if (wanted == Report::kAll &&
+      shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts) {
+    output_.over_limit = true;
+    return;
+  }
+  if (recorder_ != nullptr) recorder_->push_back(contact);
   if (wanted == Report::kCount) return;
   if (wanted == Report::kEarliest) {
     double earliest = shared_->earliest.load(std::memory_order_relaxed);
@@ -199,13 +213,7 @@ void PairTester::report(const Contact& contact) {
     if (contact.toi > earliest) return;
     if (!contacts_.empty() && contact.toi < contacts_.back().toi) contacts_.clear();
     // One more than allowed is enough to refuse the answer, if these ties turn out to be the earliest.
-    if (contacts_.size() <= input_->options.max_contacts) contacts_.push_back(contact);
-    return;
-  }
-  // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.
-  if (shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts) {
-    output_.over_limit = true;
-    return;
+    if (contacts_.size() > input_->options.max_contacts) return;
   }
   contacts_.push_back(contact);
 }

@@ -2,15 +2,18 @@
 // One thread's way from triangle pairs to contacts. Used by one thread at a time; `Shared` by all of them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/feature_block.h"
 #include "engine/elementary/narrow_phase.h"
 #include "engine/elementary/triangle_filter.h"
+#include "engine/front/rest_answer.h"
 
 namespace warmfront {
 
@@ -38,23 +41,49 @@ class PairTester {
   /// Tests what was taken so far to the end.
   void flush();
 
-  /// Runs `test`, and appends the contacts that it leads to to `found` as well. Not nested.
+  /// Runs `test`, and appends the contacts that it leads to to `found` as well, as far as max_contacts
+  /// allows. Not nested.
   template <class Test>
-  void recording(std::vector<Contact>& found, Test&& test) {
+  void recording_contacts(std::vector<Contact>& found, Test&& test) {
     flush();
     recorder_ = &found;
     test();
     flush();
     recorder_ = nullptr;
   }
+  /// Runs `test`, and puts what it finds into `answer` as well: for Report::kCount how many, else which.
+  template <class Test>
+  void recording(RestAnswer& answer, Test&& test) {
+    const std::uint64_t before = output_.counts.triangle_pairs;
+    if (input_->options.report == Report::kCount)
+      tallying(answer.tally, test);
+    else
+      recording_contacts(answer.contacts, test);
+    answer.triangle_pairs += static_cast<std::uint32_t>(output_.counts.triangle_pairs - before);
+  }
   /// Counts and reports a contact that was found before and still holds.
   void keep(const Contact& contact);
+  /// Counts contacts that were found before and still hold.
+  void keep(const ContactTally& tally);
 
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
   std::size_t memory_bytes() const { return sizeof(*this) + contacts_.capacity() * sizeof(Contact); }
 
  private:
+  template <class Test>
+  void tallying(ContactTally& tally, Test&& test) {
+    flush();
+    const NarrowPhaseOutput before = std::exchange(output_, {});
+    test();
+    flush();
+    tally.vf += static_cast<std::uint32_t>(output_.vf);
+    tally.ee += static_cast<std::uint32_t>(output_.ee);
+    tally.possible += static_cast<std::uint32_t>(output_.possible);
+    tally.earliest = std::min(tally.earliest, output_.earliest);
+    output_.add(before);
+  }
+
   void face_pair(std::uint32_t f, std::uint32_t g);
   // Goes on with those of the face pairs in hand that no plane keeps apart.
   void filter_faces();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "engine/front/front.h"
 
@@ -12,10 +13,24 @@ namespace warmfront {
 /// A thread's room for the chunk that it works on, and its counts.
 struct ChunkScratch {
   std::vector<FrontPair> pairs;
+  std::size_t counted = 0;  ///< of these, in the step's room
   KeptAnswers kept;
-  std::vector<Contact> found;  ///< of the leaf pair in hand, with its triangle pairs
-  std::uint32_t found_pairs = 0;
+  RestAnswer found;  ///< of the leaf pair in hand
   FrontCounts counts;
+
+  void clear() {
+    pairs.clear();
+    counted = 0;
+    kept.clear();
+    found.clear();
+  }
+  /// Gives back what one large chunk needed.
+  void trim() {
+    constexpr std::size_t kMostPairs = std::size_t{1} << 14;
+    constexpr std::size_t kMostContacts = std::size_t{1} << 14;
+    if (pairs.capacity() > kMostPairs) pairs = {};
+    if (kept.contacts.capacity() > kMostContacts) kept = {};
+  }
 };
 
 /// Reads the answers of a chunk's pairs, asked for in ascending order.
@@ -44,25 +59,22 @@ template <class Bounds>
 class ChunkUpdate {
  public:
   ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool but_neighbours, LeafPairSink& sink,
-              const FrontUpdate& how, ChunkScratch& scratch)
+              const FrontUpdate& how, FrontRoom& room, ChunkScratch& scratch)
       : trees_(trees),
         bvtt_(trees.bvtt()),
         parts_(parts),
         but_neighbours_(but_neighbours),
         sink_(sink),
         how_(how),
+        room_(room),
         scratch_(scratch),
         counts_(scratch.counts) {
-    scratch_.pairs.clear();
-    scratch_.kept.clear();
-    forget_found();
+    scratch_.clear();
   }
 
-  /// Traverses from a pair whose gap is known; the front's pairs below it are in the scratch then, no more
-  /// than `most` and one of them.
-  void build(const NodePair& from, float gap, std::size_t most) {
-    sprout(from, gap, [&] { return scratch_.pairs.size() <= most; });
-  }
+  /// Traverses from a pair whose gap is known; the front's pairs below it are in the scratch then, as far as
+  /// there is room.
+  void build(const NodePair& from, float gap) { sprout(from, gap); }
 
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
   /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
@@ -77,8 +89,8 @@ class ChunkUpdate {
       if ((state & kChanged) == 0 && !((how_.retest || anew) && bvtt_.is_leaf(pair.nodes))) {
         ++counts_.rested;
         if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
-          sink_.keep(answers->triangle_pairs, kept.contacts());
-          put_kept(place(i), answers->triangle_pairs, kept.contacts());
+          sink_.keep(answers->triangle_pairs, answers->tally, kept.contacts());
+          put_kept(place(i), answers->triangle_pairs, answers->tally, kept.contacts());
         }
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;
@@ -103,7 +115,7 @@ class ChunkUpdate {
       } else {
         ++counts_.sprouted;
         change(chunk, i);
-        sprout(pair.nodes, gap, [] { return true; });
+        sprout(pair.nodes, gap);
       }
     }
     return changed_;
@@ -112,38 +124,42 @@ class ChunkUpdate {
  private:
   TravelBudget grant(const NodePair& pair, float gap) const { return grant_budget(trees_, pair, gap); }
 
-  template <class Wanted>
-  void sprout(const NodePair& from, float gap, Wanted&& wanted) {
+  void sprout(const NodePair& from, float gap) {
     descend(
         trees_, from, gap, counts_.bv_tests, [this](const NodePair& pair) { return test_leaves(pair, 0); },
         [&](const NodePair& end, const LeafGap& learnt) {
-          if (wanted()) {
-            keep_found(static_cast<std::uint32_t>(scratch_.pairs.size()));
-            scratch_.pairs.push_back({end, grant(end, learnt.gap), learnt.adjacent, learnt.neighbours});
-          }
-          forget_found();
+          keep_found(static_cast<std::uint32_t>(scratch_.pairs.size()));
+          push({end, grant(end, learnt.gap), learnt.adjacent, learnt.neighbours});
         });
+  }
+
+  // A front for which there is no room is lost: no more is written then.
+  void push(const FrontPair& pair) {
+    constexpr std::size_t kBlock = 256;
+    if (scratch_.pairs.size() >= scratch_.counted + kBlock) {
+      const std::size_t more = scratch_.pairs.size() - std::exchange(scratch_.counted, scratch_.pairs.size());
+      room_.take_pairs(more);
+    }
+    if (!room_.pairs_lost()) scratch_.pairs.push_back(pair);
   }
 
   LeafGap test_leaves(const NodePair& pair, std::uint64_t neighbours) {
     const LeafBlocks which{but_neighbours_, neighbours};
     const bool at_rest = !how_.retest && (trees_.state(pair) & kMoving) == 0;
-    return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, which, scratch_.found, scratch_.found_pairs)
+    return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, which, scratch_.found)
                    : sink_.leaf_pair(parts_, pair, which);
   }
 
   // What was just found belongs to the pair at this place.
   void keep_found(std::uint32_t at) {
-    if (scratch_.found_pairs > 0 || !scratch_.found.empty())
-      put_kept(at, scratch_.found_pairs, scratch_.found);
-    forget_found();
-  }
-  void forget_found() {
+    const RestAnswer& found = scratch_.found;
+    if (!found.empty()) put_kept(at, found.triangle_pairs, found.tally, found.contacts);
     scratch_.found.clear();
-    scratch_.found_pairs = 0;
   }
-  void put_kept(std::uint32_t at, std::uint32_t triangle_pairs, std::span<const Contact> contacts) {
-    scratch_.kept.pairs.push_back({at, triangle_pairs, static_cast<std::uint32_t>(contacts.size())});
+  void put_kept(std::uint32_t at, std::uint32_t triangle_pairs, const ContactTally& tally,
+                std::span<const Contact> contacts) {
+    if (!room_.take_answers(sizeof(KeptAnswers::OfPair) + contacts.size_bytes())) return;
+    scratch_.kept.pairs.push_back({at, triangle_pairs, static_cast<std::uint32_t>(contacts.size()), tally});
     scratch_.kept.contacts.insert(scratch_.kept.contacts.end(), contacts.begin(), contacts.end());
   }
 
@@ -160,7 +176,7 @@ class ChunkUpdate {
   }
 
   void keep(const FrontChunk& chunk, std::size_t i) {
-    if (changed_) scratch_.pairs.push_back(chunk.pairs[i]);
+    if (changed_) push(chunk.pairs[i]);
   }
 
   // Keeps a disjoint pair unless its parent is disjoint too. Then all pairs below the highest disjoint
@@ -177,7 +193,7 @@ class ChunkUpdate {
       pair = bvtt_.parent(pair);
       folded_gap_ = gap;
     }
-    scratch_.pairs.push_back({pair, grant(pair, folded_gap_)});
+    push({pair, grant(pair, folded_gap_)});
   }
 
   // Siblings are neighbours in the front, so the last answer often serves again.
@@ -198,6 +214,7 @@ class ChunkUpdate {
   const bool but_neighbours_;
   LeafPairSink& sink_;
   const FrontUpdate& how_;
+  FrontRoom& room_;
   ChunkScratch& scratch_;
   FrontCounts& counts_;
   bool changed_ = false;

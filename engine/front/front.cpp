@@ -34,7 +34,7 @@ void rebalance(FrontSegment& segment) {
     for (const KeptAnswers::OfPair& kept : from.kept.pairs) {
       const auto next = contacts + kept.contacts;
       if (kept.pair >= begin && kept.pair < end) {
-        to.kept.pairs.push_back({kept.pair + shift, kept.triangle_pairs, kept.contacts});
+        to.kept.pairs.push_back({kept.pair + shift, kept.triangle_pairs, kept.contacts, kept.tally});
         to.kept.contacts.insert(to.kept.contacts.end(), contacts, next);
       }
       contacts = next;
@@ -53,6 +53,9 @@ void rebalance(FrontSegment& segment) {
   }
   chunks = std::move(balanced);
 }
+
+/// Answers for which there was no room are not kept for so many steps; then the front is built again.
+constexpr std::size_t kTryAgain = 256;
 
 // The segment of a part against itself, or null.
 template <class Segments>
@@ -139,7 +142,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
       ++updated_;
       if (near[s].rests && !how.retest) {
         counts_.rested += segment.size;
-        recorded_ += segment.size;
+        room_.take_pairs(segment.size);
         if (std::ranges::any_of(segment.chunks, [](const FrontChunk& c) { return !c.kept.empty(); }))
           work.push_back({Work::kRest, s, 0});
       } else {
@@ -178,10 +181,13 @@ template <class Bounds>
 void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink,
                         const FrontUpdate& how) {
   FrontSegment& segment = segments_[work.segment];
-  const auto keep_all = [&sink](const FrontChunk& chunk) {
-    std::uint64_t triangle_pairs = 0;
-    for (const KeptAnswers::OfPair& kept : chunk.kept.pairs) triangle_pairs += kept.triangle_pairs;
-    if (!chunk.kept.empty()) sink.keep(triangle_pairs, chunk.kept.contacts);
+  const auto keep_all = [&](const FrontChunk& chunk) {
+    auto contacts = std::span(chunk.kept.contacts);
+    for (const KeptAnswers::OfPair& kept : chunk.kept.pairs) {
+      sink.keep(kept.triangle_pairs, kept.tally, contacts.first(kept.contacts));
+      contacts = contacts.subspan(kept.contacts);
+    }
+    room_.take_answers(chunk.kept.bytes());
   };
   if (work.kind == Work::kRest) {
     std::ranges::for_each(segment.chunks, keep_all);
@@ -196,8 +202,8 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);
   ChunkScratch& scratch = impl_->scratch.local();
   if (work.kind == Work::kBuild) {
-    ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, scratch);
-    update.build(work.task.pair, work.task.gap, how.record ? max_pairs_ : 0);
+    ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, room_, scratch);
+    update.build(work.task.pair, work.task.gap);
     return store(chunk);
   }
   // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold
@@ -206,13 +212,13 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
       !chunk.nodes_b.meets(pair.b.changed)) {
     keep_all(chunk);
     scratch.counts.rested += chunk.pairs.size();
-    recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+    room_.take_pairs(chunk.pairs.size());
     return;
   }
-  ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, scratch);
+  ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, room_, scratch);
   if (update.run(chunk, work.listed)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
-  recorded_.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+  room_.take_pairs(chunk.pairs.size());
 }
 
 template <class Bounds>
@@ -237,43 +243,51 @@ void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, 
     return;
   } else if (how.retest) {
     sink.neighbours(part, chunk);
-  } else if (chunk.at_rest.known) {
-    sink.keep(chunk.at_rest.triangle_pairs, chunk.at_rest.contacts);
   } else {
-    sink.neighbours_at_rest(part, chunk);
+    const RestAnswer& answer = chunk.at_rest.answer;
+    if (chunk.at_rest.known)
+      sink.keep(answer.triangle_pairs, answer.tally, answer.contacts);
+    else
+      sink.neighbours_at_rest(part, chunk);
+    if (!room_.take_answers(answer.bytes())) chunk.at_rest = {};
   }
 }
 
 template <class Bounds>
 void Front<Bounds>::store(FrontChunk& chunk) {
-  const ChunkScratch& scratch = impl_->scratch.local();
-  const std::size_t size = scratch.pairs.size();
-  if (recorded_.fetch_add(size, std::memory_order_relaxed) + size > max_pairs_) return;
-  chunk.pairs.assign(scratch.pairs.begin(), scratch.pairs.end());
-  chunk.kept = scratch.kept;
-  chunk.find_nodes();
+  ChunkScratch& scratch = impl_->scratch.local();
+  if (room_.take_pairs(scratch.pairs.size() - scratch.counted)) {
+    chunk.pairs.assign(scratch.pairs.begin(), scratch.pairs.end());
+    chunk.kept = scratch.kept;
+    chunk.find_nodes();
+  }
+  scratch.trim();
 }
 
 template <class Bounds>
 void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
-                            LeafPairSinks& sinks, const FrontUpdate& how) {
+                            LeafPairSinks& sinks, const FrontUpdate& wanted) {
+  if (!keeps_answers_ && ++steps_without_them_ >= kTryAgain) clear();  // there may be room by now
+  FrontUpdate how = wanted;
+  how.retest |= !keeps_answers_;
   for (ChunkScratch& scratch : impl_->scratch) scratch.counts = {};
   counts_ = {};
   updated_ = 0;
-  recorded_.store(0, std::memory_order_relaxed);
   match(near);
   neighbour_bytes_ = 0;
   for (const FrontSegment& segment : segments_) neighbour_bytes_ += list_bytes(segment.neighbours);
+  room_.begin();
   const std::vector<Work> works = plan(trees, near, how);
-  max_pairs_ = how.record ? (how.max_bytes - neighbour_bytes_) / sizeof(FrontPair) : 0;
+  room_.allow(how.record ? how.max_bytes - neighbour_bytes_ : 0);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
     LeafPairSink& sink = sinks.local();
     for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sink, how);
   });
   for (const ChunkScratch& scratch : impl_->scratch) counts_.add(scratch.counts);
-  size_ = recorded_.load(std::memory_order_relaxed);
-  overflowed_ = how.record && size_ > max_pairs_;
+  size_ = room_.pairs();
+  overflowed_ = how.record && room_.pairs_lost();
   if (!how.record || overflowed_) return clear();
+  if (room_.answers_lost()) drop_answers();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     FrontSegment& segment = segments_[s];
     if (near[s].rests && !how.retest && segment.size != 0) continue;
@@ -284,9 +298,20 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
 }
 
 template <class Bounds>
+void Front<Bounds>::drop_answers() {
+  for (FrontSegment& segment : segments_) {
+    for (FrontChunk& chunk : segment.chunks) chunk.kept = {};
+    for (NeighbourChunk& chunk : segment.neighbours) chunk.at_rest = {};
+  }
+  keeps_answers_ = false;
+  steps_without_them_ = 0;
+}
+
+template <class Bounds>
 void Front<Bounds>::clear() {
   segments_ = {};
   size_ = 0;
+  keeps_answers_ = true;
 }
 
 template <class Bounds>
@@ -325,7 +350,7 @@ std::size_t Front<Bounds>::memory_bytes() const {
   std::size_t bytes = pair_bytes();
   for (const ChunkScratch& scratch : impl_->scratch)
     bytes += scratch.pairs.capacity() * sizeof(FrontPair) + scratch.kept.memory_bytes() +
-             scratch.found.capacity() * sizeof(Contact);
+             scratch.found.contacts.capacity() * sizeof(Contact);
   return bytes;
 }
 

@@ -4,13 +4,13 @@
 // lists_neighbours() and test_subtree(), inside Workers::run().
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "engine/front/front_room.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/front/segment.h"
 #include "engine/stop.h"
@@ -67,9 +67,10 @@ class Front {
   /// Goes to this step: segments of pairs in `near` (sorted, no pair twice) are updated, or built where there
   /// are none yet; all others are dropped. In parallel, by cost-estimated tasks (section 5.2) where building,
   /// by chunks (section 5.3) where updating. `trees` are by part; with `lazy`, their travel was advanced in
-  /// every step since a segment was built. Above `max_bytes` the front is dropped and overflowed() is true;
-  /// the leaf pairs have been handed over all the same. Throws Stopped, and is good for clear() only then,
-  /// when told to stop.
+  /// every step since a segment was built. Pairs, neighbours and answers kept of what is stationary hold no
+  /// more than `max_bytes`: where the answers are too many, stationary leaf pairs are tested in every step
+  /// instead; where the pairs are, the front is dropped and overflowed() is true. The leaf pairs have been
+  /// handed over all the same. Throws Stopped, and is good for clear() only then, when told to stop.
   void advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, LeafPairSinks& sinks,
                const FrontUpdate& how);
 
@@ -111,20 +112,22 @@ class Front {
                          const FrontUpdate& how);
   bool take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
-  static void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
-                             LeafPairSink& sink, const FrontUpdate& how);
+  void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink,
+                      const FrontUpdate& how);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);
+  void drop_answers();
 
   std::vector<FrontSegment> segments_;  // sorted by parts
   std::unique_ptr<Impl> impl_;
-  std::atomic<std::size_t> recorded_{0};  // pairs in chunks so far
-  std::size_t max_pairs_ = 0;
+  FrontRoom room_{sizeof(FrontPair)};
   std::size_t neighbour_bytes_ = 0;
   std::size_t size_ = 0;
   std::size_t updated_ = 0;
   FrontCounts counts_;
   bool overflowed_ = false;
+  bool keeps_answers_ = true;  // or there was no room for them
+  std::size_t steps_without_them_ = 0;
 };
 
 }  // namespace warmfront

@@ -4,11 +4,10 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "engine/contact.h"
 #include "engine/front/neighbours.h"
 #include "engine/front/node_pair.h"
+#include "engine/front/rest_answer.h"
 
 namespace warmfront {
 
@@ -39,16 +38,16 @@ class LeafPairSink {
   /// met on the way and came apart again need not be met in the next step.
   virtual LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which) = 0;
 
-  /// The same for leaves at rest; appends the contacts that it finds to `contacts`, and counts the triangle
-  /// pairs whose bounds overlap.
+  /// The same for stationary leaves; adds what it finds to `answer` as well.
   virtual LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
-                                    std::vector<Contact>& contacts, std::uint32_t& triangle_pairs) = 0;
+                                    RestAnswer& answer) = 0;
   /// Neighbours of a part, of which those whose budget is spent are tested, and get another one.
   virtual void neighbours(std::uint32_t part, NeighbourChunk& chunk) = 0;
   /// The same where nothing moves; what is found is in `chunk.at_rest` too.
   virtual void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) = 0;
-  /// What was found at rest in an earlier step, of leaves that have not moved since.
-  virtual void keep(std::uint64_t triangle_pairs, std::span<const Contact> contacts) = 0;
+  /// What was found in an earlier step, of leaves that have not moved since: a RestAnswer.
+  virtual void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
+                    std::span<const Contact> contacts) = 0;
 };
 
 /// Gives each thread its own sink. Thread-safe.

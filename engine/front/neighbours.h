@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/bvh/bvh.h"
-#include "engine/contact.h"
+#include "engine/front/rest_answer.h"
 
 namespace warmfront {
 
@@ -43,15 +43,16 @@ struct NeighbourChunk {
   /// What was found when nothing moved, which holds in every step until a leaf changes.
   struct AtRest {
     bool known = false;
-    std::uint32_t triangle_pairs = 0;  ///< whose bounds overlap
-    std::vector<Contact> contacts;
+    RestAnswer answer;
   };
   AtRest at_rest;
 
   std::size_t list_bytes() const {
     return sizeof(*this) + leaves.capacity() * sizeof(Leaves) + pairs.capacity() * sizeof(NeighbourPair);
   }
-  std::size_t memory_bytes() const { return list_bytes() + at_rest.contacts.capacity() * sizeof(Contact); }
+  std::size_t memory_bytes() const {
+    return list_bytes() + at_rest.answer.contacts.capacity() * sizeof(Contact);
+  }
 };
 
 /// Puts the places in `pairs` of those whose budget is spent into `due`, which has room for all; returns how

@@ -9,6 +9,7 @@
 #include "engine/contact.h"
 #include "engine/front/descend.h"
 #include "engine/front/neighbours.h"
+#include "engine/front/rest_answer.h"
 
 namespace warmfront {
 
@@ -28,12 +29,13 @@ TravelBudget grant_budget(const TreePair<Bounds>& trees, const NodePair& pair, f
              : TravelBudget::grant(trees.a.travel[pair.a], trees.b.travel[pair.b], gap);
 }
 
-/// What was found of leaf pairs at rest, which holds in every step until one of the leaves moves.
+/// What is kept of stationary leaf pairs: a RestAnswer each.
 struct KeptAnswers {
   struct OfPair {
     std::uint32_t pair;            ///< its place in the chunk
     std::uint32_t triangle_pairs;  ///< whose bounds overlap
     std::uint32_t contacts;        ///< the next so many of `contacts`
+    ContactTally tally = {};
   };
   std::vector<OfPair> pairs;  ///< ascending; those of which there is anything to keep
   std::vector<Contact> contacts;
@@ -43,6 +45,8 @@ struct KeptAnswers {
     pairs.clear();
     contacts.clear();
   }
+  /// What it takes to keep them: the same for any number of threads.
+  std::size_t bytes() const { return pairs.size() * sizeof(OfPair) + contacts.size() * sizeof(Contact); }
   std::size_t memory_bytes() const {
     return pairs.capacity() * sizeof(OfPair) + contacts.capacity() * sizeof(Contact);
   }

@@ -23,10 +23,10 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
     ++count;
     return {-1, false};
   }
-  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, const LeafBlocks&, std::vector<Contact>&,
-                            std::uint32_t& triangle_pairs) override {
+  LeafGap leaf_pair_at_rest(const PartPair&, const NodePair&, const LeafBlocks&,
+                            RestAnswer& answer) override {
     ++count;
-    triangle_pairs = 1;
+    answer.triangle_pairs = 1;
     return {-1, false};
   }
   void neighbours(std::uint32_t, NeighbourChunk& chunk) override {
@@ -34,7 +34,9 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
     chunk.restless = false;
   }
   void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override { neighbours(part, chunk); }
-  void keep(std::uint64_t triangle_pairs, std::span<const Contact>) override { count += triangle_pairs; }
+  void keep(std::uint64_t triangle_pairs, const ContactTally&, std::span<const Contact>) override {
+    count += triangle_pairs;
+  }
   std::atomic<std::uint64_t> count{0};
   std::atomic<std::uint64_t> neighbour_chunks{0};
 };
