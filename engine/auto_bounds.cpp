@@ -15,6 +15,10 @@ double median(std::array<double, N> times) {
 class AutoPipeline final : public Pipeline {
  public:
   Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
+    if (pipeline_->bounds() != trial_.bounds()) {  // now, since after a step was taken nothing may fail
+      pipeline_ = make_pipeline(trial_.bounds());
+      changed_ = true;
+    }
     Result<StepResult> result = pipeline_->step(core, frame, stop);
     if (!result) return result;
     StepStatistics& statistics = result.value().statistics;
@@ -22,10 +26,7 @@ class AutoPipeline final : public Pipeline {
       statistics.front_state = FrontState::kRebuilt;
       statistics.rebuild = Rebuild::kBounds;
     }
-    if (trial_.take(statistics.ms)) {
-      pipeline_ = make_pipeline(trial_.bounds());
-      changed_ = true;
-    }
+    trial_.take(statistics.ms);
     return result;
   }
   void parts_changed() override { pipeline_->parts_changed(); }

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Work that only saves time must not cost a session its life: a caller whose deadline is shorter than the
+// measurement of a rigid part's clearance goes on stepping. The deadline is a number of looks at the stop
+// flag, so that no machine's speed matters.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include "engine/collider.h"
+#include "tests/support/counted_looks.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using testing::CountedLooks;
+using Doubles = std::span<const double>;
+
+constexpr int kCells = 24;
+
+/// A wavy sheet that turns and falls as one piece, step by step.
+std::vector<double> sheet_at(int step) {
+  const double angle = 0.01 * step;
+  std::vector<double> x;
+  for (int i = 0; i <= kCells; ++i) {
+    for (int j = 0; j <= kCells; ++j) {
+      const double height = 0.5 * std::sin(0.5 * i) + 0.25 * std::cos(0.75 * j);
+      x.push_back(std::cos(angle) * i - std::sin(angle) * j);
+      x.push_back(std::sin(angle) * i + std::cos(angle) * j);
+      x.push_back(height - 0.125 * step);
+    }
+  }
+  return x;
+}
+
+Collider sheet() {
+  auto scene = testing::make_scene((kCells + 1) * (kCells + 1), testing::grid(kCells));
+  // One thread: the same looks in every run.
+  return Collider::create(scene, Doubles(sheet_at(0)), {}, std::make_shared<Workers>(1)).value();
+}
+
+bool stepped(Collider& collider, int step, long looks) {
+  const CountedLooks deadline(looks);
+  const std::vector<double> to = sheet_at(step);
+  const auto result = collider.step(Doubles(to), CountedLooks::flag());
+  if (!result) {
+    EXPECT_EQ(result.error().code, ErrorCode::kCancelled);
+  }
+  return result.ok();
+}
+
+// How many looks a first step takes, which is the longest that a session must be able to afford.
+long looks_of_a_cold_step() {
+  Collider collider = sheet();
+  long looks = 0;
+  while (!stepped(collider, 1, looks)) ++looks;
+  return looks;
+}
+
+TEST(InterruptedMeasurement, ASessionWithAShorterDeadlineGoesOn) {
+  Collider collider = sheet();
+  const long deadline = looks_of_a_cold_step() + 1;
+  int failures = 0;
+  for (int step = 1; step <= 2000; ++step) {
+    if (stepped(collider, step, deadline)) continue;
+    ++failures;
+    ASSERT_TRUE(stepped(collider, step, deadline)) << "step " << step << ", asked again";
+  }
+  EXPECT_GE(failures, 1) << "the measurement takes longer than the deadline";
+  EXPECT_LE(failures, 4) << "256 steps without one, then 512, ...";
+}
+
+}  // namespace
+}  // namespace warmfront
