@@ -135,7 +135,9 @@ std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const Scene
   std::vector<std::uint32_t> due;
   double least = std::numeric_limits<double>::infinity();
   for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-    if (parts_[p].fitted < kSteps || parts_[p].clearance || (motion.state(p) & kMoving) == 0) continue;
+    const Part& part = parts_[p];
+    const bool looked_at = part.wait == 0 && (motion.state(p) & kMoving) != 0;
+    if (!looked_at || part.fitted < kSteps || part.clearance) continue;
     due.push_back(p);
     least = std::min(least, wanted_clearance(p));
   }
