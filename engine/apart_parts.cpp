@@ -14,13 +14,12 @@ namespace {
 /// them, and lists of their pairs would be long.
 constexpr std::size_t kMostNear = 64;
 
-// How far apart two parts must be, so that nothing between them is reported. Only for the tiers certified and
-// exact.
+// How far apart along one direction two parts must be, so that nothing between them is reported, however far
+// they move: the certified tier's promise of certified.h. Only for the tiers certified and exact.
 WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame) {
   if (options.tier == Tier::kExact) return {};
   return {.least = frame.to_local(options.min_separation),
-          .share_of_size = certified_reach(options.tolerance),
-          .share_of_motion = 1 / kSurelyDecided};
+          .share_of_size = certified_reach(options.tolerance)};
 }
 
 }  // namespace

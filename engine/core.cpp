@@ -20,8 +20,8 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
       workers(std::move(the_workers)),
       motion(modelled, to_doubles(positions)),
       model(modelled) {
-  // The cone theorem rules out meeting, not nearness.
-  const bool cones = options.normal_cones && options.min_separation == 0;
+  // The cone theorem rules out meeting, not what other tiers report: what is near, or seems to meet.
+  const bool cones = options.normal_cones && options.tier == Tier::kExact;
   workers->run([&] {
     topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones);
     motion.renumber(topology->numbering);

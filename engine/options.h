@@ -24,7 +24,7 @@ enum class FrontMode : std::uint8_t {
 enum class BoundsKind : std::uint8_t {
   kAabb,
   kKDop18,
-  kAuto,  ///< 18-DOP, unless a trial in the first steps shows the AABB to be faster
+  kAuto,  ///< 18-DOP, unless the first steps test so little that the AABB is cheaper
 };
 
 /// What a step answers with.
@@ -71,8 +71,8 @@ struct ColliderOptions {
   /// Look for a plane between small bodies that are near each other, which spares them every other test
   /// (tiers certified and exact). A matter of speed only.
   bool separate_parts = true;
-  /// Skip self-collision of nearly flat patches by normal cone and contour test; only where its theorem
-  /// holds. Off, because since bounds ask for relative motion it costs more than it saves.
+  /// Exact tier: skip self-collision of flat patches by normal cone and contour test, which rule out meeting
+  /// and no nearness. Off, because since bounds ask for relative motion it costs more than it saves.
   bool normal_cones = false;
   /// Most triangles a leaf of the hierarchy holds: a power of two, 64 at most. Above 8 they are in blocks of
   /// 8, which are tested eight against one.

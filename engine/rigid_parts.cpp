@@ -30,9 +30,8 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
   for (std::uint32_t e = features.first_edge; e < features.end_edge; ++e) {
     const auto& a = vertices[scene.edges()[e][0]].t0;
     const auto& b = vertices[scene.edges()[e][1]].t0;
-    double square = 0;
-    for (int axis = 0; axis < 3; ++axis) square += (a[axis] - b[axis]) * (a[axis] - b[axis]);
-    const double length = std::sqrt(square);
+    // Which squares nothing that is near the ends of double's range. Rounded up.
+    const double length = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) * (1 + 0x1p-50);
     lengths.mean += length;
     lengths.longest = std::max(lengths.longest, length);
   }
@@ -40,7 +39,9 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
   return lengths;
 }
 
-// May nothing within the part be reported, if it moves from one fit to the next?
+// May nothing within the part be reported, if it moves from one fit to the next? Where the tier may report
+// what is near, by its promise of certified.h (kSurelyDecided): pairs stay farther apart than it reports at,
+// and what they have beyond that separation is not too little beside how they move.
 bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidReference::Fit& from,
            const RigidReference::Fit& to, const ColliderOptions& options) {
   const double cosine = cosine_between(from.rotation, to.rotation);
@@ -52,9 +53,10 @@ bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidRe
   // the clearance; of pairs farther apart the gap grows faster than the size.
   const double share = certified_reach(options.tolerance);
   const double size = 2 * edges.longest + clearance + 3 * off;
-  const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine)) * size + 2 * off;
-  return share < 0.5 * kLeastStretch && gap > options.min_separation + share * size &&
-         motion < kSurelyDecided * gap;
+  // A chord's square is 2 - 2 cosine, of which rounding takes some 2^-49.
+  const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine) + 0x1p-46) * size + 2 * off;
+  const double beyond = gap - options.min_separation;
+  return share < 0.5 * kLeastStretch && beyond > share * size && motion < kSurelyDecided * beyond;
 }
 
 }  // namespace

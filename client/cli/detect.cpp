@@ -298,7 +298,7 @@ Verb add_detect(CLI::App& app) {
       ->check(CLI::IsMember({"none", "paper", "warm"}))
       ->capture_default_str();
   app.add_option("--bounds", a.bounds,
-                 "Bounding volumes; auto measures in the first steps; the contacts are the same")
+                 "Bounding volumes; auto decides by what the first steps test; the contacts are the same")
       ->check(CLI::IsMember({"auto", "aabb", "kdop18"}))
       ->capture_default_str();
   app.add_option("--threads", a.threads, "Threads in this process; 0 for all that the machine has")
@@ -384,7 +384,8 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--lazy", a.lazy, "Warm front: skip pairs that cannot have come together yet")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
-  app.add_option("--normal-cones", a.normal_cones, "Cull flat patches by normal cone and contour test")
+  app.add_option("--normal-cones", a.normal_cones,
+                 "Cull flat patches by normal cone and contour test (tier exact)")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   return [arguments] { return detect(*arguments); };

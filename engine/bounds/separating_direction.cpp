@@ -144,12 +144,10 @@ std::optional<std::array<double, 3>> separating_direction(const MovingPoints& a,
   }
   const double radii = a.radius() + b.radius();
   size += radii;
-  const double motion = norm(offset[1] - offset[0]) + a.wander() + b.wander();
   // Three products and sums of float32 coordinates, themselves rounded and turned by rounded matrices, along
   // a direction that is a unit vector up to 2^-22.
   const double slack = 0x1p-19 * radii + 0x1p-21 * size + a.blur() + b.blur();
-  const double least_gap =
-      std::max(wanted.least + wanted.share_of_size * size, wanted.share_of_motion * motion) + slack;
+  const double least_gap = wanted.least + wanted.share_of_size * size + slack;
   if (!(least_gap < std::numeric_limits<double>::infinity())) return std::nullopt;
 
   // At first from centre to centre, which is no difference of points: they may be outside of their parts.

@@ -12,9 +12,8 @@ namespace warmfront {
 
 /// What a gap must be for two parts to be taken for apart, in the local frame.
 struct WantedGap {
-  double least = 0;            ///< more than this
-  double share_of_size = 0;    ///< and this share of the size on top: as Query::size, of the parts
-  double share_of_motion = 0;  ///< and more than this share of how far they move relative to each other
+  double least = 0;          ///< more than this
+  double share_of_size = 0;  ///< and this share of the size on top: as Query::size, of the parts
 };
 
 /// A unit vector n such that, at t = 0 and at t = 1 and hence (gaps between vertices along a fixed direction

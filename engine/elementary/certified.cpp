@@ -7,6 +7,7 @@
 
 #include "engine/elementary/closest.h"
 #include "engine/elementary/cubic.h"
+#include "engine/elementary/distance_below.h"
 #include "engine/elementary/inside.h"
 
 namespace warmfront {
@@ -28,7 +29,7 @@ class Search {
     std::uint32_t looked_at = 0;
     for (;;) {
       if (window.begin > options_.latest) return {};
-      if (++looked_at > options_.budget) return Verdict::at(window.begin, ContactStatus::kBudget);
+      if (++looked_at > options_.budget) return settle(window);
       const Window before = window;
       Step step = narrow(window);
       if (step == Step::kReport) {
@@ -36,7 +37,8 @@ class Search {
         // One clip may leap from a wide window to a fine one, in which nothing has been asked of the cubic
         // yet.
         Window rest = window;
-        if (cubic_.clip(rest)) return Verdict::at(window.begin, ContactStatus::kPossible);
+        if (cubic_.clip(rest) && comes_near(window))
+          return Verdict::at(window.begin, ContactStatus::kPossible);
         step = Step::kExcluded;
       }
       if (step == Step::kExcluded) {
@@ -51,6 +53,10 @@ class Search {
   }
 
  private:
+  // Half of what certified_reach() allows for rounding, of a query's size of 1/2 at least.
+  static constexpr double kClose = 0x1p-20;
+  static constexpr int kSettlingLooks = 640;
+
   enum class Step { kExcluded, kReport, kNarrowed };
 
   // Takes off the window what is certainly free of contact.
@@ -99,6 +105,39 @@ class Search {
     }
     return false;
   }
+
+  // May the primitives come within the separation in a fine window? Directions from closest points cannot
+  // tell where these are thin or nearly parallel, so what they leave is reported only where it is near at the
+  // window's begin, too: this is what certified_reach() rests on.
+  [[gnu::noinline]] bool comes_near(const Window& window) const {
+    const double within = barely_apart() + query_.relative_motion * window.width();
+    return distance_above(window.begin) <= within + kClose || distance_below(query_, window.begin) <= within;
+  }
+
+  // The budget is used up. What is left of the step is free of contact where one direction separates all of a
+  // window, of whatever width, and is halved where none does; but not where the primitives are close. README,
+  // "What the budget leaves", says for which pairs this always ends with no contact.
+  [[gnu::noinline]] Verdict settle(Window window) {
+    for (int looks = 0; looks < kSettlingLooks && window.begin <= options_.latest; ++looks) {
+      const double middle = window.begin + 0.5 * window.width();
+      if (distance_below(query_, middle) <= barely_apart() + kClose) break;
+      if (distance_below(query_, window) > barely_apart()) {
+        if (waiting_ == 0) return {};
+        window = stack_[--waiting_];
+      } else if (waiting_ < static_cast<int>(stack_.size())) {
+        stack_[waiting_++] = {middle, window.end};
+        window.end = middle;
+      } else {
+        break;
+      }
+    }
+    if (window.begin > options_.latest) return {};
+    return Verdict::at(window.begin, ContactStatus::kBudget);
+  }
+
+  // Beyond this the separation is kept for certain: it is more than the roundings of all that is compared
+  // with it.
+  double barely_apart() const { return query_.separation * (1 + 0x1p-40) + 0x1p-40; }
 
   // An upper bound of the distance at t: between points that lie in the primitives up to 2^-44 of the query's
   // size.

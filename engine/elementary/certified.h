@@ -11,7 +11,7 @@
 namespace warmfront {
 
 struct CertifiedOptions {
-  double tolerance = 1e-6;     ///< relative to the query's size; rounding may add 2^-18: see below
+  double tolerance = 1e-6;     ///< relative to the query's size; rounding may add 2^-18
   double min_separation = 0;   ///< scene units
   std::uint32_t budget = 512;  ///< windows looked at before the answer is kBudget
   double latest = 1;           ///< contacts after this time are of no interest (Report::kEarliest)
@@ -28,21 +28,23 @@ struct CertifiedOptions {
 ///   latest];
 ///   - toi <= the exact first time of contact;
 ///   - kHit: contact is proved (within the step, at or after toi). Otherwise, except for kBudget, the
-///   primitives come within min_separation + (2 tolerance + 2^-18) * size right after toi (the size: largest
-///   coordinate difference between the two primitives' vertices at t = 0 and 1). The 2^-18 is tested, not
-///   derived, and needed only where thin or parallel primitives graze: there directions decide, and one known
-///   to u / gap tilts small gaps away;
+///   primitives come within min_separation + certified_reach() * size at toi (the size: largest coordinate
+///   difference between the two primitives' vertices at t = 0 and 1);
 ///   - toi == 0 is always reported as kOverlapAtStart;
-///   - at most `budget` windows, no allocation.
+///   - nothing is reported of a pair that one direction keeps farther apart than that for the whole step, nor
+///   of one that stays farther apart and moves little (kSurelyDecided), whatever the budget;
+///   - at most `budget` windows, and 640 more before kBudget is the answer; no allocation.
+/// Proofs: README.md.
 Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);
 
-/// The share of a pair's size, beyond min_separation, that the test may report at.
+/// The share of a pair's size, beyond min_separation, that the test may report at: what moves within a window
+/// that it looks no further into, and what distances are known to. It reports at half of this; the other half
+/// is room for the roundings of culls, which see the pair in another frame.
 inline double certified_reach(double tolerance) {
-  return 2 * tolerance + 0x1p-18;
+  return tolerance + 0x1p-18;
 }
-/// A direction that separates a pair at the middle of a window separates it for as long as the pair needs to
-/// move its gap. So windows narrower than twice the gap over the motion are excluded, and one that moves less
-/// than so many times its gap takes at most twice as many windows: half of the budget.
+/// Nothing is reported, kBudget included, of primitives that stay farther apart than the reach throughout the
+/// step and move, relative to each other, less than so many times what the gap has beyond min_separation.
 inline constexpr double kSurelyDecided = 128;
 
 }  // namespace warmfront

@@ -49,7 +49,8 @@ inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
     return *std::min_element(sides, sides + 3,
                              [](const Vec3& x, const Vec3& y) { return dot(x, x) < dot(y, y); });
   }
-  return a + (vb / sum) * ab + (vc / sum) * ac;
+  const double v = std::clamp(vb / sum, 0.0, 1.0);
+  return a + v * ab + std::clamp(vc / sum, 0.0, 1.0 - v) * ac;
 }
 
 /// How far along the segments (0, e) and (g, q) their closest points lie, each in [0, 1].

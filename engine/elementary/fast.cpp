@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/elementary/fast.h"
 
+#include <algorithm>
+
 #include "engine/elementary/cubic.h"
+#include "engine/elementary/distance_below.h"
 #include "engine/elementary/float_roots.h"
 
 namespace warmfront {
@@ -29,6 +32,17 @@ bool inside_at(const Query& query, double t) {
   return spans(n, a, h) && along_e >= 0 && along_e <= nn && along_h >= 0 && along_h <= nn;
 }
 
+// A root at which the points seem to be inside, as a contact; but not where bounds, or distances, are certain
+// that there is none: culls leave such pairs out, some in one frame and not in another.
+Verdict contact_at(const Query& query, double root, double latest) {
+  Window window;
+  if (!trim_by_kdop(query, window)) return {};
+  const double toi = std::clamp(root, window.begin, window.end);
+  constexpr double kClose = 0x1p-20;  // well below certified_reach() of the least size, 1/2
+  if (toi > latest || distance_below(query, root) > kClose) return {};
+  return Verdict::at(toi, ContactStatus::kHit);
+}
+
 }  // namespace
 
 Verdict fast_test(const FeatureVertices& features, double latest) {
@@ -41,8 +55,9 @@ Verdict fast_test(const FeatureVertices& features, double latest) {
     const double after = f.at(turns.time[i]);
     if ((before <= 0 && after >= 0) || (before >= 0 && after <= 0)) {
       const double root = root_between(f, turns.time[i - 1], turns.time[i], before);
-      if (root > latest) return {};
-      if (inside_at(query, root)) return Verdict::at(root, ContactStatus::kHit);
+      if (inside_at(query, root)) {
+        if (const Verdict verdict = contact_at(query, root, latest); verdict.contact) return verdict;
+      }
     }
     before = after;
   }

@@ -9,8 +9,9 @@
 namespace warmfront {
 
 /// The roots of the coplanarity cubic, and at each the inside test, with rounding as it comes: the first root
-/// at which the four points are inside is a contact. The filters in front (swept 18-DOP, signs of the cubic)
-/// are the certified ones. It may miss contacts and invent them, most of all where primitives graze, are
+/// at which the four points are inside is a contact, unless the swept 18-DOP or the distance then says
+/// otherwise for certain. The filters in front (swept 18-DOP, signs of the cubic) are the certified ones. It
+/// may miss contacts and invent them, most of all where primitives graze, are
 /// degenerate or move within a plane; its toi may be late by rounding. It is there to be measured against. No
 /// allocation.
 Verdict fast_test(const FeatureVertices& features, double latest);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/target_clones.h"
 
@@ -30,31 +31,22 @@ void turn(std::size_t count, const float* from, const float* matrix, float* to) 
   }
 }
 
-// The largest squares of a lane's offsets from the centre at either end, and of how they change.
+// The largest square of a lane's offset from the centre.
 WARMFRONT_TARGET_CLONES
-void largest_squares(std::size_t count, const float* at0, const float* at1, float& offset, float& change) {
+float largest_square(std::size_t count, const float* at) {
   constexpr std::size_t kLanes = 8;
-  float offsets[kLanes] = {};
-  float changes[kLanes] = {};
+  float largest[kLanes] = {};
   for (std::size_t i = 0; i < count; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
-      float square0 = 0;
-      float square1 = 0;
-      float difference = 0;
+      float square = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float x0 = at0[axis * count + i + k];
-        const float x1 = at1[axis * count + i + k];
-        square0 += x0 * x0;
-        square1 += x1 * x1;
-        difference += (x1 - x0) * (x1 - x0);
+        const float x = at[axis * count + i + k];
+        square += x * x;
       }
-      const float square = square0 > square1 ? square0 : square1;
-      offsets[k] = square > offsets[k] ? square : offsets[k];
-      changes[k] = difference > changes[k] ? difference : changes[k];
+      largest[k] = square > largest[k] ? square : largest[k];
     }
   }
-  offset = *std::max_element(offsets, offsets + kLanes);
-  change = *std::max_element(changes, changes + kLanes);
+  return *std::max_element(largest, largest + kLanes);
 }
 
 }  // namespace
@@ -68,8 +60,11 @@ RestPoints::RestPoints(std::span<const double> rest, const std::array<double, 3>
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double x = rest[3 * std::min(i, points - 1) + axis];
-      lane[axis * count + i] = static_cast<float>(frame.to_local(x - centre[axis]));
-      reach = std::max(reach, frame.to_local(std::fabs(x)));
+      const auto local = static_cast<float>(frame.to_local(x - centre[axis]));
+      lane[axis * count + i] = local;
+      // What float32 cannot hold would be no number once it is turned: then nothing is known of the part.
+      reach = std::max(reach, std::isfinite(local) ? frame.to_local(std::fabs(x))
+                                                   : std::numeric_limits<double>::infinity());
     }
   }
 }
@@ -80,12 +75,8 @@ void MovingPoints::make_room(std::size_t points) {
 }
 
 void MovingPoints::measure() {
-  float offset = 0;
-  float change = 0;
-  largest_squares(count_, lane(0, 0), lane(1, 0), offset, change);
-  // Differences of rounded offsets are off by a share of the offsets.
-  radius_ = std::sqrt(double{offset}) * kRoundingUp + kUnderflow;
-  wander_ = std::sqrt(double{change}) * kRoundingUp + 0x1p-20 * radius_ + kUnderflow;
+  const float square = std::max(largest_square(count_, lane(0, 0)), largest_square(count_, lane(1, 0)));
+  radius_ = std::sqrt(double{square}) * kRoundingUp + kUnderflow;
 }
 
 void MovingPoints::take(std::span<const VertexMotion> vertices, const LocalFrame& frame) {
@@ -129,8 +120,8 @@ void MovingPoints::take(const RestPoints& rest, const Pose& from, const Pose& to
     turn(count_, rest.lane.data(), matrix.data(), room(end, 0));
     centre_[end] = pose.place(rest.centre.data());
     // Pose::place rounds sums of three products of rest coordinates and the shift, four times a coordinate:
-    // of a vertex, and of the centre.
-    blur_ = std::max(blur_, 0x1p-47 * (4 * rest.reach + shift));
+    // of a vertex, and of the centre; on the grid of denormal numbers by a step of it each.
+    blur_ = std::max(blur_, 0x1p-47 * (4 * rest.reach + shift) + frame.to_local(0x1p-1071));
   }
   measure();
 }

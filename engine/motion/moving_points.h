@@ -48,8 +48,6 @@ class MovingPoints {
   const std::array<double, 3>& centre(int end) const { return centre_[end]; }
   /// No vertex is farther from the centre.
   double radius() const { return radius_; }
-  /// No vertex moves farther otherwise than with the centre.
-  double wander() const { return wander_; }
   /// What rounding of the poses can hide, beside what the radius says.
   double blur() const { return blur_; }
 
@@ -64,7 +62,6 @@ class MovingPoints {
   std::vector<float> lanes_;
   std::array<std::array<double, 3>, 2> centre_{};
   double radius_ = 0;
-  double wander_ = 0;
   double blur_ = 0;
 };
 

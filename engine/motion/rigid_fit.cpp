@@ -19,8 +19,10 @@ double dot(const Vector& a, const Vector& b) {
 Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-// False for what has no direction.
+// False for what has no direction. A unit vector up to rounding, however short it was.
 bool normalise(Vector& a) {
+  const double largest = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
+  for (double& x : a) x /= largest;
   const double length = std::sqrt(dot(a, a));
   for (double& x : a) x /= length;
   return length > 0 && std::isfinite(length);

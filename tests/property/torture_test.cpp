@@ -13,6 +13,7 @@
 #include <iostream>
 #include <string>
 
+#include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/feature_block.h"
 #include "tests/support/distance.h"
@@ -72,13 +73,11 @@ void expect_conservative(const Verdict& verdict, const ExactTruth& truth) {
   }
 }
 
-// What is reported unproved comes within `tolerance` of touching: nothing moves farther than half of it in
-// the window that toi begins. Where thin or parallel primitives graze, rounding adds to that; 2^-18 is four
-// times the most met in 220,000 cases.
+// What is reported unproved is within the tier's reach at toi: engine/elementary/README.md derives it.
 void expect_near(const Verdict& verdict, const FeatureCase& query, double tolerance) {
   if (!verdict.contact || verdict.status == ContactStatus::kHit || verdict.status == ContactStatus::kBudget)
     return;
-  EXPECT_LE(testing::relative_distance(query.features(), verdict.toi), 2 * tolerance + 0x1p-18);
+  EXPECT_LE(testing::relative_distance(query.features(), verdict.toi), certified_reach(tolerance));
 }
 
 bool survives_filter(const FeatureCase& query) {

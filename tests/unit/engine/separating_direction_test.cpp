@@ -90,10 +90,13 @@ TEST(SeparatingDirection, ThereIsNoneForAPartWithinAHollowOne) {
       separating_direction(points_of(ring), points_of(box({0, 0, 0}, {0, 0, 0}, {1, 1, 1})), {}, {}));
 }
 
-TEST(SeparatingDirection, PartsThatMoveTogetherAreApartHoweverFar) {
+TEST(SeparatingDirection, PartsAreApartHoweverFarTheyMove) {
   const auto a = box({0, 0, 0}, {500, 0, 0}, {1, 1, 1});
   const auto b = box({0, 2.1, 0}, {500, 2.1, 0}, {1, 1, 1});
-  EXPECT_TRUE(separating_direction(points_of(a), points_of(b), {}, {.share_of_motion = 1.0 / 64}));
+  EXPECT_TRUE(separating_direction(points_of(a), points_of(b), {}, {.share_of_size = 1.0 / 64}));
+  const auto c = box({-300, 2.1, 0}, {200, 2.1, 0}, {1, 1, 1});  // past the first one
+  EXPECT_TRUE(separating_direction(points_of(box({0, 0, 0}, {0, 0, 0}, {1, 1, 1})), points_of(c), {},
+                                   {.share_of_size = 1.0 / 4096}));
 }
 
 TEST(SeparatingDirection, TheGapMustBeAsWideAsIsWanted) {
@@ -103,9 +106,6 @@ TEST(SeparatingDirection, TheGapMustBeAsWideAsIsWanted) {
   EXPECT_FALSE(separating_direction(a, b, {}, {.least = 0.501}));
   EXPECT_TRUE(separating_direction(a, b, {}, {.share_of_size = 0.05}));
   EXPECT_FALSE(separating_direction(a, b, {}, {.share_of_size = 0.2}));
-  const auto away = points_of(box({2.5, 0, 0}, {3.5, 0, 0}, {1, 1, 1}));
-  EXPECT_TRUE(separating_direction(a, away, {}, {.share_of_motion = 0.4}));
-  EXPECT_FALSE(separating_direction(a, away, {}, {.share_of_motion = 0.6}));
 }
 
 TEST(SeparatingDirection, StartsFromWhatWasFoundBefore) {
@@ -114,6 +114,15 @@ TEST(SeparatingDirection, StartsFromWhatWasFoundBefore) {
   const Vector before{std::sqrt(0.99), 0.1, 0};
   EXPECT_EQ(separating_direction(a, b, {}, {}, before), before);
   EXPECT_TRUE(separating_direction(a, b, {}, {}, Vector{-1, 0, 0})) << "one that does not serve any more";
+}
+
+// Turned by a matrix with zeros, what is infinite in float32 would be no number, and no maximum would hold
+// it.
+TEST(SeparatingDirection, APosedPartBeyondFloatsRangeIsNeverTakenForApart) {
+  const std::vector<double> rest{0, 0, 0, 1e60, 0, 0, 0, 1, 0};
+  MovingPoints huge;
+  huge.take(RestPoints(rest, {0, 0, 0}, {}), Pose{}, Pose{}, {});
+  EXPECT_FALSE(separating_direction(huge, points_of(box({1e3, 5, 0}, {1e3, 5, 0}, {1, 1, 1})), {}, {}));
 }
 
 TEST(SeparatingDirection, CoordinatesBeyondFloatsRangeAreNeverTakenForApart) {
@@ -220,7 +229,6 @@ TEST(MovingPoints, PosedOnesAreThoseThatThePosePlaces) {
     MovingPoints moving;
     moving.take(points, poses[0], poses[1], frame);
     ASSERT_EQ(moving.count(), static_cast<std::uint32_t>((count + 7) / 8 * 8));
-    std::array<std::vector<Vector>, 2> placed;
     for (int end = 0; end < 2; ++end) {
       for (std::uint32_t i = 0; i < moving.count(); ++i) {
         const std::size_t of = std::min<std::size_t>(i, static_cast<std::size_t>(count) - 1);
@@ -230,16 +238,9 @@ TEST(MovingPoints, PosedOnesAreThoseThatThePosePlaces) {
           from_centre[k] = frame.to_local(x[k] - moving.centre(end)[k]);
           EXPECT_NEAR(moving.lane(end, k)[i], from_centre[k], 0x1p-21 * moving.radius() + moving.blur());
         }
-        placed[end].push_back(from_centre);
         EXPECT_LE(std::hypot(from_centre[0], from_centre[1], from_centre[2]),
                   moving.radius() + moving.blur());
       }
-    }
-    for (std::size_t i = 0; i < placed[0].size(); ++i) {
-      double square = 0;
-      for (std::size_t k = 0; k < 3; ++k)
-        square += (placed[1][i][k] - placed[0][i][k]) * (placed[1][i][k] - placed[0][i][k]);
-      EXPECT_LE(std::sqrt(square), moving.wander() + moving.blur());
     }
   }
 }

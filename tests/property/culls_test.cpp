@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// What culls leave out, the tier would not have reported: pairs at the very limit of its reach, for which
+// only a plane serves that closest points never show, are answered as by testing every pair, in whatever
+// frame the collider works.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "engine/collider.h"
+#include "engine/elementary/certified.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/scenes.h"
+#include "tests/support/workers.h"
+
+namespace warmfront {
+namespace {
+
+using testing::workers;
+using Doubles = std::span<const double>;
+
+struct Motions {
+  std::vector<double> from;
+  std::vector<double> to;
+};
+
+// Two triangles in parallel planes, side by side along an edge each, that turn together within them.
+Motions turning_together(std::mt19937_64& random, double apart) {
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  const double beside = apart * (1 + uniform() / 2);
+  const double angle = 1.5 + 0.1 * uniform();
+  const double lean = 3 * uniform();
+  const double roll = 3 * uniform();
+  const std::array<std::array<double, 3>, 6> flat{
+      {{0, 0, 0}, {1, 0, 0}, {0.5, -1, 0}, {0, beside, apart}, {1, beside, apart}, {0.5, 1, apart}}};
+  Motions motions;
+  for (const bool end : {false, true}) {
+    for (const auto& [x, y, z] : flat) {
+      const double turned = end ? angle : 0;
+      const double a = std::cos(turned) * x - std::sin(turned) * y;
+      const double b = std::sin(turned) * x + std::cos(turned) * y;
+      const double c = std::cos(lean) * a - std::sin(lean) * z;
+      const double d = std::sin(lean) * a + std::cos(lean) * z;
+      const double e = std::cos(roll) * b - std::sin(roll) * d;
+      const double f = std::sin(roll) * b + std::cos(roll) * d;
+      auto& to = end ? motions.to : motions.from;
+      to.insert(to.end(), {c, e, f});
+    }
+  }
+  return motions;
+}
+
+// Made where everything lies `away`, and then brought to where the step begins: a frame far from it.
+std::vector<Contact> stepped(const std::shared_ptr<const Scene>& scene, const Motions& motions,
+                             const ColliderOptions& options, double away) {
+  std::vector<double> first = motions.from;
+  for (double& x : first) x += away;
+  Collider collider = Collider::create(scene, Doubles(first), options, workers()).value();
+  if (away != 0) {
+    EXPECT_TRUE(collider.step(Doubles(motions.from)).ok());
+  }
+  const StepResult result = collider.step(Doubles(motions.to)).value();
+  return {result.contacts.begin(), result.contacts.end()};
+}
+
+TEST(Culls, LeaveOutOnlyWhatIsNotReportedInAnyFrame) {
+  const auto scene = testing::make_scene(6, {{0, 1, 2}, {3, 4, 5}});
+  std::mt19937_64 random(21);
+  int reported = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const double tolerance = std::pow(10.0, -7 + static_cast<double>(random() % 5));
+    const double share = std::exp2(static_cast<double>(random() % 120) / 10 - 6);
+    const Motions motions = turning_together(random, share * certified_reach(tolerance));
+    const std::vector<Contact> expected =
+        testing::brute_force(*scene, motions.from, motions.to, {.tolerance = tolerance});
+    reported += !expected.empty();
+    for (const bool bodies : {false, true}) {
+      const ColliderOptions options{.tolerance = tolerance, .find_bodies = bodies};
+      for (const double away : {0.0, 1e3, 1e9})
+        EXPECT_EQ(stepped(scene, motions, options, away), expected) << trial << ", " << away;
+    }
+  }
+  EXPECT_GT(reported, 20);
+  EXPECT_LT(reported, 150);
+}
+
+}  // namespace
+}  // namespace warmfront
