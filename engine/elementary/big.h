@@ -1,102 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integers of any size: GMP behind the same face as Fixed. A value as thread-safe as an int; it allocates.
+// Integers of any size: GMP's arithmetic on limbs of our own, behind the same face as Fixed. A value as
+// thread-safe as a vector; it allocates, and throws std::bad_alloc, as one.
 #pragma once
 
 #include <gmp.h>
 
 #include <cstdint>
-#include <utility>
+#include <vector>
 
 namespace warmfront {
 
 struct BigDyadic;
 
+/// GMP's integers (mpz_t) end the process when memory ends, and nothing may be thrown through their C. So
+/// only its functions on limbs are used (mpn_*): these are given room for what they compute, and take
+/// temporary room on the stack for operands of up to some thousand limbs. The longest numbers here, of
+/// coordinates that use all of double's range, have some two thousand.
 class Big {
  public:
   using Dyadic = BigDyadic;
   static constexpr int kMaxShift = 1 << 30;
   static constexpr bool kUnbounded = true;
 
-  Big() { mpz_init(value_); }
-  explicit Big(std::int64_t value) { mpz_init_set_si(value_, value); }
-  Big(const Big& other) { mpz_init_set(value_, other.value_); }
-  Big(Big&& other) noexcept {
-    mpz_init(value_);
-    mpz_swap(value_, other.value_);
-  }
-  Big& operator=(const Big& other) {
-    mpz_set(value_, other.value_);
-    return *this;
-  }
-  Big& operator=(Big&& other) noexcept {
-    mpz_swap(value_, other.value_);
-    return *this;
-  }
-  ~Big() { mpz_clear(value_); }
+  Big() = default;
+  explicit Big(std::int64_t value);
 
-  int sign() const { return mpz_sgn(value_); }
+  int sign() const { return limbs_.empty() ? 0 : negative_ ? -1 : 1; }
   template <int kDegree, int kWords = 2>
   const Big& room() const {
     return *this;
   }
 
-  friend Big operator+(const Big& a, const Big& b) {
-    Big sum;
-    mpz_add(sum.value_, a.value_, b.value_);
-    return sum;
-  }
-  friend Big operator-(const Big& a, const Big& b) {
-    Big difference;
-    mpz_sub(difference.value_, a.value_, b.value_);
-    return difference;
-  }
-  Big operator-() const {
-    Big negated;
-    mpz_neg(negated.value_, value_);
-    return negated;
-  }
-  friend Big operator*(const Big& a, const Big& b) {
-    Big product;
-    mpz_mul(product.value_, a.value_, b.value_);
-    return product;
-  }
-  static Big product(const Big& a, const Big& b) { return a * b; }
-  friend Big operator*(const Big& a, std::uint64_t b) {
-    Big product;
-    mpz_mul_ui(product.value_, a.value_, b);
-    return product;
-  }
-  friend Big operator<<(const Big& a, int bits) {
-    Big shifted;
-    mpz_mul_2exp(shifted.value_, a.value_, static_cast<mp_bitcnt_t>(bits));
-    return shifted;
-  }
+  friend Big operator+(const Big& a, const Big& b) { return sum(a, b, b.negative_); }
+  friend Big operator-(const Big& a, const Big& b) { return sum(a, b, !b.negative_); }
+  Big operator-() const;
+  friend Big operator*(const Big& a, const Big& b) { return product(a, b); }
+  static Big product(const Big& a, const Big& b);
+  friend Big operator*(const Big& a, std::uint64_t b) { return times(a, b); }
+  friend Big operator<<(const Big& a, int bits) { return shifted_up(a, bits); }
   /// Rounds down.
-  friend Big operator>>(const Big& a, int bits) {
-    Big shifted;
-    mpz_fdiv_q_2exp(shifted.value_, a.value_, static_cast<mp_bitcnt_t>(bits));
-    return shifted;
-  }
-  /// Rounds down.
-  friend Big floor_divide(const Big& a, const Big& b) {
-    Big quotient;
-    mpz_fdiv_q(quotient.value_, a.value_, b.value_);
-    return quotient;
-  }
-  friend Big floor_sqrt(const Big& a) {
-    Big root;
-    mpz_sqrt(root.value_, a.value_);
-    return root;
-  }
+  friend Big operator>>(const Big& a, int bits) { return shifted_down(a, bits); }
+  /// Rounds down; b is not 0.
+  friend Big floor_divide(const Big& a, const Big& b) { return quotient(a, b); }
+  /// Of a number >= 0.
+  friend Big floor_sqrt(const Big& a) { return root(a); }
 
-  int bits() const { return sign() == 0 ? 0 : static_cast<int>(mpz_sizeinbase(value_, 2)); }
+  /// Of the magnitude; 0 for 0.
+  int bits() const;
   /// About value / 2^shift; what leaves double's range is infinite or 0.
   double scaled(int shift) const;
   /// The largest double not above value / 2^shift, of a value >= 0 where that is at most 1.
   double floor_scaled(int shift) const;
 
  private:
-  mpz_t value_;
+  static_assert(GMP_NUMB_BITS == 64);
+  using Limbs = std::vector<mp_limb_t>;
+
+  static Big sum(const Big& a, const Big& b, bool b_negative);
+  static Big times(const Big& a, std::uint64_t b);
+  static Big shifted_up(const Big& a, int bits);
+  static Big shifted_down(const Big& a, int bits);
+  static Big quotient(const Big& a, const Big& b);
+  static Big root(const Big& a);
+  /// The magnitude with leading zeros taken off.
+  static Big of(Limbs limbs, bool negative);
+  void add_one_to_magnitude();
+
+  Limbs limbs_;  // of the magnitude, the least first; the last one is not 0
+  bool negative_ = false;
 };
 
 /// numerator / 2^shift.
