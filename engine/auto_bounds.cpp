@@ -7,9 +7,9 @@ namespace warmfront {
 namespace {
 
 template <std::size_t N>
-double median(std::array<double, N> times) {
-  std::ranges::nth_element(times, times.begin() + N / 2);
-  return times[N / 2];
+std::uint64_t median(std::array<std::uint64_t, N> counts) {
+  std::ranges::nth_element(counts, counts.begin() + N / 2);
+  return counts[N / 2];
 }
 
 class AutoPipeline final : public Pipeline {
@@ -26,11 +26,11 @@ class AutoPipeline final : public Pipeline {
       statistics.front_state = FrontState::kRebuilt;
       statistics.rebuild = Rebuild::kBounds;
     }
-    trial_.take(statistics.ms);
+    if (core.options.report != Report::kEarliest) trial_.take(statistics.counts);
     return result;
   }
   void parts_changed() override { pipeline_->parts_changed(); }
-  BoundsKind bounds() const override { return trial_.bounds(); }
+  BoundsKind bounds() const override { return pipeline_->bounds(); }
   Status self_check(const Core& core) override { return pipeline_->self_check(core); }
   void forget(Core& core) override { pipeline_->forget(core); }
   std::size_t memory_bytes() const override { return pipeline_->memory_bytes(); }
@@ -43,19 +43,21 @@ class AutoPipeline final : public Pipeline {
 
 }  // namespace
 
-bool BoundsTrial::take(const StageTimes& ms) {
-  if (decided_ || ++steps_ <= kSettling) return false;
-  total_[steps_ - kSettling - 1] = ms.total;
-  refit_[steps_ - kSettling - 1] = ms.refit;
-  if (steps_ < kSettling + kCounted) return false;
-  const double total = median(total_);
+bool BoundsTrial::take(const StepCounts& counts) {
+  if (decided_ || counts.vertices_moved == 0 || ++steps_ <= kSettling) return false;
+  const std::size_t counted = steps_ - kSettling;
+  moved_[counted - 1] = counts.vertices_moved;
+  tests_[counted - 1] = counts.primitive_tests + kPairWeight * counts.triangle_pairs;
+  if (counted < kCounted) return false;
+  const std::uint64_t moved = median(moved_);
+  const std::uint64_t tests = median(tests_);
   if (bounds_ == BoundsKind::kKDop18) {
-    kdop_ms_ = total;
-    decided_ = median(refit_) <= kShare * total;
+    kdop_tests_ = tests;
+    decided_ = tests >= moved;
     return !decided_ && change_to(BoundsKind::kAabb);
   }
   decided_ = true;
-  return total > kGain * kdop_ms_ && change_to(BoundsKind::kKDop18);
+  return tests > kdop_tests_ + moved / 2 && change_to(BoundsKind::kKDop18);
 }
 
 bool BoundsTrial::change_to(BoundsKind bounds) {

@@ -42,7 +42,7 @@ class StageTimes:
 
 @dataclass(frozen=True)
 class StepCounts:
-    """Deterministic counts of a step; each is explained in proto/warmfront/v1/step.proto."""
+    """Counts of a step: each, and which are the same in every run, is explained in proto/warmfront/v1/step.proto."""
 
     bv_tests: int
     front_pairs: int

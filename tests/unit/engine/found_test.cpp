@@ -192,42 +192,75 @@ TEST(FoundRigid, CanBePinned) {
   }
 }
 
-StageTimes took(double total, double refit) {
-  return {.total = total, .refit = refit};
+StepCounts counted(std::uint64_t moved, std::uint64_t tests, std::uint64_t pairs = 0) {
+  return {.primitive_tests = tests, .triangle_pairs = pairs, .vertices_moved = moved};
 }
 
 // Feeds steps until the trial changes its mind, or for long.
-bool changes(BoundsTrial& trial, double total, double refit) {
+bool changes(BoundsTrial& trial, const StepCounts& counts) {
   for (int step = 0; step < 100; ++step) {
-    if (trial.take(took(total, refit))) return true;
+    if (trial.take(counts)) return true;
   }
   return false;
 }
 
-TEST(BoundsTrial, IsNotMadeWhereTheFrontTakesTheTime) {
+TEST(BoundsTrial, IsNotMadeWhereMuchIsTested) {
   BoundsTrial trial;
-  EXPECT_FALSE(changes(trial, 10, 5));
-  EXPECT_EQ(trial.bounds(), BoundsKind::kKDop18);
+  EXPECT_FALSE(changes(trial, counted(1000, 2000)));
+  EXPECT_FALSE(changes(trial, counted(1000, 0))) << "decided";
+  BoundsTrial pairs;
+  EXPECT_FALSE(changes(pairs, counted(1000, 0, 200)));
+  EXPECT_EQ(pairs.bounds(), BoundsKind::kKDop18);
 }
 
-TEST(BoundsTrial, StaysWithTheFaster) {
-  BoundsTrial faster;
-  ASSERT_TRUE(changes(faster, 10, 8));
-  EXPECT_EQ(faster.bounds(), BoundsKind::kAabb);
-  EXPECT_FALSE(changes(faster, 6, 5));
-  EXPECT_EQ(faster.bounds(), BoundsKind::kAabb);
-
+TEST(BoundsTrial, StaysWithAabbsWhereTheyLetHardlyMoreThrough) {
   BoundsTrial hardly;
-  ASSERT_TRUE(changes(hardly, 10, 8));
-  ASSERT_TRUE(changes(hardly, 9.5, 7));
-  EXPECT_EQ(hardly.bounds(), BoundsKind::kKDop18);
-  EXPECT_FALSE(changes(hardly, 10, 8)) << "tried once";
+  ASSERT_TRUE(changes(hardly, counted(1000, 400)));
+  EXPECT_EQ(hardly.bounds(), BoundsKind::kAabb);
+  EXPECT_FALSE(changes(hardly, counted(1000, 900)));
+  EXPECT_EQ(hardly.bounds(), BoundsKind::kAabb);
+
+  BoundsTrial more;
+  ASSERT_TRUE(changes(more, counted(1000, 400)));
+  ASSERT_TRUE(changes(more, counted(1000, 400, 51)));
+  EXPECT_EQ(more.bounds(), BoundsKind::kKDop18);
+  EXPECT_FALSE(changes(more, counted(1000, 400))) << "tried once";
 }
 
-TEST(BoundsTrial, DoesNotCountColdSteps) {
+TEST(BoundsTrial, DoesNotCountColdStepsNorThoseAtRest) {
   BoundsTrial trial;
-  for (std::size_t step = 0; step < BoundsTrial::kSettling; ++step) EXPECT_FALSE(trial.take(took(1000, 10)));
-  EXPECT_TRUE(changes(trial, 10, 8));
+  for (std::size_t step = 0; step < BoundsTrial::kSettling; ++step)
+    EXPECT_FALSE(trial.take(counted(1000, 9000)));
+  EXPECT_FALSE(changes(trial, counted(0, 0)));
+  EXPECT_TRUE(changes(trial, counted(1000, 10)));
+}
+
+// The same frames, the same bounds and the same counts, step by step, whatever else the machine does.
+TEST(AutoBounds, CountsFollowFromTheFramesAlone) {
+  std::vector<BoundsKind> bounds;
+  std::vector<std::uint64_t> tests;
+  for (const std::size_t threads : {1, 2, 2}) {
+    Sheets sheets(3, 8);
+    Collider collider = Collider::create(sheets.scene, Doubles(sheets.x), {.find_rigid = false},
+                                         std::make_shared<Workers>(static_cast<int>(threads)))
+                            .value();
+    std::vector<BoundsKind> bounds_now;
+    std::vector<std::uint64_t> tests_now;
+    for (int step = 0; step < 40; ++step) {
+      for (std::size_t i = 2; i < sheets.x.size(); i += 3) sheets.x[i] += 1e-3 * std::sin(step + 0.1 * i);
+      const StepStatistics statistics = collider.step(Doubles(sheets.x)).value().statistics;
+      bounds_now.push_back(statistics.bounds);
+      tests_now.push_back(statistics.counts.bv_tests);
+      tests_now.push_back(statistics.counts.primitive_tests);
+      tests_now.push_back(statistics.counts.triangle_pairs);
+    }
+    if (!bounds.empty()) {
+      EXPECT_EQ(bounds_now, bounds);
+      EXPECT_EQ(tests_now, tests);
+    }
+    bounds = bounds_now;
+    tests = tests_now;
+  }
 }
 
 TEST(Explain, TellsWhatTheAllDeformableStepTakes) {
