@@ -144,7 +144,10 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
   std::vector<double> wide;
   Progress progress("step", steps.step_count());
   // What is made of an answer beside the table belongs to the frame that `steps` is at.
-  const std::size_t most = outputs.any() || explanation ? 1 : std::min(arguments.in_flight, stepper.window());
+  // The window is asked for each time: a session that is resumed has that of the daemon it is at by then.
+  const auto most = [&] {
+    return outputs.any() || explanation ? 1 : std::min(arguments.in_flight, stepper.window());
+  };
   struct HandedOver {
     std::uint64_t number;
     std::uint64_t bytes;
@@ -157,7 +160,7 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
   if (table) print_header();
   Positions end;
   for (std::uint64_t step = 1; step <= steps.step_count(); ++step) {
-    while (in_flight.size() < most && step + in_flight.size() <= steps.step_count()) {
+    while (in_flight.size() < most() && step + in_flight.size() <= steps.step_count()) {
       if (Status status = steps.next(); !status) return status;
       end = arguments.substeps > 1 ? Positions(widen(steps.end(), wide)) : steps.end();
       if (Status status = stepper.submit(frames.next(end)); !status)

@@ -103,12 +103,12 @@ std::optional<std::string> Connection::why_unreachable() {
 }
 
 std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
-                                              std::string_view positions) {
+                                              std::string_view positions,
+                                              v1::CreateSessionResponse& response) {
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
   context.set_wait_for_ready(true);
   prepare(context, header.session_id());
-  v1::CreateSessionResponse response;
   const std::unique_ptr<grpc::ClientWriter<v1::CreateSessionRequest>> upload =
       stub_->CreateSession(&context, &response);
 
@@ -145,8 +145,8 @@ std::optional<RemoteError> Connection::call(Stub& stub, UnaryMethod<Stub, Reques
   return std::nullopt;
 }
 
-std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request) {
-  v1::ChangeSceneResponse response;
+std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request,
+                                              v1::ChangeSceneResponse& response) {
   return call(*stub_, &v1::CollisionService::Stub::ChangeScene, request, response, request.session_id(),
               options_.create_timeout);
 }

@@ -35,13 +35,13 @@ class Connection {
   std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response);
   /// Uploads the scene. `positions` are the bytes as in step.proto.
   std::optional<RemoteError> create(const v1::SessionHeader& header, const SceneDescription& scene,
-                                    std::string_view positions);
+                                    std::string_view positions, v1::CreateSessionResponse& response);
 
   std::optional<RemoteError> list(v1::ListSessionsResponse& response);
   std::optional<RemoteError> get(const std::string& id, v1::GetSessionResponse& response);
   std::optional<RemoteError> check(const std::string& id, v1::CheckSessionResponse& response);
   std::optional<RemoteError> remove(const std::string& id);
-  std::optional<RemoteError> change(const v1::ChangeSceneRequest& request);
+  std::optional<RemoteError> change(const v1::ChangeSceneRequest& request, v1::ChangeSceneResponse& response);
   std::optional<RemoteError> list_all(v1::ListAllSessionsResponse& response);
   std::optional<RemoteError> remove_any(const std::string& id);
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/lib/frame_message.h"
+#include "client/lib/uuid.h"
 #include "proto/byte_buffer.h"
 
 namespace warmfront::client {
@@ -131,14 +132,30 @@ Status Session::Impl::change(v1::SceneChange change, const std::function<void()>
   request.set_session_id(id());
   request.set_next_frame(header_.first_frame() + 1);
   *request.add_changes() = std::move(change);
-  const std::optional<RemoteError> error = connection_->change(request);
-  if (error && !error->lost_session_or_daemon()) return error->error;
-  taken();
-  if (!error) return {};
-  stream_.reset();
-  ++resumes_;
-  recreate_ = true;
-  return establish();
+  request.set_key(random_uuid());
+  changing_ = true;
+  for (;;) {
+    request.clear_expected_state();
+    if (known_) *request.mutable_expected_state() = *known_;
+    v1::ChangeSceneResponse response;
+    std::optional<RemoteError> error = connection_->change(request, response);
+    if (!error) {
+      changing_ = false;
+      taken();
+      header_.set_first_revision(header_.first_revision() + 1);
+      known_ = response.has_state() ? std::optional(response.state()) : std::nullopt;
+      resumes_without_answer_ = 0;
+      return {};
+    }
+    // The frame is due in this session: a copy that expects another is none of it.
+    if (error->reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER) error->reason = v1::ERROR_REASON_STATE_CHANGED;
+    const bool refused = error->retry_after || !error->may_resume();
+    const Status resumed = refused ? Status{} : resume(*error);
+    if (refused || !resumed) {
+      changing_ = false;
+      return refused ? error->error : resumed.error();
+    }
+  }
 }
 
 Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Positions& positions) {
@@ -169,7 +186,9 @@ Result<Answer> Session::Impl::next_answer() {
   for (;;) {
     send_frames();
     RemoteError lost{{ErrorCode::kUnavailable, "the daemon is draining"}};
-    if (!(draining_ && sent_ == 0)) {
+    if (lost_) {
+      lost = *std::exchange(lost_, std::nullopt);
+    } else if (!(draining_ && sent_ == 0)) {
       v1::StreamStepsResponse response;
       const StepStream::Event event = stream_->read(response, after(connection_->options().answer_timeout));
       if (event == StepStream::Event::kDone) {
@@ -191,8 +210,17 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
     case v1::StreamStepsResponse::kAnswer:
       return take_answer(response.answer());
     case v1::StreamStepsResponse::kError: {
+      RemoteError error = remote_error_from(response.error().status());
       // Dropped sessions end the stream too: it is read to its end, and resumed.
-      if (remote_error_from(response.error().status()).lost_session()) return std::nullopt;
+      if (error.lost_session()) return std::nullopt;
+      // The frame is due in this session: a copy that answered it otherwise, or expects another, is none of
+      // it.
+      const bool due = response.error().frame() == header_.first_frame() + 1;
+      if (error.other_state() || (due && error.reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER)) {
+        error.reason = v1::ERROR_REASON_STATE_CHANGED;
+        lost_ = std::move(error);
+        return std::nullopt;
+      }
       return take_error(response.error());
     }
     case v1::StreamStepsResponse::kDraining:
@@ -218,6 +246,15 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   }
   partial_.travel.decode_ms += milliseconds_since(start);
   if (!part.last()) return std::nullopt;
+  const v1::StepSummary& summary = part.summary();
+  if (known_ && !same_state(summary.state_before(), *known_)) {
+    lost_ = RemoteError{
+        {ErrorCode::kAborted, name_of(frame.number) + " was stepped from another state: session " + id() +
+                                  " is changed by someone else as well"},
+        v1::ERROR_REASON_STATE_CHANGED};
+    return std::nullopt;
+  }
+  if (known_) known_ = summary.state();
   partial_.travel.encode_ms = frame.encode_ms;
   partial_.travel.sent_bytes = frame.sent_bytes;
   header_.set_first_frame(frame.number);

@@ -39,78 +39,115 @@ RemoteError Session::Impl::ended() {
 
 Status Session::Impl::open() {
   const std::optional<RemoteError> error = create();
-  // With the connection lost it may have been created all the same: establish() finds out.
-  if (error && !error->lost_session_or_daemon()) return fail(error->error);
-  return establish();
+  if (error && (error->retry_after || !error->may_resume())) return fail(error->error);
+  // With the connection lost it may have been created all the same, in a state that was not told.
+  recreate_ = error.has_value();
+  Status established = establish(Full::kFails);
+  // Nobody is going to use what was created.
+  if (!established && established.error().code == ErrorCode::kResourceExhausted)
+    static_cast<void>(connection_->remove(id()));
+  return established;
 }
 
 Status Session::Impl::resume(const RemoteError& why) {
   stream_.reset();
-  if (!why.lost_session_or_daemon()) return fail(why.error);
-  if (resumes_without_answer_ >= connection_->options().max_resumes_without_answer)
+  if (!why.may_resume()) return fail(why.error);
+  if (resumes_without_answer_ >= connection_->options().max_resumes_without_answer) {
+    const std::string what = changing_ ? "a change" : "frame " + std::to_string(unanswered_.front().number);
     return fail({ErrorCode::kUnavailable, "gave up after " + std::to_string(resumes_without_answer_) +
-                                              " resumes without an answer to frame " +
-                                              std::to_string(unanswered_.front().number) + ": " +
+                                              " resumes without an answer to " + what + ": " +
                                               why.error.message});
+  }
   ++resumes_without_answer_;
   ++resumes_;
+  if (why.other_state()) recreate_ = true;
   if (connection_->options().on_lost) connection_->options().on_lost(why.error);
-  return establish();
+  return establish(Full::kWaits);
 }
 
-Status Session::Impl::establish() {
+Status Session::Impl::establish(Full full) {
   const Clock::time_point deadline = Clock::now() + connection_->options().resume_timeout;
   for (std::chrono::milliseconds backoff = kFirstBackoff;; backoff = std::min(2 * backoff, kLongestBackoff)) {
     const std::optional<RemoteError> error = try_establish(deadline);
     if (!error) return {};
     stream_.reset();
-    if (!error->lost_session_or_daemon()) return fail(error->error);
-    if (Clock::now() + backoff >= deadline)
+    if (!error->may_resume() || (error->retry_after && full == Full::kFails)) return fail(error->error);
+    const std::chrono::milliseconds wait =
+        std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
+    if (Clock::now() + wait >= deadline)
       return fail(
           {ErrorCode::kUnavailable,
            "session " + id() + " could not be resumed within the resume timeout: " + error->error.message});
-    std::this_thread::sleep_for(backoff);
+    std::this_thread::sleep_for(wait);
   }
 }
 
 std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {
+  // What the daemon answered already comes again from its memory, and the rest follows.
+  const auto begin_stream = [&] {
+    sent_ = 0;
+    partial_ = {};
+    lost_.reset();
+    writable_ = true;
+    draining_ = false;
+  };
+  if (!recreate_) {
+    const std::optional<RemoteError> error = attach(deadline);
+    if (!error && attached_is_own()) {
+      begin_stream();
+      return std::nullopt;
+    }
+    if (error && error->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return error;
+    // A copy that was left behind, or that answers to more than one frame were lost of: it keeps only the
+    // last.
+    recreate_ = !error;
+  }
+  stream_.reset();
   if (recreate_) {
-    std::optional<RemoteError> removed = connection_->remove(id());
+    const std::optional<RemoteError> removed = connection_->remove(id());
     if (removed && removed->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return removed;
     recreate_ = false;
   }
-  std::optional<RemoteError> error = attach(deadline);
-  const std::uint64_t due = header_.first_frame() + 1;
-  if (!error && !(expected_ == due || (expected_ == due + 1 && !unanswered_.empty()))) {
-    // Answers to more than one frame were lost, and the daemon keeps only the last: start over from what was
-    // answered.
-    stream_.reset();
-    if (std::optional<RemoteError> removed = connection_->remove(id()))
-      error = std::move(removed);
-    else
-      error = RemoteError{{}, v1::ERROR_REASON_SESSION_NOT_FOUND};
-  }
-  if (error && error->reason == v1::ERROR_REASON_SESSION_NOT_FOUND) {
-    stream_.reset();
-    error = create();
-    if (error && error->reason != v1::ERROR_REASON_SESSION_EXISTS) return error;
-    error = attach(deadline);
-    if (!error && expected_ != due)
-      return RemoteError{{ErrorCode::kAborted, "session " + id() + " is stepped by someone else as well"},
-                         v1::ERROR_REASON_SESSION_ATTACHED};
-  }
-  if (error) return error;
-  // What the daemon answered already comes again from its memory, and the rest follows.
-  sent_ = 0;
-  partial_ = {};
-  writable_ = true;
-  draining_ = false;
+  // One call may reach another daemon than the next: a copy there is looked at in the next try.
+  const auto elsewhere = [](const Error& error) {
+    return RemoteError{error, v1::ERROR_REASON_STATE_CHANGED};
+  };
+  if (const std::optional<RemoteError> error = create())
+    return error->reason == v1::ERROR_REASON_SESSION_EXISTS ? elsewhere(error->error) : *error;
+  if (std::optional<RemoteError> error = attach(deadline)) return error;
+  if (!attached_is_own() && !attached_as_created())
+    return elsewhere(
+        {ErrorCode::kAborted, "session " + id() +
+                                  " is not in the state that it was just created in: it is used by "
+                                  "someone else as well, or calls lead to different daemons"});
+  begin_stream();
   return std::nullopt;
+}
+
+bool Session::Impl::attached_as_created() const {
+  return !known_ && !attached_.has_state() && attached_.expected_frame() == header_.first_frame() + 1;
+}
+
+bool Session::Impl::attached_is_own() const {
+  if (!known_ || !attached_.has_state()) return false;
+  const v1::SessionState& state = attached_.state();
+  if (same_state(state, *known_)) return true;
+  if (!attached_.has_state_before() || !same_state(attached_.state_before(), *known_)) return false;
+  // Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose
+  // key it does.
+  return state.frame() == known_->frame()
+             ? changing_
+             : !unanswered_.empty() && unanswered_.front().number == state.frame();
 }
 
 std::optional<RemoteError> Session::Impl::create() {
   state_.describe(header_);
-  return connection_->create(header_, state_.scene(), state_.positions());
+  known_.reset();
+  v1::CreateSessionResponse response;
+  std::optional<RemoteError> error =
+      connection_->create(header_, state_.scene(), state_.positions(), response);
+  if (!error && response.session().has_state()) known_ = response.session().state();
+  return error;
 }
 
 std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
@@ -130,8 +167,8 @@ std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
   if (read == StepStream::Event::kTimeout) return timeout;
   if (read == StepStream::Event::kEnded) return ended();
   if (!response.has_attached()) return RemoteError{{ErrorCode::kUnavailable, "the daemon is draining"}};
-  expected_ = response.attached().expected_frame();
-  const v1::Limits& limits = response.attached().limits();
+  attached_ = std::move(*response.mutable_attached());
+  const v1::Limits& limits = attached_.limits();
   window_ = std::max(limits.window(), 1u);
   chunk_bytes_ = std::clamp<std::size_t>(limits.max_message_bytes(), 2 * kMessageOverhead, kFrameChunk) -
                  kMessageOverhead;

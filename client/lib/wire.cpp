@@ -255,19 +255,30 @@ bool RemoteError::lost_session() const {
   return reason == v1::ERROR_REASON_SESSION_NOT_FOUND || reason == v1::ERROR_REASON_DATA_LOSS;
 }
 
-bool RemoteError::lost_session_or_daemon() const {
-  if (lost_session() || reason == v1::ERROR_REASON_DRAINING) return true;
+bool RemoteError::other_state() const {
+  return reason == v1::ERROR_REASON_FRAME_CHANGED || reason == v1::ERROR_REASON_STATE_CHANGED;
+}
+
+bool RemoteError::may_resume() const {
+  if (lost_session() || other_state() || retry_after || reason == v1::ERROR_REASON_DRAINING) return true;
   if (reason != v1::ERROR_REASON_UNSPECIFIED) return false;
   // gRPC's own: a connection that ends in the middle shows as any of these.
   return error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kCancelled ||
          error.code == ErrorCode::kInternal || error.code == ErrorCode::kDeadlineExceeded;
 }
 
+bool same_state(const v1::SessionState& a, const v1::SessionState& b) {
+  return a.frame() == b.frame() && a.revision() == b.revision() && a.digest() == b.digest();
+}
+
 RemoteError remote_error_from(const v1::Status& status) {
   RemoteError remote{{code_from(status.code()), status.message()}};
   v1::ErrorDetail detail;
-  for (const google::protobuf::Any& any : status.details())
-    if (any.UnpackTo(&detail)) remote.reason = detail.reason();
+  for (const google::protobuf::Any& any : status.details()) {
+    if (!any.UnpackTo(&detail)) continue;
+    remote.reason = detail.reason();
+    if (detail.has_retry_after_ms()) remote.retry_after = std::chrono::milliseconds(detail.retry_after_ms());
+  }
   return remote;
 }
 

@@ -4,6 +4,8 @@
 
 #include <grpcpp/support/status.h>
 
+#include <chrono>
+#include <optional>
 #include <string>
 
 #include "client/lib/answer.h"
@@ -32,12 +34,18 @@ struct RemoteError {
   Error error;
   /// UNSPECIFIED when it is gRPC's own: the daemon was not reached, or died.
   v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
+  /// After which trying again may help; with a limit that others fill.
+  std::optional<std::chrono::milliseconds> retry_after = std::nullopt;
 
   /// The daemon has the session no more.
   bool lost_session() const;
-  /// Whether creating the session again, or trying again, may help.
-  bool lost_session_or_daemon() const;
+  /// The daemon has it, but not in the state that this client knows.
+  bool other_state() const;
+  /// Whether the session may go on once it was resumed: creating it again, or trying again, may help.
+  bool may_resume() const;
 };
+bool same_state(const v1::SessionState& a, const v1::SessionState& b);
+
 RemoteError remote_error_from(const grpc::Status& status);
 RemoteError remote_error_from(const v1::Status& status);
 

@@ -45,6 +45,8 @@ const char* name_of(Reason reason) {
       return "permission_denied";
     case Reason::kDataLoss:
       return "data_loss";
+    case Reason::kStateChanged:
+      return "state_changed";
   }
   return "other";
 }

@@ -45,7 +45,7 @@ struct Metrics {
   enum End : std::size_t { kDeleted, kExpired, kFailed, kEnds };
   static constexpr std::array<const char*, kEnds> kEndNames{"deleted", "expired", "failed"};
   /// Of refused requests: each limit by its setting, everything else by its kind.
-  static constexpr std::array<const char*, 28> kRefusals{"other",
+  static constexpr std::array<const char*, 29> kRefusals{"other",
                                                          "invalid_input",
                                                          "session_not_found",
                                                          "session_exists",
@@ -60,6 +60,7 @@ struct Metrics {
                                                          "unauthenticated",
                                                          "permission_denied",
                                                          "data_loss",
+                                                         "state_changed",
                                                          "max-sessions",
                                                          "max-sessions-per-principal",
                                                          "max-vertices",

@@ -10,6 +10,7 @@
 
 #include "engine/collider.h"
 #include "server/session/account.h"
+#include "server/session/state_digest.h"
 
 namespace warmfront::server {
 
@@ -20,7 +21,9 @@ struct Answer {
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;
-  double queue_ms = 0;  ///< between the frame's arrival and its step
+  SessionState state;         ///< of the session after the frame, ...
+  SessionState state_before;  ///< ... and the one that it was stepped from
+  double queue_ms = 0;        ///< between the frame's arrival and its step
   /// What the frame would have taken with everything deformable, when that was asked for.
   struct AllDeformable {
     StepStatistics statistics;

@@ -31,6 +31,7 @@ enum class Reason : std::uint8_t {
   kUnauthenticated,
   kPermissionDenied,
   kDataLoss,
+  kStateChanged,
 };
 
 struct Fault {

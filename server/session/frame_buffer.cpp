@@ -147,6 +147,12 @@ Frame FrameBuffer::view() const {
   return frame;
 }
 
+void FrameBuffer::add_to(StateDigest& digest) const {
+  digest.add(std::uint64_t{moved_});
+  if (!moved_) return digest.add(positions_.bytes());
+  for (const std::string& field : bytes_) digest.add(field);
+}
+
 std::size_t FrameBuffer::memory_bytes() const {
   std::size_t bytes = whole_ ? positions_.expected_bytes() : 0;
   for (const std::string& field : bytes_) bytes += field.capacity();

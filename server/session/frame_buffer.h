@@ -13,6 +13,7 @@
 
 #include "engine/frame.h"
 #include "server/session/position_buffer.h"
+#include "server/session/state_digest.h"
 
 namespace warmfront::server {
 
@@ -43,6 +44,8 @@ class FrameBuffer {
   /// Once complete, and valid while the buffer is.
   Frame view() const;
 
+  /// Takes what arrived into the digest, once complete.
+  void add_to(StateDigest& digest) const;
   /// The bytes that arrived.
   std::size_t bytes() const { return whole_ ? expected_ : received_; }
   /// The most bytes that the frame may have.

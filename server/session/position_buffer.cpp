@@ -54,6 +54,14 @@ Positions PositionBuffer::view() const {
   return std::span<const double>(std::get<Numbers<double>>(values_));
 }
 
+std::string_view PositionBuffer::bytes() const {
+  return std::visit(
+      [&](const auto& values) {
+        return std::string_view(reinterpret_cast<const char*>(values.data()), received_);
+      },
+      values_);
+}
+
 bool operator==(const PositionBuffer& a, const PositionBuffer& b) {
   if (a.overflow_ || b.overflow_) return false;  // there was more than is kept
   if (a.received_ != b.received_ || a.values_.index() != b.values_.index()) return false;

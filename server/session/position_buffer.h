@@ -52,6 +52,8 @@ class PositionBuffer {
   std::size_t expected_bytes() const { return expected_; }
   /// The positions, once complete; valid while the buffer is.
   Positions view() const;
+  /// As they came; as valid as view().
+  std::string_view bytes() const;
   /// The same bytes? What was refused is like nothing.
   friend bool operator==(const PositionBuffer& a, const PositionBuffer& b);
 

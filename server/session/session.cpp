@@ -2,10 +2,13 @@
 // Stepping a session by its frame rule. Thread safety as stated in the header.
 #include "server/session/session.h"
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 #include <new>
 #include <utility>
 
+#include "engine/scene/orphans.h"
 #include "server/session/step_cost.h"
 
 namespace warmfront::server {
@@ -27,11 +30,38 @@ Fault cancelled(std::uint64_t frame) {
           name_of(frame) + ": given up by its client; the session is as before it"};
 }
 
+/// Tells a change from a frame, which begins with 0 or 1.
+constexpr std::uint64_t kChange = 2;
+
+/// Of what a session is created from.
+std::uint64_t digest_of(const SessionSpec& spec, const PositionBuffer& positions) {
+  StateDigest digest(spec.header_digest);
+  digest.add(std::span(spec.scene.faces));
+  digest.add(positions.bytes());
+  return digest.value();
+}
+
+std::string text_of(const SessionState& state) {
+  return name_of(state.frame) + ", revision " + std::to_string(state.revision);
+}
+
 }  // namespace
+
+Session::InHand::InHand(std::shared_ptr<Session> session) : session_(std::move(session)) {
+  const MutexLock lock(session_->mutex_);
+  ++session_->in_hand_;
+}
+
+Session::InHand::~InHand() {
+  const MutexLock lock(session_->mutex_);
+  --session_->in_hand_;
+  session_->last_request_ = std::chrono::steady_clock::now();
+}
 
 Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const PositionBuffer& positions,
                                                   Host host) {
   try {
+    const std::uint64_t digest = digest_of(spec, positions);
     Result<Scene> scene = Scene::create(std::move(spec.scene));
     if (!scene) return fault_from(scene.error());
     auto shared = std::make_shared<const Scene>(std::move(scene).value());
@@ -39,8 +69,8 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
         Collider::create(shared, positions.view(), spec.options, std::move(host.workers));
     if (!collider) return fault_from(collider.error());
     if (Status placed = collider.value().place(spec.poses); !placed) return fault_from(placed.error());
-    return std::shared_ptr<Session>(
-        new Session(std::move(spec), std::move(shared), std::move(collider).value(), std::move(host)));
+    return std::shared_ptr<Session>(new Session(std::move(spec), digest, std::move(shared),
+                                                std::move(collider).value(), std::move(host)));
   } catch (const std::bad_alloc&) {
     return out_of_memory("creating the session");
   } catch (const std::exception& error) {
@@ -48,7 +78,8 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
   }
 }
 
-Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host)
+Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const Scene> scene,
+                 Collider&& collider, Host&& host)
     : id_(std::move(spec.id)),
       owner_(std::move(host.owner)),
       metrics_(host.metrics),
@@ -66,10 +97,11 @@ Session::Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collide
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
+      standing_{{spec.first_frame, spec.first_revision, digest}, std::nullopt},
       next_ms_(step_cost_ms(scene->face_count(), {})),
       scene_(std::move(scene)),
       last_request_(std::chrono::steady_clock::now()) {
-  snapshot_.last_frame = frames_.last();
+  snapshot_.state = standing_.now;
 }
 
 SessionSnapshot Session::snapshot() const {
@@ -78,9 +110,15 @@ SessionSnapshot Session::snapshot() const {
   snapshot.memory_bytes = account_->held();
   snapshot.attached = attachment_.has_value();
   snapshot.created = created_;
-  snapshot.idle =
-      std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - last_request_);
+  if (in_hand_ == 0)
+    snapshot.idle = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() -
+                                                                          last_request_);
   return snapshot;
+}
+
+void Session::touch() {
+  const MutexLock lock(mutex_);
+  last_request_ = std::chrono::steady_clock::now();
 }
 
 std::optional<Fault> Session::closed() const {
@@ -95,17 +133,13 @@ std::shared_ptr<const Scene> Session::scene() const {
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
                    StepDone done, Before before) {
-  {
-    const MutexLock lock(mutex_);
-    last_request_ = std::chrono::steady_clock::now();
-  }
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
   auto request = std::make_shared<Request>(
       Request{frame, std::move(contents), std::move(pass), std::move(done), std::move(before)});
-  Mailbox::Job job = [self = shared_from_this(), request] {
+  Mailbox::Job job = [in_hand = in_hand(), request] {
     if (request->before) request->before();
-    Outcome<std::shared_ptr<const Answer>> outcome = self->compute_guarded(*request);
+    Outcome<std::shared_ptr<const Answer>> outcome = (*in_hand)->compute_guarded(*request);
     // The frame is computed: what it held is free before its client hears of it.
     request->pass.give_back();
     request->done(std::move(outcome));
@@ -119,19 +153,13 @@ void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Ad
   }
 }
 
-void Session::change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done,
-                     Before before) {
-  auto shared = std::make_shared<std::vector<SceneChange>>(std::move(changes));
+void Session::change(ChangeOrder order, ChangeDone done, Before before) {
+  auto shared = std::make_shared<ChangeOrder>(std::move(order));
   auto reply = std::make_shared<ChangeDone>(std::move(done));
-  const bool posted =
-      mailbox_->post([self = shared_from_this(), next_frame, shared, reply, before = std::move(before)] {
-        if (before) before();
-        const Outcome<bool> outcome = self->guarded<bool>("changing the scene", [&]() -> Outcome<bool> {
-          if (std::optional<Fault> fault = self->apply(next_frame, *shared)) return *std::move(fault);
-          return true;
-        });
-        (*reply)(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
-      });
+  const bool posted = mailbox_->post([in_hand = in_hand(), shared, reply, before = std::move(before)] {
+    (*reply)((*in_hand)->guarded<SessionState>("changing the scene",
+                                               [&] { return (*in_hand)->apply(*shared, before); }));
+  });
   if (!posted)
     (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer",
                        "window", true));
@@ -166,7 +194,7 @@ void Session::take_stock() {
   memory_.set(collider_.memory_bytes() + (last_frame_ ? last_frame_->memory_bytes() : 0));
   plan_next();
   const MutexLock lock(mutex_);
-  snapshot_.last_frame = frames_.last();
+  snapshot_.state = standing_.now;
   snapshot_.steps = frames_.steps();
   last_request_ = std::chrono::steady_clock::now();
 }
@@ -193,8 +221,8 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request
 
 void Session::check(CheckDone done) {
   auto reply = std::make_shared<CheckDone>(std::move(done));
-  const bool posted = mailbox_->post([self = shared_from_this(), reply] {
-    (*reply)(self->guarded<std::string>("the self-check", [&] { return self->self_check(""); }));
+  const bool posted = mailbox_->post([in_hand = in_hand(), reply] {
+    (*reply)((*in_hand)->guarded<std::string>("the self-check", [&] { return (*in_hand)->self_check(""); }));
   });
   if (!posted)
     (*reply)(limit_met("CheckSession: too many frames of this session wait; try again after an answer",
@@ -238,32 +266,91 @@ std::optional<Fault> Session::too_large_with(std::span<const SceneChange> change
   return std::nullopt;
 }
 
-std::optional<Fault> Session::apply(std::uint64_t next_frame, std::vector<SceneChange>& changes) {
-  if (next_frame != frames_.expected())
+// The checks of the engine, which takes each change whole or not at all: so that it refuses none when others
+// are carried out already.
+std::optional<Fault> Session::check_together(std::span<const SceneChange> changes) const {
+  if (changes.size() < 2) return std::nullopt;
+  Scene scene = collider_.scene();
+  const auto check = [&](const SceneChange& change) -> Status {
+    if (const auto* add = std::get_if<AddBody>(&change)) {
+      const auto bad = std::ranges::find_if(add->positions, [](double x) { return !std::isfinite(x); });
+      if (bad != add->positions.end())
+        return invalid_argument("positions: vertex " + std::to_string((bad - add->positions.begin()) / 3) +
+                                " is not finite");
+      Result<Scene> with = scene.with_body(add->addition);
+      if (!with) return with.error();
+      scene = std::move(with).value();
+      return check_hubs(scene);
+    }
+    const auto& [index, body] = std::get<ChangeBody>(change);
+    if (index < scene.bodies().size() && scene.bodies()[index].kind == BodyKind::kRemoved)
+      return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
+    Result<Scene> with = scene.with_body_changed(index, body);
+    if (!with) return with.error();
+    scene = std::move(with).value();
+    return {};
+  };
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (Status status = check(changes[i]); !status)
+      return fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
+  }
+  return std::nullopt;
+}
+
+std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
+  if (order.expected && *order.expected != standing_.now)
+    return Fault{ErrorCode::kAborted, Reason::kStateChanged,
+                 "expected_state: the session is not in this state (" + text_of(*order.expected) +
+                     ") but in another (" + text_of(standing_.now) +
+                     "): another copy was changed or stepped meanwhile; attach to see",
+                 frames_.expected()};
+  if (order.next_frame != frames_.expected())
     return Fault{ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
-                 "next_frame: " + name_of(next_frame) + " is out of order: frame " +
+                 "next_frame: " + name_of(order.next_frame) + " is out of order: frame " +
                      std::to_string(frames_.expected()) + " is expected",
                  frames_.expected()};
-  if (std::optional<Fault> fault = too_large_with(changes)) return fault;
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    if (std::optional<Fault> refusal = account_->refusal()) return refusal;
+  if (std::optional<Fault> fault = too_large_with(order.changes)) return fault;
+  if (std::optional<Fault> refusal = account_->refusal()) return refusal;
+  return check_together(order.changes);
+}
+
+Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
+  if (!order.key.empty() && done_order_ && order.key == done_order_->key) {
+    if (order.digest == done_order_->digest) return done_order_->state;
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                 "key: other changes were carried out under this one; choose another for each request"};
+  }
+  if (before) before();
+  if (std::optional<Fault> refusal = refusal_of(order)) return *std::move(refusal);
+  for (std::size_t i = 0; i < order.changes.size(); ++i) {
     const auto carry_out = [&]() -> Status {
-      if (auto* add = std::get_if<AddBody>(&changes[i])) {
+      if (auto* add = std::get_if<AddBody>(&order.changes[i])) {
         const Result<std::uint32_t> added =
             collider_.add_body(std::move(add->addition), std::span<const double>(add->positions));
         return added ? Status{} : Status{added.error()};
       }
-      auto& change = std::get<ChangeBody>(changes[i]);
+      auto& change = std::get<ChangeBody>(order.changes[i]);
       return collider_.change_body(change.index, std::move(change.body));
     };
-    const Status status = carry_out();
-    {
-      const MutexLock lock(mutex_);
-      scene_ = std::make_shared<const Scene>(collider_.scene());
+    if (Status status = carry_out(); !status) {
+      Fault fault = fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
+      // Checked before: a session that is changed by half is none.
+      if (i > 0)
+        fault = {ErrorCode::kInternal, Reason::kEngine,
+                 fault.message + "; other changes were carried out, and the session is dropped"};
+      return fault;
     }
-    if (!status) return fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
   }
-  return std::nullopt;
+  auto scene = std::make_shared<const Scene>(collider_.scene());
+  StateDigest digest(standing_.now.digest);
+  digest.add(kChange);
+  digest.add(order.digest);
+  advance({standing_.now.frame, standing_.now.revision + 1, digest.value()});
+  done_order_.reset();
+  if (!order.key.empty()) done_order_ = {std::move(order.key), order.digest, standing_.now};
+  const MutexLock lock(mutex_);
+  scene_ = std::move(scene);
+  return standing_.now;
 }
 
 Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
@@ -282,7 +369,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
       if (!(request.contents == *last_frame_))
         return Fault{ErrorCode::kAborted, Reason::kFrameChanged,
                      name_of(frame) +
-                         " was already answered for other positions; number frames upwards, frame " +
+                         " was already answered for other content; number frames upwards, frame " +
                          std::to_string(frames_.expected()) + " is next",
                      frames_.expected()};
       return last_answer_;
@@ -299,6 +386,8 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     if (Outcome<std::string> checked = self_check(name_of(frame) + ": "); !checked) return checked.fault();
   }
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
+  StateDigest digest(standing_.now.digest);
+  request.contents.add_to(digest);
   Result<StepResult> result = collider_.step(request.contents.view(), request.pass.given_up.get());
   if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
   if (!result) return fault_from(result.error(), name_of(frame) + ": ");
@@ -309,9 +398,12 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     answer.all_deformable->positions_bytes = std::size_t{3} * scene.vertex_count() * size_of(dtype_);
   }
   answer.memory = Holding(account_, answer.memory_bytes());
+  answer.state = {frame, standing_.now.revision, digest.value()};
+  answer.state_before = standing_.now;
   last_answer_ = std::make_shared<const Answer>(std::move(answer));
   last_frame_ = std::move(request.contents);
   frames_.advance();
+  advance(last_answer_->state);
   ++steps_unchecked_;
   if (metrics_ != nullptr)
     metrics_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
@@ -339,7 +431,7 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
              "session " + id_.text() + " was taken over by another stream"});
   mailbox_->post_always([self = shared_from_this(), done = std::move(done)] {
     if (std::optional<Fault> fault = self->closed()) return done(*std::move(fault));
-    done(self->frames_.expected());
+    done(self->standing_);
   });
   return attachment;
 }

@@ -38,6 +38,9 @@ struct SessionSpec {
   Dtype dtype = Dtype::kFloat64;
   std::uint64_t first_frame = 0;
   std::vector<BodyPose> poses;  ///< at first_frame, of the rigid bodies that are not at rest
+  std::uint64_t first_revision = 0;
+  /// A hash of what the client says besides faces and positions: where it differs, so do states.
+  std::uint64_t header_digest = 0;
 };
 
 /// One change of a scene between two frames.
@@ -51,22 +54,32 @@ struct ChangeBody {
 };
 using SceneChange = std::variant<AddBody, ChangeBody>;
 
+/// Changes that are carried out together; see ChangeSceneRequest on the wire.
+struct ChangeOrder {
+  std::uint64_t next_frame = 0;
+  std::vector<SceneChange> changes;
+  std::string key = {};                                 ///< empty: none
+  std::optional<SessionState> expected = std::nullopt;  ///< none: whatever the session is in
+  std::uint64_t digest = 0;                             ///< of the changes as they were sent
+};
+
 /// A session as it stands; see SessionInfo on the wire.
 struct SessionSnapshot {
-  std::uint64_t last_frame = 0;
+  SessionState state;
   std::uint64_t steps = 0;
   std::size_t memory_bytes = 0;
   bool attached = false;
   std::chrono::system_clock::time_point created;
-  std::chrono::milliseconds idle{0};
+  std::chrono::milliseconds idle{0};  ///< since the last request; 0 while one waits or is carried out
 };
 
 class Session : public std::enable_shared_from_this<Session> {
  public:
   using StepDone = std::function<void(Outcome<std::shared_ptr<const Answer>>)>;
-  using ChangeDone = std::function<void(std::optional<Fault>)>;
+  /// The state after the changes.
+  using ChangeDone = std::function<void(const Outcome<SessionState>&)>;
   using CheckDone = std::function<void(const Outcome<std::string>&)>;
-  using AttachDone = std::function<void(Outcome<std::uint64_t>)>;
+  using AttachDone = std::function<void(const Outcome<Standing>&)>;
   /// Told once, on a thread that runs its jobs, when the engine failed and the session must be forgotten.
   using Lost = std::function<void(Session&, const Fault&)>;
   /// Called, on the thread that does it, just before a request is carried out.
@@ -103,6 +116,8 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::shared_ptr<Account>& account() const { return account_; }
   const std::shared_ptr<SessionRecording>& recording() const { return recording_; }
   SessionSnapshot snapshot() const;
+  /// Somebody asks about this session: it is used.
+  void touch();
 
   /// Whether a frame may be refused because too many wait.
   enum class Admission {
@@ -118,10 +133,11 @@ class Session : public std::enable_shared_from_this<Session> {
   void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done,
             Before before = {});
 
-  /// Carries out the changes in order, up to the first that fails, if `next_frame` is the frame expected
-  /// then; none of them when all together would make a scene above the limits. `done` is called as in step().
-  void change(std::uint64_t next_frame, std::vector<SceneChange> changes, ChangeDone done,
-              Before before = {});
+  /// Carries out the changes in order, all of them or none: FAILED_PRECONDITION unless `next_frame` is the
+  /// frame expected then, ABORTED unless the session is in the state `expected`. With the key of the last
+  /// order that was carried out the answer to that is given again, without `before`; INVALID_ARGUMENT when
+  /// its changes were others. `done` is called as in step().
+  void change(ChangeOrder order, ChangeDone done, Before before = {});
 
   /// Checks, in its turn, what the collider keeps, as step() does by itself every limits.self_check_steps:
   /// what was found broken, which is made anew in the next step, or nothing; DATA_LOSS, and the session is
@@ -129,7 +145,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void check(CheckDone done);
 
   /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
-  /// evicted then. `done` gets the frame expected next, on a runner's thread, once all earlier frames are
+  /// evicted then. `done` gets where the session stands, on a runner's thread, once all earlier frames are
   /// done.
   Outcome<Attachment> attach(bool takeover, Evict evict, AttachDone done);
   /// Does nothing when the attachment was taken over.
@@ -150,13 +166,31 @@ class Session : public std::enable_shared_from_this<Session> {
     std::chrono::steady_clock::time_point arrived = std::chrono::steady_clock::now();
   };
 
-  Session(SessionSpec&& spec, std::shared_ptr<const Scene> scene, Collider&& collider, Host&& host);
+  /// A request counts from its arrival until it is answered: meanwhile the session is not idle.
+  class InHand {
+   public:
+    explicit InHand(std::shared_ptr<Session> session);
+    ~InHand();
+    InHand(const InHand&) = delete;
+    InHand& operator=(const InHand&) = delete;
+    Session* operator->() const { return session_.get(); }
+
+   private:
+    const std::shared_ptr<Session> session_;
+  };
+  std::shared_ptr<InHand> in_hand() { return std::make_shared<InHand>(shared_from_this()); }
+
+  Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const Scene> scene, Collider&& collider,
+          Host&& host);
 
   Outcome<std::shared_ptr<const Answer>> compute(Request& request);
   Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request);
   Outcome<std::string> self_check(const std::string& where);
   std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
-  std::optional<Fault> apply(std::uint64_t next_frame, std::vector<SceneChange>& changes);
+  std::optional<Fault> check_together(std::span<const SceneChange> changes) const;
+  std::optional<Fault> refusal_of(const ChangeOrder& order) const;
+  Outcome<SessionState> apply(ChangeOrder& order, const Before& before);
+  void advance(const SessionState& next) { standing_ = {next, standing_.now}; }
   // Runs work on the collider; what it throws becomes a fault, and the session is lost then.
   template <class T>
   Outcome<T> guarded(const std::string& what, const std::function<Outcome<T>()>& work);
@@ -184,6 +218,14 @@ class Session : public std::enable_shared_from_this<Session> {
   Collider collider_;
   Holding memory_;  // of the collider
   FrameSequence frames_;
+  Standing standing_;
+  /// The last that was carried out and had a key.
+  struct DoneOrder {
+    std::string key;
+    std::uint64_t digest;
+    SessionState state;
+  };
+  std::optional<DoneOrder> done_order_;
   std::uint32_t steps_unchecked_ = 0;
   bool was_rebuilt_ = false;  // after a self-check
   bool stepped_ = false;      // the last request was a step, and was carried out
@@ -196,6 +238,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<const Scene> scene_ WARMFRONT_GUARDED_BY(mutex_);
   SessionSnapshot snapshot_ WARMFRONT_GUARDED_BY(mutex_);
   std::chrono::steady_clock::time_point last_request_ WARMFRONT_GUARDED_BY(mutex_);
+  std::uint32_t in_hand_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // requests
   std::optional<Fault> closed_ WARMFRONT_GUARDED_BY(mutex_);
   std::uint64_t attachments_ WARMFRONT_GUARDED_BY(mutex_) = 0;
   std::optional<Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);

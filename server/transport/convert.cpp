@@ -337,11 +337,31 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
   Outcome<std::vector<BodyPose>> poses = poses_from(header);
   if (!poses) return poses.fault();
   spec.poses = std::move(poses).value();
+  spec.first_revision = header.first_revision();
+  v1::SessionHeader said = header;
+  said.clear_session_id();
+  StateDigest digest(0);
+  digest.add(said.SerializeAsString());
+  spec.header_digest = digest.value();
   return spec;
 }
 
-Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype) {
-  std::vector<SceneChange> changes;
+Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype) {
+  constexpr std::size_t kLongestKey = 64;
+  if (request.key().size() > kLongestKey)
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                 "key: " + std::to_string(request.key().size()) + " bytes, but " +
+                     std::to_string(kLongestKey) + " at most are expected"};
+  ChangeOrder order;
+  order.next_frame = request.next_frame();
+  order.key = request.key();
+  if (request.has_expected_state())
+    order.expected = SessionState{request.expected_state().frame(), request.expected_state().revision(),
+                                  request.expected_state().digest()};
+  StateDigest digest(0);
+  for (const v1::SceneChange& change : request.changes()) digest.add(change.SerializeAsString());
+  order.digest = digest.value();
+  std::vector<SceneChange>& changes = order.changes;
   for (int i = 0; i < request.changes_size(); ++i) {
     const v1::SceneChange& message = request.changes(i);
     const std::string where = "changes[" + std::to_string(i) + "]";
@@ -358,7 +378,7 @@ Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& req
                    where + ": carries neither add nor change"};
     }
   }
-  return changes;
+  return order;
 }
 
 v1::SessionInfo to_proto(const Session& session) {
@@ -374,13 +394,22 @@ v1::SessionInfo to_proto(const Session& session) {
   info.set_body_count(scene->body_count());
   info.set_dtype(session.dtype() == Dtype::kFloat32 ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
   *info.mutable_options() = to_proto(session.options());
-  info.set_last_frame(snapshot.last_frame);
+  info.set_last_frame(snapshot.state.frame);
   info.set_steps(snapshot.steps);
   info.set_memory_bytes(snapshot.memory_bytes);
   info.set_attached(snapshot.attached);
   info.set_created_unix_ms(duration_cast<milliseconds>(snapshot.created.time_since_epoch()).count());
   info.set_idle_ms(static_cast<std::uint64_t>(snapshot.idle.count()));
+  *info.mutable_state() = to_proto(snapshot.state);
   return info;
+}
+
+v1::SessionState to_proto(const SessionState& state) {
+  v1::SessionState message;
+  message.set_frame(state.frame);
+  message.set_revision(state.revision);
+  message.set_digest(state.digest);
+  return message;
 }
 
 v1::Limits to_proto(const Limits& limits) {
@@ -421,6 +450,8 @@ v1::StepSummary summary_of(const Answer& answer) {
     all.set_positions_bytes(answer.all_deformable->positions_bytes);
   }
   summary.set_queue_ms(answer.queue_ms);
+  *summary.mutable_state() = to_proto(answer.state);
+  *summary.mutable_state_before() = to_proto(answer.state_before);
   return summary;
 }
 

@@ -26,8 +26,8 @@ Outcome<Dtype> dtype_from(v1::Dtype dtype);
 /// limits.
 Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits);
 
-/// The changes of a request. INVALID_ARGUMENT as above; limits are for the session to look at, in its turn.
-Outcome<std::vector<SceneChange>> changes_from(const v1::ChangeSceneRequest& request, Dtype dtype);
+/// What a request asks for. INVALID_ARGUMENT as above; limits are for the session to look at, in its turn.
+Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype);
 
 /// Appends a message of a frame (v1::StepFrame or v1::StepRequest). What is too much is kept in the buffer as
 /// an error, for the session to answer by its rules.
@@ -41,6 +41,7 @@ void append(const Message& message, FrameBuffer& contents) {
 }
 
 v1::SessionInfo to_proto(const Session& session);
+v1::SessionState to_proto(const SessionState& state);
 v1::Limits to_proto(const Limits& limits);
 v1::StepSummary summary_of(const Answer& answer);
 

@@ -155,7 +155,7 @@ void CreateCall::build(Lane lane) {
                       {"vertices", std::uint64_t{session->scene()->vertex_count()}},
                       {"triangles", std::uint64_t{session->scene()->face_count()}},
                       {"bytes", std::uint64_t{session->snapshot().memory_bytes}},
-                      {"first_frame", session->snapshot().last_frame},
+                      {"first_frame", session->snapshot().state.frame},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});
   Finish(grpc::Status::OK);

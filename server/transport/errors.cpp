@@ -37,6 +37,8 @@ v1::ErrorReason to_proto(Reason reason) {
       return v1::ERROR_REASON_PERMISSION_DENIED;
     case Reason::kDataLoss:
       return v1::ERROR_REASON_DATA_LOSS;
+    case Reason::kStateChanged:
+      return v1::ERROR_REASON_STATE_CHANGED;
   }
   return v1::ERROR_REASON_UNSPECIFIED;
 }

@@ -52,6 +52,7 @@ class CollisionService final : public Base {
     Outcome<std::shared_ptr<Session>> session = find(*call, request->session_id());
     if (!session) return finish(call, context_.refuse(session.fault()));
     *response->mutable_session() = to_proto(*session.value());
+    session.value()->touch();
     return finish(call, grpc::Status::OK);
   }
 
@@ -81,18 +82,21 @@ class CollisionService final : public Base {
     Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
     if (!begun) return finish(call, context_.refuse(begun.fault()));
     const std::shared_ptr<Session> session = std::move(found).value();
-    Outcome<std::vector<SceneChange>> changes = changes_from(*request, session->dtype());
-    if (!changes) return finish(call, context_.refuse(changes.fault()));
+    Outcome<ChangeOrder> order = change_order_from(*request, session->dtype());
+    if (!order) return finish(call, context_.refuse(order.fault()));
     grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
     // Shared, because a std::function must be copyable; released after the reactor was finished.
     auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
     auto [before, done] = recorded(
         session->recording(), *request,
-        [&context = context_, reactor, response, session, in_flight](const std::optional<Fault>& fault) {
-          if (!fault) *response->mutable_session() = to_proto(*session);
-          reactor->Finish(fault ? context.refuse(*fault) : grpc::Status::OK);
+        [&context = context_, reactor, response, session, in_flight](const Outcome<SessionState>& state) {
+          if (state) {
+            *response->mutable_session() = to_proto(*session);
+            *response->mutable_state() = to_proto(state.value());
+          }
+          reactor->Finish(state ? grpc::Status::OK : context.refuse(state.fault()));
         });
-    session->change(request->next_frame(), std::move(changes).value(), std::move(done), std::move(before));
+    session->change(std::move(order).value(), std::move(done), std::move(before));
     return reactor;
   }
 

@@ -70,10 +70,10 @@ void SessionRecording::change(const v1::ChangeSceneRequest& request) {
   write([&](v1::RecordedMessage& message) { *message.mutable_change() = request; });
 }
 
-void SessionRecording::changed(const std::optional<Fault>& fault) {
+void SessionRecording::changed(const Outcome<SessionState>& outcome) {
   write([&](v1::RecordedMessage& message) {
-    v1::RecordedOutcome& outcome = *message.mutable_changed();
-    if (fault) set_outcome(outcome, *fault);
+    v1::RecordedOutcome& changed = *message.mutable_changed();
+    if (!outcome) set_outcome(changed, outcome.fault());
   });
 }
 
@@ -102,11 +102,15 @@ Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& rec
   auto begun = std::make_shared<bool>(false);
   return {[recording, begun, request] {
             *begun = true;
-            recording->change(request);
+            // Meant for the states of the session that was recorded, not of one that replays it.
+            v1::ChangeSceneRequest meant_for_any = request;
+            meant_for_any.clear_expected_state();
+            meant_for_any.clear_key();
+            recording->change(meant_for_any);
           },
-          [recording, begun, done = std::move(done)](std::optional<Fault> fault) {
-            if (*begun) recording->changed(fault);
-            done(std::move(fault));
+          [recording, begun, done = std::move(done)](const Outcome<SessionState>& outcome) {
+            if (*begun) recording->changed(outcome);
+            done(outcome);
           }};
 }
 

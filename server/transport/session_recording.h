@@ -30,7 +30,7 @@ class SessionRecording {
   void frame(std::vector<v1::StepFrame> parts);
   void answer(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
   void change(const v1::ChangeSceneRequest& request);
-  void changed(const std::optional<Fault>& fault);
+  void changed(const Outcome<SessionState>& outcome);
 
  private:
   template <class Fill>

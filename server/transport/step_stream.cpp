@@ -122,8 +122,8 @@ void StepStream::attach(const v1::Attach& request) {
       [weak](const Fault& fault) {
         if (const auto stream = weak.lock()) stream->end(fault);
       },
-      [weak](const Outcome<std::uint64_t>& expected_frame) {
-        if (const auto stream = weak.lock()) stream->attached(expected_frame);
+      [weak](const Outcome<Standing>& standing) {
+        if (const auto stream = weak.lock()) stream->attached(standing);
       });
   const MutexLock lock(mutex_);
   if (attachment) {
@@ -183,16 +183,20 @@ void StepStream::take(const StreamRequest& request) {
   assembly_.reset();
 }
 
-void StepStream::attached(const Outcome<std::uint64_t>& expected_frame) {
+void StepStream::attached(const Outcome<Standing>& standing) {
   const MutexLock lock(mutex_);
   attaching_ = false;
-  if (expected_frame) {
+  if (standing) {
     v1::StreamStepsResponse response;
-    response.mutable_attached()->set_expected_frame(expected_frame.value());
-    *response.mutable_attached()->mutable_limits() = to_proto(context_.limits);
+    v1::Attached& attached = *response.mutable_attached();
+    const auto& [now, before] = standing.value();
+    attached.set_expected_frame(now.frame + 1);
+    *attached.mutable_limits() = to_proto(context_.limits);
+    *attached.mutable_state() = to_proto(now);
+    if (before) *attached.mutable_state_before() = to_proto(*before);
     queue_locked({serialize(response), false});
   } else {
-    end_locked(context_.refuse(expected_frame.fault()));
+    end_locked(context_.refuse(standing.fault()));
   }
   advance_locked();
 }

@@ -72,7 +72,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void half_closed();
 
   // Replies, from any thread, without the lock.
-  void attached(const Outcome<std::uint64_t>& expected_frame);
+  void attached(const Outcome<Standing>& standing);
   void answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
 
   // With the lock held.

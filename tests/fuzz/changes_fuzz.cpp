@@ -12,15 +12,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const auto scene = std::make_shared<const Scene>(Scene::create(fuzz::tiny_scene()).value());
   v1::ChangeSceneRequest request;
   if (!request.ParseFromArray(data, static_cast<int>(size))) return 0;
-  auto changes = server::changes_from(request, server::Dtype::kFloat64);
-  if (!changes) {
-    expect(changes.fault().code == ErrorCode::kInvalidArgument && !changes.fault().message.empty(),
+  auto order = server::change_order_from(request, server::Dtype::kFloat64);
+  if (!order) {
+    expect(order.fault().code == ErrorCode::kInvalidArgument && !order.fault().message.empty(),
            "refused changes have a reason");
     return 0;
   }
   const std::vector<double> start = fuzz::tiny_positions(0);
   Collider collider = Collider::create(scene, std::span<const double>(start), {}, workers).value();
-  for (server::SceneChange& change : changes.value()) {
+  for (server::SceneChange& change : order.value().changes) {
     const std::uint32_t bodies = collider.scene().body_count();
     const auto carry_out = [&]() -> Status {
       if (auto* add = std::get_if<server::AddBody>(&change)) {

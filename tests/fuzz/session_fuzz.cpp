@@ -307,8 +307,9 @@ class Driver {
   }
   std::optional<Fault> change(std::uint64_t early, SceneChange what) {
     auto promise = std::make_shared<std::promise<std::optional<Fault>>>();
-    session_->change(model_.expected() + early, {std::move(what)},
-                     [promise](const std::optional<Fault>& fault) { promise->set_value(fault); });
+    session_->change({model_.expected() + early, {std::move(what)}}, [promise](const auto& outcome) {
+      promise->set_value(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
+    });
     return promise->get_future().get();
   }
   template <class Apply>
@@ -366,11 +367,11 @@ class Driver {
   }
 
   void attach(bool takeover) {
-    auto expected = std::make_shared<std::promise<Outcome<std::uint64_t>>>();
+    auto expected = std::make_shared<std::promise<Outcome<Standing>>>();
     const auto evicted = std::make_shared<int>(0);
     const auto attachment = session_->attach(
         takeover, [evicted](const Fault&) { ++*evicted; },
-        [expected](const Outcome<std::uint64_t>& frame) { expected->set_value(frame); });
+        [expected](const Outcome<Standing>& standing) { expected->set_value(standing); });
     if (closed_)
       return expect(!attachment.ok() && attachment.fault().code == ErrorCode::kNotFound,
                     "a closed session has no stream");
@@ -379,8 +380,9 @@ class Driver {
                     "a session has one stream");
     expect(attachment.ok(), "a free session can be attached");
     if (evicted_) expect(*evicted_ == 1, "the one before is told, once");
-    const Outcome<std::uint64_t> frame = expected->get_future().get();
-    expect(frame.ok() && frame.value() == model_.expected(), "a stream hears the frame expected");
+    const Outcome<Standing> standing = expected->get_future().get();
+    expect(standing.ok() && standing.value().now.frame + 1 == model_.expected(),
+           "a stream hears the frame expected");
     left_ = std::exchange(attachment_, attachment.value());
     evicted_ = evicted;
     expect(session_->snapshot().attached, "and holds the session");

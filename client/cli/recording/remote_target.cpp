@@ -54,7 +54,8 @@ class RemoteTarget final : public ReplayTarget {
   Status change(const v1::ChangeSceneRequest& request) override {
     v1::ChangeSceneRequest own = request;
     own.set_session_id(id_);
-    if (const auto error = connection_->change(own)) return error->error;
+    v1::ChangeSceneResponse ignored;
+    if (const auto error = connection_->change(own, ignored)) return error->error;
     return {};
   }
 
@@ -94,7 +95,9 @@ Result<std::unique_ptr<ReplayTarget>> make_remote_target(const RecordedSession& 
                                 values.size() * sizeof(values[0]));
       },
       recorded.positions());
-  if (const auto error = connection->create(header, recorded.scene(), positions)) return error->error;
+  v1::CreateSessionResponse ignored;
+  if (const auto error = connection->create(header, recorded.scene(), positions, ignored))
+    return error->error;
   auto target = std::make_unique<RemoteTarget>(std::move(connection), header.session_id());
   if (Status attached = target->attach(); !attached) return attached.error();
   return std::unique_ptr<ReplayTarget>(std::move(target));

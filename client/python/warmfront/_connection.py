@@ -134,18 +134,19 @@ class Connection:
             raise Unavailable(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?",
                               reason=error.reason) from None
 
-    def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes) -> None:
-        """Uploads a scene; waits for a daemon that is not there yet."""
+    def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes) -> Any:
+        """Uploads a scene; waits for a daemon that is not there yet. v1.CreateSessionResponse."""
         def requests() -> Iterator[bytes]:
             yield b"".join(field(_HEADER, header.SerializeToString()))
             for number, data in ((_FACES, faces), (_POSITIONS, positions)):
                 view = memoryview(data)
                 for at in range(0, len(view), _UPLOAD_CHUNK):
                     yield b"".join(field(number, view[at:at + _UPLOAD_CHUNK]))
-        self._call(self._upload, requests(), header.session_id, self.patience.create, wait_for_ready=True)
+        return self._call(self._upload, requests(), header.session_id, self.patience.create, wait_for_ready=True)
 
-    def change(self, request: session_pb2.ChangeSceneRequest) -> None:
-        self._call(self._service.ChangeScene, request, request.session_id, self.patience.create)
+    def change(self, request: session_pb2.ChangeSceneRequest) -> Any:
+        """v1.ChangeSceneResponse."""
+        return self._call(self._service.ChangeScene, request, request.session_id, self.patience.create)
 
     def get(self, session_id: str) -> Any:
         """v1.SessionInfo."""

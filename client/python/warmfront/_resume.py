@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from typing import NoReturn, Optional
+from typing import Any, NoReturn, Optional
 
 from ._connection import Connection
 from ._contacts import AnswerPart
 from ._frame import SentFrame
 from ._state import SceneState, raw
 from ._stream import StepStream
-from .errors import Aborted, DeadlineExceeded, Unavailable, WarmfrontError, lost_session_or_daemon
+from .errors import (Aborted, DeadlineExceeded, ResourceExhausted, Unavailable, WarmfrontError, may_resume, other_state)
 from .v1 import session_pb2, step_pb2
 
 _FIRST_BACKOFF = 0.05
@@ -28,8 +28,11 @@ class Link:
 
     def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState) -> None:
         self.connection = connection
-        self.header = header  # first_frame: the frame last answered
+        self.header = header  # first_frame: the frame last answered; first_revision: changes made
         self.state = state  # at that frame
+        # What the daemon said last of the state that the session is in (v1.SessionState): with `state`, what it is. None
+        # where a daemon says nothing of it, being older than that.
+        self.known: Optional[Any] = None
         self.unanswered: deque[SentFrame] = deque()
         self.sent = 0  # of these, on the present stream
         self.partial: list[AnswerPart] = []  # the chunks so far of the oldest unanswered frame
@@ -37,11 +40,12 @@ class Link:
         self.window = 1
         self.chunk_bytes = _FRAME_CHUNK  # of positions in one message
         self.draining = False
-        self.recreate = False  # what the daemon has may not be this scene
+        self.recreate = False  # what the daemon has is not this session
+        self.changing = False  # a change was sent and is not answered
         self.resumes = 0
         self.resumes_without_answer = 0
         self.failed: Optional[WarmfrontError] = None  # for good
-        self._expected = 0  # by the daemon, as it said when the stream was attached
+        self._attached = step_pb2.Attached()  # what the daemon said when the stream was attached
 
     @property
     def session_id(self) -> str:
@@ -57,25 +61,38 @@ class Link:
         try:
             self._create()
         except WarmfrontError as error:
-            # With the connection lost it may have been created all the same: establish() finds out.
-            if not lost_session_or_daemon(error):
+            if error.retry_after is not None or not may_resume(error):
                 self.fail(error)
-        self.establish()
+            # With the connection lost it may have been created all the same, in a state that was not told.
+            self.recreate = True
+        try:
+            self._establish(waits=False)
+        except ResourceExhausted:
+            # Nobody is going to use what was created.
+            try:
+                self.remove()
+            except WarmfrontError:
+                pass
+            raise
 
     def resume(self, why: WarmfrontError) -> None:
         """After the stream was lost. Raises when the session has failed for good."""
         self.drop_stream()
-        if not lost_session_or_daemon(why):
+        if not may_resume(why):
             self.fail(why)
         if self.resumes_without_answer >= self.connection.patience.resumes_without_answer:
-            self.fail(Unavailable(f"gave up after {self.resumes_without_answer} resumes without an answer to frame "
-                                  f"{self.unanswered[0].number}: {why.message}"))
+            what = "a change" if self.changing else f"frame {self.unanswered[0].number}"
+            self.fail(Unavailable(f"gave up after {self.resumes_without_answer} resumes without an answer to {what}: "
+                                  f"{why.message}"))
         self.resumes_without_answer += 1
         self.resumes += 1
-        self.establish()
+        if other_state(why):
+            self.recreate = True
+        self._establish(waits=True)
 
-    def establish(self) -> None:
-        """Attaches, creating the session anew where it is unknown or too far ahead; tries until the resume timeout."""
+    def _establish(self, waits: bool) -> None:
+        """Attaches to the session where it is in this session's state, else creates it again; tries until the resume
+        timeout. waits: for room, where a limit of the daemon is met that others fill."""
         deadline = time.monotonic() + self.connection.patience.resume
         backoff = _FIRST_BACKOFF
         while True:
@@ -86,12 +103,13 @@ class Link:
                 return
             except WarmfrontError as error:
                 self.drop_stream()
-                if not lost_session_or_daemon(error):
+                if not may_resume(error) or (error.retry_after is not None and not waits):
                     self.fail(error)
-                if time.monotonic() + backoff >= deadline:
+                wait = max(backoff, error.retry_after or 0)
+                if time.monotonic() + wait >= deadline:
                     self.fail(Unavailable(f"session {self.session_id} could not be resumed within the resume timeout: "
                                           f"{error.message}"))
-            time.sleep(backoff)
+            time.sleep(wait)
             backoff = min(2 * backoff, _LONGEST_BACKOFF)
 
     def fail(self, error: WarmfrontError) -> NoReturn:
@@ -116,40 +134,66 @@ class Link:
                 raise
 
     def _try_establish(self) -> None:
+        if not self.recreate:
+            try:
+                self._attach()
+                if self._attached_is_own():
+                    self._begin_stream()
+                    return
+                # A copy that was left behind, or that answers to more than one frame were lost of: it keeps only the last.
+                self.recreate = True
+            except WarmfrontError as error:
+                if error.reason != "SESSION_NOT_FOUND":
+                    raise
+        self.drop_stream()
         if self.recreate:
             self.remove()
             self.recreate = False
-        due = self.header.first_frame + 1
         try:
-            self._attach()
-            known = self._expected == due or (self._expected == due + 1 and len(self.unanswered) > 0)
-            if not known:
-                # Answers to more than one frame were lost, and the daemon keeps only the last: start over from what was
-                # answered.
-                self.drop_stream()
-                self.remove()
+            self._create()
         except WarmfrontError as error:
-            if error.reason != "SESSION_NOT_FOUND":
-                raise
-            known = False
-        if not known:
-            self.drop_stream()
-            try:
-                self._create()
-            except WarmfrontError as error:
-                if error.reason != "SESSION_EXISTS":
-                    raise
-            self._attach()
-            if self._expected != due:
-                raise Aborted(f"session {self.session_id} is stepped by someone else as well", reason="SESSION_ATTACHED")
-        # What the daemon answered already comes again from its memory, and the rest follows.
+            # One call may reach another daemon than the next: a copy there is looked at in the next try.
+            if error.reason == "SESSION_EXISTS":
+                raise Aborted(error.message, reason="STATE_CHANGED") from None
+            raise
+        self._attach()
+        if not self._attached_is_own() and not self._attached_as_created():
+            raise Aborted(f"session {self.session_id} is not in the state that it was just created in: it is used by someone "
+                          "else as well, or calls lead to different daemons", reason="STATE_CHANGED")
+        self._begin_stream()
+
+    def _begin_stream(self) -> None:
+        """What the daemon answered already comes again from its memory, and the rest follows."""
         self.sent = 0
         self.partial = []
         self.draining = False
 
+    def _attached_is_own(self) -> bool:
+        """Whether what is attached to is in the state `known`, or ahead of it by what was sent and not answered."""
+        attached = self._attached
+        if self.known is None or not attached.HasField("state"):
+            return False
+        if attached.state == self.known:
+            return True
+        if not attached.HasField("state_before") or attached.state_before != self.known:
+            return False
+        # Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose key it
+        # does.
+        if attached.state.frame == self.known.frame:
+            return self.changing
+        return len(self.unanswered) > 0 and self.unanswered[0].number == attached.state.frame
+
+    def _attached_as_created(self) -> bool:
+        """The copy in the daemon was just made, and states nothing of itself."""
+        return (self.known is None and not self._attached.HasField("state")
+                and self._attached.expected_frame == self.header.first_frame + 1)
+
     def _create(self) -> None:
         self.state.describe(self.header)
-        self.connection.create(self.header, raw(self.state.faces), self.state.positions())
+        self.known = None
+        session = self.connection.create(self.header, raw(self.state.faces), self.state.positions()).session
+        if session.HasField("state"):
+            self.known = session.state
 
     def _attach(self) -> None:
         self.stream = StepStream(self.connection, self.session_id)
@@ -167,7 +211,7 @@ class Link:
             raise Unavailable("no daemon answers") from None
         if isinstance(response, AnswerPart) or not response.HasField("attached"):
             raise Unavailable("the daemon is draining")
-        self._expected = response.attached.expected_frame
-        limits = response.attached.limits
+        self._attached = response.attached
+        limits = self._attached.limits
         self.window = max(limits.window, 1)
         self.chunk_bytes = min(max(limits.max_message_bytes, 2 * _MESSAGE_OVERHEAD), _FRAME_CHUNK) - _MESSAGE_OVERHEAD

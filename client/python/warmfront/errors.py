@@ -160,9 +160,14 @@ def lost_session(error: WarmfrontError) -> bool:
     return error.reason in ("SESSION_NOT_FOUND", "DATA_LOSS")
 
 
-def lost_session_or_daemon(error: WarmfrontError) -> bool:
-    """Whether creating the session again, or trying again, may help."""
-    if lost_session(error) or error.reason == "DRAINING":
+def other_state(error: WarmfrontError) -> bool:
+    """Whether the daemon has the session, but not in the state that this client knows."""
+    return error.reason in ("FRAME_CHANGED", "STATE_CHANGED")
+
+
+def may_resume(error: WarmfrontError) -> bool:
+    """Whether the session may go on once it was resumed: creating it again, or trying again, may help."""
+    if lost_session(error) or other_state(error) or error.retry_after is not None or error.reason == "DRAINING":
         return True
     # gRPC's own: a connection that ends in the middle shows as any of these.
     return not error.reason and isinstance(error, (Unavailable, Cancelled, Internal, DeadlineExceeded))

@@ -5,6 +5,7 @@ A Session is used by one thread at a time; different sessions are independent.
 """
 from __future__ import annotations
 
+import uuid
 import warnings
 from collections.abc import Callable, Mapping
 from types import TracebackType
@@ -13,8 +14,8 @@ from typing import Any, Optional, Union
 from ._contacts import AnswerPart, error_from, finish
 from ._resume import Link
 from .answer import Contacts
-from .errors import (DeadlineExceeded, FailedPrecondition, Internal, Unavailable, WarmfrontError, lost_session,
-                     lost_session_or_daemon)
+from .errors import (Aborted, DeadlineExceeded, FailedPrecondition, Internal, Unavailable, WarmfrontError, lost_session,
+                     may_resume, other_state)
 from .info import SessionInfo
 from .scene import Body
 from .v1 import session_pb2, step_pb2
@@ -225,6 +226,11 @@ class Session:
         # Dropped sessions end the stream too: it is read to its end, and resumed.
         if lost_session(error):
             return None
+        # The frame is due in this session: a copy that answered it otherwise, or expects another, is none of it.
+        out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == self.last_frame + 1
+        if other_state(error) or out_of_order:
+            link.resume(Aborted(error.message, reason="STATE_CHANGED"))
+            return None
         if response.error.frame != due:
             link.fail(Internal(f"the daemon refused frame {response.error.frame} where frame {due} is due: {error.message}"))
         # The engine broke on this very frame and the session is gone: creating it again would end the same way.
@@ -242,6 +248,12 @@ class Session:
         link.partial.append(part)
         if not part.last:
             return None
+        if link.known is not None:
+            if part.summary.state_before != link.known:
+                link.resume(Aborted(f"frame {part.frame} was stepped from another state: session {self.id} is changed by "
+                                    "someone else as well", reason="STATE_CHANGED"))
+                return None
+            link.known = part.summary.state
         try:
             contacts = finish(link.partial, link.asked_fields)
         except WarmfrontError as error:
@@ -260,20 +272,36 @@ class Session:
 
     def _change(self, change: session_pb2.SceneChange, taken: Callable[[], None]) -> None:
         """Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the session is
-        created again with the change made."""
+        resumed as it was before the change, which is sent again: it is carried out once."""
         link = self._link
         if link.unanswered:
             raise FailedPrecondition("frames are unanswered; take their answers before changing the scene")
-        request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change])
+        request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change],
+                                                 key=str(uuid.uuid4()))
+        link.changing = True
         try:
-            link.connection.change(request)
-        except WarmfrontError as error:
-            if not lost_session_or_daemon(error):
-                raise
-            taken()
-            link.drop_stream()
-            link.resumes += 1
-            link.recreate = True
-            link.establish()
-        else:
-            taken()
+            response = self._sent_change(request)
+        finally:
+            link.changing = False
+        taken()
+        link.header.first_revision += 1
+        link.known = response.state if response.HasField("state") else None
+        link.resumes_without_answer = 0
+
+    def _sent_change(self, request: session_pb2.ChangeSceneRequest) -> Any:
+        """v1.ChangeSceneResponse; raises what a living daemon refuses the change with."""
+        link = self._link
+        while True:
+            request.ClearField("expected_state")
+            if link.known is not None:
+                request.expected_state.CopyFrom(link.known)
+            try:
+                return link.connection.change(request)
+            except WarmfrontError as error:
+                # The frame is due in this session: a copy that expects another is none of it.
+                if error.reason == "FRAME_OUT_OF_ORDER":
+                    error = Aborted(error.message, reason="STATE_CHANGED")
+                if error.retry_after is not None or not may_resume(error):
+                    raise
+                lost = error
+            link.resume(lost)

@@ -2,15 +2,19 @@
 // `warmfront detect --server` as a user runs it: the answers of the engine in this process, in their order.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <map>
 #include <sstream>
 #include <string>
 
 #include "client/cli/exit_codes.h"
 #include "tests/unit/client/command.h"
+#include "tests/unit/server/http_get.h"
 #include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/switchboard.h"
 
 namespace warmfront::client {
 namespace {
@@ -68,6 +72,35 @@ TEST(DetectRemote, KeepsToTheDaemonsWindow) {
   config.limits.window = 1;
   test::LocalDaemon daemon(config);
   EXPECT_EQ(answers_of("--in-flight 4 --server " + daemon.address()), answers_of(""));
+}
+
+// Found by hand: the window was read once, and the first frame beyond the smaller one ended the command.
+TEST(DetectRemote, KeepsToTheWindowOfTheDaemonThatItIsResumedAt) {
+  server::Config config;
+  config.metrics_listen = "127.0.0.1:0";
+  test::LocalDaemon first(config);
+  config.limits.window = 1;
+  test::LocalDaemon second(config);
+  test::Switchboard board(first.address());
+  const std::string scene = "detect 'builtin:cloth-ball?triangles=1000&frames=1500' --json - ";
+  const Outcome local = run(scene, "2>/dev/null");
+  auto remote = std::async(std::launch::async, [&] {
+    return run(scene + "--in-flight 4 --server " + board.address(), "2>/dev/null");
+  });
+  // Some frames were answered, and most are to come.
+  const auto steps = [&] {
+    const std::string name = "warmfront_step_duration_seconds_count{stage=\"total\"} ";
+    const std::string text = test::get(first->metrics_port(), "/metrics");
+    const std::size_t at = text.find(name);
+    return at == std::string::npos ? 0 : std::stoi(text.substr(at + name.size()));
+  };
+  while (steps() < 5 && remote.wait_for(std::chrono::milliseconds(1)) == std::future_status::timeout) {
+  }
+  board.lead_to(second.address());
+  const Outcome answers = remote.get();
+  ASSERT_EQ(answers.code, kExitOk) << answers.out;
+  EXPECT_EQ(Json::parse(answers.out)["contacts_hash"], Json::parse(local.out)["contacts_hash"]);
+  EXPECT_NE(second.log().find("session_created"), std::string::npos) << "it was resumed there";
 }
 
 TEST(DetectRemote, WritesEachFramesContactsWithItsOwnMesh) {

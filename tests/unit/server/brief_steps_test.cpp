@@ -99,11 +99,12 @@ TEST_F(WhereAStepRunsTest, ElsewhereAfterWhateverElseASessionDid) {
   EXPECT_FALSE(stays(made));
   EXPECT_TRUE(stays(made));
   std::promise<void> changed, checked;
-  made.session->change(3, {server::ChangeBody{0, {"", 0, static_cast<std::uint32_t>(made.start.size() / 3)}}},
-                       [&](const std::optional<server::Fault>& fault) {
-                         EXPECT_FALSE(fault) << fault->message;
-                         changed.set_value();
-                       });
+  made.session->change(
+      {3, {server::ChangeBody{0, {"", 0, static_cast<std::uint32_t>(made.start.size() / 3)}}}},
+      [&](const server::Outcome<server::SessionState>& outcome) {
+        EXPECT_TRUE(outcome.ok());
+        changed.set_value();
+      });
   changed.get_future().wait();
   settle();
   EXPECT_FALSE(stays(made)) << "its first of another scene";
@@ -134,8 +135,8 @@ TEST_F(WhereAStepRunsTest, ElsewhereAfterABodyWasAddedThatMakesItLong) {
   for (std::size_t i = 2; i < add.positions.size(); i += 3) add.positions[i] += 100;
   made.start.insert(made.start.end(), add.positions.begin(), add.positions.end());
   std::promise<void> changed;
-  made.session->change(3, {std::move(add)}, [&](const std::optional<server::Fault>& fault) {
-    EXPECT_FALSE(fault) << fault->message;
+  made.session->change({3, {std::move(add)}}, [&](const server::Outcome<server::SessionState>& outcome) {
+    EXPECT_TRUE(outcome.ok());
     changed.set_value();
   });
   changed.get_future().wait();

@@ -45,8 +45,13 @@ std::optional<Fault> change_twice(const server::Limits& limits) {
            [](server::Session&, const Fault&) {}})
           .value();
   std::promise<std::optional<Fault>> one, other;
-  session->change(1, {octahedron()}, [&](const std::optional<Fault>& fault) { one.set_value(fault); });
-  session->change(1, {octahedron()}, [&](const std::optional<Fault>& fault) { other.set_value(fault); });
+  const auto tell = [](auto& promise) {
+    return [&promise](const server::Outcome<server::SessionState>& outcome) {
+      promise.set_value(outcome ? std::nullopt : std::optional(outcome.fault()));
+    };
+  };
+  session->change({1, {octahedron()}}, tell(one));
+  session->change({1, {octahedron()}}, tell(other));
   EXPECT_FALSE(one.get_future().get().has_value()) << "there is room for one";
   std::optional<Fault> fault = other.get_future().get();
   EXPECT_EQ(session->scene()->vertex_count(), fault ? 12U : 18U);

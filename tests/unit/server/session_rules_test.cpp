@@ -345,11 +345,36 @@ TEST_F(StoreTest, OnlyIdleSessionsWithoutAStreamExpire) {
   store.reserve(id_).value().fill(session);
   EXPECT_TRUE(store.remove_idle(std::chrono::hours(1)).empty());
   const auto attachment = session->attach(
-      false, [](const Fault&) {}, [](const Outcome<std::uint64_t>&) {});
+      false, [](const Fault&) {}, [](const Outcome<Standing>&) {});
   ASSERT_TRUE(attachment.ok());
   EXPECT_TRUE(store.remove_idle(std::chrono::milliseconds(0)).empty());
   session->detach(attachment.value());
   EXPECT_EQ(store.remove_idle(std::chrono::milliseconds(0)).size(), 1u);
+  EXPECT_EQ(store.size(), 0u);
+}
+
+// A step that takes longer than the idle timeout is answered from a session that is there.
+TEST_F(StoreTest, ASessionWithARequestInHandDoesNotExpire) {
+  Store store(1);
+  const std::shared_ptr<Session> session = make(id_);
+  store.reserve(id_).value().fill(session);
+  std::latch begun(1), go(1);
+  std::promise<void> checked;
+  runner_.post([&] {
+    begun.count_down();
+    go.wait();
+  });
+  runner_.post([&] { go.wait(); }, Lane::kShort);
+  begun.wait();
+  session->check([&](const Outcome<std::string>& found) {
+    EXPECT_TRUE(found.ok());
+    checked.set_value();
+  });
+  EXPECT_TRUE(store.remove_idle(std::chrono::milliseconds(0)).empty()) << "its runner is busy with others";
+  go.count_down();
+  checked.get_future().wait();
+  // The request is done a moment after it was answered.
+  while (store.remove_idle(std::chrono::milliseconds(0)).empty()) std::this_thread::yield();
   EXPECT_EQ(store.size(), 0u);
 }
 

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The digest of what a session was made of: a chain of hashes over all input that it accepted, in its order.
+// Used by one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace warmfront::server {
+
+/// What a copy of a session is; see SessionState on the wire.
+struct SessionState {
+  std::uint64_t frame = 0;
+  std::uint64_t revision = 0;
+  std::uint64_t digest = 0;
+  friend bool operator==(const SessionState&, const SessionState&) = default;
+};
+
+/// Where a session stands, and before the last frame or change that it accepted, if there was one.
+struct Standing {
+  SessionState now;
+  std::optional<SessionState> before;
+};
+
+/// 64 bits of a state or of content. Hashing takes far less than a byte a cycle: many times less than the
+/// reading of positions that a step begins with.
+class StateDigest {
+ public:
+  explicit StateDigest(std::uint64_t seed) : value_(seed) {}
+
+  /// Takes a field's bytes into the digest. Their number counts too, so that bytes that move from a field to
+  /// the next make another digest.
+  void add(std::string_view bytes);
+  void add(std::uint64_t number);
+  template <class T, std::size_t kExtent>
+  void add(std::span<const T, kExtent> values) {
+    add(std::string_view(reinterpret_cast<const char*>(values.data()), values.size_bytes()));
+  }
+
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_;
+};
+
+}  // namespace warmfront::server

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// A client of today at a daemon that is older than the states of sessions: it says nothing of what its copy
+// is, so that a copy is never gone on with; it is made again, and the answers are right.
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <thread>
+
+#include "client/lib/client.h"
+#include "tests/unit/server/answer_hash.h"
+#include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/moving_grids.h"
+#include "tests/unit/server/switchboard.h"
+#include "warmfront/v1/collision_service.grpc.pb.h"
+
+namespace warmfront::test {
+namespace {
+
+using client::Answer;
+using client::Client;
+using client::Session;
+using Doubles = std::span<const double>;
+
+/// Hands each call on to a daemon of today, and takes the states out of what comes back.
+class OlderService final : public v1::CollisionService::Service {
+ public:
+  explicit OlderService(const std::string& address)
+      : stub_(
+            v1::CollisionService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()))) {
+  }
+
+  grpc::Status GetServerInfo(grpc::ServerContext* call, const v1::GetServerInfoRequest* request,
+                             v1::GetServerInfoResponse* response) override {
+    return stub_->GetServerInfo(own(call).get(), *request, response);
+  }
+  grpc::Status DeleteSession(grpc::ServerContext* call, const v1::DeleteSessionRequest* request,
+                             v1::DeleteSessionResponse* response) override {
+    return stub_->DeleteSession(own(call).get(), *request, response);
+  }
+  grpc::Status ChangeScene(grpc::ServerContext* call, const v1::ChangeSceneRequest* request,
+                           v1::ChangeSceneResponse* response) override {
+    v1::ChangeSceneRequest older = *request;
+    older.clear_key();
+    older.clear_expected_state();
+    const grpc::Status status = stub_->ChangeScene(own(call).get(), older, response);
+    response->clear_state();
+    response->mutable_session()->clear_state();
+    return status;
+  }
+  grpc::Status CreateSession(grpc::ServerContext* call, grpc::ServerReader<v1::CreateSessionRequest>* upload,
+                             v1::CreateSessionResponse* response) override {
+    const auto context = own(call);
+    const auto writer = stub_->CreateSession(context.get(), response);
+    for (v1::CreateSessionRequest part; upload->Read(&part);) writer->Write(part);
+    writer->WritesDone();
+    const grpc::Status status = writer->Finish();
+    response->mutable_session()->clear_state();
+    return status;
+  }
+  grpc::Status StreamSteps(
+      grpc::ServerContext* call,
+      grpc::ServerReaderWriter<v1::StreamStepsResponse, v1::StreamStepsRequest>* stream) override {
+    const auto context = own(call);
+    const auto onwards = stub_->StreamSteps(context.get());
+    std::thread requests([&] {
+      for (v1::StreamStepsRequest request; stream->Read(&request);) onwards->Write(request);
+      context->TryCancel();
+    });
+    for (v1::StreamStepsResponse response; onwards->Read(&response);) {
+      if (response.has_attached()) {
+        response.mutable_attached()->clear_state();
+        response.mutable_attached()->clear_state_before();
+      } else if (response.has_answer() && response.answer().has_summary()) {
+        response.mutable_answer()->mutable_summary()->clear_state();
+        response.mutable_answer()->mutable_summary()->clear_state_before();
+      }
+      stream->Write(response);
+    }
+    const grpc::Status status = onwards->Finish();
+    call->TryCancel();  // so that the thread that reads ends
+    requests.join();
+    return status;
+  }
+
+ private:
+  static std::unique_ptr<grpc::ClientContext> own(grpc::ServerContext* call) {
+    return grpc::ClientContext::FromServerContext(*call);
+  }
+  const std::unique_ptr<v1::CollisionService::Stub> stub_;
+};
+
+TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
+  LocalDaemon daemon;
+  OlderService service(daemon.address());
+  const TemporaryFolder folder;
+  const std::string address = "unix:" + (folder.path() / "older.sock").string();
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+  builder.RegisterService(&service);
+  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  Switchboard board(address);
+  {
+    const MovingGrids grids(5);
+    SceneDescription scene = grids.scene();
+    for (const std::uint32_t first : {0U, grids.vertex_count() / 2})
+      scene.bodies.push_back({"", first, grids.vertex_count() / 2});
+    const auto expected = local_hashes(grids, 0, 4);
+    const std::vector<double> start = grids.positions(0);
+    Client client = Client::connect(board.address()).value();
+    Client direct = Client::connect(daemon.address()).value();
+    Session session = client.create_session(scene, Doubles(start)).value();
+    const auto step = [&](std::uint64_t frame) {
+      const std::vector<double> positions = grids.positions(frame);
+      const Result<Answer> answer = session.step(Doubles(positions));
+      ASSERT_TRUE(answer.ok()) << answer.error().message;
+      EXPECT_EQ(hash_of(answer.value()), expected[frame - 1]);
+    };
+    step(1);
+    step(2);
+    EXPECT_EQ(session.resumes(), 0u) << "what was just made there is taken for what it is";
+    board.lead_to(address);
+    step(3);
+    EXPECT_EQ(session.resumes(), 1u);
+    EXPECT_EQ(direct.get_session(session.id()).value().steps, 1u) << "made again, at frame 2";
+    ASSERT_TRUE(session.change_body(1, scene.bodies[1]).ok());
+    step(4);
+    EXPECT_EQ(session.resumes(), 1u);
+  }
+  server->Shutdown(std::chrono::system_clock::now());
+}
+
+}  // namespace
+}  // namespace warmfront::test
