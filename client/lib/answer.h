@@ -96,7 +96,7 @@ struct SessionInfo {
   std::uint64_t memory_bytes = 0;  ///< in the daemon
   bool attached = false;           ///< a stream holds it
   std::chrono::system_clock::time_point created;
-  std::chrono::milliseconds idle{0};
+  std::chrono::milliseconds idle{0};  ///< since the last request about it; 0 while one is carried out
 };
 
 }  // namespace warmfront::client

@@ -55,7 +55,9 @@ struct SessionOptions {
 /// A session of a daemon. It keeps the scene, the positions last answered and the frames unanswered, so that
 /// it can be created again: when the daemon dies, restarts, drains or forgets it, the session goes on there
 /// or at whatever daemon the address leads to by then, with exactly one answer to each frame, in order and of
-/// the same bits. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further call
+/// the same bits. A copy that a daemon still has is gone on with where it is in this session's own state, which
+/// the daemon states; another, and that of a daemon too old to state it, is deleted and made again. A limit that
+/// is met on the way, and that others fill, is waited for within the resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further call
 /// gives that error.
 class Session {
  public:
@@ -79,9 +81,11 @@ class Session {
   Result<std::uint64_t> submit(const Frame& frame);
 
   /// Adds a body at rest at `positions`, (k, 3), of the session's kind, and returns its index; as
-  /// Collider::add_body(). kFailedPrecondition while frames are unanswered.
+  /// Collider::add_body(). It is carried out once, whatever becomes of the daemon on the way; what a daemon
+  /// refuses leaves the session as it was. kFailedPrecondition while frames are unanswered.
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
-  /// Describes a body anew, as Collider::change_body(). kFailedPrecondition while frames are unanswered.
+  /// Describes a body differently, as Collider::change_body(); once, as add_body(). kFailedPrecondition while
+  /// frames are unanswered.
   Status change_body(std::uint32_t index, Body body);
 
   /// Waits for the answer to the oldest unanswered frame. An error in the frame itself (kInvalidArgument,
@@ -119,7 +123,7 @@ class Client {
 
   /// Those of this principal.
   Result<std::vector<SessionInfo>> list_sessions();
-  /// kNotFound for an unknown session.
+  /// kNotFound for an unknown session. Keeps it from expiring, which list_sessions() does not.
   Result<SessionInfo> get_session(const std::string& id);
   Status delete_session(const std::string& id);
   /// Has the daemon check what it keeps for a session: what was found broken, and is made anew in the next

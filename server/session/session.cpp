@@ -110,7 +110,8 @@ SessionSnapshot Session::snapshot() const {
   snapshot.memory_bytes = account_->held();
   snapshot.attached = attachment_.has_value();
   snapshot.created = created_;
-  if (in_hand_ == 0)
+  snapshot.in_hand = in_hand_ > 0;
+  if (!snapshot.in_hand)
     snapshot.idle = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() -
                                                                           last_request_);
   return snapshot;

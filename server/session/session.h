@@ -69,6 +69,7 @@ struct SessionSnapshot {
   std::uint64_t steps = 0;
   std::size_t memory_bytes = 0;
   bool attached = false;
+  bool in_hand = false;  ///< a request waits or is carried out
   std::chrono::system_clock::time_point created;
   std::chrono::milliseconds idle{0};  ///< since the last request; 0 while one waits or is carried out
 };

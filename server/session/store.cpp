@@ -92,7 +92,7 @@ std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::millisecon
     const bool stays = [&] {
       if (!it->second.session) return true;
       const SessionSnapshot snapshot = it->second.session->snapshot();
-      return snapshot.attached || snapshot.idle < timeout;
+      return snapshot.attached || snapshot.in_hand || snapshot.idle < timeout;
     }();
     if (stays) {
       ++it;

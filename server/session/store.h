@@ -52,7 +52,7 @@ class Store {
   std::shared_ptr<Session> remove(const SessionId& id);
   /// Takes this very session out, not one that has its id by now.
   void forget(const Session& session);
-  /// Takes out every session without a stream and idle for at least `timeout`.
+  /// Takes out every session without a stream or a request in hand, and idle for at least `timeout`.
   std::vector<std::shared_ptr<Session>> remove_idle(std::chrono::milliseconds timeout);
 
   /// Sessions open, those being built included.

@@ -59,7 +59,7 @@ class SessionInfo:
 
     principal: who made it, as administrators are told; else empty. dtype: "float32" or "float64". options: the values in
     force. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream holds it.
-    idle: seconds since the last request.
+    idle: seconds since the last request about it, 0 while one is carried out.
     """
 
     id: str

@@ -26,7 +26,10 @@ class Session:
 
     It keeps the scene, the positions last answered and the frames unanswered, so that it can be created again: when the
     daemon dies, restarts, drains or forgets it, the session goes on there, or at whatever daemon the address leads to by
-    then, with exactly one answer to each frame, in order and of the same bits. After `Unavailable`, `DeadlineExceeded`,
+    then, with exactly one answer to each frame, in order and of the same bits. A copy that a daemon still has is gone on
+    with where it is in this session's own state, which the daemon states; another, and that of a daemon too old to state it,
+    is deleted and made again. A limit that is met on the way, and that others fill, is waited for within `Patience.resume`.
+    A change is carried out once. After `Unavailable`, `DeadlineExceeded`,
     `Aborted` or `Internal` every further call raises that error.
     """
 
@@ -56,7 +59,7 @@ class Session:
         return int(self._link.header.first_frame)
 
     def info(self) -> SessionInfo:
-        """The session as it stands in the daemon."""
+        """The session as it stands in the daemon. Keeps it from expiring there."""
         return SessionInfo.read_from(self._link.connection.get(self.id))
 
     def step(
@@ -159,7 +162,7 @@ class Session:
         return index
 
     def change_body(self, index: int, body: Body) -> None:
-        """Describes a body anew, from the next step on; its range stays, whatever `body` says. "removed" takes it out for
+        """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out for
         good. One that becomes rigid takes where it is for its rest shape.
 
         FailedPrecondition while frames are unanswered; InvalidArgument for an unknown or removed body.
