@@ -23,6 +23,13 @@ constexpr std::size_t kMeasuredAtOnce = 20'000;
 /// Less than cos(45 degrees).
 constexpr double kLeastStretch = 0.7;
 
+// The length of a vector, rounded up. Squares serve where they are well within double's range.
+double length_above(double x, double y, double z) {
+  const double square = x * x + y * y + z * z;
+  const bool within = square > 0x1p-900 && square < 0x1p900;
+  return (within ? std::sqrt(square) : std::hypot(x, y, z)) * (1 + 0x1p-50);
+}
+
 // Of the edges at t = 0.
 RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,
                                      std::span<const VertexMotion> vertices) {
@@ -30,8 +37,7 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
   for (std::uint32_t e = features.first_edge; e < features.end_edge; ++e) {
     const auto& a = vertices[scene.edges()[e][0]].t0;
     const auto& b = vertices[scene.edges()[e][1]].t0;
-    // Which squares nothing that is near the ends of double's range. Rounded up.
-    const double length = std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) * (1 + 0x1p-50);
+    const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
     lengths.mean += length;
     lengths.longest = std::max(lengths.longest, length);
   }

@@ -42,7 +42,10 @@ struct StageTimes {
   double adjacent = 0;    ///< elementary tests of the orphan sets
 };
 
-/// Deterministic counts: the same for any number of threads.
+/// Counts that follow from the frames since the collider was made: the same for any number of threads and on
+/// any machine. But `front_bytes` holds room that depends on which thread asked for it; and for
+/// Report::kEarliest what is found first prunes the rest, so that only those of bodies and their motion do
+/// (adjacent_pairs, vertices_moved, parts*, near_parts, part_pairs_excluded).
 struct StepCounts {
   std::uint64_t bv_tests = 0;           ///< overlap tests between hierarchy nodes
   std::uint64_t primitive_tests = 0;    ///< overlap tests between slots of two blocks, which may be empty in

@@ -2,6 +2,7 @@
 #include "engine/elementary/contact_geometry.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/elementary/closest.h"
 
@@ -37,8 +38,28 @@ std::array<double, 3> barycentric(const Vec3& q, const Vec3& a, const Vec3& b, c
   return weights;
 }
 
+// Scaled by a power of two, so that the largest coordinate is in [1/2, 1): what is computed of them is a
+// product of up to four, which leaves double's range where a scene is large or small.
+template <std::size_t N>
+std::array<Vec3, N> near_one(std::array<Vec3, N> vectors) {
+  double largest = 0;
+  for (const Vec3& v : vectors) largest = std::max(largest, max_abs(v));
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  for (Vec3& v : vectors)
+    v = {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
+  return vectors;
+}
+
+// The vertices as seen from the first one. Scaled before, too, since differences may overflow.
+std::array<Vec3, 4> from_first(const std::array<Vec3, 4>& vertices) {
+  std::array<Vec3, 4> x = near_one(vertices);
+  for (std::size_t k = 4; k-- > 0;) x[k] = x[k] - x[0];
+  return near_one(x);
+}
+
 Vec3 unit(const Vec3& direction) {
-  const Vec3 scaled = normalised(direction);
+  const Vec3 scaled = normalised(near_one(std::array{direction})[0]);
   const double length = norm(scaled);
   return length > 0 ? (1 / length) * scaled : Vec3{0, 0, 0};
 }
@@ -50,18 +71,18 @@ ContactGeometry contact_geometry(ContactKind kind, std::span<const VertexMotion*
   ContactGeometry geometry;
   std::array<Vec3, 4> x;
   for (int k = 0; k < 4; ++k) x[k] = at(*vertices[k], toi);
+  x = from_first(x);
   auto& w = geometry.weights;
   const int of_a = kind == ContactKind::kVertexFace ? 1 : 2;  // vertices of the first feature
   Vec3 normal;
   if (kind == ContactKind::kVertexFace) {
-    const Vec3 closest = x[0] + closest_on_triangle(x[1] - x[0], x[2] - x[0], x[3] - x[0]);
-    const auto face = barycentric(closest, x[1], x[2], x[3]);
+    const auto face = barycentric(closest_on_triangle(x[1], x[2], x[3]), x[1], x[2], x[3]);
     w = {1, face[0], face[1], face[2]};
     normal = cross(x[2] - x[1], x[3] - x[1]);
   } else {
-    const auto [s, r] = closest_shares(x[1] - x[0], x[2] - x[0], x[3] - x[0]);
+    const auto [s, r] = closest_shares(x[1], x[2], x[3]);
     w = {1 - s, s, 1 - r, r};
-    normal = cross(x[1] - x[0], x[3] - x[2]);
+    normal = cross(x[1], x[3] - x[2]);
   }
   const auto point = [&](int from, int to, double t) {
     Vec3 sum{0, 0, 0};

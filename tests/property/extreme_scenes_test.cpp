@@ -23,6 +23,7 @@ using testing::placed;
 
 struct Step {
   std::vector<Contact> contacts;
+  std::vector<ContactGeometry> geometry;
   StepCounts counts;
   std::size_t bytes = 0;
 };
@@ -45,6 +46,7 @@ std::vector<Step> step_through(const ClothOverBall& cloth, const ColliderOptions
     const Status sound = collider.value().self_check();
     EXPECT_TRUE(sound.ok()) << sound.error().message;
     steps.push_back({{result.value().contacts.begin(), result.value().contacts.end()},
+                     {result.value().geometry.begin(), result.value().geometry.end()},
                      result.value().statistics.counts,
                      collider.value().memory_bytes()});
   }
@@ -75,6 +77,29 @@ TEST_P(ExtremeScenes, ScaledByPowersOfTwoTheAnswerIsTheSame) {
       EXPECT_EQ(scaled[k].counts.front_pairs, plain[k].counts.front_pairs);
       EXPECT_LE(scaled[k].counts.front_bytes, 2 * plain[k].counts.front_bytes);
       EXPECT_LE(scaled[k].bytes, 2 * plain[k].bytes);
+    }
+  }
+}
+
+// Products of four coordinates describe a contact.
+TEST_P(ExtremeScenes, ScaledByPowersOfTwoTheFieldsAreTheSame) {
+  const ClothOverBall cloth = testing::cloth_over_ball(16, 3);
+  ColliderOptions options = this->options();
+  options.fields = {.weights = true, .normal = true, .points = true};
+  const std::vector<Step> plain = step_through(cloth, options, 0);
+  for (const int exponent : {-900, -300, 300, 900}) {
+    const std::vector<Step> scaled = step_through(cloth, options, exponent);
+    for (std::size_t k = 0; k < plain.size(); ++k) {
+      ASSERT_GT(plain[k].geometry.size(), 20U);
+      ASSERT_EQ(scaled[k].geometry.size(), plain[k].geometry.size());
+      for (std::size_t i = 0; i < plain[k].geometry.size(); ++i) {
+        const ContactGeometry& right = plain[k].geometry[i];
+        const ContactGeometry& there = scaled[k].geometry[i];
+        ASSERT_EQ(there.weights, right.weights) << "2^" << exponent << ", contact " << i;
+        ASSERT_EQ(there.normal, right.normal) << "2^" << exponent << ", contact " << i;
+        for (std::size_t axis = 0; axis < 6; ++axis)
+          ASSERT_EQ(there.points[axis], std::ldexp(right.points[axis], exponent)) << "2^" << exponent;
+      }
     }
   }
 }
@@ -153,6 +178,7 @@ class PosedBall {
       const Status sound = collider.value().self_check();
       EXPECT_TRUE(sound.ok()) << sound.error().message;
       steps.push_back({{result.value().contacts.begin(), result.value().contacts.end()},
+                       {},
                        result.value().statistics.counts,
                        collider.value().memory_bytes()});
     }
