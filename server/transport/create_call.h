@@ -29,6 +29,8 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
                            v1::CreateSessionResponse& response);
 
   void OnReadDone(bool ok) override;
+  /// What was uploaded is freed at once, and a session that its client will not hear of is not kept.
+  void OnCancel() override;
   void OnDone() override;
 
   void notify_draining(std::chrono::system_clock::time_point) override {}
@@ -40,12 +42,21 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
  private:
   CreateCall(Context& context, const grpc::CallbackServerContext& call, v1::CreateSessionResponse& response);
 
+  void read_done(bool ok);
   std::optional<Fault> add();
   std::optional<Fault> reserve();
+  /// Takes its turn on the runner.
   void build(Lane lane);
-  /// Ends the call with this, unless the upload is over. The upload's memory and its place in the store are
-  /// given back first: the client may try again as soon as it hears of it.
-  void fail_locked(const grpc::Status& status) WARMFRONT_REQUIRES(mutex_);
+  /// The session and the response that tells of it; nothing is to be seen of either yet.
+  Outcome<std::shared_ptr<Session>> make(Lane lane);
+  void log_created(const Session& session) const;
+  /// The call was cancelled after its session was made, and nobody has used that.
+  void drop_orphan();
+  /// Ends the call with this, unless the session is being built. The upload's memory and its place in the
+  /// store are given back first: the client may try again as soon as it hears of it.
+  void fail_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);
+  grpc::Status status_of(const Fault& fault) const noexcept;
+  void give_back();
 
   // Constant after construction.
   Context& context_;
@@ -63,10 +74,11 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   // Used by the one outstanding read.
   v1::CreateSessionRequest incoming_;
 
-  // Protected by mutex_ while uploading, then used by build() only.
+  // Protected by mutex_ until it is being built, then used by build() and OnDone() only.
   Mutex mutex_;
   enum class State {
     kUploading,
+    kQueued,  // for its turn on the runner
     kBuilding,
     kFinished
   } state_ WARMFRONT_GUARDED_BY(mutex_) = State::kUploading;
@@ -75,6 +87,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;
   std::shared_ptr<SessionRecording> recording_;
+  std::shared_ptr<Session> made_;
 };
 
 }  // namespace warmfront::server

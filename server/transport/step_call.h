@@ -30,7 +30,7 @@ class StepCall final : public grpc::ServerUnaryReactor {
   explicit StepCall(Context& context, v1::StepResponse& response) : context_(context), response_(response) {}
 
   void step(Session& session, const v1::StepRequest& request);
-  grpc::Status respond(const Answer& answer);
+  void respond(const Answer& answer);
 
   // Constant after construction.
   Context& context_;
