@@ -4,18 +4,20 @@
 
 #include <utility>
 
+#include "proto/byte_buffer.h"
 #include "server/session/step_cost.h"
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
 #include "server/transport/reaction.h"
+#include "server/transport/stream_codec.h"
 #include "server/units.h"
 
 namespace warmfront::server {
 
 CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContext& call,
-                              v1::CreateSessionResponse& response) {
+                              grpc::ByteBuffer& response) {
   const std::shared_ptr<CreateCall> create(new CreateCall(context, call, response));
   create->self_ = create;
   react(
@@ -39,8 +41,7 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
   return create.get();
 }
 
-CreateCall::CreateCall(Context& context, const grpc::CallbackServerContext& call,
-                       v1::CreateSessionResponse& response)
+CreateCall::CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response)
     : context_(context), call_(call), response_(response), upload_(context.limits) {}
 
 void CreateCall::OnDone() {
@@ -122,13 +123,17 @@ void CreateCall::give_back() {
 }
 
 std::optional<Fault> CreateCall::add() {
-  if (std::optional<Fault> fault = upload_->add(incoming_)) return fault;
+  const Outcome<v1::CreateSessionRequest> message =
+      parse_message<v1::CreateSessionRequest>(incoming_, "CreateSession");
+  incoming_.Clear();
+  if (!message) return message.fault();
+  if (std::optional<Fault> fault = upload_->add(message.value())) return fault;
   // Place and memory are taken before the bulk of the upload, so that a full daemon does not let it all come
   // in.
   if (!reservation_) {
     if (std::optional<Fault> fault = reserve()) return fault;
   }
-  if (recording_) recording_->upload(incoming_);
+  if (recording_) recording_->upload(message.value());
   return std::nullopt;
 }
 
@@ -196,8 +201,10 @@ Outcome<std::shared_ptr<Session>> CreateCall::make(Lane lane) {
                       {context_.workers, context_.runner, context_.limits, std::move(account_), lost, owner_,
                        &context_.metrics, recording_, rebuilt});
   if (made) {
-    *response_.mutable_session() = to_proto(*made.value());
-    *response_.mutable_limits() = to_proto(context_.limits);
+    v1::CreateSessionResponse response;
+    *response.mutable_session() = to_proto(*made.value());
+    *response.mutable_limits() = to_proto(context_.limits);
+    response_ = serialize(response);
   }
   return made;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <chrono>
@@ -20,13 +21,13 @@
 
 namespace warmfront::server {
 
-class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest>,
+class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
                          public Drainable,
                          public std::enable_shared_from_this<CreateCall> {
  public:
   /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as it does.
   static CreateCall* start(Context& context, const grpc::CallbackServerContext& call,
-                           v1::CreateSessionResponse& response);
+                           grpc::ByteBuffer& response);
 
   void OnReadDone(bool ok) override;
   /// What was uploaded is freed at once, and a session that its client will not hear of is not kept.
@@ -40,7 +41,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
 
  private:
-  CreateCall(Context& context, const grpc::CallbackServerContext& call, v1::CreateSessionResponse& response);
+  CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response);
 
   void read_done(bool ok);
   std::optional<Fault> add();
@@ -61,7 +62,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   // Constant after construction.
   Context& context_;
   const grpc::CallbackServerContext& call_;
-  v1::CreateSessionResponse& response_;
+  grpc::ByteBuffer& response_;
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 
   // Set by start(), then constant.
@@ -72,7 +73,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   std::optional<Lifecycle::Call> in_flight_;
 
   // Used by the one outstanding read.
-  v1::CreateSessionRequest incoming_;
+  grpc::ByteBuffer incoming_;
 
   // Protected by mutex_ until it is being built, then used by build() and OnDone() only.
   Mutex mutex_;

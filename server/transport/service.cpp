@@ -15,19 +15,21 @@
 #include "server/transport/session_recording.h"
 #include "server/transport/step_call.h"
 #include "server/transport/step_stream.h"
+#include "server/transport/stream_codec.h"
 #include "server/version.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 namespace warmfront::server {
 namespace {
 
-/// StreamSteps takes its messages raw; the rest are typed.
-using Base = v1::CollisionService::WithCallbackMethod_CreateSession<
+/// Those whose messages may be large take them raw, and parse them where nothing is thrown out of: gRPC
+/// parses typed ones on its own threads, which memory that ends there takes the process down with.
+using Base = v1::CollisionService::WithRawCallbackMethod_CreateSession<
     v1::CollisionService::WithCallbackMethod_GetSession<v1::CollisionService::WithCallbackMethod_ListSessions<
         v1::CollisionService::WithCallbackMethod_DeleteSession<
             v1::CollisionService::WithCallbackMethod_ChangeScene<
                 v1::CollisionService::WithCallbackMethod_CheckSession<
-                    v1::CollisionService::WithCallbackMethod_Step<
+                    v1::CollisionService::WithRawCallbackMethod_Step<
                         v1::CollisionService::WithCallbackMethod_GetServerInfo<
                             v1::CollisionService::WithRawCallbackMethod_StreamSteps<
                                 v1::CollisionService::Service>>>>>>>>>;
@@ -42,9 +44,9 @@ class CollisionService final : public Base {
  public:
   explicit CollisionService(Context& context) : context_(context) {}
 
-  grpc::ServerReadReactor<v1::CreateSessionRequest>* CreateSession(
-      grpc::CallbackServerContext* call, v1::CreateSessionResponse* response) override {
-    return streaming<grpc::ServerReadReactor<v1::CreateSessionRequest>>(
+  grpc::ServerReadReactor<grpc::ByteBuffer>* CreateSession(grpc::CallbackServerContext* call,
+                                                           grpc::ByteBuffer* response) override {
+    return streaming<grpc::ServerReadReactor<grpc::ByteBuffer>>(
         [&] { return CreateCall::start(context_, *call, *response); });
   }
 
@@ -132,10 +134,12 @@ class CollisionService final : public Base {
     });
   }
 
-  grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const v1::StepRequest* request,
-                                 v1::StepResponse* response) override {
+  grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                 grpc::ByteBuffer* response) override {
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      return StepCall::start(context_, find(*call, request->session_id()), *request, *response);
+      const Outcome<v1::StepRequest> message = parse_message<v1::StepRequest>(*request, "Step");
+      if (!message) return finish(call, context_.refuse(message.fault()));
+      return StepCall::start(context_, find(*call, message.value().session_id()), message.value(), *response);
     });
   }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/give_way.h"
@@ -21,7 +22,7 @@ constexpr std::size_t kRestBytes = 1024;
 }  // namespace
 
 StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
-                          const v1::StepRequest& request, v1::StepResponse& response) {
+                          const v1::StepRequest& request, grpc::ByteBuffer& response) {
   give_way(context.runner.backlog());
   auto* call = new StepCall(context, response);
   react(
@@ -63,9 +64,11 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
 }
 
 void StepCall::respond(const Answer& answer) {
-  response_.set_frame(answer.frame);
-  fill_columns(answer, 0, answer.rows(), *response_.mutable_contacts());
-  *response_.mutable_summary() = summary_of(answer);
+  v1::StepResponse response;
+  response.set_frame(answer.frame);
+  fill_columns(answer, 0, answer.rows(), *response.mutable_contacts());
+  *response.mutable_summary() = summary_of(answer);
+  response_ = serialize(response);
 }
 
 }  // namespace warmfront::server
