@@ -14,12 +14,13 @@ std::uint64_t median(std::array<std::uint64_t, N> counts) {
 
 class AutoPipeline final : public Pipeline {
  public:
-  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
+  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+                          const AcceptStep& accept) override {
     if (pipeline_->bounds() != trial_.bounds()) {  // now, since after a step was taken nothing may fail
       pipeline_ = make_pipeline(trial_.bounds());
       changed_ = true;
     }
-    Result<StepResult> result = pipeline_->step(core, frame, stop);
+    Result<StepResult> result = pipeline_->step(core, frame, stop, accept);
     if (!result) return result;
     StepStatistics& statistics = result.value().statistics;
     if (changed_ && statistics.front_state == FrontState::kBuilt) {

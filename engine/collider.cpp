@@ -65,11 +65,12 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
   return collider;
 }
 
-Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled) {
+Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
+                                  const AcceptStep& accept) {
   Core& core = impl_->core;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
   if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(*this);
-  Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled));
+  Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled), accept);
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(*this, cancelled);
   return result;

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -36,6 +37,11 @@ struct StepResult {
   std::optional<StepStatistics> all_deformable = std::nullopt;
 };
 
+/// Called with a step's answer before the step is taken, on the thread that steps. An error that it returns,
+/// or an exception, refuses the step, which then did not happen. The statistics' times and front state may
+/// still change. Empty: every answer is accepted.
+using AcceptStep = std::function<Status(const StepResult&)>;
+
 /// Incremental continuous collision detection (Tang, Manocha, Tong 2009): each step tests the linear motion
 /// from the positions last given to the new ones. A step's contacts are the same bits for any number of
 /// threads, any front mode and either kind of bounds, whether the collider is warm or was just created from
@@ -55,9 +61,10 @@ class Collider {
   /// the collider is as it was before the call, but for its warmth, and may be stepped again:
   /// kInvalidArgument as in create(), or when the frame does not fit the scene (the message names the field
   /// and the first offender), kResourceExhausted above max_contacts, kCancelled when `cancelled` became true
-  /// on the way (looked at between grains of work; any thread may set it). The same holds for an exception
-  /// (std::bad_alloc).
-  Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr);
+  /// on the way (looked at between grains of work; any thread may set it), and what `accept` refused it with.
+  /// The same holds for an exception (std::bad_alloc).
+  Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr,
+                          const AcceptStep& accept = {});
 
   /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it
   /// was left. kInvalidArgument as in step(), kFailedPrecondition after the first step; nothing has changed

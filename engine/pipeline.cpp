@@ -44,7 +44,8 @@ class Stopwatch {
 template <class Bounds>
 class PipelineWith final : public Pipeline {
  public:
-  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) override {
+  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+                          const AcceptStep& accept) override {
     StepResult result;
     Attempt attempt(*this, core);
     NarrowPhaseOutput output;
@@ -59,13 +60,15 @@ class PipelineWith final : public Pipeline {
       return Error{ErrorCode::kResourceExhausted,
                    "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
                        " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
-    attempt.commit();
     result.vf = output.vf;
     result.ee = output.ee;
     result.possible = output.possible;
     if (output.vf + output.ee > 0) result.earliest_toi = output.earliest;
     result.contacts = core.contacts;
     result.geometry = core.geometry;
+    if (accept)
+      if (const Status accepted = accept(result); !accepted) return accepted.error();
+    attempt.commit();
     return result;
   }
 

@@ -14,8 +14,9 @@ namespace warmfront {
 class Pipeline {
  public:
   virtual ~Pipeline() = default;
-  /// Carries out a frame that was checked.
-  virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop) = 0;
+  /// Carries out a frame that was checked, if `accept` accepts its answer.
+  virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+                                  const AcceptStep& accept) = 0;
   /// Parts were added or changed: which are near each other is found anew.
   virtual void parts_changed() = 0;
   /// The kind that the next step uses.

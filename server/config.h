@@ -36,7 +36,6 @@ struct Config {
   LogFormat log_format = LogFormat::kText;
   Limits limits;
   std::size_t transport_memory_bytes = std::size_t{1} << 30;  ///< gRPC's ResourceQuota: messages in transit
-  std::uint32_t max_streams = 128;                            ///< calls at once on a connection
   std::uint32_t max_metadata_bytes = 16 << 10;                ///< headers of a call
   std::chrono::milliseconds drain_timeout = std::chrono::seconds(30);
 };

@@ -23,6 +23,7 @@
 #include "server/admin/http.h"
 #include "server/admin/listen.h"
 #include "server/admin/metrics_text.h"
+#include "server/admin/socket_lock.h"
 #include "server/admin/ticker.h"
 #include "server/annotations.h"
 #include "server/session/expiry.h"
@@ -58,7 +59,7 @@ void set_arguments(grpc::ServerBuilder& builder, const Config& config) {
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   // Two daemons would otherwise share a port in silence.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(config.max_streams));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(config.limits.max_streams));
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(config.max_metadata_bytes));
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
   // Clients that vanish are found within a minute and a half; clients may ping every ten seconds.
@@ -114,8 +115,9 @@ struct Daemon::Impl {
         guard(std::move(the_guard)),
         context(config.limits, config.threads, log, *guard) {}
 
-  // Constant after start().
+  // Constant after start(). The locks are held until the server has given its sockets up.
   const milliseconds drain_timeout;
+  std::vector<SocketLock> sockets;
   std::vector<std::string> addresses;
 
   // Thread-safe. In this order: the server uses the service, which uses the context.
@@ -144,10 +146,22 @@ Daemon::Daemon(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   if (config.listen.empty()) return invalid_argument("listen: at least one address is expected");
+  std::vector<SocketLock> sockets;
   for (const std::string& address : config.listen)
     if (const Status checked = check_listen_address(address, config.insecure || config.tls.enabled());
         !checked)
       return checked.error();
+  for (const std::string& address : config.listen) {
+    const std::optional<std::string> path = unix_path(address);
+    if (!path) continue;
+    Result<SocketLock> lock = SocketLock::acquire(*path);
+    if (!lock) return lock.error();
+    sockets.push_back(std::move(lock).value());
+    // One that knows nothing of the lock.
+    if (someone_listens(*path))
+      return Error{ErrorCode::kFailedPrecondition,
+                   "listen " + address + ": another process listens there; stop it first"};
+  }
   if (!config.metrics_listen.empty() && !is_host_and_port(config.metrics_listen))
     return invalid_argument("metrics-listen " + config.metrics_listen +
                             ": HOST:PORT (an IPv6 host in brackets) is expected, the port in [0, 65535]");
@@ -157,6 +171,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
   auto impl = std::make_unique<Impl>(config, log, std::move(guard).value());
+  impl->sockets = std::move(sockets);
   if (!config.record_dir.empty()) {
     auto recordings = Recordings::open(config.record_dir, config.record_max_bytes, log);
     if (!recordings) return recordings.error();
@@ -200,9 +215,11 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
       });
   // Often enough that what a client is given is exceeded by a quarter at most.
   const milliseconds least = std::min(config.limits.upload_timeout, config.limits.write_stall_timeout);
-  impl->timeouts =
-      std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
-                               [&lifecycle = impl->context.lifecycle] { lifecycle.enforce_timeouts(); });
+  impl->timeouts = std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
+                                            [&lifecycle = impl->context.lifecycle] {
+                                              lifecycle.enforce_timeouts();
+                                              refuse_connections_left_waiting();
+                                            });
   impl->memory = std::make_unique<Ticker>(
       kMemoryGlance, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory()]() mutable {
         const std::size_t bytes = give_back_free_memory(free_memory);

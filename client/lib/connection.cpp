@@ -2,8 +2,6 @@
 // The unary calls, and the upload. Thread safety as stated in the header.
 #include "client/lib/connection.h"
 
-#include <grpcpp/generic/generic_stub.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -31,7 +29,7 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   grpc::ChannelArguments arguments;
   // Answers come in chunks of the daemon's choosing.
   arguments.SetMaxReceiveMessageSize(-1);
-  // A connection of its own for each client: one connection is bound to one core or so.
+  // A connection of its own for each channel: one connection is bound to one core or so.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
@@ -60,29 +58,27 @@ Connection::Connection(const std::string& address, const ClientOptions& options,
     : address_(address),
       options_(options),
       authorization_(credentials.authorization),
-      channel_(grpc::CreateCustomChannel(address, credentials.channel,
-                                         channel_arguments(credentials.server_name))),
-      stub_(v1::CollisionService::NewStub(channel_)),
-      admin_(v1::AdminService::NewStub(channel_)) {}
+      channels_([address, credentials] {
+        return grpc::CreateCustomChannel(address, credentials.channel,
+                                         channel_arguments(credentials.server_name));
+      }) {}
 
 void Connection::prepare(grpc::ClientContext& context, const std::string& session_id) const {
   if (!authorization_.empty()) context.AddMetadata("authorization", authorization_);
   if (!session_id.empty()) context.AddMetadata("warmfront-session", session_id);
 }
 
-std::unique_ptr<grpc::ClientAsyncReaderWriter<grpc::ByteBuffer, v1::StreamStepsResponse>>
-Connection::prepare_step_stream(grpc::ClientContext& context, grpc::CompletionQueue& queue) {
-  grpc::TemplatedGenericStub<grpc::ByteBuffer, v1::StreamStepsResponse> stub(channel_);
-  return stub.PrepareCall(&context, "/warmfront.v1.CollisionService/StreamSteps", &queue);
-}
-
-std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& response) {
+std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& response,
+                                                   const std::string& session_id) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);
   context.set_wait_for_ready(true);
-  prepare(context);
-  const grpc::Status status = stub_->GetServerInfo(&context, {}, &response);
-  if (status.ok()) return std::nullopt;
+  prepare(context, session_id);
+  const grpc::Status status = channels_.take()->service->GetServerInfo(&context, {}, &response);
+  if (status.ok()) {
+    channels_.set_calls_per_channel(response.limits().max_streams());
+    return std::nullopt;
+  }
   RemoteError remote = remote_error_from(status);
   if (remote.error.code == ErrorCode::kDeadlineExceeded) remote.error.code = ErrorCode::kUnavailable;
   if (remote.error.code != ErrorCode::kUnavailable) return remote;
@@ -97,7 +93,7 @@ std::optional<std::string> Connection::why_unreachable() {
   set_deadline(context, std::chrono::seconds(2));
   prepare(context);
   v1::GetServerInfoResponse ignored;
-  const grpc::Status status = stub_->GetServerInfo(&context, {}, &ignored);
+  const grpc::Status status = channels_.take()->service->GetServerInfo(&context, {}, &ignored);
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return std::nullopt;
   return status.error_message();
 }
@@ -109,8 +105,9 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
   set_deadline(context, options_.create_timeout);
   context.set_wait_for_ready(true);
   prepare(context, header.session_id());
+  const ChannelPool::Lease channel = channels_.take();
   const std::unique_ptr<grpc::ClientWriter<v1::CreateSessionRequest>> upload =
-      stub_->CreateSession(&context, &response);
+      channel->service->CreateSession(&context, &response);
 
   v1::CreateSessionRequest request;
   *request.mutable_header() = header;
@@ -133,56 +130,62 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
 }
 
 template <class Stub, class Request, class Response>
-std::optional<RemoteError> Connection::call(Stub& stub, UnaryMethod<Stub, Request, Response> method,
+std::optional<RemoteError> Connection::call(UnaryMethod<Stub, Request, Response> method,
                                             const std::type_identity_t<Request>& request, Response& response,
                                             const std::string& session_id,
                                             std::optional<std::chrono::milliseconds> timeout) {
   grpc::ClientContext context;
   set_deadline(context, timeout.value_or(options_.call_timeout));
   prepare(context, session_id);
-  const grpc::Status status = (stub.*method)(&context, request, &response);
+  const ChannelPool::Lease channel = channels_.take();
+  const grpc::Status status = [&] {
+    if constexpr (std::is_same_v<Stub, v1::AdminService::Stub>)
+      return (*channel->admin.*method)(&context, request, &response);
+    else
+      return (*channel->service.*method)(&context, request, &response);
+  }();
   if (!status.ok()) return remote_error_from(status);
   return std::nullopt;
 }
 
 std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request,
                                               v1::ChangeSceneResponse& response) {
-  return call(*stub_, &v1::CollisionService::Stub::ChangeScene, request, response, request.session_id(),
+  return call(&v1::CollisionService::Stub::ChangeScene, request, response, request.session_id(),
               options_.create_timeout);
 }
 
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
-  return call(*stub_, &v1::CollisionService::Stub::ListSessions, {}, response);
+  return call(&v1::CollisionService::Stub::ListSessions, {}, response);
 }
 
 std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSessionResponse& response) {
   v1::GetSessionRequest request;
   request.set_session_id(id);
-  return call(*stub_, &v1::CollisionService::Stub::GetSession, request, response, id);
+  return call(&v1::CollisionService::Stub::GetSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::check(const std::string& id, v1::CheckSessionResponse& response) {
   v1::CheckSessionRequest request;
   request.set_session_id(id);
-  return call(*stub_, &v1::CollisionService::Stub::CheckSession, request, response, id);
+  return call(&v1::CollisionService::Stub::CheckSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::remove(const std::string& id) {
   v1::DeleteSessionRequest request;
   request.set_session_id(id);
   v1::DeleteSessionResponse response;
-  return call(*stub_, &v1::CollisionService::Stub::DeleteSession, request, response, id);
+  return call(&v1::CollisionService::Stub::DeleteSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::list_all(v1::ListAllSessionsResponse& response) {
-  return call(*admin_, &v1::AdminService::Stub::ListAllSessions, {}, response);
+  return call(&v1::AdminService::Stub::ListAllSessions, {}, response);
 }
 
 std::optional<RemoteError> Connection::remove_any(const std::string& id) {
   v1::DeleteAnySessionRequest request;
   request.set_session_id(id);
   v1::DeleteAnySessionResponse response;
-  return call(*admin_, &v1::AdminService::Stub::DeleteAnySession, request, response, id);
+  return call(&v1::AdminService::Stub::DeleteAnySession, request, response, id);
 }
 
 }  // namespace warmfront::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A channel to a daemon and its small calls. Thread-safe.
+// The connections to a daemon and its small calls. Thread-safe.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "client/lib/channel_pool.h"
 #include "client/lib/client.h"
 #include "client/lib/security.h"
 #include "client/lib/wire.h"
@@ -25,14 +26,15 @@ class Connection {
   Connection(const std::string& address, const ClientOptions& options, const Credentials& credentials);
 
   const ClientOptions& options() const { return options_; }
-  /// A StreamSteps call whose requests are given as bytes; not started yet.
-  std::unique_ptr<grpc::ClientAsyncReaderWriter<grpc::ByteBuffer, v1::StreamStepsResponse>>
-  prepare_step_stream(grpc::ClientContext& context, grpc::CompletionQueue& queue);
+  /// Room for a call that lasts, on a connection that has some.
+  ChannelPool::Lease channel() { return channels_.take(); }
   /// Every call's context comes by here: says who calls, and which session it is about, if any.
   void prepare(grpc::ClientContext& context, const std::string& session_id = {}) const;
 
-  /// Both wait for a daemon that is not there yet, up to their timeout.
-  std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response);
+  /// Both wait for a daemon that is not there yet, up to their timeout. What it allows holds from then on;
+  /// the daemon where that session is to be, if one is named.
+  std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response,
+                                         const std::string& session_id = {});
   /// Uploads the scene. `positions` are the bytes as in step.proto.
   std::optional<RemoteError> create(const v1::SessionHeader& header, const SceneDescription& scene,
                                     std::string_view positions, v1::CreateSessionResponse& response);
@@ -54,7 +56,7 @@ class Connection {
 
   // A call of one message and one answer; about a session, if one is named.
   template <class Stub, class Request, class Response>
-  std::optional<RemoteError> call(Stub& stub, UnaryMethod<Stub, Request, Response> method,
+  std::optional<RemoteError> call(UnaryMethod<Stub, Request, Response> method,
                                   const std::type_identity_t<Request>& request, Response& response,
                                   const std::string& session_id = {},
                                   std::optional<std::chrono::milliseconds> timeout = std::nullopt);
@@ -63,9 +65,9 @@ class Connection {
   const std::string address_;
   const ClientOptions options_;
   const std::string authorization_;
-  const std::shared_ptr<grpc::Channel> channel_;
-  const std::unique_ptr<v1::CollisionService::Stub> stub_;
-  const std::unique_ptr<v1::AdminService::Stub> admin_;
+
+  // Thread-safe.
+  ChannelPool channels_;
 };
 
 }  // namespace warmfront::client

@@ -72,7 +72,7 @@ bool Session::Impl::send_frame(SentFrame& frame) {
   const auto write = [&](const grpc::ByteBuffer& message) {
     frame.sent_bytes += message.Length();
     frame.encode_ms += milliseconds_since(encoding_since);
-    const StepStream::Event event = stream_->write(message, after(connection_->options().answer_timeout));
+    const StepStream::Event event = stream_->write(message, connection_->options().answer_timeout);
     encoding_since = Clock::now();
     return event == StepStream::Event::kDone;
   };

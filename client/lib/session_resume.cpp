@@ -83,6 +83,12 @@ Status Session::Impl::establish(Full full) {
 }
 
 std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {
+  // A daemon that was started again may allow fewer calls on a connection, and a stream too many would wait
+  // there without a word.
+  if (resumes_ > 0) {
+    v1::GetServerInfoResponse ignored;
+    if (std::optional<RemoteError> error = connection_->server_info(ignored, id())) return error;
+  }
   // What the daemon answered already comes again from its memory, and the rest follows.
   const auto begin_stream = [&] {
     sent_ = 0;
@@ -158,7 +164,8 @@ std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
   request.mutable_attach()->set_session_id(id());
   // The stream before may not have been noticed to be dead yet.
   request.mutable_attach()->set_takeover(true);
-  const StepStream::Event written = stream_->write(request, deadline);
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
+  const StepStream::Event written = stream_->write(request, std::max(left, std::chrono::milliseconds(0)));
   if (written == StepStream::Event::kTimeout) return timeout;
   v1::StreamStepsResponse response;
   // Frames of the stream before may still be computed: the answer comes after them.

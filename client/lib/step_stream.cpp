@@ -3,17 +3,21 @@
 // Thread safety as stated in the header.
 #include "client/lib/step_stream.h"
 
+#include <grpcpp/generic/generic_stub.h>
+
 #include <utility>
 
 #include "proto/byte_buffer.h"
 
 namespace warmfront::client {
 
-StepStream::StepStream(Connection& connection, const std::string& session_id) {
+StepStream::StepStream(Connection& connection, const std::string& session_id)
+    : channel_(connection.channel()) {
   connection.prepare(context_, session_id);
   // A daemon that is about to come back is waited for, up to the deadline of start().
   context_.set_wait_for_ready(true);
-  call_ = connection.prepare_step_stream(context_, queue_);
+  grpc::TemplatedGenericStub<grpc::ByteBuffer, v1::StreamStepsResponse> stub(channel_->channel);
+  call_ = stub.PrepareCall(&context_, "/warmfront.v1.CollisionService/StreamSteps", &queue_);
   call_->StartCall(tag(kStart));
 }
 
@@ -26,35 +30,69 @@ StepStream::~StepStream() {
   }
 }
 
-StepStream::Event StepStream::await(Operation operation, Deadline deadline) {
-  while (completed_[operation] == State::kNone) {
-    void* done = nullptr;
-    bool ok = false;
-    if (queue_.AsyncNext(&done, &ok, deadline) != grpc::CompletionQueue::GOT_EVENT) return Event::kTimeout;
-    *static_cast<State*>(done) = ok ? State::kSucceeded : State::kFailed;
-  }
+StepStream::Event StepStream::take(Operation operation) {
   return std::exchange(completed_[operation], State::kNone) == State::kSucceeded ? Event::kDone
                                                                                  : Event::kEnded;
+}
+
+bool StepStream::await_any(Deadline deadline) {
+  void* done = nullptr;
+  bool ok = false;
+  if (queue_.AsyncNext(&done, &ok, deadline) != grpc::CompletionQueue::GOT_EVENT) return false;
+  *static_cast<State*>(done) = ok ? State::kSucceeded : State::kFailed;
+  return true;
+}
+
+StepStream::Event StepStream::await(Operation operation, Deadline deadline) {
+  while (completed_[operation] == State::kNone)
+    if (!await_any(deadline)) return Event::kTimeout;
+  return take(operation);
 }
 
 StepStream::Event StepStream::start(Deadline deadline) {
   return await(kStart, deadline);
 }
 
-StepStream::Event StepStream::write(const v1::StreamStepsRequest& request, Deadline deadline) {
-  return write(serialize(request), deadline);
+StepStream::Event StepStream::write(const v1::StreamStepsRequest& request,
+                                    std::chrono::milliseconds timeout) {
+  return write(serialize(request), timeout);
 }
 
-StepStream::Event StepStream::write(const grpc::ByteBuffer& message, Deadline deadline) {
+StepStream::Event StepStream::write(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout) {
   call_->Write(message, tag(kWrite));
-  return await(kWrite, deadline);
+  while (completed_[kWrite] == State::kNone) {
+    begin_read();
+    if (!await_any(std::chrono::system_clock::now() + timeout)) return Event::kTimeout;
+    keep_read();
+  }
+  return take(kWrite);
+}
+
+void StepStream::begin_read() {
+  if (reading_ || read_ended_) return;
+  call_->Read(&incoming_, tag(kRead));
+  reading_ = true;
+}
+
+void StepStream::keep_read() {
+  if (completed_[kRead] == State::kNone) return;
+  reading_ = false;
+  if (take(kRead) == Event::kDone)
+    received_.push_back(std::move(incoming_));
+  else
+    read_ended_ = true;
 }
 
 StepStream::Event StepStream::read(v1::StreamStepsResponse& response, Deadline deadline) {
-  call_->Read(&incoming_, tag(kRead));
-  const Event event = await(kRead, deadline);
-  if (event == Event::kDone) response = std::move(incoming_);
-  return event;
+  while (received_.empty()) {
+    if (read_ended_) return Event::kEnded;
+    begin_read();
+    if (completed_[kRead] == State::kNone && !await_any(deadline)) return Event::kTimeout;
+    keep_read();
+  }
+  response = std::move(received_.front());
+  received_.pop_front();
+  return Event::kDone;
 }
 
 grpc::Status StepStream::finish(Deadline deadline) {

@@ -62,7 +62,11 @@ Writer::Writer(int file, std::string path, WriterOptions options)
     : file_(file), path_(std::move(path)), options_(std::move(options)) {}
 
 Writer::~Writer() {
-  if (stopped_.empty()) put_end(true, "");
+  try {
+    if (stopped_.empty()) put_end(true, "");
+  } catch (const std::bad_alloc&) {
+    // Readers take it for one that was cut off.
+  }
   close(file_);
 }
 

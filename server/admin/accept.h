@@ -10,4 +10,9 @@ namespace warmfront::server {
 /// number of times.
 void refuse_connections_without_files();
 
+/// Another thread may open the file that is given up for a moment to refuse with: then connections wait that
+/// nobody hears of. Refuses them as soon as a file is free, and sets one aside again. To be called every
+/// second or so; costs a look at a flag.
+void refuse_connections_left_waiting();
+
 }  // namespace warmfront::server

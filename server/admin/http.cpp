@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -83,8 +84,12 @@ Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages page
   mg_set_request_handler(
       all->server, "/metrics$",
       [](mg_connection* connection, void* data) {
-        return answer(connection, 200, "text/plain; version=0.0.4; charset=utf-8",
-                      static_cast<Impl*>(data)->pages.metrics());
+        try {
+          return answer(connection, 200, "text/plain; version=0.0.4; charset=utf-8",
+                        static_cast<Impl*>(data)->pages.metrics());
+        } catch (const std::bad_alloc&) {  // CivetWeb, which is C, cannot be left by it
+          return answer(connection, 503, kText, "no memory\n");
+        }
       },
       all);
   mg_set_request_handler(

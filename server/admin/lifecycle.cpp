@@ -32,12 +32,20 @@ bool Lifecycle::draining() const {
   return draining_;
 }
 
-std::vector<std::shared_ptr<Drainable>> Lifecycle::streams() {
-  const MutexLock lock(mutex_);
-  std::vector<std::shared_ptr<Drainable>> streams;
-  for (const auto& [key, call] : calls_)
-    if (std::shared_ptr<Drainable> stream = call.lock()) streams.push_back(std::move(stream));
-  return streams;
+template <class Work>
+void Lifecycle::each_stream(Work work) {
+  std::uint64_t next = 0;
+  for (;;) {
+    std::shared_ptr<Drainable> stream;
+    {
+      const MutexLock lock(mutex_);
+      const auto found = calls_.lower_bound(next);
+      if (found == calls_.end()) return;
+      next = found->first + 1;
+      stream = found->second.lock();
+    }
+    if (stream) work(*stream);
+  }
 }
 
 void Lifecycle::begin_drain(std::chrono::system_clock::time_point deadline) {
@@ -45,20 +53,22 @@ void Lifecycle::begin_drain(std::chrono::system_clock::time_point deadline) {
     const MutexLock lock(mutex_);
     draining_ = true;
   }
-  for (const std::shared_ptr<Drainable>& stream : streams()) stream->notify_draining(deadline);
+  each_stream([&](Drainable& stream) { stream.notify_draining(deadline); });
 }
 
 void Lifecycle::end_streams() {
-  for (const std::shared_ptr<Drainable>& stream : streams()) stream->end(draining_fault());
+  const Fault fault = draining_fault();
+  each_stream([&](Drainable& stream) { stream.end(fault); });
 }
 
 void Lifecycle::end_quiet_streams(std::chrono::milliseconds quiet) {
-  for (const std::shared_ptr<Drainable>& stream : streams()) stream->end_if_quiet(draining_fault(), quiet);
+  const Fault fault = draining_fault();
+  each_stream([&](Drainable& stream) { stream.end_if_quiet(fault, quiet); });
 }
 
 void Lifecycle::enforce_timeouts() {
   const auto now = std::chrono::steady_clock::now();
-  for (const std::shared_ptr<Drainable>& stream : streams()) stream->enforce_timeouts(now);
+  each_stream([&](Drainable& stream) { stream.enforce_timeouts(now); });
 }
 
 std::size_t Lifecycle::wait_until_idle(std::chrono::steady_clock::time_point deadline) {

@@ -7,14 +7,14 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <vector>
 
 #include "server/annotations.h"
 #include "server/session/fault.h"
 
 namespace warmfront::server {
 
-/// A call that waits for its client, and so must be told to end. Thread-safe.
+/// A call that waits for its client, and so must be told to end. Thread-safe; nothing here throws but in
+/// enforce_timeouts().
 class Drainable {
  public:
   virtual ~Drainable() = default;
@@ -62,7 +62,9 @@ class Lifecycle {
   static Fault draining_fault();
 
  private:
-  std::vector<std::shared_ptr<Drainable>> streams();
+  /// Calls it without the lock, and needs no memory. Those that begin meanwhile may be left out.
+  template <class Work>
+  void each_stream(Work work);
 
   // Protected by mutex_. Null weak pointers: calls that are no streams.
   mutable Mutex mutex_;

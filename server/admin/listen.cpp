@@ -85,6 +85,12 @@ bool is_loopback_ipv4(const std::string& host) {
   return host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string::npos;
 }
 
+}  // namespace
+
+bool is_host_and_port(const std::string& address) {
+  return !host_of(address).empty();
+}
+
 bool someone_listens(const std::string& path) {
   const sockaddr_un address = unix_address(path);
   const int socket = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -94,10 +100,9 @@ bool someone_listens(const std::string& path) {
   return connected;
 }
 
-}  // namespace
-
-bool is_host_and_port(const std::string& address) {
-  return !host_of(address).empty();
+std::optional<std::string> unix_path(const std::string& address) {
+  if (!address.starts_with(kUnix)) return std::nullopt;
+  return address.substr(kUnix.size());
 }
 
 bool is_local(const std::string& address) {
@@ -112,9 +117,6 @@ Status check_listen_address(const std::string& address, bool secured) {
     if (path.empty() || path.size() >= sizeof(sockaddr_un::sun_path))
       return invalid_argument("listen " + address + ": a path of 1 to " +
                               std::to_string(sizeof(sockaddr_un::sun_path) - 1) + " bytes is expected");
-    if (someone_listens(path))
-      return Error{ErrorCode::kFailedPrecondition,
-                   "listen " + address + ": another process listens there; stop it first"};
     return {};
   }
   if (!is_host_and_port(address))

@@ -45,7 +45,7 @@ struct Metrics {
   enum End : std::size_t { kDeleted, kExpired, kFailed, kEnds };
   static constexpr std::array<const char*, kEnds> kEndNames{"deleted", "expired", "failed"};
   /// Of refused requests: each limit by its setting, everything else by its kind.
-  static constexpr std::array<const char*, 29> kRefusals{"other",
+  static constexpr std::array<const char*, 31> kRefusals{"other",
                                                          "invalid_input",
                                                          "session_not_found",
                                                          "session_exists",
@@ -66,6 +66,8 @@ struct Metrics {
                                                          "max-vertices",
                                                          "max-triangles",
                                                          "max-contacts",
+                                                         "adjacent-faces",
+                                                         "memory",
                                                          "max-session-bytes",
                                                          "max-principal-bytes",
                                                          "max-total-bytes",

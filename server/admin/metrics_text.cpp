@@ -6,9 +6,11 @@
 #include <prometheus/text_serializer.h>
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "server/admin/free_memory.h"
 #include "server/admin/process_stats.h"
 #include "server/version.h"
 
@@ -111,6 +113,10 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
              Metrics::kRefusals, metrics.refused);
   f.counter("warmfront_memory_given_back_bytes_total", "Freed memory that was given back to the system",
             metrics.memory_given_back);
+  if (const std::optional<MemoryUse> use = memory_use())
+    f.gauge("warmfront_allocated_memory_bytes",
+            "Memory that the allocator has handed out and not got back, whether in RAM or not",
+            number(use->allocated));
   const ProcessStats process = process_stats();
   f.gauge("process_resident_memory_bytes", "Memory of this process that is in RAM",
           number(process.resident_bytes));

@@ -2,6 +2,7 @@
 // A thread that waits. Thread safety as stated in the header.
 #include "server/admin/ticker.h"
 
+#include <new>
 #include <utility>
 
 namespace warmfront::server {
@@ -11,7 +12,13 @@ Ticker::Ticker(std::chrono::milliseconds period, std::function<void()> tick)
 
 void Ticker::work(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, stop, period_, [&] { return stop.stop_requested(); })) tick_();
+  while (!wake_.wait_for(lock, stop, period_, [&] { return stop.stop_requested(); })) {
+    try {
+      tick_();
+    } catch (const std::bad_alloc&) {
+      // The next tick may find memory.
+    }
+  }
 }
 
 }  // namespace warmfront::server

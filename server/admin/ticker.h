@@ -12,8 +12,8 @@ namespace warmfront::server {
 
 class Ticker {
  public:
-  /// Calls `tick`, which does not throw, every `period` until the ticker is destroyed, which waits for a tick
-  /// under way.
+  /// Calls `tick`, which throws nothing but std::bad_alloc (the next tick comes then), every `period` until
+  /// the ticker is destroyed, which waits for a tick under way.
   Ticker(std::chrono::milliseconds period, std::function<void()> tick);
 
  private:

@@ -47,7 +47,15 @@ Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limi
     if (of_principal) of_principal->give(reserved);
     return budget.exceeded();
   }
-  return std::shared_ptr<Account>(new Account(budget, std::move(of_principal), limit, reserved));
+  std::unique_ptr<Account> account;
+  try {
+    account.reset(new Account(budget, of_principal, limit, reserved));
+  } catch (...) {
+    if (of_principal) of_principal->give(reserved);
+    budget.give(reserved);
+    throw;
+  }
+  return std::shared_ptr<Account>(std::move(account));  // gives it back itself from here on
 }
 
 Account::~Account() {

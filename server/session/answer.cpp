@@ -13,7 +13,6 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   answer.possible = result.possible;
   answer.earliest_toi = result.earliest_toi;
   answer.statistics = result.statistics;
-  if (result.all_deformable) answer.all_deformable.emplace(Answer::AllDeformable{*result.all_deformable});
   const std::size_t rows = result.contacts.size();
   answer.kind.reserve(rows);
   answer.status.reserve(rows);
@@ -31,6 +30,11 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
     if (fields.points) answer.points.push_back(geometry.points);
   }
   return answer;
+}
+
+std::size_t contact_bytes(const StepResult& result, const ContactFields& fields) {
+  return result.contacts.size() * (Answer::kBytesPerRow + (fields.weights ? 32 : 0) +
+                                   (fields.normal ? 24 : 0) + (fields.points ? 48 : 0));
 }
 
 }  // namespace warmfront::server

@@ -44,14 +44,18 @@ struct Answer {
   Holding memory;
 
   std::size_t rows() const { return kind.size(); }
-  std::size_t memory_bytes() const { return sizeof(*this) + rows() * bytes_per_row(); }
+  std::size_t memory_bytes() const { return sizeof(*this) + contact_bytes(); }
   /// In memory and on the wire.
   std::size_t bytes_per_row() const {
     return kBytesPerRow + (weights.empty() ? 0 : 32) + (normal.empty() ? 0 : 24) + (points.empty() ? 0 : 48);
   }
+  std::size_t contact_bytes() const { return rows() * bytes_per_row(); }
 
   static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< of the columns that are always there
 };
+
+/// Contact bytes of an answer, in memory and on the wire.
+std::size_t contact_bytes(const StepResult& result, const ContactFields& fields);
 
 Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result,
                    const ContactFields& fields);

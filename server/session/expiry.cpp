@@ -3,6 +3,7 @@
 #include "server/session/expiry.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace warmfront::server {
@@ -19,10 +20,13 @@ void Expiry::work(const std::stop_token& stop) {
   const milliseconds period = std::clamp(timeout_ / 4, milliseconds(10), milliseconds(10'000));
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, stop, period, [&] { return stop.stop_requested(); })) {
-    for (const std::shared_ptr<Session>& session : store_.remove_idle(timeout_)) {
-      session->close({ErrorCode::kNotFound, Reason::kSessionNotFound,
-                      "session " + session->id().text() + " expired; create it again"});
-      expired_(*session);
+    try {
+      for (const std::shared_ptr<Session>& session : store_.remove_idle(timeout_)) {
+        session->close_as("expired");
+        expired_(*session);
+      }
+    } catch (const std::bad_alloc&) {
+      // The next look may find memory.
     }
   }
 }

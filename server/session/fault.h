@@ -39,7 +39,8 @@ struct Fault {
   Reason reason;
   std::string message;  ///< what, where (field, index), what to do
   std::optional<std::uint64_t> expected_frame = std::nullopt;
-  const char* limit = "";  ///< the setting that was met, for kLimit; a literal
+  const char* limit =
+      "";  ///< for kLimit, the setting that was met, or what else there was too much of; a literal
   /// When trying again may help.
   std::optional<std::chrono::milliseconds> retry_after = std::nullopt;
 
@@ -58,6 +59,19 @@ inline Fault limit_met(std::string message, const char* limit, bool passing) {
   return fault;
 }
 
+/// The process has no memory for it now, and everything is as before. Never throws: without memory for the
+/// words too, it has two, which need none.
+inline Fault no_memory(const char* what) noexcept {
+  try {
+    return limit_met(std::string(what) +
+                         ": the daemon has no memory for it now; the session is as before, try "
+                         "again later, or use a smaller scene or fewer sessions",
+                     "memory", true);
+  } catch (...) {
+    return limit_met("out of memory", "memory", true);
+  }
+}
+
 /// A scene above the limit of setting `flag`; `field` says what there is too much of.
 inline Fault too_large(const std::string& field, std::uint64_t value, std::uint64_t limit, const char* flag) {
   return limit_met(field + ": " + std::to_string(value) + " is above the daemon's limit of " +
@@ -65,14 +79,19 @@ inline Fault too_large(const std::string& field, std::uint64_t value, std::uint6
                    flag, false);
 }
 
-/// The engine's error as a fault; `where` is put before its message, e.g. "frame 7: ".
-inline Fault fault_from(const Error& error, const std::string& where = {}) {
+/// The limits of the engine that a request can meet, as they are named to programs.
+inline constexpr const char* kMaxContacts = "max-contacts";      ///< by a step: a setting
+inline constexpr const char* kAdjacentFaces = "adjacent-faces";  ///< by a scene: the engine's own
+
+/// The engine's error as a fault; `where` is put before its message, e.g. "frame 7: ". `limit` is what was
+/// met, if it is a limit.
+inline Fault fault_from(const Error& error, const std::string& where = {}, const char* limit = "") {
   const Reason reason = error.code == ErrorCode::kResourceExhausted ? Reason::kLimit
                         : error.code == ErrorCode::kInternal        ? Reason::kEngine
                         : error.code == ErrorCode::kCancelled       ? Reason::kCancelled
                                                                     : Reason::kInvalidInput;
   Fault fault{error.code, reason, where + error.message};
-  if (reason == Reason::kLimit) fault.limit = "max-contacts";
+  if (reason == Reason::kLimit) fault.limit = limit;
   return fault;
 }
 

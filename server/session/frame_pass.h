@@ -3,6 +3,8 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +21,9 @@ struct FramePass {
   /// Set when the client has given up; null for a frame that cannot be given up.
   std::shared_ptr<const std::atomic<bool>> given_up;
   std::optional<Fault> refused;  ///< the frame's answer, in its turn, instead of a step
+  /// Bytes of contacts that can be told to who asks: a frame whose answer would have more is refused, and
+  /// does not count.
+  std::size_t max_answer_bytes = std::numeric_limits<std::size_t>::max();
 
   /// The frame is computed: it takes no one's place any more.
   void give_back() {

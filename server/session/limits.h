@@ -20,6 +20,7 @@ struct Limits {
   std::size_t max_session_bytes = std::size_t{8} << 30;         ///< held for a session, everything counted
   std::size_t max_total_bytes = usable_memory_bytes() / 4 * 3;  ///< held for all sessions
   std::size_t max_principal_bytes = max_total_bytes;            ///< held for all sessions of a principal
+  std::uint32_t max_streams = 128;                              ///< calls at once on a connection
   std::uint32_t max_open_streams = 1024;                        ///< StreamSteps calls in the daemon
   std::uint32_t max_frames_in_flight = 4096;  ///< accepted in the daemon and not yet computed
   std::uint32_t window = 4;                   ///< frames of a session accepted and not yet answered

@@ -8,37 +8,44 @@
 
 namespace warmfront::server {
 
+Mailbox::Entry Mailbox::prepare(Job job, Kind kind) {
+  Entry entry;
+  entry.job.push_back({std::move(job), kind});
+  entry.turn.emplace_back([self = shared_from_this()] { return self->run_turn(); });
+  return entry;
+}
+
 bool Mailbox::post(Job job, Kind kind) {
+  Entry entry = prepare(std::move(job), kind);
   {
     const MutexLock lock(mutex_);
     if (jobs_.size() >= capacity_) return false;
-    if (!push_locked(std::move(job), kind)) return true;
+    if (!push_locked(entry)) return true;
   }
-  schedule();
+  runner_.post(std::move(entry.turn), lane_.load(std::memory_order_relaxed));
   return true;
 }
 
-void Mailbox::post_always(Job job, Kind kind) {
+void Mailbox::post_always(Entry entry) noexcept {
   {
     const MutexLock lock(mutex_);
-    if (!push_locked(std::move(job), kind)) return;
+    if (!push_locked(entry)) return;
   }
-  schedule();
+  runner_.post(std::move(entry.turn), lane_.load(std::memory_order_relaxed));
 }
 
-void Mailbox::run_or_post(Job step) {
+void Mailbox::run_or_post(Entry step) noexcept {
   {
     const MutexLock lock(mutex_);
-    if (!push_locked(std::move(step), Kind::kStep)) return;
+    if (!push_locked(step)) return;
   }
-  if (!is_brief(ms_.load(std::memory_order_relaxed)) ||
-      !runner_.run_here([self = shared_from_this()] { self->run_turn(); },
-                        lane_.load(std::memory_order_relaxed)))
-    schedule();
+  const Lane lane = lane_.load(std::memory_order_relaxed);
+  if (!is_brief(ms_.load(std::memory_order_relaxed)) || !runner_.run_here(step.turn, lane))
+    runner_.post(std::move(step.turn), lane);
 }
 
-bool Mailbox::push_locked(Job job, Kind kind) {
-  jobs_.push_back({std::move(job), kind});
+bool Mailbox::push_locked(Entry& entry) noexcept {
+  jobs_.splice(jobs_.end(), entry.job);
   return !std::exchange(scheduled_, true);
 }
 
@@ -46,28 +53,23 @@ double Mailbox::front_ms_locked() const {
   return jobs_.front().kind == Kind::kStep ? ms_.load(std::memory_order_relaxed) : kUnforeseen;
 }
 
-void Mailbox::schedule() {
-  runner_.post([self = shared_from_this()] { self->run_turn(); }, lane_.load(std::memory_order_relaxed));
-}
-
-void Mailbox::run_turn() {
+std::optional<Lane> Mailbox::run_turn() noexcept {
   double turn_ms = 0;
   for (;;) {
     // Scoped, so that what the job holds is released before the next is looked for.
     {
+      std::list<Waiting> one;
       UniqueLock lock(mutex_);
       turn_ms += front_ms_locked();
-      const Job job = std::move(jobs_.front().job);
-      jobs_.pop_front();
+      one.splice(one.begin(), jobs_, jobs_.begin());
       lock.unlock();
-      job();
+      one.front().job();
     }
     const MutexLock lock(mutex_);
     scheduled_ = !jobs_.empty();
-    if (!scheduled_) return;
-    if (!is_brief(turn_ms + front_ms_locked())) break;
+    if (!scheduled_) return std::nullopt;
+    if (!is_brief(turn_ms + front_ms_locked())) return lane_.load(std::memory_order_relaxed);
   }
-  schedule();
 }
 
 }  // namespace warmfront::server

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session's queue: its jobs run one at a time, in order, on the runner's threads, or
+// A session's queue: its jobs, which do not throw, run one at a time, in order, on the runner's threads, or
 // on the thread that hands over a brief one. Thread-safe.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
-#include <deque>
 #include <functional>
 #include <limits>
+#include <list>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "server/annotations.h"
 #include "server/session/runner.h"
@@ -30,13 +32,27 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   Mailbox(Runner& runner, std::size_t capacity, Lane lane = Lane::kLong)
       : runner_(runner), capacity_(capacity), lane_(lane) {}
 
+  struct Waiting {
+    Job job;
+    Kind kind;
+  };
+  /// A job with the memory that it takes to queue it: to make one may throw, to post it does not. So a job
+  /// whose queueing failed was never begun, and one that is queued is run.
+  struct Entry {
+    std::list<Waiting> job;
+    Runner::Tasks turn;  ///< dropped where the mailbox is scheduled already
+  };
+  Entry prepare(Job job, Kind kind = Kind::kOther);
+
   /// False, and nothing is queued, when the mailbox is full.
   [[nodiscard]] bool post(Job job, Kind kind = Kind::kOther);
   /// The same, but never refused: for jobs that something else bounds.
-  void post_always(Job job, Kind kind = Kind::kOther);
+  void post_always(Entry entry) noexcept;
+  void post_always(Job job, Kind kind = Kind::kOther) { post_always(prepare(std::move(job), kind)); }
   /// As post_always(), for a step; but where it is brief, none waits, and the runner has room for a guest,
   /// this thread runs it, and what else makes a turn, before it returns.
-  void run_or_post(Job step);
+  void run_or_post(Entry step) noexcept;
+  void run_or_post(Job step) { run_or_post(prepare(std::move(step), Kind::kStep)); }
 
   static constexpr double kUnforeseen = std::numeric_limits<double>::infinity();
   /// Where the next job runs, and how long a step will take one thread, in milliseconds.
@@ -46,16 +62,12 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
   }
 
  private:
-  struct Waiting {
-    Job job;
-    Kind kind;
-  };
   /// Whether the mailbox must be scheduled, which the caller does without the lock.
-  [[nodiscard]] bool push_locked(Job job, Kind kind) WARMFRONT_REQUIRES(mutex_);
+  [[nodiscard]] bool push_locked(Entry& entry) noexcept WARMFRONT_REQUIRES(mutex_);
   /// How long the first job will take.
   double front_ms_locked() const WARMFRONT_REQUIRES(mutex_);
-  void schedule();
-  void run_turn();
+  /// Where the next turn is, if there is one.
+  std::optional<Lane> run_turn() noexcept;
 
   // Constant after construction.
   Runner& runner_;
@@ -66,7 +78,7 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
 
   // Protected by mutex_.
   Mutex mutex_;
-  std::deque<Waiting> jobs_ WARMFRONT_GUARDED_BY(mutex_);
+  std::list<Waiting> jobs_ WARMFRONT_GUARDED_BY(mutex_);
   bool scheduled_ WARMFRONT_GUARDED_BY(mutex_) = false;
 };
 

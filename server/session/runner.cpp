@@ -24,34 +24,48 @@ Runner::~Runner() {
 }
 
 void Runner::post(std::function<void()> task, Lane lane) {
+  Tasks one;
+  one.emplace_back([task = std::move(task)] {
+    task();
+    return std::optional<Lane>();
+  });
+  post(std::move(one), lane);
+}
+
+void Runner::post(Tasks tasks, Lane lane) noexcept {
   Queue& queue = queues_[static_cast<std::size_t>(lane)];
   {
     const MutexLock lock(mutex_);
-    queue.tasks.push_back(std::move(task));
+    queue.tasks.splice(queue.tasks.end(), tasks);
     waiting_short_.store(short_tasks(), std::memory_order_relaxed);
   }
   queue.changed.notify_one();
 }
 
-bool Runner::run_here(const std::function<void()>& task, Lane lane) noexcept {
+bool Runner::run_here(Tasks& one, Lane lane) noexcept {
   {
     const MutexLock lock(mutex_);
     if (guests_ >= most_guests_ || !queues_[static_cast<std::size_t>(lane)].tasks.empty()) return false;
     ++guests_;
   }
-  busy_.fetch_add(1, std::memory_order_relaxed);
-  task();
-  busy_.fetch_sub(1, std::memory_order_relaxed);
+  run(std::move(one));
   const MutexLock lock(mutex_);
   --guests_;
   return true;
 }
 
-std::function<void()> Runner::take(Queue& queue) {
-  std::function<void()> task = std::move(queue.tasks.front());
-  queue.tasks.pop_front();
+void Runner::run(Tasks one) noexcept {
+  busy_.fetch_add(1, std::memory_order_relaxed);
+  const std::optional<Lane> again = one.front()();
+  busy_.fetch_sub(1, std::memory_order_relaxed);
+  if (again) post(std::move(one), *again);
+}
+
+Runner::Tasks Runner::take(Queue& queue) {
+  Tasks one;
+  one.splice(one.begin(), queue.tasks, queue.tasks.begin());
   waiting_short_.store(short_tasks(), std::memory_order_relaxed);
-  return task;
+  return one;
 }
 
 void Runner::work(Queue& own) {
@@ -63,14 +77,10 @@ void Runner::work(Queue& own) {
                             ? std::ranges::find_if(queues_, [](const Queue& q) { return !q.tasks.empty(); })
                             : queues_.begin() + (&own - queues_.data());
     if (filled == queues_.end()) return;
-    // Scoped, so that what the task holds is released before the next wait.
-    {
-      const std::function<void()> task = take(*filled);
-      lock.unlock();
-      busy_.fetch_add(1, std::memory_order_relaxed);
-      task();
-      busy_.fetch_sub(1, std::memory_order_relaxed);
-    }
+    Tasks one = take(*filled);
+    lock.unlock();
+    // Taken by value, so that what the task holds is released before the next wait.
+    run(std::move(one));
     lock.lock();
   }
 }

@@ -7,8 +7,9 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -34,11 +35,18 @@ class Runner {
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
+  /// Says whether it is to be run once more, behind what waits in a lane by then.
+  using Task = std::function<std::optional<Lane>()>;
+  /// Tasks, each with the memory that it takes to queue it: to make them may throw, to post them does not.
+  using Tasks = std::list<Task>;
+
   void post(std::function<void()> task, Lane lane = Lane::kLong);
-  /// Runs the task on the calling thread, unless others of its lane wait or too many guests are here: then
-  /// it does nothing and returns false. A task that throws ends the process, as on the threads of this: the
-  /// caller's thread may be one that swallows it, and what the task had taken would never come back.
-  [[nodiscard]] bool run_here(const std::function<void()>& task, Lane lane) noexcept;
+  void post(Tasks tasks, Lane lane) noexcept;
+  /// Runs one task on the calling thread, and posts it when it is to be run once more; unless others of its
+  /// lane wait or too many guests are here: then it does nothing and returns false. A task that throws ends
+  /// the process, as on the threads of this: the caller's thread may be one that swallows it, and what the
+  /// task had taken would never come back.
+  [[nodiscard]] bool run_here(Tasks& one, Lane lane) noexcept;
   /// Whether more short tasks wait than there are threads for them: each has its next one already.
   bool backlog() const { return waiting_short_.load(std::memory_order_relaxed) > lane_threads_; }
   /// Tasks being run now, in either lane or by guests.
@@ -50,10 +58,12 @@ class Runner {
  private:
   struct Queue {
     std::condition_variable changed;
-    std::deque<std::function<void()>> tasks;
+    Tasks tasks;
   };
   void work(Queue& own);
-  std::function<void()> take(Queue& queue);
+  Tasks take(Queue& queue);
+  /// Runs it, and posts it again when it says so.
+  void run(Tasks one) noexcept;
   std::size_t short_tasks() const { return queues_[static_cast<std::size_t>(Lane::kShort)].tasks.size(); }
 
   // Protected by mutex_.

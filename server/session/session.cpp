@@ -3,7 +3,9 @@
 #include "server/session/session.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <exception>
 #include <new>
 #include <utility>
@@ -14,15 +16,42 @@
 namespace warmfront::server {
 namespace {
 
-Fault out_of_memory(const std::string& what) {
-  return {ErrorCode::kResourceExhausted, Reason::kEngine,
-          what +
-              ": the daemon ran out of memory; the session is dropped, use a smaller scene or lower "
-              "max_front_bytes"};
+Fault out_of_memory(const char* what) noexcept {
+  const auto fault = [](std::string message) {
+    return Fault{ErrorCode::kResourceExhausted, Reason::kEngine, std::move(message)};
+  };
+  try {
+    return fault(std::string(what) +
+                 ": the daemon ran out of memory; the session is dropped, use a smaller scene or lower "
+                 "max_front_bytes");
+  } catch (...) {
+    return fault("out of memory");
+  }
+}
+
+Fault engine_failed(const char* what, const char* why) noexcept {
+  const auto fault = [](std::string message) {
+    return Fault{ErrorCode::kInternal, Reason::kEngine, std::move(message)};
+  };
+  try {
+    return fault(std::string(what) + ": the engine failed: " + why);
+  } catch (...) {
+    return fault("engine failed");
+  }
 }
 
 std::string name_of(std::uint64_t frame) {
   return "frame " + std::to_string(frame);
+}
+
+constexpr const char* kMaxMessageBytes = "max-message-bytes";
+
+/// Of an answer that is longer than who asks can be told.
+Error too_long(std::size_t bytes) {
+  return {ErrorCode::kResourceExhausted,
+          "its answer has " + std::to_string(bytes) +
+              " bytes of contacts, which do not fit into one message; send the frame over StreamSteps, which "
+              "answers in parts, or raise --max-message-bytes"};
 }
 
 Fault cancelled(std::uint64_t frame) {
@@ -67,14 +96,14 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
     auto shared = std::make_shared<const Scene>(std::move(scene).value());
     Result<Collider> collider =
         Collider::create(shared, positions.view(), spec.options, std::move(host.workers));
-    if (!collider) return fault_from(collider.error());
+    if (!collider) return fault_from(collider.error(), {}, kAdjacentFaces);
     if (Status placed = collider.value().place(spec.poses); !placed) return fault_from(placed.error());
     return std::shared_ptr<Session>(new Session(std::move(spec), digest, std::move(shared),
                                                 std::move(collider).value(), std::move(host)));
   } catch (const std::bad_alloc&) {
-    return out_of_memory("creating the session");
+    return no_memory("creating the session");
   } catch (const std::exception& error) {
-    return Fault{ErrorCode::kInternal, Reason::kEngine, std::string("creating the session: ") + error.what()};
+    return engine_failed("creating the session", error.what());
   }
 }
 
@@ -122,6 +151,11 @@ void Session::touch() {
   last_request_ = std::chrono::steady_clock::now();
 }
 
+bool Session::used() const {
+  const MutexLock lock(mutex_);
+  return attachments_ > 0 || snapshot_.steps > 0;
+}
+
 std::optional<Fault> Session::closed() const {
   const MutexLock lock(mutex_);
   return closed_;
@@ -139,7 +173,6 @@ void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Ad
   auto request = std::make_shared<Request>(
       Request{frame, std::move(contents), std::move(pass), std::move(done), std::move(before)});
   Mailbox::Job job = [in_hand = in_hand(), request] {
-    if (request->before) request->before();
     Outcome<std::shared_ptr<const Answer>> outcome = (*in_hand)->compute_guarded(*request);
     // The frame is computed: what it held is free before its client hears of it.
     request->pass.give_back();
@@ -158,32 +191,32 @@ void Session::change(ChangeOrder order, ChangeDone done, Before before) {
   auto shared = std::make_shared<ChangeOrder>(std::move(order));
   auto reply = std::make_shared<ChangeDone>(std::move(done));
   const bool posted = mailbox_->post([in_hand = in_hand(), shared, reply, before = std::move(before)] {
-    (*reply)((*in_hand)->guarded<SessionState>("changing the scene",
-                                               [&] { return (*in_hand)->apply(*shared, before); }));
+    NoMemory without = NoMemory::kKept;
+    (*reply)((*in_hand)->guarded<SessionState>("changing the scene", without,
+                                               [&] { return (*in_hand)->apply(*shared, before, without); }));
   });
   if (!posted)
     (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer",
                        "window", true));
 }
 
-template <class T>
-Outcome<T> Session::guarded(const std::string& what, const std::function<Outcome<T>()>& work) {
+template <class T, class Work>
+Outcome<T> Session::guarded(const char* what, const NoMemory& without, Work work) noexcept {
   stepped_ = false;
   Outcome<T> outcome = [&]() -> Outcome<T> {
-    if (std::optional<Fault> fault = closed()) return *std::move(fault);
     try {
+      if (std::optional<Fault> fault = closed()) return *std::move(fault);
       std::optional<Workers::OneThread> one_thread;
       if (runner_.takes_one_thread(lane_of(next_ms_))) one_thread.emplace();
       return work();
     } catch (const std::bad_alloc&) {
-      return out_of_memory(what);
+      return without == NoMemory::kKept ? no_memory(what) : out_of_memory(what);
     } catch (const std::exception& error) {
-      return Fault{ErrorCode::kInternal, Reason::kEngine, what + ": the engine failed: " + error.what()};
+      return engine_failed(what, error.what());
     }
   }();
   if (!outcome && outcome.fault().engine_failed()) {
-    close({ErrorCode::kNotFound, Reason::kSessionNotFound,
-           "session " + id_.text() + " was dropped after a failure of the engine; create it again"});
+    close_as("was dropped after a failure of the engine");
     lost_(*this, outcome.fault());
     return outcome;
   }
@@ -216,14 +249,21 @@ bool Session::check_is_due() const {
   return limits_.self_check_steps > 0 && steps_unchecked_ >= limits_.self_check_steps;
 }
 
-Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request) {
-  return guarded<std::shared_ptr<const Answer>>(name_of(request.frame), [&] { return compute(request); });
+Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request) noexcept {
+  std::array<char, 32> name{};  // where no memory is needed
+  static_cast<void>(
+      std::snprintf(name.data(), name.size(), "frame %llu", static_cast<unsigned long long>(request.frame)));
+  return guarded<std::shared_ptr<const Answer>>(name.data(), NoMemory::kKept, [&] {
+    if (request.before) request.before();
+    return compute(request);
+  });
 }
 
 void Session::check(CheckDone done) {
   auto reply = std::make_shared<CheckDone>(std::move(done));
   const bool posted = mailbox_->post([in_hand = in_hand(), reply] {
-    (*reply)((*in_hand)->guarded<std::string>("the self-check", [&] { return (*in_hand)->self_check(""); }));
+    (*reply)((*in_hand)->guarded<std::string>("the self-check", NoMemory::kKept,
+                                              [&] { return (*in_hand)->self_check(""); }));
   });
   if (!posted)
     (*reply)(limit_met("CheckSession: too many frames of this session wait; try again after an answer",
@@ -315,7 +355,7 @@ std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
   return check_together(order.changes);
 }
 
-Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
+Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, NoMemory& without) {
   if (!order.key.empty() && done_order_ && order.key == done_order_->key) {
     if (order.digest == done_order_->digest) return done_order_->state;
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
@@ -334,13 +374,14 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
       return collider_.change_body(change.index, std::move(change.body));
     };
     if (Status status = carry_out(); !status) {
-      Fault fault = fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
+      Fault fault = fault_from(status.error(), "changes[" + std::to_string(i) + "]: ", kAdjacentFaces);
       // Checked before: a session that is changed by half is none.
       if (i > 0)
         fault = {ErrorCode::kInternal, Reason::kEngine,
                  fault.message + "; other changes were carried out, and the session is dropped"};
       return fault;
     }
+    without = NoMemory::kLost;
   }
   auto scene = std::make_shared<const Scene>(collider_.scene());
   StateDigest digest(standing_.now.digest);
@@ -373,6 +414,9 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
                          " was already answered for other content; number frames upwards, frame " +
                          std::to_string(frames_.expected()) + " is next",
                      frames_.expected()};
+      if (last_answer_->contact_bytes() > request.pass.max_answer_bytes)
+        return fault_from(too_long(last_answer_->contact_bytes()), name_of(frame) + " is answered, but ",
+                          kMaxMessageBytes);
       return last_answer_;
     case FrameSequence::Verdict::kNext:
       break;
@@ -389,19 +433,33 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
   StateDigest digest(standing_.now.digest);
   request.contents.add_to(digest);
-  Result<StepResult> result = collider_.step(request.contents.view(), request.pass.given_up.get());
+  // Made before the step is taken: where there is no memory for it, or nobody could be told, the frame did
+  // not happen. What follows the step cannot fail.
+  std::shared_ptr<Answer> answer;
+  const char* limit = kMaxContacts;
+  const auto accept = [&](const StepResult& step) -> Status {
+    const std::size_t bytes = contact_bytes(step, options_.fields);
+    if (bytes > request.pass.max_answer_bytes) {
+      limit = kMaxMessageBytes;
+      return too_long(bytes);
+    }
+    answer = std::make_shared<Answer>(make_answer(frame, scene, step, options_.fields));
+    return {};
+  };
+  const Result<StepResult> result =
+      collider_.step(request.contents.view(), request.pass.given_up.get(), accept);
   if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
-  if (!result) return fault_from(result.error(), name_of(frame) + ": ");
-  Answer answer = make_answer(frame, scene, result.value(), options_.fields);
-  answer.queue_ms = 1e3 * waited.count();
-  if (answer.all_deformable) {
-    answer.all_deformable->frame_bytes = request.contents.bytes();
-    answer.all_deformable->positions_bytes = std::size_t{3} * scene.vertex_count() * size_of(dtype_);
-  }
-  answer.memory = Holding(account_, answer.memory_bytes());
-  answer.state = {frame, standing_.now.revision, digest.value()};
-  answer.state_before = standing_.now;
-  last_answer_ = std::make_shared<const Answer>(std::move(answer));
+  if (!result) return fault_from(result.error(), name_of(frame) + ": ", limit);
+  answer->statistics = result.value().statistics;
+  answer->queue_ms = 1e3 * waited.count();
+  if (result.value().all_deformable)
+    answer->all_deformable.emplace(
+        Answer::AllDeformable{*result.value().all_deformable, request.contents.bytes(),
+                              std::size_t{3} * scene.vertex_count() * size_of(dtype_)});
+  answer->memory = Holding(account_, answer->memory_bytes());
+  answer->state = {frame, standing_.now.revision, digest.value()};
+  answer->state_before = standing_.now;
+  last_answer_ = std::move(answer);
   last_frame_ = std::move(request.contents);
   frames_.advance();
   advance(last_answer_->state);
@@ -413,6 +471,17 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
 }
 
 Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachDone done) {
+  // All that may throw comes first: a stream that is not told of its attachment could never give it back.
+  Mailbox::Entry entry = mailbox_->prepare([self = shared_from_this(), done = std::move(done)] {
+    try {
+      if (std::optional<Fault> fault = self->closed()) return done(*std::move(fault));
+      done(self->standing_);
+    } catch (...) {
+      done(no_memory("attach"));
+    }
+  });
+  const Fault taken_over{ErrorCode::kAborted, Reason::kSessionAttached,
+                         "session " + id_.text() + " was taken over by another stream"};
   Evict evicted;
   Attachment attachment{};
   {
@@ -427,13 +496,8 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
     attachment_ = attachment;
     last_request_ = std::chrono::steady_clock::now();
   }
-  if (evicted)
-    evicted({ErrorCode::kAborted, Reason::kSessionAttached,
-             "session " + id_.text() + " was taken over by another stream"});
-  mailbox_->post_always([self = shared_from_this(), done = std::move(done)] {
-    if (std::optional<Fault> fault = self->closed()) return done(*std::move(fault));
-    done(self->standing_);
-  });
+  if (evicted) evicted(taken_over);
+  mailbox_->post_always(std::move(entry));
   return attachment;
 }
 
@@ -447,14 +511,24 @@ void Session::detach(Attachment attachment) {
 }
 
 void Session::close(Fault fault) {
+  Fault copy = fault;
   Evict evict;
   {
     const MutexLock lock(mutex_);
     if (closed_) return;
-    closed_ = fault;
+    closed_ = std::move(copy);
     evict.swap(evict_);
   }
   if (evict) evict(fault);
+}
+
+void Session::close_as(const char* what) noexcept {
+  try {
+    close({ErrorCode::kNotFound, Reason::kSessionNotFound,
+           "session " + id_.text() + " " + what + "; create it again"});
+  } catch (...) {
+    close({ErrorCode::kNotFound, Reason::kSessionNotFound, "session gone"});
+  }
 }
 
 }  // namespace warmfront::server

@@ -119,6 +119,8 @@ class Session : public std::enable_shared_from_this<Session> {
   SessionSnapshot snapshot() const;
   /// Somebody asks about this session: it is used.
   void touch();
+  /// Whether anyone has attached to it or stepped it.
+  bool used() const;
 
   /// Whether a frame may be refused because too many wait.
   enum class Admission {
@@ -155,6 +157,9 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Ends the session: frames that wait get `fault`, the one being computed is still answered, the stream is
   /// evicted. Only the first call counts.
   void close(Fault fault);
+  /// close() as NOT_FOUND, with what became of the session: "expired". Never throws: without memory for the
+  /// words it has fewer.
+  void close_as(const char* what) noexcept;
 
  private:
   /// A frame on its way.
@@ -185,16 +190,23 @@ class Session : public std::enable_shared_from_this<Session> {
           Host&& host);
 
   Outcome<std::shared_ptr<const Answer>> compute(Request& request);
-  Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request);
+  Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request) noexcept;
   Outcome<std::string> self_check(const std::string& where);
   std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
   std::optional<Fault> check_together(std::span<const SceneChange> changes) const;
   std::optional<Fault> refusal_of(const ChangeOrder& order) const;
-  Outcome<SessionState> apply(ChangeOrder& order, const Before& before);
+
   void advance(const SessionState& next) { standing_ = {next, standing_.now}; }
-  // Runs work on the collider; what it throws becomes a fault, and the session is lost then.
-  template <class T>
-  Outcome<T> guarded(const std::string& what, const std::function<Outcome<T>()>& work);
+  /// What becomes of the session when work on its collider meets std::bad_alloc.
+  enum class NoMemory {
+    kKept,  // the work left everything as it was
+    kLost,
+  };
+  /// `without` becomes kLost where something was changed.
+  Outcome<SessionState> apply(ChangeOrder& order, const Before& before, NoMemory& without);
+  // Runs work on the collider; what it throws becomes a fault, and the session is lost then, but for kKept.
+  template <class T, class Work>
+  Outcome<T> guarded(const char* what, const NoMemory& without, Work work) noexcept;
   void take_stock();
   void plan_next();
   bool check_is_due() const;

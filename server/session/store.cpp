@@ -40,8 +40,9 @@ Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::strin
     return limit_met("principal " + owner + " has its limit of " + std::to_string(max_sessions_per_owner_) +
                          " sessions; close one, or raise --max-sessions-per-principal",
                      "max-sessions-per-principal", true);
+  SessionId copy = id;  // the last that may throw before the place is taken
   sessions_.emplace(id, Place{owner, nullptr});
-  return Reservation(*this, id);
+  return Reservation(*this, std::move(copy));
 }
 
 Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id, const std::string& owner) const {
@@ -88,6 +89,7 @@ void Store::forget(const Session& session) {
 std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::milliseconds timeout) {
   std::vector<std::shared_ptr<Session>> idle;
   const MutexLock lock(mutex_);
+  idle.reserve(sessions_.size());  // so that all that are taken out are told of
   for (auto it = sessions_.begin(); it != sessions_.end();) {
     const bool stays = [&] {
       if (!it->second.session) return true;

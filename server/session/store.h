@@ -27,7 +27,7 @@ class Store {
    public:
     Reservation(Store& store, SessionId id) : store_(&store), id_(std::move(id)) {}
     Reservation(Reservation&& other) noexcept
-        : store_(std::exchange(other.store_, nullptr)), id_(other.id_) {}
+        : store_(std::exchange(other.store_, nullptr)), id_(std::move(other.id_)) {}
     Reservation& operator=(Reservation&&) = delete;
     ~Reservation();
 

@@ -9,6 +9,7 @@
 #include "server/transport/convert.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
+#include "server/transport/reaction.h"
 #include "warmfront/v1/admin_service.grpc.pb.h"
 
 namespace warmfront::server {
@@ -49,9 +50,11 @@ class AdminService final : public v1::AdminService::CallbackService {
   template <class Work>
   grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, Work work) const {
     grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-    const Outcome<Principal> admin = context_.guard.identify_admin(*call);
-    const std::optional<Fault> fault = admin ? work() : admin.fault();
-    reactor->Finish(fault ? context_.refuse(*fault) : grpc::Status::OK);
+    answer(*reactor, [&] {
+      const Outcome<Principal> admin = context_.guard.identify_admin(*call);
+      const std::optional<Fault> fault = admin ? work() : admin.fault();
+      return fault ? context_.refuse(*fault) : grpc::Status::OK;
+    });
     return reactor;
   }
 

@@ -2,44 +2,50 @@
 // Uploading and building a session. Thread safety as stated in the header.
 #include "server/transport/create_call.h"
 
-#include <new>
 #include <utility>
 
+#include "proto/byte_buffer.h"
 #include "server/session/step_cost.h"
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
+#include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
+#include "server/transport/reaction.h"
+#include "server/transport/stream_codec.h"
 #include "server/units.h"
 
 namespace warmfront::server {
 
 CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContext& call,
-                              v1::CreateSessionResponse& response) {
+                              grpc::ByteBuffer& response) {
   const std::shared_ptr<CreateCall> create(new CreateCall(context, call, response));
   create->self_ = create;
-  Outcome<Principal> principal = context.guard.identify(call);
-  if (!principal) {
-    const MutexLock lock(create->mutex_);
-    create->fail_locked(context.refuse(principal.fault()));
-    return create.get();
-  }
-  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
-  const MutexLock lock(create->mutex_);
-  if (!begun) {
-    create->fail_locked(context.refuse(begun.fault()));
-  } else {
-    create->in_flight_.emplace(std::move(begun).value());
-    create->owner_ = std::move(principal).value().name;
-    create->StartRead(&create->incoming_);
-  }
+  react(
+      [&] {
+        Outcome<Principal> principal = context.guard.identify(call);
+        if (!principal) {
+          const MutexLock lock(create->mutex_);
+          return create->fail_locked(context.refuse(principal.fault()));
+        }
+        Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
+        const MutexLock lock(create->mutex_);
+        if (!begun) return create->fail_locked(context.refuse(begun.fault()));
+        create->in_flight_.emplace(std::move(begun).value());
+        create->owner_ = std::move(principal).value().name;
+        create->StartRead(&create->incoming_);
+      },
+      [&](grpc::Status status) {
+        const MutexLock lock(create->mutex_);
+        create->fail_locked(std::move(status));
+      });
   return create.get();
 }
 
-CreateCall::CreateCall(Context& context, const grpc::CallbackServerContext& call,
-                       v1::CreateSessionResponse& response)
+CreateCall::CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response)
     : context_(context), call_(call), response_(response), upload_(context.limits) {}
 
 void CreateCall::OnDone() {
+  if (made_) if_memory_allows([&] { drop_orphan(); });
   std::shared_ptr<CreateCall> self = std::move(self_);
   // The call counts as in flight until it is gone; the memory goes last.
   const std::optional<Lifecycle::Call> in_flight = std::move(in_flight_);
@@ -47,6 +53,14 @@ void CreateCall::OnDone() {
 }
 
 void CreateCall::OnReadDone(bool ok) {
+  react([&] { read_done(ok); },
+        [&](grpc::Status status) {
+          const MutexLock lock(mutex_);
+          fail_locked(std::move(status));
+        });
+}
+
+void CreateCall::read_done(bool ok) {
   const MutexLock lock(mutex_);
   if (state_ != State::kUploading) return;  // it was ended meanwhile
   last_moved_ = std::chrono::steady_clock::now();
@@ -56,21 +70,27 @@ void CreateCall::OnReadDone(bool ok) {
   }
   if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
   if (std::optional<Fault> fault = upload_->complete()) return fail_locked(context_.refuse(*fault));
-  state_ = State::kBuilding;
   // Building takes some ten times as long as a step.
   const Lane lane = lane_of(10 * step_cost_ms(upload_->face_count(), {}));
-  context_.runner.post([this, lane] { build(lane); }, lane);
+  // The call may be over, and gone, before its turn comes.
+  context_.runner.post([call = shared_from_this(), lane] { call->build(lane); }, lane);
+  state_ = State::kQueued;
+}
+
+void CreateCall::OnCancel() {
+  const MutexLock lock(mutex_);
+  fail_locked(grpc::Status::CANCELLED);
 }
 
 void CreateCall::end(const Fault& fault) {
   const MutexLock lock(mutex_);
-  if (state_ == State::kUploading) fail_locked(context_.refuse(fault));
+  if (state_ == State::kUploading) fail_locked(status_of(fault));
 }
 
 void CreateCall::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
   const MutexLock lock(mutex_);
   if (state_ == State::kUploading && std::chrono::steady_clock::now() - last_moved_ >= quiet)
-    fail_locked(context_.refuse(fault));
+    fail_locked(status_of(fault));
 }
 
 void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
@@ -80,29 +100,40 @@ void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
            "; send it faster, or raise --upload-timeout"});
 }
 
-void CreateCall::fail_locked(const grpc::Status& status) {
-  if (state_ != State::kUploading) return;
+grpc::Status CreateCall::status_of(const Fault& fault) const noexcept {
+  try {
+    return context_.refuse(fault);
+  } catch (...) {
+    return status_of_exception();
+  }
+}
+
+void CreateCall::fail_locked(grpc::Status status) {
+  if (state_ != State::kUploading && state_ != State::kQueued) return;
   state_ = State::kFinished;
+  give_back();
+  finish_call(*this, std::move(status));
+}
+
+void CreateCall::give_back() {
   upload_.reset();
   account_.reset();
   reservation_.reset();
   recording_.reset();
-  Finish(status);
 }
 
 std::optional<Fault> CreateCall::add() {
-  try {
-    if (std::optional<Fault> fault = upload_->add(incoming_)) return fault;
-  } catch (const std::bad_alloc&) {
-    return limit_met("CreateSession: the daemon has no memory for this upload; use a smaller scene",
-                     "max-total-bytes", true);
-  }
+  const Outcome<v1::CreateSessionRequest> message =
+      parse_message<v1::CreateSessionRequest>(incoming_, "CreateSession");
+  incoming_.Clear();
+  if (!message) return message.fault();
+  if (std::optional<Fault> fault = upload_->add(message.value())) return fault;
   // Place and memory are taken before the bulk of the upload, so that a full daemon does not let it all come
   // in.
   if (!reservation_) {
     if (std::optional<Fault> fault = reserve()) return fault;
   }
-  if (recording_) recording_->upload(incoming_);
+  if (recording_) recording_->upload(message.value());
   return std::nullopt;
 }
 
@@ -120,45 +151,80 @@ std::optional<Fault> CreateCall::reserve() {
 }
 
 void CreateCall::build(Lane lane) {
+  {
+    const MutexLock lock(mutex_);
+    if (state_ != State::kQueued) return;  // its client has gone
+    state_ = State::kBuilding;
+  }
+  react(
+      [&] {
+        Outcome<std::shared_ptr<Session>> made = make(lane);
+        const grpc::Status status = made ? grpc::Status::OK : context_.refuse(made.fault());
+        if (made && !call_.IsCancelled()) {
+          made_ = std::move(made).value();
+          // From here on nothing can fail.
+          if (recording_) recording_->keep();
+          reservation_->fill(made_);
+          reservation_.reset();
+          ++context_.metrics.sessions_created;
+          if_memory_allows([&] { log_created(*made_); });
+        } else {
+          give_back();
+        }
+        finish_call(*this, status);
+      },
+      [&](grpc::Status status) {
+        give_back();
+        finish_call(*this, std::move(status));
+      });
+}
+
+Outcome<std::shared_ptr<Session>> CreateCall::make(Lane lane) {
   const auto lost = [&context = context_](Session& session, const Fault& fault) {
     context.store.forget(session);
     ++context.metrics.sessions_ended[Metrics::kFailed];
-    context.log.write(LogLevel::kError, "session_failed",
-                      {{"session", session.id().text()}, {"reason", fault.message}});
+    if_memory_allows([&] {
+      context.log.write(LogLevel::kError, "session_failed",
+                        {{"session", session.id().text()}, {"reason", fault.message}});
+    });
   };
   const auto rebuilt = [&context = context_](const Session& session, const std::string& found) {
-    context.log.write(LogLevel::kWarning, "session_rebuilt",
-                      {{"session", session.id().text()}, {"reason", found}});
+    if_memory_allows([&] {
+      context.log.write(LogLevel::kWarning, "session_rebuilt",
+                        {{"session", session.id().text()}, {"reason", found}});
+    });
   };
   std::optional<Workers::OneThread> one_thread;
   if (context_.runner.takes_one_thread(lane)) one_thread.emplace();
-  Outcome<std::shared_ptr<Session>> built =
+  Outcome<std::shared_ptr<Session>> made =
       Session::create(upload_->take_spec(), upload_->take_positions(),
                       {context_.workers, context_.runner, context_.limits, std::move(account_), lost, owner_,
                        &context_.metrics, recording_, rebuilt});
-  one_thread.reset();
-  if (!built) {
-    reservation_.reset();
-    recording_.reset();
-    return Finish(context_.refuse(built.fault()));
+  if (made) {
+    v1::CreateSessionResponse response;
+    *response.mutable_session() = to_proto(*made.value());
+    *response.mutable_limits() = to_proto(context_.limits);
+    response_ = serialize(response);
   }
-  const std::shared_ptr<Session>& session = built.value();
-  if (recording_) recording_->keep();
-  reservation_->fill(session);
-  *response_.mutable_session() = to_proto(*session);
-  *response_.mutable_limits() = to_proto(context_.limits);
-  ++context_.metrics.sessions_created;
+  return made;
+}
+
+void CreateCall::log_created(const Session& session) const {
   const CallTag tag = call_tag(call_);
   context_.log.write(LogLevel::kInfo, "session_created",
-                     {{"session", session->id().text()},
+                     {{"session", session.id().text()},
                       {"principal", owner_},
-                      {"vertices", std::uint64_t{session->scene()->vertex_count()}},
-                      {"triangles", std::uint64_t{session->scene()->face_count()}},
-                      {"bytes", std::uint64_t{session->snapshot().memory_bytes}},
-                      {"first_frame", session->snapshot().state.frame},
+                      {"vertices", std::uint64_t{session.scene()->vertex_count()}},
+                      {"triangles", std::uint64_t{session.scene()->face_count()}},
+                      {"bytes", std::uint64_t{session.snapshot().memory_bytes}},
+                      {"first_frame", session.snapshot().state.frame},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});
-  Finish(grpc::Status::OK);
+}
+
+void CreateCall::drop_orphan() {
+  if (call_.IsCancelled() && !made_->used())
+    delete_session(context_, std::move(made_), "the call that creates it was cancelled");
 }
 
 }  // namespace warmfront::server

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <chrono>
@@ -20,15 +21,17 @@
 
 namespace warmfront::server {
 
-class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest>,
+class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
                          public Drainable,
                          public std::enable_shared_from_this<CreateCall> {
  public:
   /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as it does.
   static CreateCall* start(Context& context, const grpc::CallbackServerContext& call,
-                           v1::CreateSessionResponse& response);
+                           grpc::ByteBuffer& response);
 
   void OnReadDone(bool ok) override;
+  /// What was uploaded is freed at once, and a session that its client will not hear of is not kept.
+  void OnCancel() override;
   void OnDone() override;
 
   void notify_draining(std::chrono::system_clock::time_point) override {}
@@ -38,19 +41,28 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
 
  private:
-  CreateCall(Context& context, const grpc::CallbackServerContext& call, v1::CreateSessionResponse& response);
+  CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response);
 
+  void read_done(bool ok);
   std::optional<Fault> add();
   std::optional<Fault> reserve();
+  /// Takes its turn on the runner.
   void build(Lane lane);
-  /// Ends the call with this, unless the upload is over. The upload's memory and its place in the store are
-  /// given back first: the client may try again as soon as it hears of it.
-  void fail_locked(const grpc::Status& status) WARMFRONT_REQUIRES(mutex_);
+  /// The session and the response that tells of it; nothing is to be seen of either yet.
+  Outcome<std::shared_ptr<Session>> make(Lane lane);
+  void log_created(const Session& session) const;
+  /// The call was cancelled after its session was made, and nobody has used that.
+  void drop_orphan();
+  /// Ends the call with this, unless the session is being built. The upload's memory and its place in the
+  /// store are given back first: the client may try again as soon as it hears of it.
+  void fail_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);
+  grpc::Status status_of(const Fault& fault) const noexcept;
+  void give_back();
 
   // Constant after construction.
   Context& context_;
   const grpc::CallbackServerContext& call_;
-  v1::CreateSessionResponse& response_;
+  grpc::ByteBuffer& response_;
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 
   // Set by start(), then constant.
@@ -61,12 +73,13 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   std::optional<Lifecycle::Call> in_flight_;
 
   // Used by the one outstanding read.
-  v1::CreateSessionRequest incoming_;
+  grpc::ByteBuffer incoming_;
 
-  // Protected by mutex_ while uploading, then used by build() only.
+  // Protected by mutex_ until it is being built, then used by build() and OnDone() only.
   Mutex mutex_;
   enum class State {
     kUploading,
+    kQueued,  // for its turn on the runner
     kBuilding,
     kFinished
   } state_ WARMFRONT_GUARDED_BY(mutex_) = State::kUploading;
@@ -75,6 +88,7 @@ class CreateCall final : public grpc::ServerReadReactor<v1::CreateSessionRequest
   std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;
   std::shared_ptr<SessionRecording> recording_;
+  std::shared_ptr<Session> made_;
 };
 
 }  // namespace warmfront::server

@@ -7,6 +7,7 @@
 
 #include "engine/contact_hash.h"
 #include "server/transport/errors.h"
+#include "server/transport/reaction.h"
 
 namespace warmfront::server {
 namespace {
@@ -38,7 +39,7 @@ void SessionRecording::write(Fill fill) {
     fill(message);
     writer_->write(std::move(message));
   } catch (const std::bad_alloc&) {
-    writer_->stop("out of memory");
+    if_memory_allows([&] { writer_->stop("out of memory"); });
   }
 }
 
@@ -91,7 +92,7 @@ Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recor
             recording->frame(std::move(call->parts));
           },
           [recording, call, frame, done = std::move(done)](Outcome<std::shared_ptr<const Answer>> outcome) {
-            if (call->begun) recording->answer(frame, outcome);
+            if (call->begun) if_memory_allows([&] { recording->answer(frame, outcome); });
             done(std::move(outcome));
           }};
 }
@@ -109,7 +110,7 @@ Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& rec
             recording->change(meant_for_any);
           },
           [recording, begun, done = std::move(done)](const Outcome<SessionState>& outcome) {
-            if (*begun) recording->changed(outcome);
+            if (*begun) if_memory_allows([&] { recording->changed(outcome); });
             done(outcome);
           }};
 }

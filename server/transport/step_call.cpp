@@ -6,33 +6,43 @@
 #include <utility>
 #include <vector>
 
+#include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/give_way.h"
+#include "server/transport/reaction.h"
 #include "server/transport/session_recording.h"
 
 namespace warmfront::server {
+namespace {
+
+/// What a response has besides its contacts is below this; the least message limit is 64 KiB.
+constexpr std::size_t kRestBytes = 1024;
+
+}  // namespace
 
 StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
-                          const v1::StepRequest& request, v1::StepResponse& response) {
+                          const v1::StepRequest& request, grpc::ByteBuffer& response) {
   give_way(context.runner.backlog());
   auto* call = new StepCall(context, response);
-  if (!session) {
-    call->Finish(context.refuse(session.fault()));
-  } else if (Outcome<Lifecycle::Call> begun = context.lifecycle.begin(); !begun) {
-    call->Finish(context.refuse(begun.fault()));
-  } else {
-    call->in_flight_.emplace(std::move(begun).value());
-    call->step(*session.value(), request);
-  }
+  react(
+      [&] {
+        if (!session) return finish_call(*call, context.refuse(session.fault()));
+        Outcome<Lifecycle::Call> begun = context.lifecycle.begin();
+        if (!begun) return finish_call(*call, context.refuse(begun.fault()));
+        call->in_flight_.emplace(std::move(begun).value());
+        call->step(*session.value(), request);
+      },
+      [call](grpc::Status status) { finish_call(*call, std::move(status)); });
   return call;
 }
 
 void StepCall::step(Session& session, const v1::StepRequest& request) {
   FrameBuffer contents(session.dtype(), *session.scene());
   FramePass pass = admit_frame(context_.frames, session.account(), contents.expected_bytes());
-  if (pass.refused) return Finish(context_.refuse(*pass.refused));
+  if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused));
   pass.given_up = given_up_;
+  pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;
   // An overflow is kept in the buffer, for the session to answer by its rules.
   append(request, contents);
   std::vector<v1::StepFrame> parts;
@@ -42,27 +52,23 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
     part.set_positions(request.positions());
     if (request.has_moved()) *part.mutable_moved() = request.moved();
   }
-  auto [before, done] =
-      recorded(session.recording(), request.frame(), std::move(parts),
-               [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                 Finish(outcome ? respond(*outcome.value()) : context_.refuse(outcome.fault()));
-               });
+  auto [before, done] = recorded(session.recording(), request.frame(), std::move(parts),
+                                 [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
+                                   answer(*this, [&] {
+                                     if (outcome) respond(*outcome.value());
+                                     return outcome ? grpc::Status::OK : context_.refuse(outcome.fault());
+                                   });
+                                 });
   session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
                std::move(done), std::move(before));
 }
 
-grpc::Status StepCall::respond(const Answer& answer) {
-  const std::size_t bytes = answer.rows() * answer.bytes_per_row();
-  // The rest of the message is below a kilobyte.
-  if (bytes + 1024 > context_.limits.max_message_bytes)
-    return context_.refuse(
-        limit_met("frame " + std::to_string(answer.frame) + ": its answer of " + std::to_string(bytes) +
-                      " bytes does not fit into one message; send the frame again over StreamSteps for it",
-                  "max-message-bytes", false));
-  response_.set_frame(answer.frame);
-  fill_columns(answer, 0, answer.rows(), *response_.mutable_contacts());
-  *response_.mutable_summary() = summary_of(answer);
-  return grpc::Status::OK;
+void StepCall::respond(const Answer& answer) {
+  v1::StepResponse response;
+  response.set_frame(answer.frame);
+  fill_columns(answer, 0, answer.rows(), *response.mutable_contacts());
+  *response.mutable_summary() = summary_of(answer);
+  response_ = serialize(response);
 }
 
 }  // namespace warmfront::server

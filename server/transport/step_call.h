@@ -2,6 +2,7 @@
 // One unary Step call. Thread-safe.
 #pragma once
 
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <atomic>
@@ -21,20 +22,20 @@ class StepCall final : public grpc::ServerUnaryReactor {
   /// Lives until gRPC calls OnDone(). `context` outlives it; `request` is used until start() returns,
   /// `response` lives as long as the call.
   static StepCall* start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
-                         const v1::StepRequest& request, v1::StepResponse& response);
+                         const v1::StepRequest& request, grpc::ByteBuffer& response);
 
   void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }
   void OnDone() override { delete this; }
 
  private:
-  explicit StepCall(Context& context, v1::StepResponse& response) : context_(context), response_(response) {}
+  explicit StepCall(Context& context, grpc::ByteBuffer& response) : context_(context), response_(response) {}
 
   void step(Session& session, const v1::StepRequest& request);
-  grpc::Status respond(const Answer& answer);
+  void respond(const Answer& answer);
 
   // Constant after construction.
   Context& context_;
-  v1::StepResponse& response_;
+  grpc::ByteBuffer& response_;
   const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
   // Used by start(), and given back when the call is done.

@@ -4,7 +4,6 @@
 
 #include <grpc/grpc.h>
 
-#include <new>
 #include <utility>
 
 #include "proto/byte_buffer.h"
@@ -12,6 +11,7 @@
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/give_way.h"
+#include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
@@ -32,31 +32,54 @@ StepStream::StepStream(Context& context, grpc::CallbackServerContext& call)
 StepStream* StepStream::start(Context& context, grpc::CallbackServerContext& call) {
   std::shared_ptr<StepStream> stream(new StepStream(context, call));
   stream->self_ = stream;
-  Outcome<Principal> principal = context.guard.identify(call);
-  if (!principal) {
-    const MutexLock lock(stream->mutex_);
-    stream->end_locked(context.refuse(principal.fault()));
-    stream->advance_locked();
-    return stream.get();
-  }
-  Outcome<Lifecycle::Call> begun = context.lifecycle.begin(stream);
-  const MutexLock lock(stream->mutex_);
-  stream->owner_ = std::move(principal).value().name;
-  stream->ticket_ = context.streams.enter();
-  if (!begun)
-    stream->end_locked(context.refuse(begun.fault()));
-  else
-    stream->call_.emplace(std::move(begun).value());
-  if (!stream->ticket_)
-    stream->end_locked(context.refuse(
-        limit_met("StreamSteps: the daemon has its limit of " + std::to_string(context.streams.limit()) +
-                      " streams open; try again later, or raise --max-open-streams",
-                  "max-open-streams", true)));
-  stream->advance_locked();
+  stream->guarded([&] { stream->begin(); });
   return stream.get();
 }
 
+void StepStream::begin() {
+  Outcome<Principal> principal = context_.guard.identify(rpc_);
+  if (!principal) {
+    const MutexLock lock(mutex_);
+    end_locked(context_.refuse(principal.fault()));
+    return advance_locked();
+  }
+  Outcome<Lifecycle::Call> begun = context_.lifecycle.begin(weak_from_this());
+  const MutexLock lock(mutex_);
+  owner_ = std::move(principal).value().name;
+  ticket_ = context_.streams.enter();
+  if (!begun)
+    end_locked(context_.refuse(begun.fault()));
+  else
+    call_.emplace(std::move(begun).value());
+  if (!ticket_)
+    end_locked(context_.refuse(limit_met("StreamSteps: the daemon has its limit of " +
+                                             std::to_string(context_.streams.limit()) +
+                                             " streams open; try again later, or raise --max-open-streams",
+                                         "max-open-streams", true)));
+  advance_locked();
+}
+
+template <class Work>
+void StepStream::guarded(Work work) noexcept {
+  react(std::move(work), [this](grpc::Status status) { fail(std::move(status)); });
+}
+
+void StepStream::fail(grpc::Status status) noexcept {
+  context_.metrics.refused_with(status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED ? "memory"
+                                                                                            : "engine");
+  const MutexLock lock(mutex_);
+  // Whatever was to be delivered before a good end is not.
+  if (!end_ || end_->ok()) end_ = std::move(status);
+  break_locked();
+  handling_ = attaching_ = false;
+  advance_locked();
+}
+
 void StepStream::OnReadDone(bool ok) {
+  guarded([&] { read_done(ok); });
+}
+
+void StepStream::read_done(bool ok) {
   give_way(context_.runner.backlog());
   {
     const MutexLock lock(mutex_);
@@ -184,81 +207,102 @@ void StepStream::take(const StreamRequest& request) {
 }
 
 void StepStream::attached(const Outcome<Standing>& standing) {
-  const MutexLock lock(mutex_);
-  attaching_ = false;
-  if (standing) {
-    v1::StreamStepsResponse response;
-    v1::Attached& attached = *response.mutable_attached();
-    const auto& [now, before] = standing.value();
-    attached.set_expected_frame(now.frame + 1);
-    *attached.mutable_limits() = to_proto(context_.limits);
-    *attached.mutable_state() = to_proto(now);
-    if (before) *attached.mutable_state_before() = to_proto(*before);
-    queue_locked({serialize(response), false});
-  } else {
-    end_locked(context_.refuse(standing.fault()));
-  }
-  advance_locked();
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    attaching_ = false;
+    if (standing) {
+      v1::StreamStepsResponse response;
+      v1::Attached& attached = *response.mutable_attached();
+      const auto& [now, before] = standing.value();
+      attached.set_expected_frame(now.frame + 1);
+      *attached.mutable_limits() = to_proto(context_.limits);
+      *attached.mutable_state() = to_proto(now);
+      if (before) *attached.mutable_state_before() = to_proto(*before);
+      queue_locked({serialize(response), false});
+    } else {
+      end_locked(context_.refuse(standing.fault()));
+    }
+    advance_locked();
+  });
 }
 
 void StepStream::answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
-  const MutexLock lock(mutex_);
-  if (!outcome) context_.metrics.refused_with(outcome.fault());
-  if (outcome)
-    queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
-  else
-    queue_locked({encode_error(frame, outcome.fault()), true});
-  if (!outcome && outcome.fault().session_lost()) end_locked(to_grpc(outcome.fault()));
-  advance_locked();
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    if (!outcome) context_.metrics.refused_with(outcome.fault());
+    if (outcome)
+      queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
+    else
+      queue_locked({encode_error(frame, outcome.fault()), true});
+    if (!outcome && outcome.fault().session_lost()) end_locked(to_grpc(outcome.fault()));
+    advance_locked();
+  });
 }
 
 void StepStream::notify_draining(std::chrono::system_clock::time_point deadline) {
-  v1::StreamStepsResponse response;
-  response.mutable_draining()->set_deadline_unix_ms(
-      std::chrono::duration_cast<std::chrono::milliseconds>(deadline.time_since_epoch()).count());
-  const MutexLock lock(mutex_);
-  queue_locked({serialize(response), false});
-  advance_locked();
+  guarded([&] {
+    v1::StreamStepsResponse response;
+    response.mutable_draining()->set_deadline_unix_ms(
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline.time_since_epoch()).count());
+    const MutexLock lock(mutex_);
+    queue_locked({serialize(response), false});
+    advance_locked();
+  });
 }
 
 void StepStream::end(const Fault& fault) {
-  const MutexLock lock(mutex_);
-  end_locked(context_.refuse(fault));
-  advance_locked();
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    end_locked(context_.refuse(fault));
+    advance_locked();
+  });
 }
 
 void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
-  const MutexLock lock(mutex_);
-  // With frames in hand, more may wait unread behind them.
-  if (in_flight_ > 0 || attaching_ || std::chrono::steady_clock::now() - last_moved_ < quiet) return;
-  end_locked(context_.refuse(fault));
-  advance_locked();
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    // With frames in hand, more may wait unread behind them.
+    if (in_flight_ > 0 || attaching_ || std::chrono::steady_clock::now() - last_moved_ < quiet) return;
+    end_locked(context_.refuse(fault));
+    advance_locked();
+  });
 }
 
 void StepStream::enforce_timeouts(std::chrono::steady_clock::time_point now) {
-  const MutexLock lock(mutex_);
-  if (finished_ || broken_) return;
-  const Limits& limits = context_.limits;
-  if (writing_ && now - write_began_ >= limits.write_stall_timeout) {
-    const std::string message = "StreamSteps: the client has not taken a message for " +
-                                format_duration(limits.write_stall_timeout) +
-                                "; read answers as they come, or raise --write-stall-timeout";
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    if (finished_) return;
+    const Limits& limits = context_.limits;
+    if (writing_ && now - write_began_ >= limits.write_stall_timeout) {
+      cut_off_locked();
+    } else if (!broken_ && awaited_since_ && reading_ && now - *awaited_since_ >= limits.upload_timeout) {
+      end_locked(context_.refuse({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+                                  std::string("StreamSteps: ") +
+                                      (session_ ? "the rest of a frame" : "the message that attaches") +
+                                      " did not come within " + format_duration(limits.upload_timeout) +
+                                      "; send it faster, or raise --upload-timeout"}));
+    } else {
+      return;
+    }
+    advance_locked();
+  });
+}
+
+// Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
+// ends with.
+void StepStream::cut_off_locked() {
+  if (!broken_) {
+    grpc::Status status(grpc::StatusCode::UNAVAILABLE,
+                        "StreamSteps: the client has not taken a message for " +
+                            format_duration(context_.limits.write_stall_timeout) +
+                            "; read answers as they come, or raise --write-stall-timeout");
     context_.metrics.refused_with("write-stall-timeout");
-    end_ = grpc::Status(grpc::StatusCode::UNAVAILABLE, message);
+    end_ = std::move(status);
     break_locked();
-    // Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
-    // ends with.
-    grpc_call_cancel_with_status(rpc_.c_call(), GRPC_STATUS_UNAVAILABLE, message.c_str(), nullptr);
-  } else if (awaited_since_ && reading_ && now - *awaited_since_ >= limits.upload_timeout) {
-    end_locked(context_.refuse({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
-                                std::string("StreamSteps: ") +
-                                    (session_ ? "the rest of a frame" : "the message that attaches") +
-                                    " did not come within " + format_duration(limits.upload_timeout) +
-                                    "; send it faster, or raise --upload-timeout"}));
-  } else {
-    return;
   }
-  advance_locked();
+  const grpc::Status& status = end_ ? *end_ : grpc::Status::CANCELLED;
+  grpc_call_cancel_with_status(rpc_.c_call(), static_cast<grpc_status_code>(status.error_code()),
+                               status.error_message().c_str(), nullptr);
 }
 
 void StepStream::end_locked(grpc::Status status) {
@@ -289,8 +333,10 @@ void StepStream::release_locked() {
 
 void StepStream::queue_locked(Outgoing outgoing) {
   if (broken_ || finished_) return;
-  if (const auto* answer = std::get_if<AnswerChunks>(&outgoing.what)) queued_bytes_ += answer->answer_bytes();
+  const auto* answer = std::get_if<AnswerChunks>(&outgoing.what);
+  const std::size_t bytes = answer ? answer->answer_bytes() : 0;
   writes_.push_back(std::move(outgoing));
+  queued_bytes_ += bytes;
 }
 
 void StepStream::write_locked() {
@@ -303,7 +349,7 @@ void StepStream::write_locked() {
       end_locked(context_.refuse(
           limit_met("frame " + std::to_string(answer->frame()) +
                         ": no memory to send its answer; attach and send the frame again for it",
-                    "max-total-bytes", true)));
+                    "memory", true)));
       return break_locked();
     }
     current_ends_frame_ = answer->done();
@@ -331,9 +377,9 @@ void StepStream::advance_locked() {
     given_up_->store(true, std::memory_order_relaxed);
     // First, so that a client that has seen its stream end finds the session free for the next one.
     release_locked();
-    const grpc::Status status = end_.value_or(grpc::Status::CANCELLED);
-    log_end_locked(status);
-    Finish(status);
+    grpc::Status status = end_ ? *std::move(end_) : grpc::Status::CANCELLED;
+    if_memory_allows([&] { log_end_locked(status); });
+    finish_call(*this, std::move(status));
   } else if (!end_ && !broken_ && !reading_ && !handling_ && !attaching_ &&
              (awaited_since_ || may_begin_frame)) {
     reading_ = true;
@@ -343,19 +389,23 @@ void StepStream::advance_locked() {
 
 void StepStream::OnWriteDone(bool ok) {
   give_way(context_.runner.backlog());
-  const MutexLock lock(mutex_);
-  writing_ = false;
-  last_moved_ = Clock::now();
-  if (current_ends_frame_) --in_flight_;
-  current_.Clear();
-  if (!ok) break_locked();
-  advance_locked();
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    writing_ = false;
+    last_moved_ = Clock::now();
+    if (current_ends_frame_) --in_flight_;
+    current_.Clear();
+    if (!ok) break_locked();
+    advance_locked();
+  });
 }
 
 void StepStream::OnCancel() {
-  const MutexLock lock(mutex_);
-  break_locked();
-  advance_locked();
+  guarded([&] {
+    const MutexLock lock(mutex_);
+    break_locked();
+    advance_locked();
+  });
 }
 
 void StepStream::OnDone() {

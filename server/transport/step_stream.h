@@ -65,6 +65,8 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   StepStream(Context& context, grpc::CallbackServerContext& call);
 
+  void begin();
+
   // What a message asks for. Called by OnReadDone() only, without the lock.
   void handle(const StreamRequest& request);
   void attach(const v1::Attach& request);
@@ -75,10 +77,17 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void attached(const Outcome<Standing>& standing);
   void answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
 
+  /// What is thrown in `work`, a reaction or a reply, ends the stream, and nothing more is delivered.
+  template <class Work>
+  void guarded(Work work) noexcept;
+  void read_done(bool ok);
+  void fail(grpc::Status status) noexcept;
+
   // With the lock held.
   void end_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);
   /// Nothing more can be delivered: what waits is dropped and given up.
   void break_locked() WARMFRONT_REQUIRES(mutex_);
+  void cut_off_locked() WARMFRONT_REQUIRES(mutex_);
   void write_locked() WARMFRONT_REQUIRES(mutex_);
   void queue_locked(Outgoing outgoing) WARMFRONT_REQUIRES(mutex_);
   void release_locked() WARMFRONT_REQUIRES(mutex_);

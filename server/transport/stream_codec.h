@@ -3,10 +3,12 @@
 // as it reports a clean half-close; parsing them here tells the two apart. Thread-safe.
 #pragma once
 
+#include <grpcpp/impl/codegen/proto_utils.h>
 #include <grpcpp/support/byte_buffer.h>
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,6 +21,18 @@ namespace warmfront::server {
 /// INVALID_ARGUMENT for bytes that are no message, and for a message that carries none of step, attach and
 /// detach. `buffer` is consumed.
 Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer);
+
+/// The same of a call's message of any type; `call` is the method's name.
+template <class Message>
+Outcome<Message> parse_message(grpc::ByteBuffer buffer, const char* call) {
+  const std::size_t size = buffer.Length();
+  Message message;
+  if (!grpc::SerializationTraits<Message>::Deserialize(&buffer, &message).ok())
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                 std::string(call) + ": " + std::to_string(size) + " bytes are no " +
+                     Message::descriptor()->full_name()};
+  return message;
+}
 
 /// A request, of which a step's positions may be left where they arrived: they are most of it, and the
 /// session puts them into its own memory anyway.

@@ -57,14 +57,12 @@ std::size_t Upload::estimate_bytes() const {
 }
 
 std::optional<Fault> Upload::complete() const {
-  if (!spec_)
-    return invalid(
-        "CreateSession: the upload ended before its header, or a message in it could not be parsed");
+  if (!spec_) return invalid("CreateSession: the upload ended before its header");
   if (face_bytes_ != expected_face_bytes())
     return invalid("faces: the upload ended after " + std::to_string(face_bytes_) + " of " +
-                   std::to_string(expected_face_bytes()) + " bytes, or a message in it could not be parsed");
+                   std::to_string(expected_face_bytes()) + " bytes");
   if (Status complete = positions_->complete(); !complete)
-    return fault_from(complete.error(), "the upload ended early, or a message in it could not be parsed: ");
+    return fault_from(complete.error(), "the upload ended early: ");
   return std::nullopt;
 }
 

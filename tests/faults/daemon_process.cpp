@@ -58,7 +58,13 @@ std::string DaemonProcess::log() const {
 }
 
 int DaemonProcess::port() const {
-  const std::string marker = "\"address\":\"127.0.0.1:";
+  return port_after("\"listening\",\"address\":\"127.0.0.1:");
+}
+int DaemonProcess::metrics_port() const {
+  return port_after("\"metrics_listening\",\"address\":\"127.0.0.1:");
+}
+
+int DaemonProcess::port_after(const std::string& marker) const {
   for (int i = 0; i < 1000; ++i) {
     const std::string text = log();
     const std::size_t at = text.rfind(marker);

@@ -28,6 +28,8 @@ class DaemonProcess {
   std::string socket() const;
   /// The loopback port, once the daemon listens; -1 when it does not in time.
   int port() const;
+  /// The port of --metrics-listen 127.0.0.1:0, in the same way.
+  int metrics_port() const;
   /// Other addresses it listens on appear here too.
   std::string log() const;
   pid_t pid() const { return pid_; }
@@ -49,6 +51,7 @@ class DaemonProcess {
 
  private:
   bool hears(int signal) const;
+  int port_after(const std::string& marker) const;
   std::size_t status_bytes(const char* field) const;
 
   const TemporaryFolder folder_;

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A channel to a daemon and its small calls. Thread-safe."""
+"""The connections to a daemon and its small calls. Thread-safe."""
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Optional
 
 import grpc
 
+from ._channels import Channel, ChannelPool
 from ._contacts import error_from
 from ._wire import Bytes, field
 from .errors import DeadlineExceeded, InvalidArgument, Unavailable, WarmfrontError, class_of
 from .options import Patience, Security
-from .v1 import admin_service_pb2, admin_service_pb2_grpc, collision_service_pb2_grpc, session_pb2, step_pb2
+from .v1 import admin_service_pb2, session_pb2, step_pb2
 
 # Well below any daemon's message limit, whose least value is 64 KiB, for a first upload; its answer states the limit.
 _UPLOAD_CHUNK = 60 << 10
@@ -32,7 +33,7 @@ _ARGUMENTS = [
     ("grpc.service_config", _SERVICE_CONFIG),
     # Answers come in chunks of the daemon's choosing.
     ("grpc.max_receive_message_length", -1),
-    # A connection of its own for each client: one connection is bound to one core or so.
+    # A connection of its own for each channel: one connection is bound to one core or so.
     ("grpc.use_local_subchannel_pool", 1),
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 2000),
@@ -105,31 +106,34 @@ class Connection:
             credentials = grpc.ssl_channel_credentials(
                 _read("CA file", security.ca_file), _read("key file", security.key_file),
                 _read("certificate file", security.cert_file))
-            self._channel = grpc.secure_channel(address, credentials, arguments)
+            self._channels = ChannelPool(lambda: grpc.secure_channel(address, credentials, arguments))
         else:
-            self._channel = grpc.insecure_channel(address, arguments)
-        self._service = collision_service_pb2_grpc.CollisionServiceStub(self._channel)  # type: ignore[no-untyped-call]
-        self._admin = admin_service_pb2_grpc.AdminServiceStub(self._channel)  # type: ignore[no-untyped-call]
-        # Bytes both ways: bulk is joined and found by this package itself.
-        self._stream = self._channel.stream_stream("/warmfront.v1.CollisionService/StreamSteps")
-        self._upload = self._channel.stream_unary(
-            "/warmfront.v1.CollisionService/CreateSession",
-            response_deserializer=session_pb2.CreateSessionResponse.FromString)
+            self._channels = ChannelPool(lambda: grpc.insecure_channel(address, arguments))
 
     def metadata(self, session_id: str = "") -> list[tuple[str, str]]:
         """Of every call: who calls, and which session it is about, if any."""
         return self._metadata + ([("warmfront-session", session_id)] if session_id else [])
 
     def stream(self, requests: Iterator[bytes], session_id: str) -> Any:
-        """Begins a StreamSteps call of serialized messages."""
-        return self._stream(requests, metadata=self.metadata(session_id))
+        """Begins a StreamSteps call of serialized messages, on a connection that has room for it."""
+        channel = self._channels.take()
+        try:
+            call = channel.stream(requests, metadata=self.metadata(session_id))
+        except BaseException:
+            self._channels.give_back(channel)
+            raise
+        # Called at once where the call is over already.
+        call.add_done_callback(lambda _: self._channels.give_back(channel))
+        return call
 
     def server_info(self, timeout: Optional[float] = None, session_id: str = "") -> Any:
         """v1.GetServerInfoResponse, of the daemon where the session is to be; waits for one that is not there yet, for
         `patience.call` seconds unless `timeout` says otherwise."""
         try:
-            return self._call(self._service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id, timeout,
-                              wait_for_ready=True)
+            info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id,
+                              timeout, wait_for_ready=True)
+            self._channels.set_calls_per_channel(info.limits.max_streams)
+            return info
         except (DeadlineExceeded, Unavailable) as error:
             raise Unavailable(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?",
                               reason=error.reason) from None
@@ -142,40 +146,43 @@ class Connection:
                 view = memoryview(data)
                 for at in range(0, len(view), _UPLOAD_CHUNK):
                     yield b"".join(field(number, view[at:at + _UPLOAD_CHUNK]))
-        return self._call(self._upload, requests(), header.session_id, self.patience.create, wait_for_ready=True)
+        return self._call(lambda channel: channel.upload, requests(), header.session_id, self.patience.create, wait_for_ready=True)
 
     def change(self, request: session_pb2.ChangeSceneRequest) -> Any:
         """v1.ChangeSceneResponse."""
-        return self._call(self._service.ChangeScene, request, request.session_id, self.patience.create)
+        return self._call(lambda channel: channel.service.ChangeScene, request, request.session_id, self.patience.create)
 
     def get(self, session_id: str) -> Any:
         """v1.SessionInfo."""
         request = session_pb2.GetSessionRequest(session_id=session_id)
-        return self._call(self._service.GetSession, request, session_id).session
+        return self._call(lambda channel: channel.service.GetSession, request, session_id).session
 
     def list(self) -> Any:
         """v1.SessionInfo, those of this principal."""
-        return self._call(self._service.ListSessions, session_pb2.ListSessionsRequest()).sessions
+        return self._call(lambda channel: channel.service.ListSessions, session_pb2.ListSessionsRequest()).sessions
 
     def remove(self, session_id: str) -> None:
         request = session_pb2.DeleteSessionRequest(session_id=session_id)
-        self._call(self._service.DeleteSession, request, session_id)
+        self._call(lambda channel: channel.service.DeleteSession, request, session_id)
 
     def list_all(self) -> Any:
         """v1.OwnedSession; for administrators."""
-        return self._call(self._admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest()).sessions
+        return self._call(lambda channel: channel.admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest()).sessions
 
     def remove_any(self, session_id: str) -> None:
         request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id)
-        self._call(self._admin.DeleteAnySession, request, session_id)
+        self._call(lambda channel: channel.admin.DeleteAnySession, request, session_id)
 
     def close(self) -> None:
-        self._channel.close()
+        self._channels.close()
 
-    def _call(self, method: Any, request: Any, session_id: str = "", timeout: Optional[float] = None,
+    def _call(self, method_of: Callable[[Channel], Any], request: Any, session_id: str = "", timeout: Optional[float] = None,
               wait_for_ready: bool = False) -> Any:
+        channel = self._channels.take()
         try:
-            return method(request, timeout=timeout or self.patience.call, metadata=self.metadata(session_id),
-                          wait_for_ready=wait_for_ready)
+            return method_of(channel)(request, timeout=timeout or self.patience.call, metadata=self.metadata(session_id),
+                                      wait_for_ready=wait_for_ready)
         except grpc.RpcError as error:
             raise error_from_call(error) from None
+        finally:
+            self._channels.give_back(channel)

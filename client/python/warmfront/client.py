@@ -30,7 +30,8 @@ def connect(address: str, *, security: Security = Security(), patience: Patience
 
 
 class Client:
-    """Made by `connect()`. One connection, shared by its sessions; it ends with the last of them, or by `close()`."""
+    """Made by `connect()`. Its sessions share connections, of which it opens as many as they need; these end with the last
+    session, or by `close()`."""
 
     def __init__(self, connection: Connection) -> None:
         """Not for callers: see `connect()`."""
@@ -88,7 +89,7 @@ class Client:
         self._connection.remove_any(id)
 
     def close(self) -> None:
-        """Ends the connection; sessions that are open fail."""
+        """Ends the connections; sessions that are open fail."""
         self._connection.close()
 
     def __enter__(self) -> Client:

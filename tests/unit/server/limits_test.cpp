@@ -5,8 +5,10 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <thread>
+#include <vector>
 
 #include "server/session/account.h"
 #include "tests/unit/server/service_fixture.h"
@@ -206,6 +208,93 @@ TEST_F(FewFramesTest, AFrameTooManyIsAnsweredInItsTurnAndCanBeSentAgain) {
   other->Write(frame_message(1, frame(1)));
   ASSERT_TRUE(other->Read(&response));
   EXPECT_EQ(hash_of(response.answer().contacts()), local_hashes(grids_, 0, 1).front());
+}
+
+class SmallMessagesTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.max_message_bytes = 64 << 10;
+    return config;
+  }
+  SmallMessagesTest() : ServiceTest(config()) {}
+
+  std::uint64_t last_frame() {
+    Context context;
+    v1::GetSessionRequest request;
+    request.set_session_id(kId);
+    v1::GetSessionResponse response;
+    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
+    return response.session().last_frame();
+  }
+  /// The frame's contacts over a stream.
+  v1::ContactColumns streamed(std::uint64_t frame, std::uint64_t expected_frame) {
+    Context context;
+    const auto stream = open(context, expected_frame);
+    stream->Write(frame_message(frame, bytes_of(large_.positions(frame))));
+    v1::ContactColumns all;
+    v1::StreamStepsResponse response;
+    do {
+      EXPECT_TRUE(stream->Read(&response) && response.has_answer());
+      all.mutable_kind()->append(response.answer().contacts().kind());
+      all.mutable_status()->append(response.answer().contacts().status());
+      all.mutable_v()->append(response.answer().contacts().v());
+      all.mutable_toi()->append(response.answer().contacts().toi());
+    } while (response.has_answer() && !response.answer().last());
+    stream->Write(detach());
+    EXPECT_FALSE(stream->Read(&response));
+    EXPECT_TRUE(stream->Finish().ok());
+    return all;
+  }
+
+  const MovingGrids large_{30};
+};
+
+TEST_F(SmallMessagesTest, AFrameWhoseAnswerIsLargerThanAMessageDoesNotCount) {
+  const SceneDescription scene = large_.scene();
+  v1::SessionHeader wanted = header();
+  wanted.set_vertex_count(large_.vertex_count());
+  wanted.set_face_count(static_cast<std::uint32_t>(scene.faces.size()));
+  for (const auto set :
+       {&v1::ContactFields::set_weights, &v1::ContactFields::set_normal, &v1::ContactFields::set_points})
+    (wanted.mutable_options()->mutable_fields()->*set)(true);
+  ASSERT_TRUE(create(wanted, {reinterpret_cast<const char*>(scene.faces.data()), scene.faces.size() * 12},
+                     bytes_of(large_.positions(0)))
+                  .ok());
+  for (int again = 0; again < 2; ++again) {
+    expect_refused(step(1, bytes_of(large_.positions(1))), "max-message-bytes", false);
+    EXPECT_EQ(last_frame(), 0U) << "what failed does not count";
+  }
+  const std::uint64_t expected = local_hashes(large_, 0, 1).front();
+  EXPECT_EQ(hash_of(streamed(1, 1)), expected) << "the same frame";
+  const grpc::Status answered = step(1, bytes_of(large_.positions(1)));
+  expect_refused(answered, "max-message-bytes", false);
+  EXPECT_THAT(answered.error_message(), HasSubstr("frame 1 is answered"));
+  EXPECT_EQ(hash_of(streamed(1, 2)), expected) << "and there it comes again";
+}
+
+TEST_F(ServiceTest, WhatTheEngineHasTooMuchOfIsNamed) {
+  // A fan around one vertex: more pairs of faces share it than the engine lists.
+  constexpr std::int32_t kFaces = 10'000;
+  std::vector<std::array<std::int32_t, 3>> fan;
+  for (std::int32_t i = 0; i < kFaces; ++i) fan.push_back({0, i + 1, i + 2});
+  std::vector<double> positions;
+  for (std::int32_t i = 0; i < kFaces + 2; ++i) positions.insert(positions.end(), {i * 1.0, i * i * 1e-3, 0});
+  v1::SessionHeader hub = header(kOther);
+  hub.set_vertex_count(kFaces + 2);
+  hub.set_face_count(kFaces);
+  const grpc::Status refused =
+      create(hub, {reinterpret_cast<const char*>(fan.data()), fan.size() * 12}, bytes_of(positions));
+  EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED) << refused.error_message();
+  EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_LIMIT);
+  EXPECT_EQ(detail_of(refused).limit(), "adjacent-faces");
+  EXPECT_THAT(refused.error_message(), HasSubstr("vertex 0 alone is in 10000 faces"));
+
+  v1::SessionHeader few = header();
+  few.mutable_options()->set_max_contacts(1);
+  ASSERT_TRUE(create(few, faces(), frame(0)).ok());
+  const grpc::Status many = step(1, frame(1));
+  EXPECT_EQ(detail_of(many).limit(), "max-contacts") << many.error_message();
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -47,9 +48,10 @@ class LocalDaemon {
   server::Daemon* operator->() { return daemon_.get(); }
   std::string log() const { return log_text_.str(); }
 
-  /// All sessions are lost, as when it crashes.
-  void restart() {
+  /// All sessions are lost, as when it crashes. `change` is made to what it is told.
+  void restart(const std::function<void(server::Config&)>& change = {}) {
     daemon_.reset();
+    if (change) change(config_);
     start();
   }
   void stop() { daemon_.reset(); }

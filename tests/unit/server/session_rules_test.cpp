@@ -233,14 +233,26 @@ TEST(MailboxTest, AMailboxMayGoWithItsLastJob) {
   EXPECT_TRUE(weak.expired());
 }
 
+bool run_here(Runner& runner, const std::function<void()>& work, Lane lane) {
+  Runner::Tasks one;
+  one.emplace_back([&] {
+    work();
+    return std::optional<Lane>();
+  });
+  return runner.run_here(one, lane);
+}
+
 TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
   Runner runner(1, 1);
   int ran = 0;
-  EXPECT_TRUE(runner.run_here(
+  EXPECT_TRUE(run_here(
+      runner,
       [&] {
         ++ran;
         EXPECT_EQ(runner.busy(), 1);
-        EXPECT_FALSE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one guest at a time";
+        EXPECT_FALSE(run_here(
+            runner, [&] { ++ran; }, Lane::kShort))
+            << "one guest at a time";
       },
       Lane::kShort));
   EXPECT_EQ(ran, 1);
@@ -253,18 +265,26 @@ TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
       Lane::kShort);
   begun.wait();
   EXPECT_FALSE(runner.backlog());
-  EXPECT_TRUE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one that runs is no one that waits";
+  EXPECT_TRUE(run_here(
+      runner, [&] { ++ran; }, Lane::kShort))
+      << "one that runs is no one that waits";
   runner.post([&] { done.count_down(); }, Lane::kShort);
-  EXPECT_FALSE(runner.run_here([&] { ++ran; }, Lane::kShort)) << "one waits in this lane";
+  EXPECT_FALSE(run_here(
+      runner, [&] { ++ran; }, Lane::kShort))
+      << "one waits in this lane";
   EXPECT_FALSE(runner.backlog());
   runner.post([&] { done.count_down(); }, Lane::kShort);
   EXPECT_TRUE(runner.backlog()) << "two wait for one thread";
-  EXPECT_TRUE(runner.run_here([&] { ++ran; }, Lane::kLong));
+  EXPECT_TRUE(run_here(
+      runner, [&] { ++ran; }, Lane::kLong));
   go.count_down();
   done.wait();
   EXPECT_EQ(ran, 3);
-  EXPECT_FALSE(Runner(1).run_here([&] { ++ran; }, Lane::kShort)) << "no guests";
-  static_assert(noexcept(runner.run_here(std::declval<const std::function<void()>&>(), Lane::kShort)),
+  Runner none(1);
+  EXPECT_FALSE(run_here(
+      none, [&] { ++ran; }, Lane::kShort))
+      << "no guests";
+  static_assert(noexcept(runner.run_here(std::declval<Runner::Tasks&>(), Lane::kShort)),
                 "gRPC swallows what is thrown on its threads: the session would hang");
 }
 

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A client's connections: as many as its calls need. Thread-safe."""
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import grpc
+
+from .v1 import admin_service_pb2_grpc, collision_service_pb2_grpc, session_pb2
+
+# Where no daemon has said how many calls a connection carries: half of what daemons allow by default, and below what
+# proxies do (100 in HAProxy).
+MOST_CALLS = 64
+
+
+class Channel:
+    """One connection, and the methods that are called on it."""
+
+    def __init__(self, channel: grpc.Channel) -> None:
+        self.channel = channel
+        self.service: Any = collision_service_pb2_grpc.CollisionServiceStub(channel)  # type: ignore[no-untyped-call]
+        self.admin: Any = admin_service_pb2_grpc.AdminServiceStub(channel)  # type: ignore[no-untyped-call]
+        # Bytes both ways: bulk is joined and found by this package itself.
+        self.stream: Any = channel.stream_stream("/warmfront.v1.CollisionService/StreamSteps")
+        self.upload: Any = channel.stream_unary("/warmfront.v1.CollisionService/CreateSession",
+                                                response_deserializer=session_pb2.CreateSessionResponse.FromString)
+        self.calls = 0  # under way; under the pool's lock
+
+
+class ChannelPool:
+    """A connection carries a limited number of calls at once (HTTP/2's SETTINGS_MAX_CONCURRENT_STREAMS); gRPC lets a call
+    beyond it wait, without a word, until another ends, and a session's stream does not end. So calls are counted, and one
+    that no connection has room for gets another connection."""
+
+    def __init__(self, open_channel: Callable[[], grpc.Channel]) -> None:
+        """open_channel makes a channel with a connection of its own."""
+        self._open = open_channel
+        self._lock = threading.Lock()
+        # Under the lock. Channels stay: gRPC itself closes connections that have been idle for half an hour.
+        self._most_calls = 1  # until a daemon has been asked
+        self._channels: list[Channel] = []
+        self._closed = False
+
+    def take(self) -> Channel:
+        """A channel with room for a call, to be given back when the call is over. ValueError once closed, as gRPC's own."""
+        with self._lock:
+            if self._closed:
+                raise ValueError("Cannot invoke RPC on closed channel!")
+            for channel in self._channels:
+                if channel.calls < self._most_calls:
+                    break
+            else:
+                channel = Channel(self._open())
+                self._channels.append(channel)
+            channel.calls += 1
+            return channel
+
+    def give_back(self, channel: Channel) -> None:
+        with self._lock:
+            channel.calls -= 1
+
+    def set_calls_per_channel(self, most: int) -> None:
+        """What a daemon says that a connection carries; 0: it does not say. Above MOST_CALLS a connection is not filled: it
+        is bound to about one core."""
+        with self._lock:
+            self._most_calls = min(most, MOST_CALLS) if most else MOST_CALLS
+
+    def close(self) -> None:
+        with self._lock:
+            self._closed = True
+            channels, self._channels = self._channels, []
+        for channel in channels:
+            channel.channel.close()

@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory ends in the daemon, at every allocation of a scenario in turn, on whatever thread: each call ends
+// with a status, the session goes on with the right contacts, nothing is left of what was given up, and the
+// daemon drains.
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unwind.h>
+
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <string_view>
+#include <thread>
+
+#include "tests/unit/server/service_fixture.h"
+
+namespace {
+
+// Counts down to the allocation that fails; below 0: it has failed, or none is to.
+std::atomic<long> allocations_left{-1};
+constexpr long kDisarmed = std::numeric_limits<long>::max();
+// The client's, who is in this process.
+thread_local bool exempt = false;
+thread_local bool looking = false;
+
+enum class Whose : std::uintptr_t { kUnknown, kOurs, kTheirs, kOfItsCaller };
+
+bool has(const char* text, const char* part) {
+  return text != nullptr && std::strstr(text, part) != nullptr;
+}
+
+// What gRPC itself allocates does not fail here, the messages of typed calls that it parses outside of reactions
+// included: it ends the process, by gpr_malloc() or by what leaves gRPC's threads, and no reaction can mend that.
+Whose whose(std::uintptr_t address) {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<void*>(address), &info) == 0) return Whose::kOurs;
+  for (const char* library : {"libstdc++", "libprotobuf", "libc.so", "libgcc", "libspdlog", "libfmt"})
+    if (has(info.dli_fname, library)) return Whose::kOfItsCaller;
+  if (has(info.dli_fname, ".so")) return Whose::kTheirs;
+  if (info.dli_sname == nullptr) return Whose::kOurs;
+  const std::string_view name = info.dli_sname;
+  if (has(info.dli_sname, "Handler"))
+    return name.starts_with("_ZN4grpc") ? Whose::kTheirs : Whose::kOfItsCaller;
+  if (has(info.dli_sname, "erializ")) return Whose::kOfItsCaller;
+  for (const char* of_caller : {"_ZNSt", "_ZNKSt", "_ZSt", "_ZN9__gnu_cxx", "_ZN6google", "_ZN9warmfront2v1",
+                                "_ZNK9warmfront2v1", "_Zn", "_ZN6spdlog", "_ZN3fmt"})
+    if (name.starts_with(of_caller)) return Whose::kOfItsCaller;
+  return name.starts_with("_ZN4grpc") || name.starts_with("_ZNK4grpc") ? Whose::kTheirs : Whose::kOurs;
+}
+
+// Addresses seen, so that each is looked up once.
+std::array<std::atomic<std::uintptr_t>, 1 << 16> seen{};
+
+Whose looked_up(std::uintptr_t address) {
+  std::atomic<std::uintptr_t>& place = seen[(address * 0x9E3779B97F4A7C15ULL) >> 48];
+  const std::uintptr_t held = place.load(std::memory_order_relaxed);
+  if (held >> 2 == address) return static_cast<Whose>(held & 3);
+  const Whose found = whose(address);
+  place.store(address << 2 | static_cast<std::uintptr_t>(found), std::memory_order_relaxed);
+  return found;
+}
+
+struct Walk {
+  int depth = 0;
+  Whose found = Whose::kOfItsCaller;
+};
+
+// Of the nearest caller that is none of the standard library or of protobuf.
+Whose caller() {
+  Walk walk;
+  _Unwind_Backtrace(
+      [](_Unwind_Context* context, void* data) {
+        Walk& walk = *static_cast<Walk*>(data);
+        if (++walk.depth <= 3) return _URC_NO_REASON;  // of this file
+        const std::uintptr_t address = _Unwind_GetIP(context);
+        if (address != 0) walk.found = looked_up(address - 1);
+        return walk.found == Whose::kOfItsCaller && walk.depth < 60 ? _URC_NO_REASON : _URC_END_OF_STACK;
+      },
+      &walk);
+  return walk.found;
+}
+
+[[gnu::noinline]] bool fails() {
+  const long left = allocations_left.load(std::memory_order_relaxed);
+  if (left < 0 || left == kDisarmed || exempt || looking) return false;
+  looking = true;
+  const bool counts = caller() == Whose::kOurs;
+  looking = false;
+  return counts && allocations_left.fetch_sub(1) == 0;
+}
+
+[[gnu::noinline]] void* allocate(std::size_t size) {
+  if (!fails())
+    if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return allocate(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace warmfront::test {
+namespace {
+
+using grpc::StatusCode;
+
+class ReactionsTest : public ServiceTest {
+ protected:
+  static server::Config config() {
+    server::Config config;
+    config.limits.self_check_steps = 2;
+    config.log_level = server::LogLevel::kOff;
+    return config;
+  }
+  ReactionsTest() : ServiceTest(config()) {
+    exempt = true;
+    expected_ = local_hashes(grids_, 0, 12);
+  }
+
+  static std::string id(long n) { return "61234567-89ab-cdef-0123-" + std::to_string(100'000'000'000 + n); }
+
+  /// A call that failed did so for want of memory, and in time.
+  static void expect_refused(const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+    EXPECT_FALSE(status.error_message().empty());
+  }
+
+  v1::GetServerInfoResponse info() {
+    Context context;
+    v1::GetServerInfoResponse info;
+    EXPECT_TRUE(stub_->GetServerInfo(&context, {}, &info).ok());
+    return info;
+  }
+
+  /// Frames from the one that is expected on, on a stream that takes the session as it finds it.
+  void goes_on(const std::string& session, std::uint64_t frames) {
+    Context context;
+    const auto stream = stub_->StreamSteps(&context);
+    stream->Write(attach(session));
+    v1::StreamStepsResponse response;
+    if (!stream->Read(&response)) {
+      FAIL() << "attaching: " << stream->Finish().error_message();
+    }
+    const std::uint64_t first = response.attached().expected_frame();
+    for (std::uint64_t k = first; k < first + frames; ++k) {
+      stream->Write(frame_message(k, frame(k)));
+      ASSERT_TRUE(stream->Read(&response));
+      ASSERT_TRUE(response.has_answer()) << response.error().status().message();
+      EXPECT_EQ(hash_of(response.answer().contacts()), expected_.at(k - 1)) << "frame " << k;
+    }
+    stream->Write(detach());
+    EXPECT_FALSE(stream->Read(&response));
+    const grpc::Status ended = stream->Finish();
+    EXPECT_TRUE(ended.ok()) << ended.error_message();
+  }
+
+  void remove(const std::string& session) {
+    Context context;
+    v1::DeleteSessionRequest request;
+    request.set_session_id(session);
+    v1::DeleteSessionResponse deleted;
+    const grpc::Status status = stub_->DeleteSession(&context, request, &deleted);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+  }
+
+  /// Nothing is left of any call or session; sessions are freed on another thread.
+  void expect_nothing_left() {
+    v1::GetServerInfoResponse now;
+    for (int i = 0; i < 1000; ++i) {
+      now = info();
+      if (now.sessions() == 0 && now.charged_bytes() == 0 && now.open_streams() == 0 &&
+          now.frames_in_flight() == 0)
+        return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    FAIL() << now.ShortDebugString();
+  }
+
+  /// The scenario for n = 0, 1, ..., its n-th allocation failing, until it has fewer. `scenario` is armed by
+  /// arm() and disarmed here.
+  template <class Scenario>
+  void at_every_allocation(const char* name, Scenario scenario) {
+    long n = 0;
+    for (int complete = 0; complete < 3;
+         ++n) {  // threads come and go: their number is not the same each time
+      nth_ = n;
+      scenario(n);
+      const bool failed = allocations_left.exchange(-1) < 0;
+      complete = failed ? 0 : complete + 1;
+      expect_nothing_left();
+      if (HasFailure()) {
+        FAIL() << name << ": allocation " << n;
+      }
+    }
+    std::printf("%s: %ld allocations\n", name, n - 3);
+    EXPECT_GT(n, 20) << "a scenario without allocations shows nothing";
+  }
+  void arm() const { allocations_left = nth_; }
+  static void disarm() {
+    // Kept for at_every_allocation(): below 0 when it failed.
+    if (allocations_left.load() >= 0) allocations_left = kDisarmed;
+  }
+
+  std::vector<std::uint64_t> expected_;
+  long nth_ = 0;
+};
+
+TEST_F(ReactionsTest, CreatingASession) {
+  at_every_allocation("CreateSession", [&](long n) {
+    arm();
+    const grpc::Status created = create(id(n));
+    disarm();
+    if (!created.ok()) {
+      expect_refused(created);
+      ASSERT_TRUE(create(id(n)).ok()) << "the id is free again";
+    }
+    goes_on(id(n), 2);
+    remove(id(n));
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+TEST_F(ReactionsTest, Streaming) {
+  at_every_allocation("StreamSteps", [&](long n) {
+    ASSERT_TRUE(create(id(n)).ok());
+    arm();
+    {
+      Context context;
+      const auto stream = stub_->StreamSteps(&context);
+      stream->Write(attach(id(n)));
+      const std::string second = frame(2);
+      stream->Write(frame_message(1, frame(1)));
+      stream->Write(frame_message(2, second.substr(0, 100), true));
+      stream->Write(frame_message(2, second.substr(100)));
+      stream->Write(frame_message(3, frame(3)));
+      stream->Write(detach());
+      v1::StreamStepsResponse response;
+      while (stream->Read(&response)) {
+        if (response.has_answer()) {
+          EXPECT_EQ(hash_of(response.answer().contacts()), expected_.at(response.answer().frame() - 1));
+        } else if (response.has_error()) {
+          const int code = response.error().status().code();
+          EXPECT_TRUE(code == StatusCode::RESOURCE_EXHAUSTED || code == StatusCode::FAILED_PRECONDITION)
+              << response.error().status().message();
+        }
+      }
+      const grpc::Status ended = stream->Finish();
+      if (!ended.ok()) expect_refused(ended);
+    }
+    disarm();
+    goes_on(id(n), 3);
+    remove(id(n));
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+TEST_F(ReactionsTest, UnaryCalls) {
+  at_every_allocation("unary calls", [&](long n) {
+    ASSERT_TRUE(create(id(n)).ok());
+    const auto called = [&](const grpc::Status& status) {
+      if (!status.ok()) expect_refused(status);
+      return status.ok();
+    };
+    arm();
+    v1::StepResponse response;
+    if (called(step(1, frame(1), &response, id(n)))) {
+      EXPECT_EQ(hash_of(response.contacts()), expected_.front());
+    }
+    {
+      Context context;
+      v1::GetSessionRequest request;
+      request.set_session_id(id(n));
+      v1::GetSessionResponse session;
+      called(stub_->GetSession(&context, request, &session));
+    }
+    {
+      Context context;
+      v1::CheckSessionRequest request;
+      request.set_session_id(id(n));
+      v1::CheckSessionResponse checked;
+      if (called(stub_->CheckSession(&context, request, &checked))) {
+        EXPECT_EQ(checked.found(), "");
+      }
+    }
+    {
+      Context context;
+      v1::ListSessionsResponse listed;
+      called(stub_->ListSessions(&context, {}, &listed));
+    }
+    {
+      Context context;
+      v1::GetServerInfoResponse info;
+      called(stub_->GetServerInfo(&context, {}, &info));
+    }
+    disarm();
+    goes_on(id(n), 2);
+    remove(id(n));
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+TEST_F(ReactionsTest, DeletingASessionThatIsStreamed) {
+  at_every_allocation("DeleteSession", [&](long n) {
+    ASSERT_TRUE(create(id(n)).ok());
+    Context streaming, deleting;
+    const auto stream = open(streaming, 1, id(n));
+    arm();
+    v1::DeleteSessionRequest request;
+    request.set_session_id(id(n));
+    v1::DeleteSessionResponse deleted;
+    const grpc::Status status = stub_->DeleteSession(&deleting, request, &deleted);
+    if (status.ok()) {
+      v1::StreamStepsResponse response;
+      EXPECT_FALSE(stream->Read(&response));
+      const StatusCode ended = stream->Finish().error_code();
+      EXPECT_TRUE(ended == StatusCode::NOT_FOUND || ended == StatusCode::RESOURCE_EXHAUSTED) << ended;
+    }
+    disarm();
+    if (status.ok()) return;
+    expect_refused(status);
+    stream->Write(detach());
+    v1::StreamStepsResponse response;
+    stream->Read(&response);
+    stream->Finish();
+    Context again;
+    const StatusCode gone = stub_->DeleteSession(&again, request, &deleted).error_code();
+    EXPECT_TRUE(gone == StatusCode::OK || gone == StatusCode::NOT_FOUND) << gone;
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+}  // namespace
+}  // namespace warmfront::test
