@@ -107,9 +107,10 @@ class Session {
 
 class Client {
  public:
-  /// Connects to `HOST:PORT` or `unix:PATH`. kUnavailable when no daemon answers within the call timeout,
-  /// which is also what a failed TLS handshake looks like; kUnauthenticated for a token that it does not
-  /// know; kInvalidArgument for files that cannot be read, and for a token that would travel in the clear.
+  /// Connects to `HOST:PORT` or `unix:PATH`; kInvalidArgument for anything else, such as an URL. kUnavailable
+  /// when no daemon answers within the call timeout, which is also what a failed TLS handshake looks like;
+  /// kUnauthenticated for a token that it does not know; kInvalidArgument for files that cannot be read, and
+  /// for a token that would travel in the clear.
   static Result<Client> connect(const std::string& address, const ClientOptions& options = {});
   ~Client();
   Client(Client&&) noexcept;
