@@ -117,8 +117,9 @@ class Client {
   Client& operator=(Client&&) noexcept;
 
   /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions travel and
-  /// stay as float32. Fails as Scene::create() and Collider::create() do, with kAlreadyExists for an id that
-  /// is taken and kResourceExhausted beyond the daemon's limits.
+  /// stay as float32. Vertices in no face are tested as points against faces, and against nothing else
+  /// (Scene::isolated_vertices() counts them). Fails as Scene::create() and Collider::create() do, with
+  /// kAlreadyExists for an id that is taken and kResourceExhausted beyond the daemon's limits.
   Result<Session> create_session(SceneDescription scene, const Positions& positions,
                                  const ColliderOptions& options = {}, const SessionOptions& session = {});
 

@@ -187,5 +187,24 @@ TEST(Ownership, CoversEveryPairExactlyOnce) {
   }
 }
 
+// Few vertices and any three of them a face: half of the faces are segments or points.
+TEST(Ownership, CoversPairsOfSegmentsAndPointsExactlyOnce) {
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto vertices = static_cast<std::uint32_t>(3 + random() % 8);
+    testing::Faces faces(1 + random() % 8);
+    for (auto& face : faces)
+      for (std::int32_t& v : face) v = static_cast<std::int32_t>(random() % vertices);
+    for (auto& face : faces)
+      if (random() % 3 == 0) face[random() % 3] = face[random() % 3];
+    const auto scene = testing::make_scene(vertices, faces);
+    ASSERT_EQ(covered(*scene), every_pair_once(*scene)) << "seed " << seed;
+    std::uint64_t pairs = 0;
+    for (std::uint32_t f = 0; f < scene->face_count(); ++f)
+      for (std::uint32_t g = 0; g < f; ++g) pairs += adjacent(scene->faces()[f], scene->faces()[g]);
+    ASSERT_EQ(count_adjacent_pairs(*scene), pairs) << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace warmfront
