@@ -65,12 +65,12 @@ std::vector<std::string> notes_on(const Mesh& mesh, const std::string& path) {
   for (const auto& face : mesh.faces)
     for (const std::int32_t v : face) in_face[static_cast<std::size_t>(v)] = true;
   if (const auto alone = std::ranges::count(in_face, false); alone > 0)
-    notes.push_back(path + ": " + std::to_string(alone) + " of " + std::to_string(in_face.size()) +
-                    " vertices are in no face: they are tested as points against faces, and against nothing "
-                    "else");
+    notes.push_back(path + ": vertices in no face: " + std::to_string(alone) + " of " +
+                    std::to_string(in_face.size()) +
+                    "; they are tested as points against faces, and against nothing else");
   if (mesh.lone_edges > 0)
-    notes.push_back(path + ": " + std::to_string(mesh.lone_edges) +
-                    " edges of no face are left out: they are not modelled yet");
+    notes.push_back(path + ": edges of no face: " + std::to_string(mesh.lone_edges) +
+                    "; they are left out, as they are not modelled yet");
   return notes;
 }
 

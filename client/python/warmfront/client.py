@@ -62,8 +62,8 @@ class Client:
         """
         state = SceneState(positions, faces, bodies, excluded_pairs)
         if alone := state.vertices_in_no_face():
-            warnings.warn(f"{alone} of {state.vertex_count} vertices are in no face: they are tested as points against faces, "
-                          "and against nothing else", stacklevel=2)
+            warnings.warn(f"vertices in no face: {alone} of {state.vertex_count}; they are tested as points against faces, and "
+                          "against nothing else", stacklevel=2)
         header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
         options.put_into(header.options)
         link = Link(self._connection, header, state)

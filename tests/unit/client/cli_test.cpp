@@ -114,7 +114,7 @@ TEST(Cli, ListsAreGivenInOneWay) {
   EXPECT_EQ(written[0], written[1]);
   const Outcome spaced = run(detect + " --fields normal points");
   EXPECT_EQ(spaced.code, kExitUsage) << spaced.out;
-  EXPECT_THAT(spaced.out, HasSubstr("points: of several inputs")) << "it was taken for an input";
+  EXPECT_THAT(spaced.out, HasSubstr("stands alone: give no other input")) << "it was taken for an input";
   EXPECT_THAT(run("load --server unix:/nowhere --limit p99=1ms,p42=1ms").out, HasSubstr("p42"));
 }
 
@@ -133,8 +133,8 @@ TEST(Cli, SegmentsAreMetAndWhatIsLeftOutIsSaid) {
   EXPECT_NEAR(frames[0]["earliest_toi"].get<double>(), 0.5, 1e-5);
   const std::string notes = run("detect " + input + " --json -", "2>&1 >/dev/null").out;
   EXPECT_THAT(notes,
-              HasSubstr("warmfront: note: " + folder.file("t0.obj") + ": 1 of 6 vertices are in no face"));
-  EXPECT_THAT(notes, HasSubstr("1 edges of no face are left out"));
+              HasSubstr("warmfront: note: " + folder.file("t0.obj") + ": vertices in no face: 1 of 6;"));
+  EXPECT_THAT(notes, HasSubstr("edges of no face: 1; they are left out"));
   const std::string points = folder.write("p.obj", "v 0 0 0\nv 1 0 0\n");
   const Outcome lone = run("detect " + points + " " + points);
   EXPECT_EQ(lone.code, kExitFailed);

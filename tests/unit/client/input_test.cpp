@@ -155,8 +155,8 @@ TEST(Input, WhatIsNotModelledIsRefusedOrSaid) {
   const Result<std::unique_ptr<Input>> input = open_input(arguments);
   ASSERT_TRUE(input.ok()) << input.error().message;
   EXPECT_THAT(input.value()->notes(),
-              ElementsAre(HasSubstr("mixed.obj: 2 of 5 vertices are in no face: they are tested as points"),
-                          HasSubstr("mixed.obj: 2 edges of no face are left out")));
+              ElementsAre(HasSubstr("mixed.obj: vertices in no face: 2 of 5; they are tested as points"),
+                          HasSubstr("mixed.obj: edges of no face: 2; they are left out")));
 }
 
 TEST(Input, MeshFilesMustShareTheirTopology) {
