@@ -23,7 +23,7 @@ struct Contact {
   ContactStatus status;
   std::uint32_t a;  ///< vertex (vertex-face) or edge (edge-edge)
   std::uint32_t b;  ///< face (vertex-face) or edge (edge-edge)
-  double toi;       ///< in [0, 1]: a lower bound of the first time of contact
+  double toi;       ///< in [0, 1]: a lower bound of the first time of contact; in tier fast an estimate of it
 
   friend bool operator==(const Contact&, const Contact&) = default;
 };

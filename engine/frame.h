@@ -28,6 +28,8 @@ struct BodyPose {
 };
 
 /// A frame: either all vertices, or only what moved, in any mixture. What is not mentioned rests where it is.
+/// It is the end of a motion, always: a body that is put elsewhere (reset, respawned) is tested along the
+/// straight way there, and meets what lies on it. Make the scene again, or remove the body and add another.
 struct Frame {
   Frame() = default;
   Frame(const Positions& all) : positions(all) {}         // NOLINT: implicit by design

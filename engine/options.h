@@ -29,16 +29,19 @@ enum class BoundsKind : std::uint8_t {
 
 /// What a step answers with.
 enum class Report : std::uint8_t {
-  kAll,       ///< every contact
-  kEarliest,  ///< the contacts with the least toi of the step only (ties included); later work is pruned
-  kCount,     ///< how many, without the list
+  kAll,  ///< every contact
+  /// The contacts with the least toi of the step only (ties included); later work is pruned. With a
+  /// separation, whatever starts nearer than it is in contact at 0, and nothing else is told: it answers "how
+  /// far may I go" only from a state whose parts are all farther apart.
+  kEarliest,
+  kCount,  ///< how many, without the list
 };
 
 /// What is told of a contact besides its features, status and time; what is not asked for is not computed.
 struct ContactFields {
   bool weights = false;  ///< barycentric coordinates of the closest points
-  bool normal = false;
-  bool points = false;  ///< the closest points themselves
+  bool normal = false;   ///< of the face or of both edges: not the direction between the closest points
+  bool points = false;   ///< the closest points themselves
 
   bool any() const { return weights || normal || points; }
   friend bool operator==(const ContactFields&, const ContactFields&) = default;

@@ -2,6 +2,7 @@
 // Result<T>: a value or an Error, which a caller cannot overlook. Values are as thread-safe as T.
 #pragma once
 
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -34,7 +35,32 @@ struct Error {
   std::string message;
 };
 
-/// Either a T or an Error. `ok()` must be asked before `value()` or `error()`.
+/// Thrown by value() of a Result that holds an error, so that a program that did not ask ok() ends with the
+/// error's own message. Not caught anywhere in this project: asking ok() first is the way.
+class BadResultAccess : public std::logic_error {
+ public:
+  explicit BadResultAccess(Error error)
+      : std::logic_error("value() of a Result that holds an error (ask ok() first): " + error.message),
+        error_(std::move(error)) {}
+
+  const Error& error() const { return error_; }
+
+ private:
+  Error error_;
+};
+
+namespace result_detail {
+// Out of line, so that value() stays a compare and a load.
+[[noreturn, gnu::noinline, gnu::cold]] inline void throw_bad_access(const Error& error) {
+  throw BadResultAccess(error);
+}
+[[noreturn, gnu::noinline, gnu::cold]] inline void throw_no_error() {
+  throw std::logic_error("error() of a Result that holds a value; ask ok() first");
+}
+}  // namespace result_detail
+
+/// Either a T or an Error. `ok()` must be asked before `value()`, which else throws BadResultAccess, or
+/// `error()`, which else throws std::logic_error.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -43,12 +69,21 @@ class [[nodiscard]] Result {
 
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
-  T& value() & { return std::get<0>(state_); }
-  const T& value() const& { return std::get<0>(state_); }
-  T&& value() && { return std::get<0>(std::move(state_)); }
-  const Error& error() const { return std::get<1>(state_); }
+  T& value() & { return *checked(std::get_if<0>(&state_)); }
+  const T& value() const& { return *checked(std::get_if<0>(&state_)); }
+  T&& value() && { return std::move(*checked(std::get_if<0>(&state_))); }
+  const Error& error() const {
+    if (ok()) result_detail::throw_no_error();
+    return *std::get_if<1>(&state_);
+  }
 
  private:
+  template <class Pointer>
+  Pointer checked(Pointer value) const {
+    if (!value) result_detail::throw_bad_access(*std::get_if<1>(&state_));
+    return value;
+  }
+
   std::variant<T, Error> state_;
 };
 

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "proto/command_line/unknown_option.h"
 #include "server/config_file.h"
 #include "server/settings.h"
 #include "server/version.h"
@@ -36,6 +37,16 @@ std::vector<std::string> split_list(const std::string& text) {
   for (std::string item; std::getline(in, item, ',');)
     if (!item.empty()) items.push_back(item);
   return items;
+}
+
+/// A list's flag may be repeated, and hold commas: both are the same.
+std::vector<std::string> split_lists(const std::vector<std::string>& texts) {
+  std::vector<std::string> items;
+  for (const std::string& text : texts) {
+    const std::vector<std::string> some = split_list(text);
+    items.insert(items.end(), some.begin(), some.end());
+  }
+  return items.empty() ? texts : items;
 }
 
 const Setting* find_setting(const std::string& name) {
@@ -145,7 +156,10 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
     std::vector<std::string> defaults = setting.get(Config{});
     help += " [" + (defaults.empty() ? "" : defaults.front()) + "]";
     app.add_option_function<std::vector<std::string>>(
-           flag, [&flags, &setting](const std::vector<std::string>& values) { flags[setting.name] = values; },
+           flag,
+           [&flags, &setting](const std::vector<std::string>& values) {
+             flags[setting.name] = setting.kind == Setting::Kind::kList ? split_lists(values) : values;
+           },
            help)
         ->expected(setting.kind == Setting::Kind::kList ? -1 : 1)
         ->allow_extra_args(false)
@@ -153,6 +167,12 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
   }
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    std::vector<std::string> names{"--help", "--version", "--config", "--print-config"};
+    for (const Setting& setting : settings()) names.push_back(std::string("--") + setting.name);
+    err << "warmfrontd: " << command_line::unknown_argument(app.remaining(), names)
+        << "; see 'warmfrontd --help'\n";
+    return kExitUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error, out, err) == 0 ? 0 : kExitUsage;
   }

@@ -81,7 +81,7 @@ Status set_duration(std::chrono::milliseconds& target, const std::string& text) 
 constexpr std::uint64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
 
 const Setting kSettings[] = {
-    {"listen", Kind::kList, "Address to listen on, HOST:PORT or unix:PATH; may be repeated",
+    {"listen", Kind::kList, "Address to listen on, HOST:PORT or unix:PATH; several with commas, or repeated",
      [](Config& c, const Values& v) -> Status {
        c.listen = v;
        return {};
@@ -116,7 +116,8 @@ const Setting kSettings[] = {
        return {};
      },
      [](const Config& c) { return Values{c.token_file}; }},
-    {"admins", Kind::kList, "Principals that administer, besides those of the token file; may be repeated",
+    {"admins", Kind::kList,
+     "Principals that administer, besides those of the token file; several with commas, or repeated",
      [](Config& c, const Values& v) -> Status {
        c.admins = v;
        return {};

@@ -19,6 +19,7 @@
 #include "client/cli/svg.h"
 #include "client/cli/trade.h"
 #include "client/io/file.h"
+#include "client/io/mesh_file.h"
 #include "client/io/query_file.h"
 #include "client/io/truth_file.h"
 
@@ -76,8 +77,8 @@ Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
 
 bool is_scene(const std::string& path) {
   std::error_code ignored;
-  return path.starts_with("builtin:") || fs::exists(fs::path(path) / "mesh.ply", ignored) ||
-         fs::exists(fs::path(path) / "t0.ply", ignored);
+  return path.starts_with("builtin:") || is_mesh_file_name(path) ||
+         fs::exists(fs::path(path) / "mesh.ply", ignored) || fs::exists(fs::path(path) / "t0.ply", ignored);
 }
 
 std::string file_name_of(const TradeRow& row) {
@@ -113,11 +114,13 @@ Result<std::optional<KnownPairs>> read_known(const std::string& path, const Inpu
   return std::optional(std::move(known).value());
 }
 
-Result<SceneTrade> measure_input(const Arguments& arguments, const std::string& path,
+Result<SceneTrade> measure_input(const Arguments& arguments, const std::vector<std::string>& paths,
                                  std::span<const TradeSetting> settings) {
-  const Result<std::unique_ptr<Input>> opened = open_input({&path, 1});
+  const std::string& path = paths.front();
+  const Result<std::unique_ptr<Input>> opened = open_input(paths);
   if (!opened) return opened.error();
   Input& input = *opened.value();
+  print_notes(input.notes());
   FrameRange range{0, input.frame_count() - 1};
   if (!arguments.frames.empty()) {
     const Result<FrameRange> parsed = parse_frame_range(arguments.frames, input.frame_count());
@@ -166,16 +169,30 @@ int accuracy(const Arguments& arguments) {
     const bool missing = settings.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(settings.error().message) : usage_error(settings.error().message);
   }
+  if (Status status = check_one_stdout({{"--json", arguments.json_file}, {"--csv", arguments.csv_file}});
+      !status)
+    return usage_error(status.error().message);
+  // Before anything that takes long.
+  const std::array<std::string, 7> words{"fast",    "certified", "exact", "float64",
+                                         "float32", "kdop18",    "aabb"};
+  if (Status status = check_paths(arguments.paths, words); !status) return failure(status.error().message);
+  const std::vector<std::vector<std::string>> groups = group_inputs(arguments.paths);
+  for (const std::vector<std::string>& group : groups) {
+    if (!is_scene(group.front())) continue;
+    if (Status status = check_input_arguments(group); !status) return usage_error(status.error().message);
+  }
   if (Status status = check_writable(std::array{arguments.json_file, arguments.csv_file}); !status)
     return failure(status.error().message);
+  const bool tables = arguments.json_file != "-" && arguments.csv_file != "-";
   std::vector<TradeRow> rows;
   bool agrees = true;
-  for (const std::string& path : arguments.paths) {
-    Result<SceneTrade> measured = is_scene(path) ? measure_input(arguments, path, settings.value())
-                                                 : measure_query_set(arguments, path, settings.value());
+  for (const std::vector<std::string>& group : groups) {
+    Result<SceneTrade> measured = is_scene(group.front())
+                                      ? measure_input(arguments, group, settings.value())
+                                      : measure_query_set(arguments, group.front(), settings.value());
     if (!measured) return failure(measured.error().message);
     const auto& [own, comparison] = measured.value();
-    if (arguments.json_file != "-") {
+    if (tables) {
       std::printf("%s%s%s", rows.empty() ? "" : "\n", format_trade_table(own).c_str(),
                   comparison ? format(*comparison).c_str() : "");
       std::fflush(stdout);
@@ -184,7 +201,7 @@ int accuracy(const Arguments& arguments) {
     rows.insert(rows.end(), own.begin(), own.end());
   }
   if (!arguments.csv_file.empty()) {
-    if (Status status = write_file(arguments.csv_file, format_trade_csv(rows)); !status)
+    if (Status status = write_text(arguments.csv_file, format_trade_csv(rows)); !status)
       return failure(status.error().message);
   }
   if (!arguments.svg_folder.empty()) {
@@ -205,28 +222,21 @@ Verb add_accuracy(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   app.add_option("PATH", a.paths,
-                 "Scenes (a folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; builtin:NAME) "
-                 "and query "
-                 "sets (a query file, or a folder with .csv files anywhere below); a table each")
+                 "Scenes (a folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; builtin:NAME; "
+                 "mesh files, which are the frames of one) and query sets (a query file, or a folder with "
+                 ".csv files anywhere below); a table each")
       ->required();
-  app.add_option("--tiers", a.tiers, "Tiers to measure")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  take_list(app.add_option("--tiers", a.tiers, "Tiers to measure"))
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
       ->capture_default_str();
-  app.add_option("--tolerances", a.tolerances, "Tolerances of the certified tier, each in (0, 1]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  take_list(app.add_option("--tolerances", a.tolerances, "Tolerances of the certified tier, each in (0, 1]"))
       ->capture_default_str();
-  app.add_option("--positions", a.positions,
-                 "Precisions in which positions are given; the truth is that of the positions as they are")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  take_list(app.add_option(
+                "--positions", a.positions,
+                "Precisions in which positions are given; the truth is that of the positions as they are"))
       ->check(CLI::IsMember({"float64", "float32"}))
       ->capture_default_str();
-  app.add_option("--bounds", a.bounds, "Scenes: bounding volumes")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  take_list(app.add_option("--bounds", a.bounds, "Scenes: bounding volumes"))
       ->check(CLI::IsMember({"aabb", "kdop18"}))
       ->capture_default_str();
   app.add_option(
@@ -245,7 +255,8 @@ Verb add_accuracy(CLI::App& app) {
   app.add_option("--threads", a.threads, "Scenes: threads; 0 for all that the machine has")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  app.add_option("--csv", a.csv_file, "Write the table as CSV")->type_name("FILE");
+  app.add_option("--csv", a.csv_file, "Write the table as CSV; - for stdout, with nothing else there")
+      ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write the table as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");
   app.add_option("--svg", a.svg_folder, "Write a plot a set into this folder: accuracy against cost")

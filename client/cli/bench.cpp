@@ -94,14 +94,24 @@ int bench(const Arguments& arguments) {
   const BenchContext context{this_machine(), this_build(), arguments.rounds};
   const Result<std::vector<BenchSetting>> settings = read_settings(arguments, context.machine.cores);
   if (!settings) return usage_error(settings.error().message);
+  if (Status status = check_one_stdout({{"--json", arguments.json_file}, {"--csv", arguments.csv_file}});
+      !status)
+    return usage_error(status.error().message);
+  const std::array<std::string, 8> words{"none", "all", "front", "cones", "bounds", "found", "leaf", "tier"};
+  if (Status status = check_paths(arguments.inputs, words); !status) return failure(status.error().message);
+  const std::vector<std::vector<std::string>> groups = group_inputs(arguments.inputs);
+  for (const std::vector<std::string>& group : groups)
+    if (Status status = check_input_arguments(group); !status) return usage_error(status.error().message);
   if (Status status = check_writable(std::array{arguments.json_file, arguments.csv_file}); !status)
     return failure(status.error().message);
-  const bool tables = arguments.json_file != "-";
+  const bool tables = arguments.json_file != "-" && arguments.csv_file != "-";
   if (tables) std::printf("%s", format_bench_context(context).c_str());
   std::vector<BenchReport> reports;
-  for (const std::string& path : arguments.inputs) {
-    const Result<std::unique_ptr<Input>> input = open_input({&path, 1});
+  for (const std::vector<std::string>& group : groups) {
+    const std::string& path = group.front();
+    const Result<std::unique_ptr<Input>> input = open_input(group);
     if (!input) return failure(input.error().message);
+    print_notes(input.value()->notes());
     const Result<FrameRange> range = read_range(arguments, *input.value());
     if (!range) return usage_error(range.error().message);
     std::optional<Progress> bar;
@@ -120,7 +130,7 @@ int bench(const Arguments& arguments) {
     reports.push_back(std::move(measured).value());
   }
   if (!arguments.csv_file.empty()) {
-    if (Status status = write_file(arguments.csv_file, format_bench_csv(context, reports)); !status)
+    if (Status status = write_text(arguments.csv_file, format_bench_csv(context, reports)); !status)
       return failure(status.error().message);
   }
   if (!arguments.json_file.empty()) {
@@ -148,7 +158,8 @@ Verb add_bench(CLI::App& app) {
   Arguments& a = *arguments;
   app.add_option("INPUT", a.inputs,
                  "Scenes: a folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; or "
-                 "builtin:NAME[?triangles=N&frames=N]; measured one after the other")
+                 "builtin:NAME[?triangles=N&frames=N]; measured one after the other. Mesh files of one "
+                 "topology are the frames of one scene")
       ->required();
   app.add_option("--tier", a.tier, "Default tier")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
@@ -160,17 +171,15 @@ Verb add_bench(CLI::App& app) {
   app.add_option("--report", a.report, "All contacts, or those at the earliest time only")
       ->check(CLI::IsMember({"all", "earliest"}))
       ->capture_default_str();
-  app.add_option("--threads-list", a.threads,
-                 "Numbers of threads to measure the default setting on; ablations run on the first. Default: "
-                 "1, 2, 4, ... and all that the machine has")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  take_list(app.add_option(
+                "--threads-list", a.threads,
+                "Numbers of threads to measure the default setting on; ablations run on the first. Default: "
+                "1, 2, 4, ... and all that the machine has"))
       ->check(CLI::Range(1, 1024));
-  app.add_option("--ablations", a.ablations,
-                 "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, found "
-                 "(what the collider finds for itself), leaf (size), tier")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  take_list(app.add_option(
+                "--ablations", a.ablations,
+                "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, found "
+                "(what the collider finds for itself), leaf (size), tier"))
       ->check(CLI::IsMember({"none", "all", "front", "cones", "bounds", "found", "leaf", "tier"}))
       ->capture_default_str();
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
@@ -182,7 +191,8 @@ Verb add_bench(CLI::App& app) {
                  "Run everything so many times, in turn; times are medians of the rounds' means")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
-  app.add_option("--csv", a.csv_file, "Write the measurements as CSV")->type_name("FILE");
+  app.add_option("--csv", a.csv_file, "Write the measurements as CSV; - for stdout, with nothing else there")
+      ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write them as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");
   app.add_option("--svg", a.svg_folder, "Write a plot an input into this folder: stage times of each setting")

@@ -93,7 +93,17 @@ Status check_usage(Arguments& arguments) {
     return invalid_argument("--explain needs --report all: it compares the contacts");
   if (arguments.threads != 0 && !arguments.server.empty() && !arguments.options.explain)
     return invalid_argument("--threads is of this process; with --server the daemon's --threads counts");
+  if (Status status = check_one_stdout({{"--json", arguments.json_file},
+                                        {"--contacts", arguments.files.contacts},
+                                        {"--html", arguments.files.html}});
+      !status)
+    return status;
   return DetectOutputs::check(arguments.files, arguments.options);
+}
+
+/// Whether stdout carries one of the outputs, and so nothing else.
+bool takes_stdout(const Arguments& arguments) {
+  return arguments.json_file == "-" || arguments.files.contacts == "-" || arguments.files.html == "-";
 }
 
 void print_header() {
@@ -139,7 +149,7 @@ std::span<const double> widen(const Positions& positions, std::vector<double>& w
 Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& frames, Stepper& stepper,
                     Explanation* explanation, DetectOutputs& outputs, DetectReport& report) {
   const bool with_contacts = arguments.options.report != Report::kCount;
-  const bool table = arguments.json_file.empty();
+  const bool table = arguments.json_file.empty() && !takes_stdout(arguments);
   ContactHash hash;
   std::vector<double> wide;
   Progress progress("step", steps.step_count());
@@ -205,6 +215,7 @@ int detect(Arguments arguments) {
   Result<std::unique_ptr<Input>> opened = open_input(arguments.inputs);
   if (!opened) return failure(opened.error().message);
   Input& input = *opened.value();
+  print_notes(input.notes());
 
   FrameRange range{0, input.frame_count() - 1};
   if (!arguments.frames.empty()) {
@@ -261,7 +272,7 @@ int detect(Arguments arguments) {
     if (Status status = write_text(arguments.json_file, format_json(report)); !status)
       return failure(status.error().message);
   }
-  if (arguments.json_file != "-") {
+  if (!takes_stdout(arguments)) {
     print_summary(report);
     if (arguments.send == "poses")
       std::printf("poses put no vertex farther than %.3g from where the input has it\n", frames.residual());
@@ -294,7 +305,9 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--min-separation", a.options.min_separation,
                  "Report what comes within this distance, in the scene's unit")
       ->capture_default_str();
-  app.add_option("--report", a.report, "All contacts, those at the earliest time only, or how many")
+  app.add_option("--report", a.report,
+                 "All contacts, those at the earliest time only, or how many. With --min-separation, what is "
+                 "nearer than that at a step's start is at time 0, and earliest tells nothing else")
       ->check(CLI::IsMember({"all", "earliest", "count"}))
       ->capture_default_str();
   app.add_option("--front", a.front, "What is kept of the traversal between steps; the contacts are the same")
@@ -342,10 +355,11 @@ Verb add_detect(CLI::App& app) {
                  "Look for a plane between small bodies that are near each other; the contacts are the same")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
-  app.add_option(
-         "--fields", a.fields,
-         "What else --contacts writes of a contact: weights (barycentric coordinates), normal, points")
-      ->delimiter(',')
+  take_list(app.add_option(
+                "--fields", a.fields,
+                "What else --contacts writes of a contact: weights (barycentric coordinates), normal (of the "
+                "face, or of both edges: not the direction between the closest points), points (the closest "
+                "ones)"))
       ->check(CLI::IsMember({"weights", "normal", "points"}));
   app.add_flag(
       "--explain", a.options.explain,
@@ -353,8 +367,10 @@ Verb add_detect(CLI::App& app) {
       "model saves");
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
-  app.add_option("--contacts", a.files.contacts,
-                 "Write the contacts: .csv, .jsonl, or .vtp (a file a frame, and a .pvd that lists them)")
+  app.add_option(
+         "--contacts", a.files.contacts,
+         "Write the contacts: .csv, .jsonl, or .vtp (a file a frame, and a .pvd that lists them); - for "
+         "stdout, as CSV with nothing else there")
       ->type_name("FILE");
   app.add_option("--meshes", a.files.meshes,
                  "Write the meshes for ParaView: .vtp (a file a frame, each vertex with its least time of "

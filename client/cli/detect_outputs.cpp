@@ -17,7 +17,8 @@ Status DetectOutputs::check(const OutputFiles& files, const ColliderOptions& opt
     return {};
   }
   if (!is_contact_file_name(files.contacts))
-    return invalid_argument("--contacts " + files.contacts + ": the name must end in .csv, .jsonl or .vtp");
+    return invalid_argument("--contacts " + files.contacts +
+                            ": the name must end in .csv, .jsonl or .vtp, or be - for CSV on stdout");
   if (options.report == Report::kCount)
     return invalid_argument("--contacts needs --report all or earliest: count gives no list");
   return {};

@@ -86,6 +86,10 @@ Result<RecordedScene> open_scene(const Arguments& a) {
 
 Result<Series> read(Arguments& a) {
   if (Status status = check_input_arguments(a.scene); !status) return status.error();
+  if (Status status =
+          check_one_stdout({{"--json", a.json_file}, {"--csv", a.csv_file}, {"--html", a.html_file}});
+      !status)
+    return status.error();
   if (Result<ColliderOptions> options = options_with(a, {}); !options) return options.error();
   const Result<SendMode> send = parse_send_mode(a.send);
   if (!send) return send.error();
@@ -199,6 +203,7 @@ int load_verb(Arguments a) {
   Result<RecordedScene> opened = open_scene(a);
   if (!opened) return failure(opened.error().message);
   const std::unique_ptr<Input>& input = opened.value().input;
+  print_notes(input->notes());
   for (Plan& plan : series.value().plans) plan.options = opened.value().options;
   Result<SceneDescription> scene = with_bodies(input->scene(), parse_bodies_mode(a.bodies).value());
   if (!scene) return failure(scene.error().message);
@@ -242,9 +247,10 @@ Verb add_load(CLI::App& app) {
   Arguments& a = *arguments;
   add_server_options(app, a.plan.server, a.plan.security, "Daemon to stream to (HOST:PORT or unix:PATH)",
                      true);
-  app.add_option(
-         "--scene", a.scene,
-         "What each session streams, forth and back: as the INPUT of 'detect', or a recording (.wfrec)")
+  take_list(
+      app.add_option(
+          "--scene", a.scene,
+          "What each session streams, forth and back: as the INPUT of 'detect', or a recording (.wfrec)"))
       ->capture_default_str();
   app.add_option("--sessions", a.sessions, "How many at once: N, or a sweep, 1:64:x2 or 8:64:+8")
       ->capture_default_str();
@@ -267,10 +273,10 @@ Verb add_load(CLI::App& app) {
   time("--duration", a.plan.duration, "Time that is measured, of each load: 500ms, 60s, 5m", true);
   time("--warmup", a.plan.warmup, "Time before it, in full load and not measured", false);
   time("--ramp", a.plan.ramp, "Time before that, in which the load grows evenly from nothing", false);
-  app.add_option("--limit", a.limits,
-                 "What must hold, or the exit code is 1; may be repeated: p99=20ms, errors=0, "
-                 "frames-per-second=500. Names: " +
-                     limit_names())
+  take_list(app.add_option("--limit", a.limits,
+                           "What must hold, or the exit code is 1: p99=20ms,errors=0,frames-per-second=500. "
+                           "Names: " +
+                               limit_names()))
       ->type_name("NAME=VALUE");
   app.add_option("--knee", a.knee,
                  "Look for the highest rate that keeps this limit, a load of --duration for each rate tried, "

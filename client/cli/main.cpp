@@ -21,6 +21,7 @@
 #include "client/cli/replay.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
+#include "proto/command_line/unknown_option.h"
 
 namespace {
 
@@ -31,6 +32,18 @@ std::string help_command(const CLI::App& app) {
   std::string command = "warmfront";
   for (const CLI::App* verb : app.get_subcommands()) command += " " + verb->get_name();
   return command + " --help";
+}
+
+/// The long names of all options that could have stood there.
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  const CLI::App* verb = &app;
+  for (;;) {
+    for (const CLI::Option* option : verb->get_options())
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    if (verb->get_subcommands().empty()) return names;
+    verb = verb->get_subcommands().front();
+  }
 }
 
 int run(int argc, char** argv) {
@@ -59,14 +72,20 @@ int run(int argc, char** argv) {
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
 
-  const auto is_verb = [&](const std::string& name) {
-    return std::ranges::any_of(verbs, [&](const auto& verb) { return verb.first->get_name() == name; });
-  };
-  if (argc > 1 && argv[1][0] != '-' && !is_verb(argv[1]))
-    return warmfront::client::usage_error("there is no verb '" + std::string(argv[1]) +
-                                          "'; see 'warmfront --help'");
+  std::vector<std::string> verb_names;
+  for (const auto& [verb, work] : verbs) verb_names.push_back(verb->get_name());
+  if (argc > 1 && argv[1][0] != '-' && std::ranges::find(verb_names, argv[1]) == verb_names.end()) {
+    const std::string_view meant = warmfront::command_line::nearest(argv[1], verb_names);
+    return warmfront::client::usage_error(
+        "there is no verb '" + std::string(argv[1]) + "'" +
+        (meant.empty() ? "" : "; the nearest is '" + std::string(meant) + "'") + "; see 'warmfront --help'");
+  }
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    return warmfront::client::usage_error(
+        warmfront::command_line::unknown_argument(app.remaining(true), option_names(app)) + "; see '" +
+        help_command(app) + "'");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help and --version
       app.exit(error);

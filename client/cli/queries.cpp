@@ -124,6 +124,10 @@ int queries(Arguments arguments) {
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(status.error().message) : usage_error(status.error().message);
   }
+  if (Status status =
+          check_one_stdout({{"--json", arguments.json_file}, {"--per-query", arguments.per_query_file}});
+      !status)
+    return usage_error(status.error().message);
   std::optional<ContactKind> kind;
   if (!arguments.type.empty())
     kind = arguments.type == "vf" ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
@@ -134,7 +138,7 @@ int queries(Arguments arguments) {
   std::string csv = "file,index,type,truth,answer,toi\n";
   run_all(arguments, files.value(), kinds, arguments.per_query_file.empty() ? nullptr : &csv);
   if (!arguments.per_query_file.empty()) {
-    if (Status status = write_file(arguments.per_query_file, csv); !status)
+    if (Status status = write_text(arguments.per_query_file, csv); !status)
       return failure(status.error().message);
   }
   if (!arguments.json_file.empty()) {
@@ -142,7 +146,7 @@ int queries(Arguments arguments) {
     if (Status status = write_text(arguments.json_file, json.dump(1) + "\n"); !status)
       return failure(status.error().message);
   }
-  if (arguments.json_file != "-") print_table(kinds);
+  if (arguments.json_file != "-" && arguments.per_query_file != "-") print_table(kinds);
   if (const int code = finish_output(); code != kExitOk) return code;
   return exit_code(arguments, kinds);
 }
@@ -179,7 +183,7 @@ Verb add_queries(CLI::App& app) {
   app.add_option(
          "--per-query", a.per_query_file,
          "Write a line a query as CSV: file,index,type,truth,answer,toi (index from 0; toi empty without a "
-         "contact)")
+         "contact); - for stdout, with nothing else there")
       ->type_name("FILE");
   app.footer(
       "Exit codes: 0 ok, 1 a false negative (tiers certified and exact) or a false positive (exact), 2 "

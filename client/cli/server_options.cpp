@@ -3,30 +3,11 @@
 #include "client/cli/server_options.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <string>
 
+#include "client/lib/address.h"
+
 namespace warmfront::client {
-namespace {
-
-constexpr const char* kAddressExpected =
-    "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535]";
-
-/// Whether it has the form of one: gRPC takes what has no port for a web server's.
-bool is_server_address(const std::string& text) {
-  if (text.starts_with("unix:")) return text.size() > 5;
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return false;
-  const std::string host = text.substr(0, colon);
-  if (host.find(':') != std::string::npos && !(host.starts_with('[') && host.ends_with(']'))) return false;
-  int port = 0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data() + colon + 1, last, port);
-  return error == std::errc() && end == last && port >= 1 && port <= 65535;
-}
-
-}  // namespace
-
 void add_server_options(CLI::App& app, std::string& address, ClientSecurity& security,
                         const std::string& server_help, bool required) {
   CLI::Option* server = app.add_option("--server", address, server_help)->required(required);

@@ -3,13 +3,18 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/result.h"
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace warmfront::client {
 
@@ -20,6 +25,9 @@ using Verb = std::function<int()>;
 int failure(const std::string& message);
 int usage_error(const std::string& message);
 
+/// Says what of an input is left out, a line each on stderr.
+void print_notes(std::span<const std::string> notes);
+
 /// Flushes stdout; kExitFailed, with a message, when something printed could not be written (a full disk).
 int finish_output();
 
@@ -28,5 +36,19 @@ std::string short_name(const std::string& path);
 
 /// Writes `text` to the file, or to stdout for "-".
 Status write_text(const std::string& path, const std::string& text);
+
+/// The one form of options that take a list, in every verb: `--x a,b`, or `--x a --x b`, or both mixed. A
+/// word after a space is not taken: it may be an INPUT.
+CLI::Option* take_list(CLI::Option* option);
+
+/// Fails when two of the files, by the names of their options, are stdout ("-").
+Status check_one_stdout(std::initializer_list<std::pair<const char*, std::string>> files);
+
+/// Inputs measured one after the other: mesh files are the frames of one, every other path is one by itself.
+std::vector<std::vector<std::string>> group_inputs(std::span<const std::string> paths);
+
+/// Fails for the first path that is not there. `words` are those that options with lists take: where the path
+/// is one of them, the message says how a list is given. builtin:NAME passes.
+Status check_paths(std::span<const std::string> paths, std::span<const std::string> words);
 
 }  // namespace warmfront::client

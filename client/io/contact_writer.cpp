@@ -11,7 +11,7 @@ namespace {
 using Opener = Result<std::unique_ptr<ContactWriter>> (*)(const std::string&, const ContactFields&);
 
 Opener opener_for(std::string_view path) {
-  if (path.ends_with(".csv")) return open_csv_contact_writer;
+  if (path.ends_with(".csv") || path == "-") return open_csv_contact_writer;
   if (path.ends_with(".jsonl")) return open_jsonl_contact_writer;
   if (path.ends_with(".vtp")) return open_vtp_contact_writer;
   return nullptr;
@@ -51,7 +51,8 @@ bool is_contact_file_name(std::string_view path) {
 Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
                                                            const ContactFields& fields) {
   const Opener open = opener_for(path);
-  if (!open) return invalid_argument(path + ": contacts are written as .csv, .jsonl or .vtp");
+  if (!open)
+    return invalid_argument(path + ": contacts are written as .csv, .jsonl or .vtp, or to stdout (-) as CSV");
   return open(path, fields);
 }
 

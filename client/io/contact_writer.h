@@ -37,18 +37,18 @@ std::string_view to_string(ContactStatus status);
 /// Appends `value` with 17 significant digits, which read back as the same double.
 void append_round_trip(std::string& out, double value);
 
-/// Whether the name ends in .csv, .jsonl or .vtp.
+/// Whether the name ends in .csv, .jsonl or .vtp, or is "-".
 bool is_contact_file_name(std::string_view path);
 
 /// A writer by the extension of `path`, of contacts with the fields asked for:
-/// - .csv: `frame,type,v0,v1,v2,v3,toi`, a line a contact; then `w0,w1,w2,w3` (weights), `nx,ny,nz` (normal),
-///   `ax,ay,az,bx,by,bz` (points);
+/// - .csv, or "-" for the same on stdout: `frame,type,v0,v1,v2,v3,toi,status`, a line a contact; then
+///   `w0,w1,w2,w3` (weights), `nx,ny,nz` (normal), `ax,ay,az,bx,by,bz` (points);
 /// - .jsonl: `{"frame":1,"type":"vf","v0":0,"v1":1,"v2":2,"v3":3,"toi":0.5,"status":"hit"}`, a line a
 /// contact; then `"weights":[..]`, `"normal":[..]`, `"points":[[..],[..]]`;
 /// - .vtp: NAME_000001.vtp, ... one VTK PolyData file a frame, and NAME.pvd, which lists them: each contact
 /// is a point at
-///   the mean of its four vertices at the time of impact, with arrays toi, kind, status and frame, weights,
-///   normal, and point_a and point_b.
+///   the mean of its four vertices at the time of impact, with arrays toi, kind, status, frame and vertices
+///   (its four, as v0 to v3), weights, normal, and point_a and point_b.
 Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
                                                            const ContactFields& fields = {});
 

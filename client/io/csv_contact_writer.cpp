@@ -9,7 +9,7 @@ namespace {
 class CsvContactWriter final : public ContactWriter {
  public:
   CsvContactWriter(OutputFile file, const ContactFields& fields) : file_(std::move(file)), fields_(fields) {
-    std::string header = "frame,type,v0,v1,v2,v3,toi";
+    std::string header = "frame,type,v0,v1,v2,v3,toi,status";
     if (fields.weights) header += ",w0,w1,w2,w3";
     if (fields.normal) header += ",nx,ny,nz";
     if (fields.points) header += ",ax,ay,az,bx,by,bz";
@@ -28,6 +28,7 @@ class CsvContactWriter final : public ContactWriter {
       for (const std::uint32_t v : contact.vertices) lines.append(",").append(std::to_string(v));
       lines += ',';
       append_round_trip(lines, contact.toi);
+      lines.append(",").append(to_string(contact.status));
       if (fields_.weights) append_all(geometry[i].weights);
       if (fields_.normal) append_all(geometry[i].normal);
       if (fields_.points) append_all(geometry[i].points);

@@ -61,7 +61,8 @@ Status check_writable(std::span<const std::string> paths) {
 }
 
 Result<OutputFile> OutputFile::create(const std::string& path) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  // A descriptor of its own: closing the file leaves stdout as it is.
+  std::FILE* file = path == "-" ? fdopen(dup(STDOUT_FILENO), "wb") : std::fopen(path.c_str(), "wb");
   if (!file) return file_error(path, "cannot write", errno);
   std::setvbuf(file, nullptr, _IOFBF, std::size_t{1} << 18);
   return OutputFile(path, file);

@@ -19,7 +19,7 @@ Result<std::string> read_file(const std::string& path);
 /// A file being written. Errors are kept until close(), so that a writer need not look after each piece.
 class OutputFile {
  public:
-  /// Creates or truncates `path`.
+  /// Creates or truncates `path`; "-" is stdout.
   static Result<OutputFile> create(const std::string& path);
 
   void write(std::string_view bytes);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "client/io/mesh.h"
 #include "engine/result.h"
@@ -21,6 +22,8 @@ class Input {
   const std::string& name() const { return name_; }
   /// Faces, vertex count, and the bodies where the source tells them.
   const SceneDescription& scene() const { return scene_; }
+  /// What of the source is not part of the scene, or only in part, a sentence each, for people.
+  const std::vector<std::string>& notes() const { return notes_; }
   /// At least two.
   std::uint32_t frame_count() const { return frame_count_; }
 
@@ -30,12 +33,17 @@ class Input {
   virtual Status read_frame(std::uint32_t index, PositionBuffer& positions) = 0;
 
  protected:
-  Input(std::string name, SceneDescription scene, std::uint32_t frame_count)
-      : name_(std::move(name)), scene_(std::move(scene)), frame_count_(frame_count) {}
+  Input(std::string name, SceneDescription scene, std::uint32_t frame_count,
+        std::vector<std::string> notes = {})
+      : name_(std::move(name)),
+        scene_(std::move(scene)),
+        notes_(std::move(notes)),
+        frame_count_(frame_count) {}
 
  private:
   std::string name_;
   SceneDescription scene_;
+  std::vector<std::string> notes_;
   std::uint32_t frame_count_;
 };
 

@@ -31,8 +31,9 @@ bool is_there(const fs::path& path) {
 /// A mesh and its point cache.
 class CacheInput final : public Input {
  public:
-  CacheInput(std::string name, SceneDescription scene, Pc2Reader cache)
-      : Input(std::move(name), std::move(scene), cache.header().sample_count), cache_(std::move(cache)) {}
+  CacheInput(std::string name, SceneDescription scene, Pc2Reader cache, std::vector<std::string> notes)
+      : Input(std::move(name), std::move(scene), cache.header().sample_count, std::move(notes)),
+        cache_(std::move(cache)) {}
 
   Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
     if (positions.index() != 0) positions.emplace<0>();
@@ -43,31 +44,36 @@ class CacheInput final : public Input {
   Pc2Reader cache_;
 };
 
-/// The first thing in which a frame's mesh is not the scene's.
-std::optional<std::string> difference(const SceneDescription& scene, const Mesh& mesh) {
+using Faces = std::vector<std::array<std::int32_t, 3>>;
+
+/// The first thing in which a frame's mesh is not the scene's, whose file listed `listed`.
+std::optional<std::string> difference(const SceneDescription& scene, const Faces& listed, const Mesh& mesh) {
   const std::size_t vertices = vertex_count(mesh.positions);
   if (vertices != scene.vertex_count)
     return std::to_string(vertices) + " vertices, not " + std::to_string(scene.vertex_count);
-  if (mesh.faces.size() != scene.faces.size())
-    return std::to_string(mesh.faces.size()) + " triangles, not " + std::to_string(scene.faces.size());
+  if (mesh.faces.size() != listed.size())
+    return std::to_string(mesh.faces.size()) + " triangles, not " + std::to_string(listed.size());
+  // One frame may list polygons, and another the triangles that they are cut into.
+  if (mesh.polygons.empty() && mesh.faces == scene.faces) return std::nullopt;
   const auto text = [](const std::array<std::int32_t, 3>& f) {
     std::string corners;
     for (const std::int32_t v : f) corners.append(corners.empty() ? "(" : ", ").append(std::to_string(v));
     return corners.append(")");
   };
   for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-    if (mesh.faces[i] != scene.faces[i])
-      return "triangle " + std::to_string(i) + " is " + text(mesh.faces[i]) + ", not " + text(scene.faces[i]);
+    if (mesh.faces[i] != listed[i])
+      return "triangle " + std::to_string(i) + " is " + text(mesh.faces[i]) + ", not " + text(listed[i]);
   return std::nullopt;
 }
 
 /// A mesh file a frame.
 class MeshFilesInput final : public Input {
  public:
-  MeshFilesInput(std::string name, SceneDescription scene, std::vector<std::string> paths,
-                 PositionBuffer first)
-      : Input(std::move(name), std::move(scene), static_cast<std::uint32_t>(paths.size())),
+  MeshFilesInput(std::string name, SceneDescription scene, std::vector<std::string> paths, Faces listed,
+                 PositionBuffer first, std::vector<std::string> notes)
+      : Input(std::move(name), std::move(scene), static_cast<std::uint32_t>(paths.size()), std::move(notes)),
         paths_(std::move(paths)),
+        listed_(std::move(listed)),
         first_(std::move(first)) {}
 
   Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
@@ -76,9 +82,9 @@ class MeshFilesInput final : public Input {
       positions = first_;
       return {};
     }
-    Result<Mesh> mesh = read_mesh(paths_[index]);
+    Result<Mesh> mesh = read_listed_mesh(paths_[index]);
     if (!mesh) return mesh.error();
-    if (const auto what = difference(scene(), mesh.value()))
+    if (const auto what = difference(scene(), listed_.empty() ? scene().faces : listed_, mesh.value()))
       return invalid_argument(paths_[index] + ": another topology than " + paths_[0] + ": " + *what);
     positions = std::move(mesh.value().positions);
     return {};
@@ -86,6 +92,8 @@ class MeshFilesInput final : public Input {
 
  private:
   std::vector<std::string> paths_;
+  // As the first file lists them, where it has polygons: how they are cut depends on where they lie in it.
+  Faces listed_;
   PositionBuffer first_;
 };
 
@@ -96,6 +104,7 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
   if (!mesh) return mesh.error();
   Result<Pc2Reader> cache = Pc2Reader::open(cache_path);
   if (!cache) return cache.error();
+  std::vector<std::string> notes = notes_on(mesh.value(), mesh_path);
   SceneDescription scene = describe(mesh.value());
   const Pc2Header& header = cache.value().header();
   if (header.point_count != scene.vertex_count)
@@ -112,8 +121,8 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
     scene.bodies = std::move(info.value().bodies);
     scene.excluded_pairs = std::move(info.value().excluded_pairs);
   }
-  return std::unique_ptr<Input>(
-      std::make_unique<CacheInput>(folder.string(), std::move(scene), std::move(cache).value()));
+  return std::unique_ptr<Input>(std::make_unique<CacheInput>(folder.string(), std::move(scene),
+                                                             std::move(cache).value(), std::move(notes)));
 }
 
 }  // namespace
@@ -138,12 +147,16 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name) {
 
 Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths) {
   if (paths.size() < 2) return invalid_argument("a step needs two mesh files or more");
-  Result<Mesh> first = read_mesh(paths[0]);
+  Result<Mesh> first = read_listed_mesh(paths[0]);
   if (!first) return first.error();
+  Faces listed;
+  if (!first.value().polygons.empty()) listed = first.value().faces;
+  if (const Status status = make_scene_mesh(first.value(), paths[0]); !status) return status.error();
+  std::vector<std::string> notes = notes_on(first.value(), paths[0]);
   SceneDescription scene = describe(first.value());
   return std::unique_ptr<Input>(std::make_unique<MeshFilesInput>(
-      paths[0], std::move(scene), std::vector<std::string>(paths.begin(), paths.end()),
-      std::move(first.value().positions)));
+      paths[0], std::move(scene), std::vector<std::string>(paths.begin(), paths.end()), std::move(listed),
+      std::move(first.value().positions), std::move(notes)));
 }
 
 }  // namespace warmfront::client

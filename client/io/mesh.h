@@ -32,16 +32,30 @@ inline double coordinate(const Positions& positions, std::size_t index) {
   return std::visit([index](const auto& values) { return static_cast<double>(values[index]); }, positions);
 }
 
+/// A face of more than three corners, as a file lists it: corners - 2 of a mesh's faces, from first_face on.
+struct Polygon {
+  std::size_t first_face = 0;
+  std::size_t corners = 0;
+  std::size_t line = 0;    ///< where it stands in the file; 0 in a binary one
+  std::size_t number = 0;  ///< of the file's faces, from 0
+};
+
 struct Mesh {
   PositionBuffer positions;
   /// (m, 3) vertex indices, each in [0, vertex_count(positions)).
   std::vector<std::array<std::int32_t, 3>> faces;
+  /// As parsed these are fans, which a concave polygon's reaches beyond: see triangulate.h.
+  std::vector<Polygon> polygons = {};
+  /// Edges that the file lists beside its faces (OBJ l, PLY edge): not modelled, so left out.
+  std::size_t lone_edges = 0;
 };
 
-/// Appends the fan (p0 p1 p2), (p0 p2 p3), ... of a polygon with at least three corners.
-inline void append_fan(std::span<const std::int32_t> polygon,
-                       std::vector<std::array<std::int32_t, 3>>& faces) {
-  for (std::size_t i = 2; i < polygon.size(); ++i) faces.push_back({polygon[0], polygon[i - 1], polygon[i]});
+/// Appends the fan (p0 p1 p2), (p0 p2 p3), ... of a file's face with at least three corners.
+inline void append_face(std::span<const std::int32_t> corners, std::size_t line, std::size_t number,
+                        Mesh& mesh) {
+  if (corners.size() > 3) mesh.polygons.push_back({mesh.faces.size(), corners.size(), line, number});
+  for (std::size_t i = 2; i < corners.size(); ++i)
+    mesh.faces.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
 }  // namespace warmfront::client

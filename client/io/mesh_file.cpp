@@ -2,10 +2,13 @@
 // Mesh files by extension: see mesh_file.h.
 #include "client/io/mesh_file.h"
 
+#include <algorithm>
+
 #include "client/io/file.h"
 #include "client/io/obj.h"
 #include "client/io/ply.h"
 #include "client/io/stl.h"
+#include "client/io/triangulate.h"
 
 namespace warmfront::client {
 namespace {
@@ -29,7 +32,7 @@ bool is_mesh_file_name(std::string_view path) {
   return parser_for(path) != nullptr;
 }
 
-Result<Mesh> read_mesh(const std::string& path) {
+Result<Mesh> read_listed_mesh(const std::string& path) {
   const Parser parse = parser_for(path);
   if (!parse) return invalid_argument(path + ": not a mesh file by its name: .ply, .obj and .stl are read");
   const Result<std::string> bytes = read_file(path);
@@ -39,6 +42,36 @@ Result<Mesh> read_mesh(const std::string& path) {
   if (mesh && vertex_count(mesh.value().positions) == 0)
     return invalid_argument(path + ": no vertex is in it; a mesh with one or more is expected");
   return mesh;
+}
+
+Status make_scene_mesh(Mesh& mesh, const std::string& path) {
+  if (mesh.faces.empty())
+    return Error{ErrorCode::kUnimplemented,
+                 path + ": " + std::to_string(vertex_count(mesh.positions)) +
+                     " vertices and no face; points and edges alone are not modelled yet: give triangles"};
+  return triangulate(mesh, path);
+}
+
+Result<Mesh> read_mesh(const std::string& path) {
+  Result<Mesh> mesh = read_listed_mesh(path);
+  if (!mesh) return mesh;
+  if (const Status status = make_scene_mesh(mesh.value(), path); !status) return status.error();
+  return mesh;
+}
+
+std::vector<std::string> notes_on(const Mesh& mesh, const std::string& path) {
+  std::vector<std::string> notes;
+  std::vector<bool> in_face(vertex_count(mesh.positions));
+  for (const auto& face : mesh.faces)
+    for (const std::int32_t v : face) in_face[static_cast<std::size_t>(v)] = true;
+  if (const auto alone = std::ranges::count(in_face, false); alone > 0)
+    notes.push_back(path + ": vertices in no face: " + std::to_string(alone) + " of " +
+                    std::to_string(in_face.size()) +
+                    "; they are tested as points against faces, and against nothing else");
+  if (mesh.lone_edges > 0)
+    notes.push_back(path + ": edges of no face: " + std::to_string(mesh.lone_edges) +
+                    "; they are left out, as they are not modelled yet");
+  return notes;
 }
 
 }  // namespace warmfront::client

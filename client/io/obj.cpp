@@ -36,6 +36,7 @@ class ObjParser {
       Problem problem;
       if (keyword == "v") problem = vertex(line);
       if (keyword == "f") problem = face(line);
+      if (keyword == "l") lone_edges(line);
       if (problem) return error_at_line(file_, lines_.line_number(), *problem);
     }
     // Faces may come before their vertices, so that only now is it known which indices exist.
@@ -44,7 +45,8 @@ class ObjParser {
       return error_at_line(file_, largest_index_line_,
                            "vertex index " + std::to_string(largest_index_) + ", but the file has " +
                                std::to_string(count) + " vertices");
-    return Mesh{std::move(positions_), std::move(faces_)};
+    mesh_.positions = std::move(positions_);
+    return std::move(mesh_);
   }
 
  private:
@@ -82,14 +84,22 @@ class ObjParser {
     }
     if (polygon_.size() < 3)
       return "a face needs three vertices, this one has " + std::to_string(polygon_.size());
-    append_fan(polygon_, faces_);
+    append_face(polygon_, lines_.line_number(), faces_++, mesh_);
     return std::nullopt;
+  }
+
+  void lone_edges(std::string_view rest) {
+    std::size_t corners = 0;
+    for (std::string_view word = next_word(rest); !word.empty() && word[0] != '#'; word = next_word(rest))
+      ++corners;
+    if (corners > 1) mesh_.lone_edges += corners - 1;
   }
 
   LineScanner lines_;
   std::string_view file_;
   std::vector<double> positions_;
-  std::vector<std::array<std::int32_t, 3>> faces_;
+  Mesh mesh_;
+  std::size_t faces_ = 0;  // of the file
   std::vector<std::int32_t> polygon_;
   std::size_t largest_index_ = 0;
   std::size_t largest_index_line_ = 0;

@@ -61,6 +61,7 @@ class BinarySource {
     return true;
   }
 
+  std::size_t line() const { return 0; }
   std::string problem() const { return "the file ends here"; }
   Error error(const std::string& what) const { return error_at_byte(file_, offset_, what); }
 
@@ -108,6 +109,7 @@ class AsciiSource {
     return word.empty();
   }
 
+  std::size_t line() const { return header_lines_ + lines_.line_number(); }
   const std::string& problem() const { return problem_; }
   Error error(const std::string& what) const {
     return error_at_line(file_, header_lines_ + lines_.line_number(), what);
@@ -221,8 +223,7 @@ Status read_vertices(Source& source, const PlyHeader& header, const PlyElement& 
 
 template <class Source>
 Status read_faces(Source& source, const PlyHeader& header, const PlyElement& element,
-                  std::uint64_t vertex_count, std::vector<std::array<std::int32_t, 3>>& faces,
-                  std::string_view file) {
+                  std::uint64_t vertex_count, Mesh& mesh, std::string_view file) {
   const auto indices =
       std::find_if(element.properties.begin(), element.properties.end(), [](const PlyProperty& p) {
         return p.length_type && (p.name == "vertex_indices" || p.name == "vertex_index");
@@ -230,7 +231,7 @@ Status read_faces(Source& source, const PlyHeader& header, const PlyElement& ele
   if (element.count > 0 && indices == element.properties.end())
     return invalid_argument(std::string(file) + ": element 'face' has no list 'vertex_indices'");
   std::vector<std::int32_t> polygon;
-  return for_each_entry(source, header, element, [&](std::uint64_t, std::size_t p, Problem& problem) {
+  return for_each_entry(source, header, element, [&](std::uint64_t entry, std::size_t p, Problem& problem) {
     const PlyProperty& property = element.properties[p];
     if (&property != &*indices) return skip(source, property, problem);
     const std::optional<std::uint64_t> length = read_length(source, *property.length_type, problem);
@@ -250,7 +251,7 @@ Status read_faces(Source& source, const PlyHeader& header, const PlyElement& ele
       problem = "it has " + std::to_string(polygon.size()) + " vertices; a face needs three";
       return false;
     }
-    append_fan(polygon, faces);
+    append_face(polygon, source.line(), entry, mesh);
     return true;
   });
 }
@@ -277,8 +278,9 @@ Result<Mesh> read_body(Source source, const PlyHeader& header, std::string_view 
           [&](auto& positions) { return read_vertices(source, header, element, axes.value(), positions); },
           mesh.positions);
     } else if (element.name == "face") {
-      status = read_faces(source, header, element, vertices->count, mesh.faces, file);
+      status = read_faces(source, header, element, vertices->count, mesh, file);
     } else {
+      if (element.name == "edge") mesh.lone_edges = element.count;
       status = for_each_entry(source, header, element, [&](std::uint64_t, std::size_t p, Problem& problem) {
         return skip(source, element.properties[p], problem);
       });

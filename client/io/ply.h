@@ -11,7 +11,8 @@
 namespace warmfront::client {
 
 /// Reads a PLY file: ASCII or binary of either byte order, any scalar type for coordinates, list lengths and
-/// indices. Vertices keep their order; polygons become fans; other elements and properties are skipped.
+/// indices. Vertices keep their order; polygons become fans, and are listed; a face may repeat a vertex;
+/// other elements and properties are skipped, those of `edge` counted.
 /// Coordinates are held as float when float or a small integer holds all of them exactly, else as double; NaN
 /// and infinities pass. A file without faces is a set of points. Errors name `file`, the line (ASCII) or byte
 /// (binary), and the entry: truncation, an index out of range, a polygon with fewer than three corners.

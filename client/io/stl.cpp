@@ -23,8 +23,7 @@ class Welder {
  public:
   using Point = std::array<T, 3>;
 
-  /// Adds a facet; false when two of its corners are the same vertex.
-  bool add(const std::array<Point, 3>& corners) {
+  void add(const std::array<Point, 3>& corners) {
     std::array<std::int32_t, 3> face;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [found, fresh] =
@@ -33,10 +32,8 @@ class Welder {
       face[k] = found->second;
     }
     faces_.push_back(face);
-    return face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
   }
 
-  std::size_t facets() const { return faces_.size(); }
   Mesh take() { return {std::move(positions_), std::move(faces_)}; }
 
  private:
@@ -65,12 +62,7 @@ class Welder {
   std::vector<std::array<std::int32_t, 3>> faces_;
 };
 
-std::string degenerate_facet(std::size_t facet) {
-  return "facet " + std::to_string(facet) +
-         " has two corners in the same place; remove it or save as PLY or OBJ";
-}
-
-Result<Mesh> parse_binary(std::string_view bytes, std::uint32_t count, std::string_view file) {
+Mesh parse_binary(std::string_view bytes, std::uint32_t count) {
   Welder<float> welder;
   for (std::uint32_t facet = 0; facet < count; ++facet) {
     const std::size_t offset = kHeaderBytes + kFacetBytes * facet;
@@ -81,7 +73,7 @@ Result<Mesh> parse_binary(std::string_view bytes, std::uint32_t count, std::stri
         x = load_scalar<float>(at, std::endian::little);
         at += sizeof(float);
       }
-    if (!welder.add(corners)) return error_at_byte(file, offset, degenerate_facet(facet));
+    welder.add(corners);
   }
   return welder.take();
 }
@@ -120,7 +112,7 @@ class AsciiParser {
     }
     if (keyword == "endfacet") {
       if (auto problem = expect(State::kLoopDone, State::kSolid, keyword)) return problem;
-      if (!welder_.add(corners_)) return degenerate_facet(welder_.facets() - 1);
+      welder_.add(corners_);
       return std::nullopt;
     }
     if (keyword == "endsolid") return expect(State::kSolid, State::kOutside, keyword);
@@ -161,7 +153,7 @@ Result<Mesh> parse_stl(std::string_view bytes, std::string_view file) {
       has_header ? load_scalar<std::uint32_t>(bytes.data() + 80, std::endian::little) : 0;
   const std::uint64_t expected = kHeaderBytes + std::uint64_t{kFacetBytes} * count;
   // Some binary files start with "solid" too, so the size is asked first.
-  if (has_header && bytes.size() == expected) return parse_binary(bytes, count, file);
+  if (has_header && bytes.size() == expected) return parse_binary(bytes, count);
   std::string_view probe = bytes.substr(0, kHeaderBytes);
   if (next_word(probe).substr(0, 5) == "solid") return AsciiParser(bytes, file).run();
   if (!has_header)
@@ -170,7 +162,7 @@ Result<Mesh> parse_stl(std::string_view bytes, std::string_view file) {
     return error_at_byte(file, bytes.size(),
                          "the file ends here, but its " + std::to_string(count) + " facets need " +
                              std::to_string(expected) + " bytes");
-  return parse_binary(bytes, count, file);
+  return parse_binary(bytes, count);
 }
 
 }  // namespace warmfront::client

@@ -13,8 +13,8 @@ namespace warmfront::client {
 /// vertex, and vertices are numbered in the order in which they first appear (so 0.0 and -0.0 differ, and
 /// nothing is welded by distance). Binary coordinates are held as float, ASCII ones as double. Normals and
 /// attributes are ignored. A file whose size fits its binary triangle count is binary, whatever it starts
-/// with. Errors name `file`, the line or byte, and what is wrong: truncation, a count that the file cannot
-/// hold, a facet with two corners in the same place.
+/// with. A facet with two corners in the same place is a face that repeats a vertex. Errors name `file`, the
+/// line or byte, and what is wrong: truncation, or a count that the file cannot hold.
 Result<Mesh> parse_stl(std::string_view bytes, std::string_view file);
 
 }  // namespace warmfront::client

@@ -14,6 +14,7 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
   std::vector<double> toi;
   std::vector<std::uint8_t> kind;
   std::vector<std::uint8_t> status;
+  std::vector<std::uint32_t> vertices;
   std::vector<std::int64_t> connectivity;
   std::vector<std::int64_t> offsets;
   for (const ContactRecord& contact : contacts) {
@@ -28,6 +29,7 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
     toi.push_back(contact.toi);
     kind.push_back(static_cast<std::uint8_t>(contact.kind));
     status.push_back(static_cast<std::uint8_t>(contact.status));
+    vertices.insert(vertices.end(), contact.vertices.begin(), contact.vertices.end());
     connectivity.push_back(static_cast<std::int64_t>(connectivity.size()));
     offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
   }
@@ -41,6 +43,7 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
   piece.content += arrays.add<std::uint8_t>("UInt8", "kind", 1, kind);
   piece.content += arrays.add<std::uint8_t>("UInt8", "status", 1, status);
   piece.content += arrays.add<std::uint64_t>("UInt64", "frame", 1, frames);
+  piece.content += arrays.add<std::uint32_t>("UInt32", "vertices", 4, vertices);
   const auto add_field = [&](std::string_view name, int components, auto&& of) {
     std::vector<double> values;
     for (const ContactGeometry& one : geometry) {

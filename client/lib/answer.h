@@ -22,7 +22,7 @@ struct ContactTable {
   std::vector<ContactStatus> status;
   /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
   std::vector<std::array<std::uint32_t, 4>> vertices;
-  std::vector<double> toi;  ///< in [0, 1]
+  std::vector<double> toi;  ///< in [0, 1]; see Contact
   // Those that ColliderOptions::fields ask for; see ContactGeometry.
   std::vector<std::array<double, 4>> weights;
   std::vector<std::array<double, 3>> normal;

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "client/lib/address.h"
 #include "client/lib/connection.h"
 #include "client/lib/session_impl.h"
 #include "client/lib/uuid.h"
@@ -21,6 +22,7 @@ Client::Client(Client&&) noexcept = default;
 Client& Client::operator=(Client&&) noexcept = default;
 
 Result<Client> Client::connect(const std::string& address, const ClientOptions& options) {
+  if (!is_server_address(address)) return invalid_argument("address '" + address + "': " + kAddressExpected);
   const Result<Credentials> credentials = read_credentials(address, options.security);
   if (!credentials) return credentials.error();
   auto impl = std::make_shared<Impl>(address, options, credentials.value());

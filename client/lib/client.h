@@ -107,17 +107,19 @@ class Session {
 
 class Client {
  public:
-  /// Connects to `HOST:PORT` or `unix:PATH`. kUnavailable when no daemon answers within the call timeout,
-  /// which is also what a failed TLS handshake looks like; kUnauthenticated for a token that it does not
-  /// know; kInvalidArgument for files that cannot be read, and for a token that would travel in the clear.
+  /// Connects to `HOST:PORT` or `unix:PATH`; kInvalidArgument for anything else, such as an URL. kUnavailable
+  /// when no daemon answers within the call timeout, which is also what a failed TLS handshake looks like;
+  /// kUnauthenticated for a token that it does not know; kInvalidArgument for files that cannot be read, and
+  /// for a token that would travel in the clear.
   static Result<Client> connect(const std::string& address, const ClientOptions& options = {});
   ~Client();
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
 
   /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions travel and
-  /// stay as float32. Fails as Scene::create() and Collider::create() do, with kAlreadyExists for an id that
-  /// is taken and kResourceExhausted beyond the daemon's limits.
+  /// stay as float32. Vertices in no face are tested as points against faces, and against nothing else
+  /// (Scene::isolated_vertices() counts them). Fails as Scene::create() and Collider::create() do, with
+  /// kAlreadyExists for an id that is taken and kResourceExhausted beyond the daemon's limits.
   Result<Session> create_session(SceneDescription scene, const Positions& positions,
                                  const ColliderOptions& options = {}, const SessionOptions& session = {});
 

@@ -15,7 +15,9 @@ struct ContactGeometry {
   std::array<double, 4> weights{};
   /// Unit normal of the face, or common normal of the edges, at the time of impact, towards the side that the
   /// vertex or first edge comes from. Where that is degenerate, the direction that it comes from; zero if
-  /// none.
+  /// none. It is the features' own: where two things are apart (with a separation) and the closest point lies
+  /// on the face's rim or at an edge's end, the direction between the closest points is another one; take
+  /// that from `points`.
   std::array<double, 3> normal{};
   /// The closest point of the vertex or first edge, then of the face or second edge, in the scene's unit.
   std::array<double, 6> points{};

@@ -4,7 +4,8 @@
 namespace warmfront {
 
 // Counted at vertices, a pair that shares one is counted once, a pair that shares two (and then the edge
-// between them) twice, and a pair of duplicates three times, with three edges.
+// between them) twice, and a pair of duplicates three times, with three edges. Edges are those between two
+// vertices, and duplicates faces of three: (a, a, b) and (a, b, c) share two vertices and one edge.
 std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range) {
   const auto pairs = [](std::uint64_t n) { return n * (n - 1) / 2; };
   std::uint64_t at_vertices = 0;
@@ -14,10 +15,12 @@ std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range
   std::uint64_t at_edges = 0;
   std::uint64_t duplicates_at_edges = 0;
   for (std::uint32_t e = range.first_edge; e < range.end_edge; ++e) {
+    if (scene.edges()[e][0] == scene.edges()[e][1]) continue;
     const auto faces = scene.edge_faces()[e];
     at_edges += pairs(faces.size());
     for (std::size_t i = 0; i < faces.size(); ++i) {
       const Face& face = scene.faces()[faces[i]];
+      if (repeats_vertex(face)) continue;
       for (std::size_t j = 0; j < i; ++j) {
         const Face& other = scene.faces()[faces[j]];
         duplicates_at_edges +=

@@ -21,6 +21,11 @@ inline bool share_vertex(const Edge& a, const Edge& b) {
   return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1];
 }
 
+/// True when the face repeats an index: it is a segment or a point.
+inline bool repeats_vertex(const Face& face) {
+  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
+
 /// How many pairs of faces are adjacent, within a range that faces do not lead out of. O(sum over vertices
 /// and edges of the faces there, squared for edges).
 std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range);

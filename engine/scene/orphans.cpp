@@ -56,17 +56,20 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
   const int corner = first[0] == v ? 0 : first[1] == v ? 1 : 2;
   const std::uint32_t next = first[(corner + 1) % 3];
   const std::uint32_t last = first[(corner + 2) % 3];
-  for (const std::uint32_t neighbour : {next, last}) {
+  const auto consider_around = [&](std::uint32_t neighbour, bool is_last) {
     for (const std::uint32_t f : scene.vertex_faces()[neighbour]) {
       const Face& face = scene.faces()[f];
-      if (has_vertex(face, v) || (neighbour == last && has_vertex(face, next))) continue;
+      if (has_vertex(face, v) || (is_last && has_vertex(face, next))) continue;
       if (is_orphan_vf(scene, v, face)) found.push_back({v, f});
     }
-  }
+  };
+  consider_around(next, false);
+  consider_around(last, true);
 }
 
 // Likewise: the first face along an orphan's other edge holds a, b or c of the first face (a, b, c) along
-// this one, (a, b); not both a and b, or the edges would share a vertex.
+// this one, (a, b); not both a and b, or the edges would share a vertex. Of a face that repeats an index some
+// are found twice: gather() keeps one.
 void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
   const auto [a, b] = scene.edges()[e1];
   const Face& first = scene.faces()[scene.edge_faces()[e1].front()];
@@ -81,7 +84,7 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
       const Face& face = scene.faces()[h];
       const bool has_a = has_vertex(face, a);
       const bool has_b = has_vertex(face, b);
-      if (has_a && has_b) continue;
+      if (a != b && has_a && has_b) continue;
       if (corner != a && corner != b) {
         if (has_a || has_b || !adjacent(face, second)) continue;  // met at that corner; or no orphan's
         for (const std::uint32_t e2 : scene.face_edges()[h]) consider(h, e2);
@@ -93,7 +96,7 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
   }
 }
 
-// Runs `of_each` for all ids of a range and returns what it finds, sorted.
+// Runs `of_each` for all ids of a range and returns what it finds, sorted, each once.
 template <class OfEach>
 std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, OfEach&& of_each) {
   tbb::enumerable_thread_specific<std::vector<FeatureIds>> found;
@@ -104,6 +107,7 @@ std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, OfEach&& 
   std::vector<FeatureIds> all;
   for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
   std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
 }
 

@@ -22,6 +22,16 @@ bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
   return (bloom[slot(v) >> 6] >> (slot(v) & 63U)) & 1U;
 }
 
+// The pairs of these corners (bits 0-2) and sides (bits 3-5) of f with those of g.
+std::uint32_t pairs_of(std::uint32_t f, std::uint32_t g) {
+  const std::uint32_t edges_g = (g >> 3) & 7U;
+  std::uint32_t mask = (f & 7U) | ((g & 7U) << 3);
+  for (int i = 0; i < 3; ++i) {
+    if (f & (8U << i)) mask |= edges_g << (6 + 3 * i);
+  }
+  return mask;
+}
+
 }  // namespace
 
 void Ownership::extend() {
@@ -41,8 +51,12 @@ void Ownership::extend() {
       const auto edge_faces = scene.edge_faces()[scene.face_edges()[f][i]];
       record.first_of_vertex[i] = vertex_faces.front();
       record.first_of_edge[i] = edge_faces.front();
-      if (vertex_faces.front() == f) record.first_bits |= 1U << i;
-      if (edge_faces.front() == f) record.first_bits |= 8U << i;
+      const auto is_new = [i](const auto& three) {
+        return std::find(three.begin(), three.begin() + i, three[i]) == three.begin() + i;
+      };
+      if (is_new(record.vertices)) record.first_bits |= (vertex_faces.front() == f ? 0x41U : 0x40U) << i;
+      if (is_new(scene.face_edges()[f]))
+        record.first_bits |= (edge_faces.front() == f ? 0x208U : 0x200U) << i;
       for (const std::uint32_t g : vertex_faces) insert(record.vertex_ring, scene.faces()[g]);
       for (const std::uint32_t g : edge_faces) insert(record.edge_ring, scene.faces()[g]);
     }
@@ -72,22 +86,12 @@ bool Ownership::are_adjacent(std::uint32_t f, std::uint32_t g) const {
   return perhaps_adjacent(f, g) && adjacent(scene_->faces()[f], scene_->faces()[g]);
 }
 
-// What f and g own where no earlier face matters: each feature's first face does.
-std::uint32_t Ownership::owned_by_firsts(const Record& f, const Record& g) const {
-  const std::uint32_t edges_g = g.first_bits >> 3;
-  std::uint32_t mask = (f.first_bits & 7U) | ((g.first_bits & 7U) << 3);
-  for (int i = 0; i < 3; ++i) {
-    if (f.first_bits & (8U << i)) mask |= edges_g << (6 + 3 * i);
-  }
-  return mask;
-}
-
 Ownership::Candidates Ownership::candidates(std::uint32_t f, std::uint32_t g) const {
-  constexpr std::uint32_t kAll = (1U << 15) - 1;
   const Record& rf = records_[f];
   const Record& rg = records_[g];
-  const std::uint32_t owned = owned_by_firsts(rf, rg);
-  return {owned, perhaps_near(rf, rg) ? kAll & ~owned : 0};
+  // Where no earlier face matters, each feature's first face owns it.
+  const std::uint32_t owned = pairs_of(rf.first_bits, rg.first_bits);
+  return {owned, perhaps_near(rf, rg) ? pairs_of(rf.first_bits >> 6, rg.first_bits >> 6) & ~owned : 0};
 }
 
 // A pair that is not the first one of a feature can own it only if the first one is adjacent.

@@ -48,11 +48,14 @@ class Ownership {
 
   struct Record {
     Face vertices;
-    std::uint32_t first_bits;  // bits 0-2: first face of vertex i; bits 3-5: first face of edge i
-    Face first_of_vertex;      // the first face around each vertex
-    Face first_of_edge;        // the first face along each edge
-    Bloom vertex_ring;         // vertices of the faces around the three vertices
-    Bloom edge_ring;           // vertices of the faces along the three edges
+    // Bits 0-2: first face of vertex i; bits 3-5: first face of edge i; bits 6-11: likewise, that no corner
+    // or side before it is the same one. The latter are all set unless the face repeats an index; a
+    // repetition owns nothing.
+    std::uint32_t first_bits;
+    Face first_of_vertex;  // the first face around each vertex
+    Face first_of_edge;    // the first face along each edge
+    Bloom vertex_ring;     // vertices of the faces around the three vertices
+    Bloom edge_ring;       // vertices of the faces along the three edges
   };
 
   bool perhaps_near(const Record& f, const Record& g) const;
@@ -60,7 +63,6 @@ class Ownership {
     return (signatures_[f] & signatures_[g]) != 0;
   }
   bool are_adjacent(std::uint32_t f, std::uint32_t g) const;
-  std::uint32_t owned_by_firsts(const Record& f, const Record& g) const;
   bool owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const;
   bool owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const;
 

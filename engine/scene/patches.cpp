@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "engine/scene/adjacency.h"
+
 namespace warmfront {
 namespace {
 
@@ -59,7 +61,8 @@ class Grower {
       const std::size_t ring_end = vertices_.size();
       for (; ring_begin < ring_end; ++ring_begin) {
         for (const std::uint32_t f : scene_.vertex_faces()[vertices_[ring_begin]]) {
-          if (!is_free(f) || piece_.size() > kMostFaces) return false;
+          // Without a normal of its own, a face that repeats an index is in no patch.
+          if (!is_free(f) || repeats_vertex(scene_.faces()[f]) || piece_.size() > kMostFaces) return false;
           if (face_seen_[f] == stamp_) continue;
           face_seen_[f] = stamp_;
           piece_.push_back(f);

@@ -20,13 +20,13 @@ Status check_faces(const SceneDescription& description) {
                                 std::to_string(n) + ")");
       }
     }
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-      const int repeated = (face[0] == face[1] || face[0] == face[2]) ? face[0] : face[1];
-      return invalid_argument("faces[" + std::to_string(f) + "]: vertex index " + std::to_string(repeated) +
-                              " is repeated; remove the face");
-    }
   }
   return {};
+}
+
+// No pair can ever be in contact, and none can come to be.
+bool could_never_touch(const SceneDescription& description) {
+  return description.vertex_count > 0 && description.faces.empty() && description.bodies.empty();
 }
 
 std::string name_of(std::size_t body) {
@@ -92,19 +92,22 @@ Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::u
   return {};
 }
 
-// Rows of the items that mention each key; items stay ascending in a row.
+// Rows of the items that mention each key, once however often they do; items stay ascending in a row.
 template <std::size_t K>
 Csr invert(std::span<const std::array<std::uint32_t, K>> lists, std::size_t rows) {
   Csr csr;
   csr.begin.assign(rows + 1, 0);
-  for (const auto& list : lists) {
-    for (const std::uint32_t key : list) ++csr.begin[key + 1];
-  }
+  const auto for_each_key = [](const auto& list, auto&& visit) {
+    for (std::size_t k = 0; k < K; ++k)
+      if (std::find(list.begin(), list.begin() + k, list[k]) == list.begin() + k) visit(list[k]);
+  };
+  for (const auto& list : lists) for_each_key(list, [&](std::uint32_t key) { ++csr.begin[key + 1]; });
   std::partial_sum(csr.begin.begin(), csr.begin.end(), csr.begin.begin());
   csr.items.resize(csr.begin.back());
   std::vector<std::uint32_t> cursor(csr.begin.begin(), csr.begin.end() - 1);
   for (std::size_t i = 0; i < lists.size(); ++i) {
-    for (const std::uint32_t key : lists[i]) csr.items[cursor[key]++] = static_cast<std::uint32_t>(i);
+    for_each_key(lists[i],
+                 [&](std::uint32_t key) { csr.items[cursor[key]++] = static_cast<std::uint32_t>(i); });
   }
   return csr;
 }
@@ -172,6 +175,11 @@ std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std
 Result<Scene> Scene::create(SceneDescription description) {
   if (Status status = check_faces(description); !status) return status.error();
   if (Status status = check_bodies(description); !status) return status.error();
+  if (could_never_touch(description))
+    return Error{ErrorCode::kUnimplemented,
+                 "faces: none over " + std::to_string(description.vertex_count) +
+                     " vertices; points and edges alone are not modelled yet: give triangles, or declare "
+                     "bodies to add some later"};
   // Primitive, side and node numbers are 32 bit.
   if (description.faces.size() + description.vertex_count > 0x3fffffff) {
     return invalid_argument("faces: " + std::to_string(description.faces.size()) + " and " +
@@ -238,7 +246,9 @@ Result<Scene> Scene::with_body(BodyAddition addition) const {
     return Error{ErrorCode::kFailedPrecondition,
                  "bodies: the scene declares none; declare its bodies to add one"};
   if (Status status = check_body(addition.body, where); !status) return status.error();
-  SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {}};
+  // As a body: points of their own may be added to a scene, whose faces they meet.
+  SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {addition.body}};
+  description.bodies.front().first_vertex = 0;
   Result<Scene> added = create(std::move(description));
   if (!added) return Error{added.error().code, where + ": " + added.error().message};
   const Scene& body = added.value();

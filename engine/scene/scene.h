@@ -40,7 +40,8 @@ struct Body {
 /// What a caller says of a scene.
 struct SceneDescription {
   std::uint32_t vertex_count = 0;
-  /// (m, 3) vertex indices, each in [0, vertex_count).
+  /// (m, 3) vertex indices, each in [0, vertex_count). A face may repeat an index: it is the segment or the
+  /// point that it names.
   std::vector<std::array<std::int32_t, 3>> faces;
   /// Disjoint ranges that cover all vertices, in order; each face lies within one. Empty: all is deformable,
   /// and its connected components count as the bodies.
@@ -64,14 +65,16 @@ inline constexpr Primitive kPoint = 0x80000000;
 
 /// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated
 /// vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
+/// A face (a, a, b) has the sides (a, a) and (a, b), each once: the former is an edge that is a point.
 class Scene {
  public:
   /// An empty scene.
   Scene() = default;
 
-  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range or repeated within
-  /// a face, when bodies overlap or leave a gap, a face joins two bodies, or a group, mask or excluded pair
-  /// says nothing. O((n + m) log m).
+  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, when bodies
+  /// overlap or leave a gap, a face joins two bodies, or a group, mask or excluded pair says nothing; and
+  /// with kUnimplemented for vertices without any face, unless declared bodies let faces be added later:
+  /// nothing could ever touch. O((n + m) log m).
   static Result<Scene> create(SceneDescription description);
 
   /// The scene with one more body, whose vertices, faces and edges come after all others; what was there
@@ -89,12 +92,13 @@ class Scene {
 
   std::span<const Face> faces() const { return faces_; }
   std::span<const Edge> edges() const { return edges_; }
-  /// The edges (v0 v1), (v1 v2), (v2 v0) of each face.
+  /// The edges (v0 v1), (v1 v2), (v2 v0) of each face; where the face repeats an index, two of them may be
+  /// one.
   std::span<const std::array<std::uint32_t, 3>> face_edges() const { return face_edges_; }
-  /// Faces around a vertex and along an edge, ascending in the numbers first given.
+  /// Faces around a vertex and along an edge, each once, ascending in the numbers first given.
   const Csr& vertex_faces() const { return vertex_faces_; }
   const Csr& edge_faces() const { return edge_faces_; }
-  /// Vertices of no face, ascending: they are tested as points.
+  /// Vertices of no face, ascending: they are tested as points against faces, and against nothing else.
   std::span<const std::uint32_t> isolated_vertices() const { return isolated_vertices_; }
 
   /// The bodies as given; empty when they default to the connected components.

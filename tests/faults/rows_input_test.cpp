@@ -40,7 +40,7 @@ TEST_F(FaultTable, Row01_NotANumberOrInfiniteVertex) {
   EXPECT_TRUE(step(1, bytes_of(denormal)).ok());
 }
 
-TEST_F(FaultTable, Row02_FaceIndexOutOfRangeOrTwiceInAFace) {
+TEST_F(FaultTable, Row02_FaceIndexOutOfRange) {
   const auto vertices = static_cast<std::int32_t>(grids_.vertex_count());
   for (const std::int32_t bad :
        {vertices, -1, std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()}) {
@@ -49,10 +49,6 @@ TEST_F(FaultTable, Row02_FaceIndexOutOfRangeOrTwiceInAFace) {
     expect_fault(create(header(), bytes_of_faces(faces), frame(0)), StatusCode::INVALID_ARGUMENT,
                  v1::ERROR_REASON_INVALID_INPUT, "5");
   }
-  auto faces = grids_.scene().faces;
-  faces[7][0] = faces[7][2];
-  expect_fault(create(header(), bytes_of_faces(faces), frame(0)), StatusCode::INVALID_ARGUMENT,
-               v1::ERROR_REASON_INVALID_INPUT, "7");
 }
 
 TEST_F(FaultTable, Row03_WrongLengthUnknownDtypeAndSizesThatOverflow) {
@@ -100,14 +96,18 @@ TEST_F(FaultTable, Row04_DegenerateScenesAreTaken) {
     EXPECT_TRUE(stub_->DeleteSession(&context, request, &deleted).ok());
   };
   takes("faces without area", {{0, 1, 2}, {0, 1, 3}}, {0, 0, 0, 1, 0, 0, 2, 0, 0, 1, 0, 0});
+  takes("faces that repeat a vertex", {{0, 0, 1}, {2, 3, 2}, {1, 1, 1}, {1, 2, 3}},
+        {0, 0, 0, 1, 0, 0, 2, 0, 1, 1, 0, 1});
   takes("vertices in one place", {{0, 1, 2}, {3, 4, 5}},
         {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0});
   takes("an edge of four faces", {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}, {0, 1, 5}},
         {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1});
   takes("the same face twice", {{0, 1, 2}, {0, 1, 2}, {2, 1, 0}}, {0, 0, 0, 1, 0, 0, 0, 1, 0});
   takes("vertices of no face", {{0, 1, 2}}, {0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 9, 9});
-  takes("points only", {}, {0, 0, 0, 1, 1, 1});
   takes("nothing", {}, {});
+  // Nothing could ever touch: it is said, instead of answered with no contacts for ever.
+  expect_fault(create(header_for(2, 0, kOther), "", bytes_of({0, 0, 0, 1, 1, 1})), StatusCode::UNIMPLEMENTED,
+               v1::ERROR_REASON_INVALID_INPUT, "points and edges alone are not modelled yet");
 }
 
 TEST_F(FaultTable, Row05_HugeCoordinatesAndAMeshInOnePoint) {

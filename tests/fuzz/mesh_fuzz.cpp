@@ -8,6 +8,7 @@
 #include "client/io/obj.h"
 #include "client/io/ply.h"
 #include "client/io/stl.h"
+#include "client/io/triangulate.h"
 #include "tests/fuzz/expect.h"
 
 namespace {
@@ -45,6 +46,14 @@ void check(const Result<Mesh>& parsed) {
   expect(again.ok(), "what is written as PLY can be read");
   expect(same_bits(again.value().positions, mesh.positions) && again.value().faces == mesh.faces,
          "and is the same mesh");
+  Mesh cut = mesh;
+  if (const Status status = triangulate(cut, "fuzz"); !status) {
+    expect(status.error().message.starts_with("fuzz:"), "an error names the file");
+    return;
+  }
+  expect(cut.faces.size() == mesh.faces.size(), "a polygon has as many triangles as its fan");
+  for (const auto& face : cut.faces)
+    for (const std::int32_t v : face) expect(v >= 0 && v < vertices, "and of vertices that exist");
 }
 
 }  // namespace

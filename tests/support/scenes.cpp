@@ -83,11 +83,12 @@ RandomScene random_scene(std::mt19937_64& random) {
         break;
     }
   }
-  // Oddities, over the vertices that are there: fins, bow-ties, chords, duplicates, flips.
+  // Oddities, over the vertices that are there: fins, bow-ties, chords, duplicates, flips, segments, points.
   for (int i = below(random, 4); i > 0; --i) {
     const int n = vertex_count();
-    std::array<std::int32_t, 3> face{below(random, n), below(random, n), below(random, n)};
-    if (face[0] != face[1] && face[1] != face[2] && face[2] != face[0]) faces.push_back(face);
+    faces.push_back({below(random, n), below(random, n), below(random, n)});
+    if (below(random, 4) == 0) faces.back()[below(random, 3)] = faces.back()[below(random, 3)];
+    if (below(random, 16) == 0) faces.back().fill(faces.back()[0]);
   }
   if (below(random, 3) == 0) {
     auto copy = faces[below(random, static_cast<int>(faces.size()))];

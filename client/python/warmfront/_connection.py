@@ -48,6 +48,23 @@ _ARGUMENTS = [
 ]
 
 
+_ADDRESS_EXPECTED = "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expected, the port in [1, 65535]"
+
+
+def check_address(address: str) -> None:
+    """InvalidArgument for what has not the form of one: gRPC takes what has no port for a web server's."""
+    if isinstance(address, str):
+        if address.startswith("unix:"):
+            if len(address) > len("unix:"):
+                return
+        else:
+            host, _, port = address.rpartition(":")
+            bare = ":" not in host or (host.startswith("[") and host.endswith("]"))
+            if host and bare and port.isascii() and port.isdigit() and 1 <= int(port) <= 65535:
+                return
+    raise InvalidArgument(f"address {address!r}: {_ADDRESS_EXPECTED}")
+
+
 def _read(what: str, path: str) -> Optional[bytes]:
     """The file's content; None for no file."""
     if not path:
@@ -92,6 +109,7 @@ class Connection:
     """To `HOST:PORT` or `unix:PATH`."""
 
     def __init__(self, address: str, security: Security, patience: Patience) -> None:
+        check_address(address)
         if bool(security.cert_file) != bool(security.key_file):
             raise InvalidArgument("a client certificate needs its key, and a key its certificate: state both files")
         self.address = address
@@ -135,8 +153,18 @@ class Connection:
             self._channels.set_calls_per_channel(info.limits.max_streams)
             return info
         except (DeadlineExceeded, Unavailable) as error:
-            raise Unavailable(f"{self.address}: no Warmfront daemon answers ({error.message}); is it running there?",
-                              reason=error.reason) from None
+            raise Unavailable(f"{self.address}: no Warmfront daemon answers ({self._why_unreachable() or error.message}); is "
+                              "it running there?", reason=error.reason) from None
+
+    def _why_unreachable(self) -> str:
+        """A call that waits for a connection is only told that none came in time; one that does not, why."""
+        try:
+            self._call(self._service.GetServerInfo, session_pb2.GetServerInfoRequest(), timeout=2)
+        except Unavailable as error:
+            return error.message
+        except WarmfrontError:
+            pass
+        return ""
 
     def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes) -> Any:
         """Uploads a scene; waits for a daemon that is not there yet. v1.CreateSessionResponse."""

@@ -9,6 +9,7 @@ from typing import Any, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._topology import Topology
 from ._wire import Malformed, fields
 from .answer import Contacts
 from .errors import Internal, WarmfrontError, class_of
@@ -99,7 +100,7 @@ def _parse_columns(view: memoryview) -> Columns:
     return columns
 
 
-def finish(parts: Sequence[AnswerPart], asked: Sequence[str]) -> Contacts:
+def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional[Topology] = None) -> Contacts:
     """The answer of all its parts, in order, with the columns that were asked for. Raises Internal when rows are missing."""
     last = parts[-1]
     filled = [part.columns for part in parts if part.columns]
@@ -115,7 +116,7 @@ def finish(parts: Sequence[AnswerPart], asked: Sequence[str]) -> Contacts:
     rows = len(joined["toi"]) if joined["toi"] is not None else 0
     if rows != last.summary.rows:
         raise malformed(f"{rows} of {last.summary.rows} contacts")
-    return Contacts(last.frame, summary=last.summary, **joined)  # type: ignore[arg-type]
+    return Contacts(last.frame, summary=last.summary, topology=topology, **joined)  # type: ignore[arg-type]
 
 
 def error_from(code: int, message: str, details: Sequence[Any] = ()) -> WarmfrontError:

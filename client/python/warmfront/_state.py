@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _frame
 from ._frame import Part, SentFrame
+from ._topology import Topology
 from ._wire import Bytes
 from .errors import FailedPrecondition, InvalidArgument
 from .scene import Body, faces_of, indices_of, placed, pose_of, positions_of
@@ -34,11 +35,24 @@ class SceneState:
         self.faces = faces_of(faces).copy()
         self.bodies = placed(bodies)
         self.excluded_pairs = list(excluded_pairs)
+        self._topology: Optional[Topology] = None
         self._poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
 
     @property
     def vertex_count(self) -> int:
         return len(self._rows)
+
+    def topology(self) -> Topology:
+        """Of the scene as it is."""
+        if self._topology is None:
+            self._topology = Topology(self.faces, self.bodies)
+        return self._topology
+
+    def vertices_in_no_face(self) -> int:
+        """0 where faces name vertices that are not there, which the daemon refuses."""
+        if ((self.faces < 0) | (self.faces >= self.vertex_count)).any():
+            return 0
+        return int(self.vertex_count - np.count_nonzero(np.bincount(self.faces.ravel(), minlength=self.vertex_count)))
 
     def positions(self) -> Bytes:
         """The upload's: (n, 3) in the session's dtype; of rigid bodies with a pose, their rest shapes."""
@@ -133,7 +147,8 @@ class SceneState:
         first = self.vertex_count
         self.bodies.append(replace(body, first_vertex=first))
         self.faces = np.concatenate([self.faces, faces_of(faces) + np.int32(first)])
-        self._rows = np.concatenate([self._writable(), positions])
+        self._rows = np.concatenate([self._writable(), positions_of(positions, body.vertex_count, self.dtype)])
+        self._topology = None
         self._poses.append(None)
 
     def encode_change(self, index: int, body: Body) -> session_pb2.SceneChange:

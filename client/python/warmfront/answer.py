@@ -10,6 +10,8 @@ from typing import Any, Literal, Optional
 import numpy as np
 import numpy.typing as npt
 
+from ._topology import Topology
+
 FrontState = Literal["none", "built", "updated", "rebuilt", "capped"]
 
 
@@ -93,10 +95,15 @@ class Contacts:
     """One frame's answer: k contacts as columns, sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge).
 
     kind (k) uint8: `Kind`. status (k) uint8: `Status`. v (k, 4) uint32: the vertex, then the face's three; or edge a's
-    two, then edge b's two. toi (k) float64 in [0, 1]: never later than the first time of contact, in steps.
+    two, then edge b's two. toi (k) float64 in [0, 1], in steps: never later than the first time of contact (in tier
+    "fast", an estimate of it).
     Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
-    at toi by the vertices in v; normal (k, 3) float64, unit, towards the side that the vertex or first edge comes from;
-    points (k, 2, 3) float64, the closest points in the scene's length unit.
+    at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges, towards the side that
+    the vertex or first edge comes from; points (k, 2, 3) float64, the closest points in the scene's length unit.
+    `normal` is the features' own, not the direction between the closest points: with a separation, where the closest
+    point lies on the face's rim or at an edge's end, the two differ by up to a right angle and more. What holds two things
+    apart is `points[:, 0] - points[:, 1]`, and the normal only where these coincide.
+    Found when first asked for, from the scene as it was at this frame: bodies, faces, edges.
 
     frame: its number. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
     possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
@@ -118,7 +125,9 @@ class Contacts:
         normal: Optional[npt.NDArray[np.float64]],
         points: Optional[npt.NDArray[np.float64]],
         summary: Any,
+        topology: Optional[Topology] = None,
     ) -> None:
+        """Not for callers: made by `Session`."""
         self.frame = frame
         self.kind = kind
         self.status = status
@@ -132,8 +141,34 @@ class Contacts:
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self.queue_ms: float = summary.queue_ms
+        self._topology = topology
         self._statistics = summary.statistics
         self._all_deformable = summary.all_deformable if summary.HasField("all_deformable") else None
+
+    @cached_property
+    def bodies(self) -> Optional[npt.NDArray[np.int64]]:
+        """(k, 2): the body of the vertex or first edge, then of the face or second edge, as numbered when they were declared
+        and added; None in a scene that declares none."""
+        return None if self._topology is None else self._topology.bodies_of(self.v[:, [0, 2]])
+
+    @cached_property
+    def faces(self) -> npt.NDArray[np.int64]:
+        """(k): the face of a vertex-face contact, a row of the faces given (those of added bodies follow); -1 for
+        edge-edge."""
+        result = np.full(len(self), -1, np.int64)
+        rows = self.kind == Kind.VERTEX_FACE
+        if self._topology is not None and rows.any():
+            result[rows] = self._topology.faces_of(self.v[rows])
+        return result
+
+    @cached_property
+    def edges(self) -> npt.NDArray[np.int64]:
+        """(k, 2): both edges of an edge-edge contact, rows of `Session.edges`; -1 for vertex-face."""
+        result = np.full((len(self), 2), -1, np.int64)
+        rows = self.kind == Kind.EDGE_EDGE
+        if self._topology is not None and rows.any():
+            result[rows] = self._topology.edges_of(self.v[rows].reshape(-1, 2)).reshape(-1, 2)
+        return result
 
     @cached_property
     def statistics(self) -> Statistics:

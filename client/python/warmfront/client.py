@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+import warnings
 from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Optional
@@ -18,9 +19,9 @@ from .v1 import session_pb2
 
 
 def connect(address: str, *, security: Security = Security(), patience: Patience = Patience()) -> Client:
-    """Connects to `HOST:PORT` or `unix:PATH`.
+    """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgument, which is a ValueError, for anything else, such as an URL.
 
-    Unavailable when no daemon answers within `patience.call`, which is also what a failed TLS handshake looks like;
+    Unavailable, with the system's reason, when no daemon answers within `patience.call`, which is also what a failed TLS handshake looks like;
     Unauthenticated for a token that it does not know; InvalidArgument for files that cannot be read, and for a token that
     would travel in the clear.
     """
@@ -51,13 +52,19 @@ class Client:
         """Uploads a scene and its positions at the first frame.
 
         positions (n, 3) float32 or float64, finite, scene length unit: they travel and stay as they are, and those of every
-        frame are alike. faces (m, 3) vertex indices of any integer type. bodies: ranges that cover all vertices in order;
+        frame are alike; lists, and numbers of other types, become float64 where that holds them exactly. faces (m, 3)
+        vertex indices of any integer type; a face may repeat one, and is the segment or point that it names. Vertices in no
+        face are tested as points against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in order;
         none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. id: a UUID, random when
         empty. first_frame: the number of these positions; the first step is the next.
 
+        Unimplemented for vertices without any face, unless bodies are declared, to which faces may be added later.
         InvalidArgument for bad input, AlreadyExists for an id that is taken, ResourceExhausted beyond the daemon's limits.
         """
         state = SceneState(positions, faces, bodies, excluded_pairs)
+        if alone := state.vertices_in_no_face():
+            warnings.warn(f"vertices in no face: {alone} of {state.vertex_count}; they are tested as points against faces, and "
+                          "against nothing else", stacklevel=2)
         header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
         options.put_into(header.options)
         link = Link(self._connection, header, state)

@@ -33,13 +33,15 @@ class Options:
     tolerance: relative to each query's own size, in (0, 1]. Default 1e-6.
     min_separation: report what comes within this distance, in the scene's length unit; >= 0, above 0 only in the
         certified tier. Default 0.
-    report: "all" contacts (default), those of the "earliest" time of the step only, or the "count".
+    report: "all" contacts (default), those of the "earliest" time of the step only, or the "count". With a min_separation,
+        whatever starts a step nearer than it is in contact at time 0, and "earliest" tells nothing else.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
     find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.
     explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
     max_contacts: a step with more fails with ResourceExhausted.
-    fields: what else to tell of a contact; what is not asked for is neither computed nor sent.
+    fields: what else to tell of a contact, see `Contacts`; what is not asked for is neither computed nor sent. "normal" is
+        the face's or both edges' own: the direction between the closest points is the difference of "points".
     """
 
     tier: Optional[Tier] = None

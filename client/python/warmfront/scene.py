@@ -73,27 +73,52 @@ def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(array, dtype="<i4")
 
 
-def dtype_of(positions: Any, where: str = "positions") -> np.dtype[Any]:
-    """float32 or float64, little-endian, as the array has it. InvalidArgument for anything else."""
-    if not isinstance(positions, np.ndarray) or positions.dtype not in (np.float32, np.float64):
-        what = f"{positions.dtype} numbers" if isinstance(positions, np.ndarray) else type(positions).__name__
-        raise InvalidArgument(f"{where}: {what}; give a numpy array of float32 or float64")
-    dtype: np.dtype[Any] = positions.dtype.newbyteorder("<")
-    return dtype
+def _exactly(array: npt.NDArray[Any], dtype: np.dtype[Any], where: str) -> npt.NDArray[Any]:
+    """The same numbers in `dtype`. InvalidArgument, naming the first that it does not hold."""
+    with np.errstate(over="ignore"):
+        converted = array.astype(dtype)
+    if array.dtype.kind == "f":
+        same = (converted == array) | np.isnan(array)
+    else:
+        # Without the zeros at its end, a whole number fits the significand.
+        magnitude = array.astype(np.uint64) if array.dtype.kind == "u" else np.abs(array.astype(np.int64)).astype(np.uint64)
+        lowest = magnitude & (~magnitude + np.uint64(1))
+        same = magnitude // np.maximum(lowest, np.uint64(1)) < np.uint64(2 ** (np.finfo(dtype).nmant + 1))
+    if not same.all():
+        at = tuple(int(i) for i in np.argwhere(~same)[0])
+        raise InvalidArgument(f"{where}{list(at)}: {array[at]} is not exactly a {dtype.name}; round it yourself, or give "
+                              "another dtype")
+    return converted
+
+
+def numbers_of(positions: Any, dtype: Optional[np.dtype[Any]], where: str = "positions") -> npt.NDArray[Any]:
+    """The array itself where it is of float32 or float64; else, of lists and other numbers, one of `dtype` (float64 where
+    there is none) that holds the same. InvalidArgument where none does, and for what is no number."""
+    if isinstance(positions, np.ndarray) and positions.dtype in (np.float32, np.float64):
+        return positions
+    try:
+        array = np.asarray(positions)
+    except ValueError:  # rows of unequal length
+        array = np.empty(0, object)
+    if array.dtype.kind not in "iuf":
+        what = f"{array.dtype} numbers" if isinstance(positions, np.ndarray) else type(positions).__name__
+        raise InvalidArgument(f"{where}: {what}; give an array of float32 or float64, or lists of numbers")
+    return _exactly(array, np.dtype("<f8") if dtype is None else dtype, where)
 
 
 def positions_of(positions: Any, vertices: Optional[int], dtype: Optional[np.dtype[Any]],
                  where: str = "positions") -> npt.NDArray[Any]:
-    """(vertices, 3) of `dtype`, a copy only where the memory is not contiguous. InvalidArgument for another shape or
-    type; None expects nothing particular."""
-    given = dtype_of(positions, where)
-    if positions.ndim != 2 or positions.shape[1] != 3 or (vertices is not None and len(positions) != vertices):
+    """(vertices, 3) of `dtype`, little-endian, a copy only where the memory is not such. InvalidArgument for another shape
+    or type; None expects nothing particular."""
+    array = numbers_of(positions, dtype, where)
+    given = array.dtype.newbyteorder("<")
+    if array.ndim != 2 or array.shape[1] != 3 or (vertices is not None and len(array) != vertices):
         expected = "n" if vertices is None else str(vertices)
-        raise InvalidArgument(f"{where}: shape {positions.shape}, but ({expected}, 3) is expected")
+        raise InvalidArgument(f"{where}: shape {array.shape}, but ({expected}, 3) is expected")
     if dtype is not None and given != dtype:
         raise InvalidArgument(f"{where}: the session was created with {dtype.name} positions; give every frame the same "
                               "kind")
-    return np.ascontiguousarray(positions, dtype=given)
+    return np.ascontiguousarray(array, dtype=given)
 
 
 def pose_of(pose: Any, where: str) -> npt.NDArray[np.float64]:

@@ -5,11 +5,15 @@ A Session is used by one thread at a time; different sessions are independent.
 """
 from __future__ import annotations
 
+import logging
 import uuid
 import warnings
 from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
 
 from ._contacts import AnswerPart, error_from, finish
 from ._resume import Link
@@ -19,6 +23,8 @@ from .errors import (Aborted, DeadlineExceeded, FailedPrecondition, Internal, Un
 from .info import SessionInfo
 from .scene import Body
 from .v1 import session_pb2, step_pb2
+
+_log = logging.getLogger("warmfront")
 
 
 class Session:
@@ -58,6 +64,12 @@ class Session:
         """The frame last answered; the first frame where none was."""
         return int(self._link.header.first_frame)
 
+    @property
+    def edges(self) -> npt.NDArray[np.int32]:
+        """(e, 2) vertices of the scene's edges as it is now, the smaller one first: what `Contacts.edges` numbers. They are
+        sorted; those of a body that is added follow."""
+        return self._link.state.topology().edges
+
     def info(self) -> SessionInfo:
         """The session as it stands in the daemon. Keeps it from expiring there."""
         return SessionInfo.read_from(self._link.connection.get(self.id))
@@ -91,8 +103,11 @@ class Session:
     ) -> int:
         """Sends the next frame and returns its number. The arrays are free to be changed afterwards.
 
-        Either all positions, (n, 3) of the session's dtype, scene length unit; or what moved, in any mixture, and the rest
-        rests: bodies {body: (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the
+        A frame is the end of a motion, always: a body that is put elsewhere (reset, respawned) is tested along the straight
+        way there, and meets what lies on it. Make the session again, or remove the body and add another.
+
+        Either all positions, (n, 3) of the session's dtype, scene length unit (lists and integers are taken where they are
+        exactly of that dtype); or what moved, in any mixture, and the rest rests: bodies {body: (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the
         positions last given of it), sent in the session's dtype; vertices (k) of deformable bodies, each once, and
         vertex_positions (k, 3).
 
@@ -193,10 +208,13 @@ class Session:
             pass
 
     def __del__(self) -> None:
+        """Says that the session was not closed, as a ResourceWarning, which Python hides unless told otherwise, and in the
+        log "warmfront", which it shows. What a daemon may take its time to answer is not asked of it here."""
         link = getattr(self, "_link", None)
         if link is not None and link.failed is None and link.stream is not None:
-            warnings.warn(f"session {link.session_id} was not closed; the daemon keeps it until it expires",
-                          ResourceWarning, source=self)
+            message = f"session {link.session_id} was not closed; the daemon keeps it until it expires: use `with` or close()"
+            _log.warning(message)
+            warnings.warn(message, ResourceWarning, source=self)
             link.drop_stream()
 
     def _alive(self) -> Link:
@@ -258,7 +276,7 @@ class Session:
                 return None
             link.known = part.summary.state
         try:
-            contacts = finish(link.partial, link.asked_fields)
+            contacts = finish(link.partial, link.asked_fields, link.state.topology())
         except WarmfrontError as error:
             link.fail(error)
         link.partial = []

@@ -162,7 +162,16 @@ TEST_F(CliAccuracy, MisuseAndFailures) {
   }
   EXPECT_EQ(run("accuracy").code, kExitUsage);
   EXPECT_EQ(run("accuracy " + folder_.file("none")).code, kExitFailed);
-  EXPECT_EQ(run("accuracy builtin:nothing").code, kExitFailed);
+  const Outcome spaced = run("accuracy " + set() + " --tiers exact certified");
+  EXPECT_EQ(spaced.code, kExitFailed);
+  EXPECT_EQ(spaced.out,
+            "warmfront: certified: no such file or folder; a list is given with commas, as in one,two\n")
+      << "before anything is measured";
+  const Outcome table =
+      run("accuracy --rounds 1 --tiers exact --positions float64 --csv - " + set(), "2>/dev/null");
+  EXPECT_EQ(table.code, kExitOk);
+  EXPECT_EQ(std::count(table.out.begin(), table.out.end(), '\n'), 2) << table.out;
+  EXPECT_EQ(run("accuracy builtin:nothing").code, kExitUsage) << "as detect";
   EXPECT_EQ(run("accuracy --rounds 1 " + set() + " --csv " + folder_.file("no/t.csv")).code, kExitFailed);
   EXPECT_EQ(run("accuracy --rounds 1 " + set() + " --svg " + folder_.write("file", "") + "/x").code,
             kExitFailed);

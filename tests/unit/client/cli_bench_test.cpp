@@ -125,14 +125,19 @@ TEST_F(CliBench, AnInputOfOneStep) {
                               {{0, 1, 2}, {3, 4, 5}}},
                              ""));
   }
-  const Outcome outcome = run("bench --rounds 1 --json - " + folder_.file(""), "2>/dev/null");
-  ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
-  const Json input = Json::parse(outcome.out)["inputs"][0];
-  EXPECT_EQ(input["steps"], 1);
-  for (const Json& row : input["settings"]) {
-    EXPECT_EQ(row["counts"]["contacts"], 3);  // the vertex, and its two edges with the hypotenuse
-    EXPECT_EQ(row["ms"]["cold"], row["ms"]["step"]);
+  // The files by name are the frames of one scene, as in detect.
+  for (const std::string& named : {folder_.file(""), folder_.file("t0.ply") + " " + folder_.file("t1.ply")}) {
+    const Outcome outcome = run("bench --rounds 1 --json - " + named, "2>/dev/null");
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
+    ASSERT_EQ(Json::parse(outcome.out)["inputs"].size(), 1U) << named;
+    const Json input = Json::parse(outcome.out)["inputs"][0];
+    EXPECT_EQ(input["steps"], 1);
+    for (const Json& row : input["settings"]) {
+      EXPECT_EQ(row["counts"]["contacts"], 3);  // the vertex, and its two edges with the hypotenuse
+      EXPECT_EQ(row["ms"]["cold"], row["ms"]["step"]);
+    }
   }
+  EXPECT_THAT(run("bench " + folder_.file("t0.ply")).out, HasSubstr("is one frame"));
 }
 
 TEST_F(CliBench, TablesAndCsv) {
@@ -174,7 +179,13 @@ TEST_F(CliBench, MisuseAndFailures) {
   }
   EXPECT_EQ(run("bench").code, kExitUsage);
   EXPECT_EQ(run("bench " + folder_.file("none")).code, kExitFailed);
-  EXPECT_EQ(run("bench builtin:nothing").code, kExitFailed);
+  const Outcome spaced = run(std::string("bench ") + kScene + " --ablations front cones");
+  EXPECT_EQ(spaced.code, kExitFailed);
+  EXPECT_EQ(spaced.out,
+            "warmfront: cones: no such file or folder; a list is given with commas, as in one,two\n")
+      << "before anything is measured";
+  EXPECT_EQ(run(std::string("bench ") + kScene + " --csv - --json -").code, kExitUsage);
+  EXPECT_EQ(run("bench builtin:nothing").code, kExitUsage) << "as detect";
   EXPECT_EQ(run(std::string("bench ") + kScene + " --ablations none --csv " + folder_.file("no/b.csv")).code,
             kExitFailed);
 }

@@ -67,6 +67,8 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --frames 4:2",
                                 "detect builtin:bart --frames 0:999",
                                 "detect builtin:bart --contacts c.txt",
+                                "detect builtin:bart --contacts - --json -",
+                                "detect builtin:bart --contacts - --html -",
                                 "detect builtin:bart --contacts c.csv --report count",
                                 "detec builtin:bart",
                                 "sessions list --server 127.0.0.1",
@@ -85,6 +87,69 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
     EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1)
         << arguments << ": " << outcome.out;
   }
+}
+
+TEST(Cli, AnUnknownOptionOrVerbIsNamedWithTheNearest) {
+  EXPECT_THAT(
+      run("detect builtin:bart --tolerence 3").out,
+      HasSubstr("there is no option --tolerence; the nearest is --tolerance; see 'warmfront detect --help'"));
+  EXPECT_THAT(run("detect builtin:bart --min-seperation=0.1").out,
+              HasSubstr("the nearest is --min-separation;"));
+  EXPECT_THAT(run("detect builtin:bart --frobnicate").out, HasSubstr("no option --frobnicate; see"));
+  EXPECT_THAT(run("detec builtin:bart").out, HasSubstr("no verb 'detec'; the nearest is 'detect'"));
+  EXPECT_THAT(run("scene bart here").out, HasSubstr("the argument 'here' is one too many"));
+}
+
+// A list is given with commas or by repeating the option, in every verb; a word after a space is an input.
+TEST(Cli, ListsAreGivenInOneWay) {
+  const TemporaryFolder folder;
+  const std::string detect =
+      std::string("detect ") + kScene + " --frames 8:9 --contacts " + folder.file("c.csv");
+  std::vector<std::string> written;
+  for (const char* fields : {" --fields normal,points", " --fields normal --fields points"}) {
+    ASSERT_EQ(run(detect + fields).code, kExitOk) << fields;
+    written.push_back(folder.read("c.csv"));
+    EXPECT_THAT(written.back(), StartsWith("frame,type,v0,v1,v2,v3,toi,status,nx,ny,nz,ax")) << fields;
+  }
+  EXPECT_EQ(written[0], written[1]);
+  const Outcome spaced = run(detect + " --fields normal points");
+  EXPECT_EQ(spaced.code, kExitUsage) << spaced.out;
+  EXPECT_THAT(spaced.out, HasSubstr("stands alone: give no other input")) << "it was taken for an input";
+  EXPECT_THAT(run("load --server unix:/nowhere --limit p99=1ms,p42=1ms").out, HasSubstr("p42"));
+}
+
+// A face that repeats a vertex is a segment, and is met as one; what is left out is said.
+TEST(Cli, SegmentsAreMetAndWhatIsLeftOutIsSaid) {
+  const TemporaryFolder folder;
+  const auto frame = [&](const char* name, const char* z) {
+    return folder.write(name, std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nv 0.2 0.2 ") + z +
+                                  "\nv 0.3 0.2 " + z + "\nf 5 5 6\nl 5 6\n");
+  };
+  const std::string input = frame("t0.obj", "1") + " " + frame("t1.obj", "-1");
+  const Outcome segment = run("detect " + input + " --json -", "2>/dev/null");
+  ASSERT_EQ(segment.code, kExitOk);
+  const Json frames = Json::parse(segment.out)["frames"];
+  EXPECT_EQ(frames[0]["vf"], 2) << "both ends of the segment pass the triangle";
+  EXPECT_NEAR(frames[0]["earliest_toi"].get<double>(), 0.5, 1e-5);
+  const std::string notes = run("detect " + input + " --json -", "2>&1 >/dev/null").out;
+  EXPECT_THAT(notes,
+              HasSubstr("warmfront: note: " + folder.file("t0.obj") + ": vertices in no face: 1 of 6;"));
+  EXPECT_THAT(notes, HasSubstr("edges of no face: 1; they are left out"));
+  const std::string points = folder.write("p.obj", "v 0 0 0\nv 1 0 0\n");
+  const Outcome lone = run("detect " + points + " " + points);
+  EXPECT_EQ(lone.code, kExitFailed);
+  EXPECT_THAT(lone.out,
+              HasSubstr("p.obj: 2 vertices and no face; points and edges alone are not modelled yet"));
+}
+
+TEST(Cli, ContactsGoToStdoutAsCsvWithNothingElseThere) {
+  const TemporaryFolder folder;
+  const std::string detect = std::string("detect ") + kScene + " --frames 2:9 --contacts ";
+  ASSERT_EQ(run(detect + folder.file("c.csv")).code, kExitOk);
+  const Outcome piped = run(detect + "-", "2>/dev/null");
+  EXPECT_EQ(piped.code, kExitOk);
+  EXPECT_EQ(piped.out, folder.read("c.csv"));
+  EXPECT_THAT(piped.out, HasSubstr("\n9,"));
 }
 
 TEST(Cli, FailuresExitWith2AndOneLine) {
@@ -216,9 +281,9 @@ TEST(Cli, ContactFieldsAskedForAreWritten) {
   std::istringstream csv(folder.read("c.csv"));
   std::string line;
   ASSERT_TRUE(std::getline(csv, line));
-  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi,nx,ny,nz,ax,ay,az,bx,by,bz");
+  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi,status,nx,ny,nz,ax,ay,az,bx,by,bz");
   int rows = 0;
-  for (; std::getline(csv, line); ++rows) EXPECT_EQ(std::count(line.begin(), line.end(), ','), 15);
+  for (; std::getline(csv, line); ++rows) EXPECT_EQ(std::count(line.begin(), line.end(), ','), 16);
   EXPECT_GT(rows, 0);
 }
 
@@ -231,10 +296,10 @@ TEST(Cli, ContactsFileAgreesWithTheReport) {
   std::istringstream csv(folder.read("c.csv"));
   std::string line;
   ASSERT_TRUE(std::getline(csv, line));
-  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi");
+  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi,status");
   std::map<std::string, int> rows;
   while (std::getline(csv, line)) {
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 6);
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 7);
     ++rows[line.substr(0, line.find(',') + 3)];
   }
   int total = 0;

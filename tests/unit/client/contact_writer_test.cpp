@@ -43,10 +43,10 @@ TEST(ContactWriter, CsvHasTheColumnsThatToolsRead) {
   const TemporaryFolder folder;
   write_two_frames(folder.file("c.csv"));
   EXPECT_EQ(folder.read("c.csv"),
-            "frame,type,v0,v1,v2,v3,toi\n"
-            "1,vf,5,1,2,3,0.10000000000000001\n"
-            "1,ee,0,4,1,2,0\n"
-            "13,vf,5,1,2,3,0.10000000000000001\n");
+            "frame,type,v0,v1,v2,v3,toi,status\n"
+            "1,vf,5,1,2,3,0.10000000000000001,hit\n"
+            "1,ee,0,4,1,2,0,possible\n"
+            "13,vf,5,1,2,3,0.10000000000000001,hit\n");
 }
 
 TEST(ContactWriter, JsonLinesAreObjectsOfTheSameFieldsAndTheStatus) {
@@ -82,6 +82,13 @@ TEST(ContactWriter, VtpPointsLieWhereTheContactsAre) {
   const std::size_t at = vtp.find("Name=\"Points\"");
   const std::size_t offset = std::strtoul(&vtp[vtp.find("offset=\"", at) + 8], nullptr, 10);
   EXPECT_EQ(load_scalar<std::uint64_t>(&vtp[data + offset], std::endian::little), 48U);
+  const std::size_t ids = vtp.find("Name=\"vertices\" NumberOfComponents=\"4\"");
+  ASSERT_NE(ids, std::string::npos) << "who touches whom";
+  const std::size_t ids_offset = std::strtoul(&vtp[vtp.find("offset=\"", ids) + 8], nullptr, 10);
+  EXPECT_EQ(load_scalar<std::uint64_t>(&vtp[data + ids_offset], std::endian::little), 32U);
+  for (std::size_t k = 0; k < 8; ++k)
+    EXPECT_EQ(load_scalar<std::uint32_t>(&vtp[data + ids_offset + 8 + 4 * k], std::endian::little),
+              kContacts[k / 4].vertices[k % 4]);
   // From 0 to 1 along each axis, at toi 0.1.
   EXPECT_DOUBLE_EQ(load_scalar<double>(&vtp[data + offset + 8], std::endian::little), 0.1);
   EXPECT_DOUBLE_EQ(load_scalar<double>(&vtp[data + offset + 8 + 24], std::endian::little), 0.0);
@@ -99,8 +106,9 @@ TEST(ContactWriter, FieldsAskedForFollow) {
     ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts, both).ok());
     ASSERT_TRUE(writer.value()->close().ok());
   }
-  EXPECT_THAT(folder.read("c.csv"), HasSubstr("toi,w0,w1,w2,w3,nx,ny,nz,ax,ay,az,bx,by,bz\n1,vf,5,1,2,3,"
-                                              "0.10000000000000001,1,0.25,0.25,0.5,0,0,1,1,2,3,4,5,6\n"));
+  EXPECT_THAT(folder.read("c.csv"),
+              HasSubstr("toi,status,w0,w1,w2,w3,nx,ny,nz,ax,ay,az,bx,by,bz\n1,vf,5,1,2,3,"
+                        "0.10000000000000001,hit,1,0.25,0.25,0.5,0,0,1,1,2,3,4,5,6\n"));
   std::istringstream lines(folder.read("c.jsonl"));
   std::string line;
   std::getline(lines, line);

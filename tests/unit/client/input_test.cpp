@@ -102,6 +102,63 @@ TEST(Input, AFolderOfNumberedMeshesIsASequence) {
   EXPECT_EQ(std::get<0>(positions)[2], 0);
 }
 
+// How a polygon is cut is decided by the first frame: in a later one it may lie otherwise, or even cross
+// itself.
+TEST(Input, PolygonsAreCutOnceForAllFrames) {
+  const TemporaryFolder folder;
+  const auto frame = [&](const char* name, const char* last, const char* face = "1 2 3 4") {
+    return folder.write(name, std::string("v 1 -1 0\nv 1 1 0\nv -1 1 0\nv ") + last + " 0\nf " + face + "\n");
+  };
+  const std::string concave = frame("t0.obj", "0.25 0.25");
+  const std::string convex = frame("t1.obj", "-1 -1");
+  const std::string crossed = frame("t2.obj", "2 0.5");
+  const std::string other = frame("t3.obj", "0.25 0.25", "4 1 2 3");
+  Arguments arguments{concave, convex, crossed, concave, other};
+  Result<std::unique_ptr<Input>> input = open_input(arguments);
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  ASSERT_EQ(input.value()->scene().faces.size(), 2U);
+  for (const auto& face : input.value()->scene().faces)
+    EXPECT_NE(face, (std::array<std::int32_t, 3>{0, 1, 2})) << "it covers the notch";
+  PositionBuffer positions;
+  for (const std::uint32_t k : {1U, 2U, 3U}) {
+    const Status read = input.value()->read_frame(k, positions);
+    EXPECT_TRUE(read.ok()) << k << ": " << read.error().message;
+  }
+  EXPECT_THAT(input.value()->read_frame(4, positions).error().message, HasSubstr("another topology"));
+  EXPECT_THAT(open_error({crossed, concave}),
+              HasSubstr("t2.obj: line 5: a polygon of 4 corners crosses itself"));
+  // Another program may have saved the same triangles.
+  std::string same = "v 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0.25 0.25 0\n";
+  for (const auto& f : input.value()->scene().faces)
+    same += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[1] + 1) + " " +
+            std::to_string(f[2] + 1) + "\n";
+  arguments = {concave, folder.write("same.obj", same)};
+  Result<std::unique_ptr<Input>> mixed = open_input(arguments);
+  ASSERT_TRUE(mixed.ok());
+  EXPECT_TRUE(mixed.value()->read_frame(1, positions).ok());
+}
+
+TEST(Input, WhatIsNotModelledIsRefusedOrSaid) {
+  const TemporaryFolder folder;
+  const std::string points = folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
+  const std::string lines = folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+  for (const std::string& path : {points, lines}) {
+    const Arguments arguments{path, path};
+    Result<std::unique_ptr<Input>> input = open_input(arguments);
+    ASSERT_FALSE(input.ok()) << "nothing in it could ever touch";
+    EXPECT_EQ(input.error().message,
+              path + ": 2 vertices and no face; points and edges alone are not modelled yet: give triangles");
+  }
+  const std::string mixed =
+      folder.write("mixed.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 6 6\nf 1 2 3\nl 4 5 1\n");
+  const Arguments arguments{mixed, mixed};
+  const Result<std::unique_ptr<Input>> input = open_input(arguments);
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  EXPECT_THAT(input.value()->notes(),
+              ElementsAre(HasSubstr("mixed.obj: vertices in no face: 2 of 5; they are tested as points"),
+                          HasSubstr("mixed.obj: edges of no face: 2; they are left out")));
+}
+
 TEST(Input, MeshFilesMustShareTheirTopology) {
   const TemporaryFolder folder;
   const std::string a = folder.write("a.ply", triangle(0));

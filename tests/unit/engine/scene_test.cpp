@@ -29,8 +29,30 @@ TEST(Scene, NamesTheFirstBadIndex) {
               HasSubstr("faces[1][2]: vertex index 3 is not in [0, 3)"));
   EXPECT_THAT(error_of({.vertex_count = 3, .faces = {{0, -1, 2}}, .bodies = {}}),
               HasSubstr("faces[0][1]: vertex index -1"));
-  EXPECT_THAT(error_of({.vertex_count = 3, .faces = {{0, 1, 2}, {2, 1, 2}}, .bodies = {}}),
-              HasSubstr("faces[1]: vertex index 2 is repeated"));
+}
+
+TEST(Scene, PointsAloneAreRefusedUntilTheyAreModelled) {
+  const auto points = Scene::create({.vertex_count = 4, .faces = {}, .bodies = {}});
+  ASSERT_FALSE(points.ok()) << "they would be stepped for ever, and never meet";
+  EXPECT_EQ(points.error().code, ErrorCode::kUnimplemented);
+  EXPECT_THAT(points.error().message, HasSubstr("faces: none over 4 vertices; points and edges alone"));
+  // What is added later may have faces, which points meet; and points may be added to faces.
+  const auto dust = Scene::create({.vertex_count = 4, .faces = {}, .bodies = {{"dust", 0, 4}}});
+  ASSERT_TRUE(dust.ok());
+  EXPECT_TRUE(dust.value().with_body({{"more", 0, 2}, {}}).ok());
+}
+
+// A face that repeats an index is the segment or the point that it names: each of its sides counts once.
+TEST(Scene, AFaceMayRepeatAnIndex) {
+  const auto scene = testing::make_scene(5, {{0, 0, 1}, {2, 3, 2}, {4, 4, 4}, {1, 2, 3}});
+  EXPECT_THAT(scene->edges(), ElementsAre(Edge{0, 0}, Edge{0, 1}, Edge{1, 2}, Edge{1, 3}, Edge{2, 2},
+                                          Edge{2, 3}, Edge{4, 4}));
+  EXPECT_THAT(scene->vertex_faces()[0], ElementsAre(0));
+  EXPECT_THAT(scene->vertex_faces()[2], ElementsAre(1, 3));
+  EXPECT_THAT(scene->edge_faces()[5], ElementsAre(1, 3)) << "once each";
+  EXPECT_THAT(scene->edge_faces()[6], ElementsAre(2));
+  EXPECT_TRUE(scene->isolated_vertices().empty());
+  EXPECT_EQ(count_adjacent_pairs(*scene), 2U) << "the triangle with either segment";
 }
 
 TEST(Scene, ChecksBodies) {
@@ -162,6 +184,25 @@ TEST(Ownership, CoversEveryPairExactlyOnce) {
     std::mt19937_64 random(seed);
     const auto [scene, positions] = testing::random_scene(random);
     ASSERT_EQ(covered(*scene), every_pair_once(*scene)) << "seed " << seed;
+  }
+}
+
+// Few vertices and any three of them a face: half of the faces are segments or points.
+TEST(Ownership, CoversPairsOfSegmentsAndPointsExactlyOnce) {
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto vertices = static_cast<std::uint32_t>(3 + random() % 8);
+    testing::Faces faces(1 + random() % 8);
+    for (auto& face : faces)
+      for (std::int32_t& v : face) v = static_cast<std::int32_t>(random() % vertices);
+    for (auto& face : faces)
+      if (random() % 3 == 0) face[random() % 3] = face[random() % 3];
+    const auto scene = testing::make_scene(vertices, faces);
+    ASSERT_EQ(covered(*scene), every_pair_once(*scene)) << "seed " << seed;
+    std::uint64_t pairs = 0;
+    for (std::uint32_t f = 0; f < scene->face_count(); ++f)
+      for (std::uint32_t g = 0; g < f; ++g) pairs += adjacent(scene->faces()[f], scene->faces()[g]);
+    ASSERT_EQ(count_adjacent_pairs(*scene), pairs) << "seed " << seed;
   }
 }
 

@@ -65,6 +65,19 @@ TEST_F(ConfigTest, FlagsThenEnvironmentThenFileThenDefaults) {
   EXPECT_THAT(text, HasSubstr("(from: default)\ndrain-timeout = \"30s\""));
 }
 
+TEST_F(ConfigTest, ListsAreCommasOrRepetitionsInFlagsAndVariables) {
+  const std::vector<std::string> expected{"unix:a", "unix:b", "127.0.0.1:1"};
+  const auto listens = [&](const std::vector<const char*>& flags) {
+    const auto resolved = resolve(flags);
+    return std::holds_alternative<ResolvedConfig>(resolved) ? std::get<ResolvedConfig>(resolved).config.listen
+                                                            : std::vector<std::string>{err_.str()};
+  };
+  EXPECT_EQ(listens({"--listen", "unix:a,unix:b,127.0.0.1:1"}), expected);
+  EXPECT_EQ(listens({"--listen", "unix:a,unix:b", "--listen", "127.0.0.1:1"}), expected);
+  environment_ = {{"WARMFRONT_LISTEN", "unix:a,unix:b,127.0.0.1:1"}};
+  EXPECT_EQ(listens({}), expected);
+}
+
 TEST_F(ConfigTest, WhatIsPrintedReadsBackTheSame) {
   const auto first =
       resolve({"--listen", "unix:x", "--listen", "127.0.0.1:5", "--insecure", "--max-message-bytes", "5MiB",
@@ -83,6 +96,12 @@ TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
   EXPECT_EQ(std::get<int>(resolve({"--window", "0"})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("--window: \"0\": an integer in [1, 64] is expected"));
   EXPECT_EQ(std::get<int>(resolve({"--no-such-flag"})), 3);
+  EXPECT_THAT(err_.str(),
+              HasSubstr("warmfrontd: there is no option --no-such-flag; see 'warmfrontd --help'\n"));
+  EXPECT_EQ(std::get<int>(resolve({"--max-sesions", "3"})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("there is no option --max-sesions; the nearest is --max-sessions; see"));
+  EXPECT_EQ(std::get<int>(resolve({"x", "--insecure"})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("the argument 'x' is one too many"));
   environment_ = {{"WARMFRONT_LOG_LEVEL", "loud"}};
   EXPECT_EQ(std::get<int>(resolve({})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("WARMFRONT_LOG_LEVEL: \"loud\""));

@@ -38,9 +38,9 @@ def test_answers_are_those_of_detect(client, cloth, tmp_path, tier):
         assert (answer.possible, answer.earliest_toi) == (frame["possible"], frame["earliest_toi"])
         assert answer.statistics.counts.bv_tests == frame["counts"]["bv_tests"]
         assert answer.statistics.front_state == frame["front_state"]
-    told = [(str(answer.frame), "vf" if kind == Kind.VERTEX_FACE else "ee", *map(str, v), float(toi))
-            for answer in answers for kind, v, toi in zip(answer.kind, answer.v, answer.toi)]
-    assert told == [(r["frame"], r["type"], r["v0"], r["v1"], r["v2"], r["v3"], float(r["toi"])) for r in rows]
+    told = [(str(answer.frame), "vf" if kind == Kind.VERTEX_FACE else "ee", *map(str, v), float(toi), Status(status).name.lower())
+            for answer in answers for kind, v, toi, status in zip(answer.kind, answer.v, answer.toi, answer.status)]
+    assert told == [(r["frame"], r["type"], r["v0"], r["v1"], r["v2"], r["v3"], float(r["toi"]), r["status"]) for r in rows]
 
 
 def test_float64_positions_give_what_the_same_float32_positions_give(client, cloth):
@@ -106,6 +106,69 @@ def test_fields_come_where_asked_for(client):
     assert (table["v"] == contacts.v).all() and (table["points"] == contacts.points).all()
     with client.session(before, faces) as session:
         assert session.step(after).weights is None
+
+
+def test_lists_and_whole_numbers_are_taken_exactly(client):
+    before, after, faces = triangle_through_triangle()
+    before, after = 4 * before, 4 * after
+    with client.session(before, faces) as session:
+        expected = bits(session.step(after))
+    for V0, V1 in ((before.tolist(), after.tolist()), (before.astype(int), after.astype(np.int16)),
+                   (before, after.tolist()), (before.tolist(), after.astype(np.float16))):
+        with client.session(V0, faces.tolist()) as session:
+            assert bits(session.step(V1)) == expected
+    with client.session(before.astype(np.float32), faces) as session:
+        assert session.info().dtype == "float32"
+        session.step(after.tolist())
+        with pytest.raises(warmfront.InvalidArgument, match=r"positions\[0, 0\]: 0.1 is not exactly a float32"):
+            session.step((after + 0.1).tolist())
+
+
+def test_contacts_know_their_bodies_faces_and_edges(client, crowd):
+    """By brute force over the scene's faces."""
+    spare = crowd.frames[0][:crowd.bodies[0].vertex_count] + np.float32(100)
+    own = crowd.faces[(crowd.faces < len(spare)).all(axis=1)]
+    with client.session(crowd.frames[0], crowd.faces, bodies=crowd.bodies, options=Options(min_separation=0.05)) as session:
+        added = session.add_body(Body(len(spare)), own, spare)
+        faces = np.concatenate([crowd.faces, own + len(crowd.frames[0])])
+        edges = sorted({tuple(sorted((int(f[i]), int(f[i - 1])))) for f in faces for i in range(3)})
+        assert session.edges.tolist() == [list(edge) for edge in edges]
+        ends = np.cumsum([body.vertex_count for body in crowd.bodies] + [len(spare)])
+        # The new body comes down on the first.
+        moved = np.concatenate([crowd.frames[1], crowd.frames[1][:len(spare)] + np.float32(0.01)])
+        contacts = session.step(moved)
+        assert contacts.vf > 100 < contacts.ee and (contacts.bodies == added).any()
+        for row, v in enumerate(contacts.v.tolist()):
+            first, second = (int(np.searchsorted(ends, v[k], side="right")) for k in (0, 2))
+            assert contacts.bodies[row].tolist() == [first, second]
+            if contacts.kind[row] == Kind.VERTEX_FACE:
+                assert faces[contacts.faces[row]].tolist() == v[1:] and contacts.edges[row].tolist() == [-1, -1]
+            else:
+                assert contacts.faces[row] == -1
+                assert [edges[e] for e in contacts.edges[row]] == [tuple(sorted(v[:2])), tuple(sorted(v[2:]))]
+
+
+def test_duplicate_faces_are_told_apart(client):
+    before, after, faces = triangle_through_triangle()
+    faces = np.concatenate([faces, faces[:1], faces[:1, [1, 2, 0]]])
+    with client.session(before, faces) as session:
+        contacts = session.step(after)
+        assert contacts.faces[contacts.kind == Kind.VERTEX_FACE].tolist() == [0, 2, 3]
+        assert contacts.bodies is None  # none were declared
+
+
+def test_a_face_may_repeat_a_vertex_and_vertices_in_no_face_are_said(client):
+    before, after, _ = triangle_through_triangle()
+    with pytest.warns(UserWarning, match="vertices in no face: 1 of 6; they are tested as points against faces"):
+        session = client.session(before, [[0, 1, 2], [3, 3, 4]])
+    with session:
+        contacts = session.step(after)
+        # The segment's first end; and the segment, which crosses the hypotenuse.
+        assert contacts.v.tolist() == [[3, 0, 1, 2], [1, 2, 3, 4]]
+        assert session.edges.tolist() == [[0, 1], [0, 2], [1, 2], [3, 3], [3, 4]]
+    with pytest.raises(warmfront.Unimplemented, match="points and edges alone are not modelled yet"), \
+            pytest.warns(UserWarning, match="6 of 6"):
+        client.session(before, np.empty((0, 3), int))
 
 
 def test_columns_are_views_and_positions_are_free_to_change(client):

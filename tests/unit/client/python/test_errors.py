@@ -19,15 +19,18 @@ def nan_at(vertex):
 
 
 @pytest.mark.parametrize("message, arguments", [
-    (r"positions: list; give a numpy array of float32 or float64", dict(positions=BEFORE.tolist())),
-    (r"positions: int64 numbers", dict(positions=np.zeros((6, 3), int))),
+    (r"positions: str; give an array", dict(positions="many")),
+    (r"positions: list; give an array", dict(positions=[[0, 0, 0], [1, 1]])),
+    (r"positions: complex128 numbers", dict(positions=BEFORE + 1j)),
+    (r"positions\[1, 2\]: 9007199254740993 is not exactly a float64",
+     dict(positions=np.where(np.arange(18).reshape(6, 3) == 5, 2**53 + 1, 2**60))),
     (r"positions: shape \(6, 2\), but \(n, 3\) is expected", dict(positions=BEFORE[:, :2])),
     (r"positions\[4\].z: is not a number", dict(positions=nan_at(4))),
     (r"faces: shape \(6,\); give \(m, 3\)", dict(faces=FACES.ravel())),
     (r"faces: float64 numbers; give integers", dict(faces=FACES.astype(float))),
     (r"faces\[1\]: index 4294967296 is beyond int32", dict(faces=FACES + [[0, 0, 0], [2**32 - 3, 0, 0]])),
     (r"faces\[1\].*6", dict(faces=FACES + [[0, 0, 0], [0, 0, 1]])),
-    (r"faces\[0\]", dict(faces=np.array([[0, 1, 1]]))),
+    (r"faces\[0\]", dict(faces=np.array([[0, 1, -1]]))),
     (r"bodies: cover 5 of 6 vertices", dict(bodies=[Body(3), Body(2)])),
     (r"body 'b': kind 'soft' is none of", dict(bodies=[Body(6, "soft", "b")])),
     (r"body '': group -1 is not", dict(bodies=[Body(6, group=-1)])),
@@ -50,6 +53,7 @@ def test_a_bad_scene(client, message, arguments):
 @pytest.mark.parametrize("message, frame", [
     (r"frame 1: positions: shape \(5, 3\), but \(6, 3\) is expected", dict(positions=AFTER[:5])),
     (r"frame 1: positions: the session was created with float64", dict(positions=AFTER.astype(np.float32))),
+    (r"frame 1: positions\[0, 0\]: 18014398509481985 is not exactly a float64", dict(positions=np.full((6, 3), 2**54 + 1))),
     (r"frame 1: positions\[2\].z: is not a number", dict(positions=nan_at(2))),
     (r"gives all vertices, and parts besides", dict(positions=AFTER, poses={1: np.eye(3, 4)})),
     (r"frame 1: bodies\[2\]: body 2 is not in \[0, 2\)", dict(bodies={2: AFTER[:3]})),
@@ -93,8 +97,19 @@ def test_limits_say_which_and_the_session_goes_on(client):
 
 
 def test_nobody_answers():
-    with pytest.raises(warmfront.Unavailable, match="127.0.0.1:1: no Warmfront daemon answers .* is it running there?"):
+    """Why, in the system's words, as the C++ client says it."""
+    with pytest.raises(warmfront.Unavailable, match="127.0.0.1:1: no Warmfront daemon answers .*Connection refused.* is it "
+                                                    "running there?"):
         warmfront.connect("127.0.0.1:1", patience=Patience(call=0.3))
+
+
+@pytest.mark.parametrize("address", ["http://localhost:50061", "localhost", "localhost:", "localhost:http", ":50051",
+                                     "::1:50051", "127.0.0.1:0", "127.0.0.1:65536", "unix:", "", None])
+def test_what_is_no_address_is_refused_at_once(address):
+    """Without waiting for a daemon there: gRPC would look for it."""
+    with pytest.raises(ValueError, match=r"HOST:PORT \(an IPv6 host in brackets\) or unix:PATH is expected") as error:
+        warmfront.connect(address)
+    assert repr(address) in str(error.value) and isinstance(error.value, InvalidArgument)
 
 
 def test_who_takes_time_to_answer_is_connected_to_once(tmp_path):

@@ -2,6 +2,8 @@
 """Exactly one answer to each frame, of the same bits, whatever becomes of the daemon."""
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -198,3 +200,21 @@ def test_a_session_that_was_not_closed_says_so(client, cloth):
     session = client.session(cloth.frames[0], cloth.faces)
     with pytest.warns(ResourceWarning, match=session.id):
         del session
+
+
+def test_a_user_who_configured_nothing_sees_that_a_session_was_not_closed(daemon):
+    """Python hides ResourceWarnings by default; at the program's end too."""
+    program = f"""
+import numpy as np, warmfront
+positions = np.eye(3)
+def lose():
+    lost = warmfront.connect({daemon.address!r}).session(positions, [[0, 1, 2]])
+    print(lost.id)
+lose()
+left = warmfront.connect({daemon.address!r}).session(positions, [[0, 1, 2]])
+print(left.id)
+"""
+    done = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=True)
+    for session_id in done.stdout.split():
+        assert f"session {session_id} was not closed" in done.stderr
+    assert len(done.stdout.split()) == 2

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/lib/address.h"
+
+#include <charconv>
+
+namespace warmfront::client {
+
+bool is_server_address(std::string_view text) {
+  if (text.starts_with("unix:")) return text.size() > 5;
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos || colon == 0) return false;
+  const std::string_view host = text.substr(0, colon);
+  if (host.find(':') != std::string_view::npos && !(host.starts_with('[') && host.ends_with(']')))
+    return false;
+  int port = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data() + colon + 1, last, port);
+  return error == std::errc() && end == last && port >= 1 && port <= 65535;
+}
+
+}  // namespace warmfront::client
