@@ -13,7 +13,7 @@
 namespace warmfront::server {
 namespace {
 
-// Odd, and with as many ones as zeros, in no pattern.
+// Odd, their bits in no pattern.
 constexpr std::uint64_t kSpread = 0xd6e8a3b5719c4f2d;
 constexpr std::uint64_t kMix = 0xa24b1c9f3e7d5863;
 
