@@ -353,7 +353,7 @@ Script kinds_of_bounds() {
   script.options.bounds = BoundsKind::kAuto;
   for (int i = 0; i < 40; ++i)
     script.operations.emplace_back(posed(1, shifted(0.01, 0.02, i % 2 == 0 ? -0.6 : 0.1)));
-  script.first = 5;
+  script.first = 9;
   return script;
 }
 

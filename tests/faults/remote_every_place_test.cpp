@@ -3,7 +3,9 @@
 // and each call comes to what it comes to without. In strides of 17 bytes; WARMFRONT_EVERY_BYTE=1 tries each.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <ostream>
 
 #include "tests/faults/daemon_process.h"
 #include "tests/faults/remote_session.h"
@@ -13,7 +15,6 @@
 namespace warmfront::test {
 namespace {
 
-using namespace std::chrono_literals;
 using testing::AcceptedState;
 using testing::StepOperation;
 
@@ -35,8 +36,8 @@ StepOperation lowered(double z) {
 }
 
 // A session's life; returns what went wrong, in a few words.
-std::string live(client::Client& client, SwitchProxy& proxy, SwitchProxy::Way way, long n) {
-  RemoteSession session(client, two_squares(), {.fields = {.normal = true}});
+std::string live(SessionDriver& driver, SwitchProxy& proxy, SwitchProxy::Way way, long n) {
+  RemoteSession session(driver, two_squares(), {.fields = {.normal = true}});
   if (std::string wrong = session.create(); !wrong.empty()) return wrong;
   proxy.end_before(way, n);
   testing::AddOperation add;
@@ -65,25 +66,36 @@ std::string live(client::Client& client, SwitchProxy& proxy, SwitchProxy::Way wa
   return session.close();
 }
 
-class RemoteEveryPlace : public ::testing::TestWithParam<SwitchProxy::Way> {};
-INSTANTIATE_TEST_SUITE_P(Ways, RemoteEveryPlace,
-                         ::testing::Values(SwitchProxy::Way::kToDaemon, SwitchProxy::Way::kToClient),
-                         [](const auto& info) {
-                           return info.param == SwitchProxy::Way::kToDaemon ? "ToDaemon" : "ToClient";
-                         });
+struct Case {
+  const char* name;
+  std::unique_ptr<SessionDriver> (*drive)(const std::string& address);
+  SwitchProxy::Way way;
+};
+void PrintTo(const Case& one, std::ostream* out) {
+  *out << one.name;
+}
+
+class RemoteEveryPlace : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Clients, RemoteEveryPlace,
+                         ::testing::Values(Case{"CppToDaemon", drive_cpp, SwitchProxy::Way::kToDaemon},
+                                           Case{"CppToClient", drive_cpp, SwitchProxy::Way::kToClient}),
+                         [](const auto& info) { return info.param.name; });
+#ifdef WARMFRONT_PYTHON
+INSTANTIATE_TEST_SUITE_P(PythonClient, RemoteEveryPlace,
+                         ::testing::Values(Case{"PythonToDaemon", drive_python, SwitchProxy::Way::kToDaemon},
+                                           Case{"PythonToClient", drive_python, SwitchProxy::Way::kToClient}),
+                         [](const auto& info) { return info.param.name; });
+#endif
 
 TEST_P(RemoteEveryPlace, TheConnectionEnds) {
   DaemonProcess daemon;
   ASSERT_GE(daemon.port(), 0) << daemon.log();
   SwitchProxy proxy({daemon.socket().substr(5)});
-  auto client = client::Client::connect(
-      proxy.address(),
-      {.call_timeout = 20s, .answer_timeout = 60s, .resume_timeout = 60s, .max_resumes_without_answer = 100});
-  ASSERT_TRUE(client.ok()) << client.error().message;
+  const auto driver = GetParam().drive(proxy.address());
   const long stride = std::getenv("WARMFRONT_EVERY_BYTE") == nullptr ? 17 : 1;
   long ends = 0;
   for (long n = 0;; n += stride) {
-    ASSERT_EQ(live(client.value(), proxy, GetParam(), n), "") << "the connection ended before byte " << n;
+    ASSERT_EQ(live(*driver, proxy, GetParam().way, n), "") << "the connection ended before byte " << n;
     if (!proxy.ended()) break;
     ++ends;
   }

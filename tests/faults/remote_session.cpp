@@ -2,6 +2,7 @@
 #include "tests/faults/remote_session.h"
 
 #include <cstring>
+#include <optional>
 #include <utility>
 
 namespace warmfront::test {
@@ -13,28 +14,6 @@ using testing::ChangeOperation;
 using testing::Operation;
 using testing::Outcome;
 using testing::StepOperation;
-
-/// A frame's views of what a step operation owns.
-class FrameOf {
- public:
-  explicit FrameOf(const StepOperation& step) {
-    if (step.all) frame_.positions = std::span<const double>(*step.all);
-    for (const StepOperation::Rows& rows : step.bodies)
-      bodies_.push_back({rows.body, std::span<const double>(rows.positions)});
-    frame_.bodies = bodies_;
-    frame_.poses = step.poses;
-    frame_.vertices = step.vertices;
-    frame_.vertex_positions = std::span<const double>(step.vertex_positions);
-  }
-  FrameOf(const FrameOf&) = delete;
-  FrameOf& operator=(const FrameOf&) = delete;
-
-  const Frame& frame() const { return frame_; }
-
- private:
-  Frame frame_;
-  std::vector<BodyPositions> bodies_;
-};
 
 template <class T>
 bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
@@ -69,36 +48,32 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
 
 }  // namespace
 
-RemoteSession::RemoteSession(client::Client& client, AcceptedState state, const ColliderOptions& options,
+RemoteSession::RemoteSession(SessionDriver& driver, AcceptedState state, const ColliderOptions& options,
                              std::size_t few)
-    : client_(client), state_(std::move(state)), options_(options), few_(few) {}
+    : driver_(driver), state_(std::move(state)), options_(options), few_(few) {}
 
 std::string RemoteSession::create() {
-  auto session = client_.create_session(state_.scene, std::span<const double>(state_.positions), options_);
-  if (!session.ok()) return "create_session: " + session.error().message;
-  session_.emplace(std::move(session).value());
-  return "";
+  const Status made = driver_.create(state_, options_);
+  return made.ok() ? "" : "create: " + made.error().message;
 }
 
 std::string RemoteSession::step(const StepOperation& operation, const Around& around) {
-  const FrameOf frame(operation);
   std::optional<Result<client::Answer>> answer;
-  around([&] { answer.emplace(session_->step(frame.frame())); });
+  around([&] { answer.emplace(driver_.step(operation)); });
   bool accepted = false;
   return check(operation, *answer, accepted);
 }
 
 std::string RemoteSession::two_steps(const StepOperation& first, const StepOperation& second,
                                      const std::function<void()>& between) {
-  const FrameOf first_frame(first), second_frame(second);
-  for (const FrameOf* frame : {&first_frame, &second_frame}) {
-    const auto submitted = session_->submit(frame->frame());
+  for (const StepOperation* step : {&first, &second}) {
+    const Status submitted = driver_.submit(*step);
     if (!submitted.ok()) return "submit: " + submitted.error().message;
   }
   between();
   bool accepted = false;
-  if (std::string wrong = check(first, session_->next_answer(), accepted); !wrong.empty()) return wrong;
-  const auto answer = session_->next_answer();
+  if (std::string wrong = check(first, driver_.next_answer(), accepted); !wrong.empty()) return wrong;
+  const auto answer = driver_.next_answer();
   if (accepted) return check(second, answer, accepted);
   if (answer.ok() || answer.error().code != ErrorCode::kFailedPrecondition)
     return "a frame after one that was refused must be refused as out of order";
@@ -121,7 +96,7 @@ std::string RemoteSession::check(const StepOperation& operation, const Result<cl
 
 std::string RemoteSession::add(const AddOperation& add, const Around& around) {
   std::optional<Result<std::uint32_t>> index;
-  around([&] { index.emplace(session_->add_body(add.addition, std::span<const double>(add.positions))); });
+  around([&] { index.emplace(driver_.add_body(add)); });
   if (!index->ok()) return "add_body: " + index->error().message;
   if (index->value() != state_.scene.bodies.size())
     return "add_body: index " + std::to_string(index->value()) + " where " +
@@ -133,7 +108,7 @@ std::string RemoteSession::add(const AddOperation& add, const Around& around) {
 std::string RemoteSession::change(const ChangeOperation& change, const Around& around) {
   const bool removed = state_.scene.bodies[change.body].kind == BodyKind::kRemoved;
   Status changed;
-  around([&] { changed = session_->change_body(change.body, change.as); });
+  around([&] { changed = driver_.change_body(change.body, change.as); });
   if (removed) {
     if (!changed.ok() && changed.error().code == ErrorCode::kInvalidArgument) return "";
     return "a change of a body that was removed: " + (changed.ok() ? "taken" : changed.error().message);
@@ -144,15 +119,16 @@ std::string RemoteSession::change(const ChangeOperation& change, const Around& a
 }
 
 std::string RemoteSession::wrong_step(const StepOperation& operation) {
-  const FrameOf frame(operation);
-  const auto answer = session_->step(frame.frame());
+  const auto answer = driver_.step(operation);
   if (!answer.ok() && answer.error().code == ErrorCode::kInvalidArgument) return "";
   return "a wrong frame: " + (answer.ok() ? "answered" : answer.error().message);
 }
 
 std::string RemoteSession::wrong_change() {
   const auto nobody = static_cast<std::uint32_t>(state_.scene.bodies.size()) + 3;
-  const Status changed = session_->change_body(nobody, {});
+  Body body;
+  body.vertex_count = 1;
+  const Status changed = driver_.change_body(nobody, body);
   // Without declared bodies there is nothing to change at all.
   if (!changed.ok() && (changed.error().code == ErrorCode::kInvalidArgument ||
                         changed.error().code == ErrorCode::kFailedPrecondition))
@@ -161,7 +137,7 @@ std::string RemoteSession::wrong_change() {
 }
 
 std::string RemoteSession::close() {
-  const Status closed = session_->close();
+  const Status closed = driver_.close();
   // A daemon that was killed knows of none; one that cannot be reached is given up soon.
   if (closed.ok() || closed.error().code == ErrorCode::kNotFound ||
       closed.error().code == ErrorCode::kUnavailable)

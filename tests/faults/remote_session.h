@@ -4,11 +4,9 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 
-#include "client/lib/client.h"
-#include "tests/support/accepted_state.h"
+#include "tests/faults/session_driver.h"
 
 namespace warmfront::test {
 
@@ -22,10 +20,10 @@ inline void as_it_is(const std::function<void()>& call) {
 class RemoteSession {
  public:
   /// A daemon may refuse answers of more contacts than `few`, and never one of fewer.
-  RemoteSession(client::Client& client, testing::AcceptedState state, const ColliderOptions& options,
+  RemoteSession(SessionDriver& driver, testing::AcceptedState state, const ColliderOptions& options,
                 std::size_t few = ColliderOptions{}.max_contacts);
 
-  /// As long as the daemon cannot be reached the rest may not be called.
+  /// Before all others.
   std::string create();
   std::string step(const testing::StepOperation& operation, const Around& around = as_it_is);
   /// The second is sent before the answer to the first is taken; both are valid where the other is accepted.
@@ -39,17 +37,15 @@ class RemoteSession {
   std::string close();
 
   const testing::AcceptedState& state() const { return state_; }
-  const client::Session& session() const { return *session_; }
 
  private:
   std::string check(const testing::StepOperation& operation, const Result<client::Answer>& answer,
                     bool& accepted);
 
-  client::Client& client_;
+  SessionDriver& driver_;
   testing::AcceptedState state_;
   const ColliderOptions options_;
   const std::size_t few_;
-  std::optional<client::Session> session_;
 };
 
 }  // namespace warmfront::test

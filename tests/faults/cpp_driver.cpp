@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "client/lib/client.h"
+#include "tests/faults/session_driver.h"
+
+namespace warmfront::test {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AddOperation;
+using testing::StepOperation;
+
+/// A frame's views of what a step operation owns.
+class FrameOf {
+ public:
+  explicit FrameOf(const StepOperation& step) {
+    if (step.all) frame_.positions = std::span<const double>(*step.all);
+    for (const StepOperation::Rows& rows : step.bodies)
+      bodies_.push_back({rows.body, std::span<const double>(rows.positions)});
+    frame_.bodies = bodies_;
+    frame_.poses = step.poses;
+    frame_.vertices = step.vertices;
+    frame_.vertex_positions = std::span<const double>(step.vertex_positions);
+  }
+  FrameOf(const FrameOf&) = delete;
+  FrameOf& operator=(const FrameOf&) = delete;
+
+  const Frame& frame() const { return frame_; }
+
+ private:
+  Frame frame_;
+  std::vector<BodyPositions> bodies_;
+};
+
+class CppDriver final : public SessionDriver {
+ public:
+  explicit CppDriver(std::string address) : address_(std::move(address)) {}
+
+  Status create(const testing::AcceptedState& state, const ColliderOptions& options) override {
+    session_.reset();
+    auto client = client::Client::connect(address_, {.call_timeout = 20s,
+                                                     .create_timeout = 60s,
+                                                     .answer_timeout = 60s,
+                                                     .resume_timeout = 60s,
+                                                     .max_resumes_without_answer = 1000});
+    if (!client) return client.error();
+    auto session =
+        client.value().create_session(state.scene, std::span<const double>(state.positions), options);
+    if (!session) return session.error();
+    session_.emplace(std::move(session).value());
+    return {};
+  }
+  Result<client::Answer> step(const StepOperation& operation) override {
+    return session_->step(FrameOf(operation).frame());
+  }
+  Status submit(const StepOperation& operation) override {
+    const auto number = session_->submit(FrameOf(operation).frame());
+    return number.ok() ? Status() : Status(number.error());
+  }
+  Result<client::Answer> next_answer() override { return session_->next_answer(); }
+  Result<std::uint32_t> add_body(const AddOperation& add) override {
+    return session_->add_body(add.addition, std::span<const double>(add.positions));
+  }
+  Status change_body(std::uint32_t index, const Body& body) override {
+    return session_->change_body(index, body);
+  }
+  Status close() override { return session_->close(); }
+  std::string id() const override { return session_->id(); }
+  std::uint32_t window() const override { return session_->window(); }
+
+ private:
+  const std::string address_;
+  std::optional<client::Session> session_;
+};
+
+}  // namespace
+
+std::unique_ptr<SessionDriver> drive_cpp(const std::string& address) {
+  return std::make_unique<CppDriver>(address);
+}
+
+}  // namespace warmfront::test

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// A Python process that is told what to do, line by line: see python_driver.py.
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "tests/faults/session_driver.h"
+
+extern char** environ;
+
+namespace warmfront::test {
+namespace {
+
+using nlohmann::json;
+using testing::AddOperation;
+using testing::StepOperation;
+
+template <class T>
+std::string hex(const T* values, std::size_t count) {
+  static const char* const digits = "0123456789abcdef";
+  const auto* bytes = reinterpret_cast<const unsigned char*>(values);
+  std::string text;
+  for (std::size_t i = 0; i < count * sizeof(T); ++i) {
+    text += digits[bytes[i] >> 4];
+    text += digits[bytes[i] & 15];
+  }
+  return text;
+}
+template <class T>
+std::string hex(const std::vector<T>& values) {
+  return hex(values.data(), values.size());
+}
+
+template <class T>
+std::vector<T> from_hex(const std::string& text) {
+  const auto digit = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < text.size(); i += 2)
+    bytes += static_cast<char>(digit(text[i]) * 16 + digit(text[i + 1]));
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty())
+    std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+json told(const Body& body) {
+  constexpr const char* kKinds[] = {"deformable", "rigid", "static", "removed"};
+  return {{"name", body.name},
+          {"first_vertex", body.first_vertex},
+          {"vertex_count", body.vertex_count},
+          {"kind", kKinds[static_cast<int>(body.kind)]},
+          {"self_collision", body.self_collision},
+          {"group", body.group},
+          {"mask", body.mask}};
+}
+
+json told(const StepOperation& step) {
+  json frame{{"bodies", json::array()},
+             {"poses", json::array()},
+             {"vertices", hex(step.vertices)},
+             {"vertex_positions", hex(step.vertex_positions)}};
+  if (step.all) frame["all"] = hex(*step.all);
+  for (const auto& rows : step.bodies)
+    frame["bodies"].push_back({{"body", rows.body}, {"positions", hex(rows.positions)}});
+  for (const BodyPose& pose : step.poses)
+    frame["poses"].push_back({{"body", pose.body}, {"pose", hex(pose.pose.matrix.data(), 12)}});
+  return frame;
+}
+
+json told(const ColliderOptions& options) {
+  json fields = json::array();
+  if (options.fields.weights) fields.push_back("weights");
+  if (options.fields.normal) fields.push_back("normal");
+  if (options.fields.points) fields.push_back("points");
+  return {{"tier", to_string(options.tier)},
+          {"tolerance", options.tolerance},
+          {"min_separation", options.min_separation},
+          {"report", to_string(options.report)},
+          {"front", to_string(options.front)},
+          {"find_bodies", options.find_bodies},
+          {"fields", fields}};
+}
+
+ErrorCode code_of(int canonical) {
+  static const std::map<int, ErrorCode> codes{
+      {1, ErrorCode::kCancelled},         {3, ErrorCode::kInvalidArgument},
+      {4, ErrorCode::kDeadlineExceeded},  {5, ErrorCode::kNotFound},
+      {6, ErrorCode::kAlreadyExists},     {7, ErrorCode::kPermissionDenied},
+      {8, ErrorCode::kResourceExhausted}, {9, ErrorCode::kFailedPrecondition},
+      {10, ErrorCode::kAborted},          {12, ErrorCode::kUnimplemented},
+      {14, ErrorCode::kUnavailable},      {15, ErrorCode::kDataLoss},
+      {16, ErrorCode::kUnauthenticated}};
+  const auto code = codes.find(canonical);
+  return code == codes.end() ? ErrorCode::kInternal : code->second;
+}
+
+client::Answer answer_of(const json& reply) {
+  client::Answer answer;
+  answer.frame = reply.at("frame");
+  answer.vf = reply.at("vf");
+  answer.ee = reply.at("ee");
+  answer.possible = reply.at("possible");
+  if (reply.contains("earliest_toi")) answer.earliest_toi = from_hex<double>(reply.at("earliest_toi")).at(0);
+  answer.contacts = {from_hex<ContactKind>(reply.at("kind")),
+                     from_hex<ContactStatus>(reply.at("status")),
+                     from_hex<std::array<std::uint32_t, 4>>(reply.at("v")),
+                     from_hex<double>(reply.at("toi")),
+                     from_hex<std::array<double, 4>>(reply.at("weights")),
+                     from_hex<std::array<double, 3>>(reply.at("normal")),
+                     from_hex<std::array<double, 6>>(reply.at("points"))};
+  return answer;
+}
+
+class PythonDriver final : public SessionDriver {
+ public:
+  explicit PythonDriver(std::string address) : address_(std::move(address)) {
+    std::signal(SIGPIPE, SIG_IGN);  // a process that ended is told of by the reply that does not come
+    std::array<int, 2> to_child{}, from_child{};
+    if (pipe(to_child.data()) != 0 || pipe(from_child.data()) != 0) throw std::runtime_error("pipe");
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, to_child[0], 0);
+    posix_spawn_file_actions_adddup2(&actions, from_child[1], 1);
+    for (const int file : {to_child[0], to_child[1], from_child[0], from_child[1]})
+      posix_spawn_file_actions_addclose(&actions, file);
+    std::string python = WARMFRONT_PYTHON, script = WARMFRONT_PYTHON_DRIVER;
+    std::string path = "PYTHONPATH=" WARMFRONT_PYTHON_PATH, no_cache = "PYTHONDONTWRITEBYTECODE=1";
+    std::vector<char*> environment{path.data(), no_cache.data()};
+    for (char** variable = environ; *variable != nullptr; ++variable) environment.push_back(*variable);
+    environment.push_back(nullptr);
+    char* arguments[] = {python.data(), script.data(), nullptr};
+    const int failed = posix_spawn(&pid_, python.c_str(), &actions, nullptr, arguments, environment.data());
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(to_child[0]);
+    ::close(from_child[1]);
+    to_ = fdopen(to_child[1], "w");
+    from_ = fdopen(from_child[0], "r");
+    if (failed != 0) throw std::runtime_error("python is not started");
+  }
+  ~PythonDriver() override {
+    std::fclose(to_);  // the end of its input is the end of it
+    std::fclose(from_);
+    waitpid(pid_, nullptr, 0);
+  }
+
+  Status create(const testing::AcceptedState& state, const ColliderOptions& options) override {
+    json request{{"address", address_},
+                 {"positions", hex(state.positions)},
+                 {"faces", hex(state.scene.faces)},
+                 {"bodies", json::array()},
+                 {"excluded_pairs", state.scene.excluded_pairs},
+                 {"options", told(options)}};
+    for (const Body& body : state.scene.bodies) request["bodies"].push_back(told(body));
+    const Result<json> reply = ask("create", std::move(request));
+    if (!reply) return reply.error();
+    id_ = reply.value().at("id");
+    window_ = reply.value().at("window");
+    return {};
+  }
+  Result<client::Answer> step(const StepOperation& operation) override {
+    const Result<json> reply = ask("step", told(operation));
+    if (!reply) return reply.error();
+    return answer_of(reply.value());
+  }
+  Status submit(const StepOperation& operation) override { return done(ask("submit", told(operation))); }
+  Result<client::Answer> next_answer() override {
+    const Result<json> reply = ask("next_answer", json::object());
+    if (!reply) return reply.error();
+    return answer_of(reply.value());
+  }
+  Result<std::uint32_t> add_body(const AddOperation& add) override {
+    const Result<json> reply = ask("add_body", {{"body", told(add.addition.body)},
+                                                {"faces", hex(add.addition.faces)},
+                                                {"positions", hex(add.positions)}});
+    if (!reply) return reply.error();
+    return reply.value().at("index").get<std::uint32_t>();
+  }
+  Status change_body(std::uint32_t index, const Body& body) override {
+    return done(ask("change_body", {{"index", index}, {"body", told(body)}}));
+  }
+  Status close() override { return done(ask("close", json::object())); }
+  std::string id() const override { return id_; }
+  std::uint32_t window() const override { return window_; }
+
+ private:
+  static Status done(const Result<json>& reply) { return reply ? Status() : Status(reply.error()); }
+
+  Result<json> ask(const char* what, json request) {
+    request["do"] = what;
+    const std::string line = request.dump() + "\n";
+    std::fwrite(line.data(), 1, line.size(), to_);
+    std::fflush(to_);
+    std::string text;
+    for (int c = std::fgetc(from_); c != EOF && c != '\n'; c = std::fgetc(from_))
+      text += static_cast<char>(c);
+    json reply = json::parse(text, nullptr, false);
+    if (reply.is_discarded())
+      return Error{ErrorCode::kInternal, "the Python process ended; see its traceback"};
+    if (reply.contains("code"))
+      return Error{code_of(reply.at("code")), reply.at("message").get<std::string>()};
+    return reply;
+  }
+
+  const std::string address_;
+  pid_t pid_ = -1;
+  std::FILE* to_ = nullptr;
+  std::FILE* from_ = nullptr;
+  std::string id_;
+  std::uint32_t window_ = 1;
+};
+
+}  // namespace
+
+std::unique_ptr<SessionDriver> drive_python(const std::string& address) {
+  return std::make_unique<PythonDriver>(address);
+}
+
+}  // namespace warmfront::test

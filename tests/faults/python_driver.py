@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drives a session of the Python client for python_driver.cpp: a JSON object a line in, one a line out. Arrays travel as
+hexadecimal text of their little-endian bytes, so that no bit is lost."""
+import json
+import sys
+
+import numpy as np
+
+import warmfront
+
+PATIENCE = warmfront.Patience(call=20, create=60, answer=60, resume=60, resumes_without_answer=1000)
+
+
+def array(text, dtype, *shape):
+    values = np.frombuffer(bytearray.fromhex(text), dtype)
+    return values.reshape(shape) if shape else values
+
+
+def rows(text):
+    """(n, 3); what is no such array stays flat, and is refused."""
+    values = array(text, "<f8")
+    return values.reshape(-1, 3) if values.size % 3 == 0 else values
+
+
+def body_of(body):
+    return warmfront.Body(body["vertex_count"], body["kind"], name=body["name"], first_vertex=body["first_vertex"],
+                          self_collision=body["self_collision"], group=body["group"], mask=body["mask"])
+
+
+def frame_of(frame):
+    for parts in (frame["bodies"], frame["poses"]):
+        if len({one["body"] for one in parts}) < len(parts):
+            raise warmfront.InvalidArgument("a body is given twice, which a dict cannot say")
+    said = {"positions": rows(frame["all"])} if "all" in frame else {}
+    if frame["bodies"]:
+        said["bodies"] = {one["body"]: rows(one["positions"]) for one in frame["bodies"]}
+    if frame["poses"]:
+        said["poses"] = {one["body"]: array(one["pose"], "<f8", 3, 4) for one in frame["poses"]}
+    if frame["vertices"]:
+        said["vertices"] = array(frame["vertices"], "<u4")
+        said["vertex_positions"] = rows(frame["vertex_positions"])
+    return said
+
+
+def told(answer):
+    result = {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible}
+    if answer.earliest_toi is not None:
+        result["earliest_toi"] = np.float64(answer.earliest_toi).tobytes().hex()
+    for name in ("kind", "status", "v", "toi", "weights", "normal", "points"):
+        column = getattr(answer, name)
+        result[name] = "" if column is None else column.tobytes().hex()
+    return result
+
+
+class Driver:
+    def create(self, request):
+        self.session = None
+        client = warmfront.connect(request["address"], patience=PATIENCE)
+        options = warmfront.Options(**request["options"])
+        self.session = client.session(
+            rows(request["positions"]), array(request["faces"], "<i4", -1, 3), bodies=[body_of(b) for b in request["bodies"]],
+            excluded_pairs=[tuple(pair) for pair in request["excluded_pairs"]], options=options)
+        return {"id": self.session.id, "window": self.session.window}
+
+    def step(self, request):
+        return told(self.session.step(**frame_of(request)))
+
+    def submit(self, request):
+        return {"frame": self.session.submit(**frame_of(request))}
+
+    def next_answer(self, request):
+        return told(self.session.next_answer())
+
+    def add_body(self, request):
+        return {"index": self.session.add_body(body_of(request["body"]), array(request["faces"], "<i4", -1, 3),
+                                               rows(request["positions"]))}
+
+    def change_body(self, request):
+        self.session.change_body(request["index"], body_of(request["body"]))
+        return {}
+
+    def close(self, request):
+        self.session.close()
+        return {}
+
+
+driver = Driver()
+for line in sys.stdin:
+    request = json.loads(line)
+    try:
+        reply = getattr(driver, request["do"])(request)
+    except warmfront.WarmfrontError as error:
+        reply = {"code": int(error.code), "message": error.message or type(error).__name__}
+    print(json.dumps(reply), flush=True)

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+// Histories of a session over two daemons, behind an address that leads to either: frames and changes, right
+// and wrong, while connections are cut, answers lost on the way, daemons killed, frozen and thawed. The model
+// is the list of what was accepted; each answer is what brute force finds from there. Through either client.
+// WARMFRONT_REMOTE_HISTORIES: so many (40); RC_PARAMS="seed=..." repeats a run.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+#include <signal.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <optional>
+
+#include "client/lib/client.h"
+#include "tests/faults/daemon_process.h"
+#include "tests/faults/remote_session.h"
+#include "tests/faults/switch_proxy.h"
+
+namespace warmfront::test {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AcceptedState;
+using testing::Draws;
+using testing::StepOperation;
+
+struct Command {
+  enum Kind : std::uint8_t {
+    kFrame,
+    kTwoFrames,  // sent before the answer to the first is taken
+    kAdd,
+    kChange,
+    kWrongFrame,
+    kWrongChange,
+    kCut,
+    kSwitch,  // to the other daemon
+    kKill,    // the daemon in use, which is started again
+    kFreeze,  // the daemon in use; the other one takes over
+    kThaw,
+    kKinds
+  };
+  Kind kind = kFrame;
+  std::uint32_t draw = 0;
+  /// The daemon does it, but its answer is lost, and the other daemon takes over.
+  bool lose_answer = false;
+};
+
+std::ostream& operator<<(std::ostream& out, const Command& command) {
+  constexpr const char* kNames[] = {"frame", "two frames", "add",  "change", "wrong frame", "wrong change",
+                                    "cut",   "switch",     "kill", "freeze", "thaw"};
+  return out << kNames[command.kind] << " drawn by " << command.draw
+             << (command.lose_answer ? ", the answer is lost" : "") << "\n";
+}
+
+rc::Gen<Command> any_command() {
+  const auto kind =
+      rc::gen::map(rc::gen::weightedOneOf<int>({{1, rc::gen::just(int{Command::kFrame})},
+                                                {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
+                   [](int k) { return static_cast<Command::Kind>(k); });
+  return rc::gen::build<Command>(
+      rc::gen::set(&Command::kind, kind),
+      rc::gen::set(&Command::draw, rc::gen::inRange<std::uint32_t>(0, 1U << 30)),
+      rc::gen::set(&Command::lose_answer, rc::gen::weightedElement<bool>({{4, false}, {1, true}})));
+}
+
+/// Two daemons, the second of which allows few contacts in an answer, and an address that leads to one.
+class TwoDaemons {
+ public:
+  static constexpr std::size_t kFewContacts = 12;
+
+  // Sessions that a daemon lost to the other one stay there until they are idle for long.
+  TwoDaemons()
+      : daemons_{DaemonProcess({"--max-sessions", "1000000"}),
+                 DaemonProcess({"--max-sessions", "1000000", "--max-contacts", "12"})} {
+    for (DaemonProcess& daemon : daemons_) EXPECT_GE(daemon.port(), 0) << daemon.log();
+  }
+  ~TwoDaemons() { thaw(); }
+
+  std::string address() const { return proxy_.address(); }
+  std::string address_in_use() const { return daemons_[in_use_].socket(); }
+  bool frozen_in_use() const { return frozen_[in_use_]; }
+
+  void cut() { proxy_.lead_to(in_use_); }
+  void go_to_the_other() {
+    in_use_ = 1 - in_use_;
+    thaw(in_use_);
+    proxy_.lead_to(in_use_);
+  }
+  void kill_in_use() {
+    daemons_[in_use_].kill_hard();
+    daemons_[in_use_].start();
+  }
+  void freeze_in_use() {
+    const std::size_t frozen = in_use_;
+    kill(daemons_[frozen].pid(), SIGSTOP);
+    frozen_[frozen] = true;
+    go_to_the_other();
+  }
+  void thaw() {
+    thaw(0);
+    thaw(1);
+  }
+  void lose_answers() { proxy_.lose_answers(); }
+
+ private:
+  void thaw(std::size_t daemon) {
+    if (!frozen_[daemon]) return;
+    kill(daemons_[daemon].pid(), SIGCONT);
+    frozen_[daemon] = false;
+  }
+
+  DaemonProcess daemons_[2];
+  bool frozen_[2] = {false, false};
+  std::size_t in_use_ = 0;
+  SwitchProxy proxy_{{daemons_[0].socket().substr(5), daemons_[1].socket().substr(5)}};
+};
+
+TwoDaemons& daemons() {
+  static TwoDaemons both;
+  return both;
+}
+
+ColliderOptions draw_options(Draws& draws) {
+  ColliderOptions options;
+  options.report = static_cast<Report>(draws.below(3));
+  if (draws.below(2) == 0) options.min_separation = 0.05;
+  options.fields = {draws.below(2) == 0, draws.below(2) == 0, draws.below(2) == 0};
+  options.front = static_cast<FrontMode>(draws.below(3));
+  options.find_bodies = draws.below(2) == 0;
+  return options;
+}
+
+// To a daemon that may be being started.
+std::optional<client::Client> connect(const std::string& address) {
+  for (int i = 0; i < 20; ++i) {
+    if (auto client = client::Client::connect(address); client.ok()) return std::move(client).value();
+  }
+  RC_FAIL("no daemon answers at " + address);
+  return std::nullopt;
+}
+
+class RemoteHistory {
+ public:
+  RemoteHistory(SessionDriver& driver, std::uint64_t seed)
+      : driver_(driver),
+        draws_(seed),
+        session_(driver, testing::draw_state(draws_), draw_options(draws_), TwoDaemons::kFewContacts) {
+    daemons().thaw();
+    expect_right(session_.create());
+  }
+
+  void take(const Command& command) {
+    Draws draws(command.draw);
+    std::ostringstream told;
+    told << "\n  " << command;
+    log_ += told.str();
+    const AcceptedState& state = session_.state();
+    const bool bodies = !state.scene.bodies.empty();
+    const Around around =
+        command.lose_answer ? Around([this](const auto& call) { lose_answer_of(call); }) : Around(as_it_is);
+    switch (command.kind) {
+      case Command::kFrame:
+        return expect_right(session_.step(draw_step(draws, state), around));
+      case Command::kTwoFrames:
+        return two_steps(draws, command.lose_answer);
+      case Command::kAdd:
+        if (!bodies || state.scene.bodies.size() >= 8) return;
+        return expect_right(session_.add(testing::draw_addition(draws, state), around));
+      case Command::kChange:
+        if (!bodies) return;
+        return expect_right(session_.change(testing::draw_change(draws, state), around));
+      case Command::kWrongFrame:
+        return expect_right(session_.wrong_step(testing::spoiled(draws, state, draw_step(draws, state))));
+      case Command::kWrongChange:
+        return expect_right(session_.wrong_change());
+      case Command::kCut:
+        return daemons().cut();
+      case Command::kSwitch:
+        return daemons().go_to_the_other();
+      case Command::kKill:
+        return daemons().kill_in_use();
+      case Command::kFreeze:
+        return daemons().freeze_in_use();
+      case Command::kThaw:
+        return daemons().thaw();
+      case Command::kKinds:
+        break;
+    }
+  }
+
+  void end() {
+    expect_right(session_.step({}));
+    daemons().thaw();
+    expect_right(session_.close());
+  }
+
+ private:
+  // What the session has done in the daemon in use, in a number that changes with it.
+  std::uint64_t done_there(client::Client& direct) const {
+    const auto info = direct.get_session(driver_.id());
+    return info.ok() ? 1000 * (info.value().last_frame + info.value().steps) + info.value().body_count : 0;
+  }
+
+  /// Runs the call until the daemon has done what it asks for, or it is clear that it will not; then the
+  /// other daemon takes over. That is a hint and no more: the call comes to the same whenever it is cut.
+  void lose_answer_of(const std::function<void()>& call) {
+    std::optional<client::Client> direct = connect(daemons().address_in_use());
+    const std::uint64_t before = done_there(*direct);
+    daemons().lose_answers();
+    auto called = std::async(std::launch::async, call);
+    for (int i = 0; i < 30 && called.wait_for(10ms) != std::future_status::ready; ++i) {
+      if (done_there(*direct) != before) break;
+    }
+    daemons().go_to_the_other();
+    called.get();
+  }
+
+  void two_steps(Draws& draws, bool lose_answer) {
+    if (driver_.window() < 2) return;
+    AcceptedState next = session_.state();
+    const StepOperation first = draw_step(draws, next);
+    next.accept(first);
+    const StepOperation second = draw_step(draws, next);
+    expect_right(session_.two_steps(first, second, [lose_answer] {
+      if (lose_answer) daemons().go_to_the_other();
+    }));
+  }
+
+  void expect_right(const std::string& wrong) const {
+    if (wrong.empty()) return;
+    // Told at once, too: what depends on when a daemon answered may not fail a second time.
+    std::fprintf(stderr, "%s\nin%s\n", wrong.c_str(), log_.c_str());
+    RC_FAIL(wrong);
+  }
+
+  SessionDriver& driver_;
+  Draws draws_;
+  RemoteSession session_;
+  std::string log_;
+};
+
+void check_histories(const char* name, SessionDriver& driver) {
+  const char* text = std::getenv("WARMFRONT_REMOTE_HISTORIES");
+  rc::detail::TestMetadata metadata;
+  metadata.id = metadata.description = name;
+  rc::detail::TestParams params = rc::detail::configuration().testParams;
+  if (params.maxSuccess == rc::detail::TestParams{}.maxSuccess)
+    params.maxSuccess = text == nullptr ? 40 : std::atoi(text);
+  long commands = 0;
+  const auto result = rc::detail::checkTestable(
+      [&] {
+        const auto seed = *rc::gen::inRange<std::uint32_t>(0, 1U << 30);
+        const auto all = *rc::gen::resize(20, rc::gen::container<std::vector<Command>>(any_command()));
+        RemoteHistory history(driver, seed);
+        for (const Command& command : all) {
+          ++commands;
+          history.take(command);
+        }
+        history.end();
+      },
+      metadata, params);
+  std::ostringstream told;
+  rc::detail::printResultMessage(result, told);
+  EXPECT_TRUE(result.template is<rc::detail::SuccessResult>()) << told.str();
+  std::printf("%s; %ld commands\n", told.str().c_str(), commands);
+}
+
+TEST(RemoteHistory, OfTheCppClientIsWhatWasAccepted) {
+  check_histories("C++", *drive_cpp(daemons().address()));
+}
+
+#ifdef WARMFRONT_PYTHON
+TEST(RemoteHistory, OfThePythonClientIsWhatWasAccepted) {
+  check_histories("Python", *drive_python(daemons().address()));
+}
+#endif
+
+}  // namespace
+}  // namespace warmfront::test

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// A client library's session, whichever library it is: what its callers may do, by operations. Used by one
+// thread at a time.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "client/lib/answer.h"
+#include "engine/result.h"
+#include "tests/support/accepted_state.h"
+#include "tests/support/operations.h"
+
+namespace warmfront::test {
+
+/// The functions do what those of client::Session and client::Client do.
+class SessionDriver {
+ public:
+  virtual ~SessionDriver() = default;
+
+  /// The session before this one, if any, was closed.
+  virtual Status create(const testing::AcceptedState& state, const ColliderOptions& options) = 0;
+  virtual Result<client::Answer> step(const testing::StepOperation& operation) = 0;
+  virtual Status submit(const testing::StepOperation& operation) = 0;
+  virtual Result<client::Answer> next_answer() = 0;
+  virtual Result<std::uint32_t> add_body(const testing::AddOperation& add) = 0;
+  virtual Status change_body(std::uint32_t index, const Body& body) = 0;
+  virtual Status close() = 0;
+
+  virtual std::string id() const = 0;
+  virtual std::uint32_t window() const = 0;
+};
+
+/// The C++ client's, connected to `address` when a session is made.
+std::unique_ptr<SessionDriver> drive_cpp(const std::string& address);
+/// The Python client's, in a process of its own.
+std::unique_ptr<SessionDriver> drive_python(const std::string& address);
+
+}  // namespace warmfront::test
