@@ -84,7 +84,8 @@ struct ColliderOptions {
   std::uint32_t rebuild_after_stalled_steps = 3;
   /// `paper` mode: rebuild the front every this many steps. 0: never.
   std::uint32_t rebuild_every_steps = 0;
-  /// Above this many bytes the front is dropped and steps traverse from the root, with the same answer.
+  /// Above this many bytes the front is dropped and steps traverse from the root, with the same answer. What
+  /// is kept of stationary parts counts, too: without room for it they are tested again in every step.
   std::size_t max_front_bytes = std::size_t{4} << 30;
   /// A step with more contacts than this fails with kResourceExhausted (report kAll and kEarliest).
   std::size_t max_contacts = 50'000'000;
