@@ -252,7 +252,8 @@ TEST_F(SessionStateTest, GetSessionKeepsItFromExpiring) {
   EXPECT_GE(listed_idle(), milliseconds(59));
   const auto asked = std::chrono::steady_clock::now();
   info();
-  EXPECT_LE(listed_idle(), std::chrono::steady_clock::now() - asked);
+  const milliseconds idle = listed_idle();
+  EXPECT_LE(idle, std::chrono::steady_clock::now() - asked);
 }
 
 }  // namespace
