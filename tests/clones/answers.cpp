@@ -63,7 +63,7 @@ int main() {
                 {"fast", {.tier = Tier::kFast}},
                 {"leaf-8", {.leaf_size = 8}},
                 {"none", {.front = FrontMode::kNone}}};
-  // Which bounds `auto` picks depends on the clock.
+  // Not `auto`, which would change bounds in the middle.
   for (Way& way : ways)
     if (way.options.bounds == BoundsKind::kAuto) way.options.bounds = BoundsKind::kKDop18;
   for (const scenes::CatalogEntry& entry : scenes::catalog())
