@@ -159,7 +159,7 @@ class Connection:
     def _why_unreachable(self) -> str:
         """A call that waits for a connection is only told that none came in time; one that does not, why."""
         try:
-            self._call(self._service.GetServerInfo, session_pb2.GetServerInfoRequest(), timeout=2)
+            self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), timeout=2)
         except Unavailable as error:
             return error.message
         except WarmfrontError:
