@@ -12,9 +12,12 @@
 
 #include <chrono>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "client/lib/client.h"
 #include "tests/unit/server/local_daemon.h"
@@ -269,7 +272,7 @@ TEST_F(EndToEndTest, OfDaemonsThatAreStartedAtOnceOnOnePathOneServes) {
       std::this_thread::sleep_for(10ms);
     }
     ASSERT_EQ(refused, 2) << "round " << round;
-    const Result<Client> client = Client::connect(address());
+    const Result<Client> client = Client::connect(daemon_.address());
     EXPECT_TRUE(client.ok()) << "round " << round;
   }
 }
