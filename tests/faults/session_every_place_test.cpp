@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory runs out in a daemon's session at every allocation in turn, in whichever thread: each request is
+// answered once, or refused with an exception and never heard of; then the same request, and the next, come
+// to what they come to without.
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <cstdio>
+#include <exception>
+#include <mutex>
+#include <optional>
+
+#include "server/session/session.h"
+#include "tests/support/failing_allocations.h"
+#include "tests/support/scenes.h"
+#include "tests/unit/server/moving_grids.h"
+
+namespace warmfront::test {
+namespace {
+
+using server::Answer;
+using server::Fault;
+using server::FrameBuffer;
+using server::Outcome;
+using server::Session;
+using testing::FailingAllocations;
+
+constexpr std::uint32_t kSide = 4;
+
+std::string now_trying;  // NOLINT: read by the handler below
+[[noreturn]] void tell_and_end() {
+  std::fprintf(stderr, "the process ended in: %s\n", now_trying.c_str());
+  std::abort();
+}
+const auto installed = std::set_terminate(tell_and_end);
+
+std::uint64_t hash_of(const Answer& answer) {
+  ContactHash hash;
+  hash.begin_step(answer.rows());
+  for (std::size_t i = 0; i < answer.rows(); ++i)
+    hash.add(static_cast<ContactKind>(answer.kind[i]), static_cast<ContactStatus>(answer.status[i]),
+             answer.vertices[i], answer.toi[i]);
+  return hash.value();
+}
+
+/// What a callback said, and how often; taking it down needs no memory.
+template <class T>
+class Reply {
+ public:
+  void take(const Outcome<T>& outcome) {
+    const std::lock_guard lock(mutex_);
+    if (outcome.ok()) {
+      value_ = outcome.value();
+    } else {
+      code_ = outcome.fault().code;
+    }
+    ++times_;
+    changed_.notify_all();
+  }
+  /// False when none came in ten seconds, which is for ever.
+  bool wait() {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(10), [this] { return times_ > 0; });
+  }
+  int times() const {
+    const std::lock_guard lock(mutex_);
+    return times_;
+  }
+  bool ok() const { return value_.has_value(); }
+  const T& value() const { return *value_; }
+  std::optional<ErrorCode> code() const { return code_; }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<T> value_;
+  std::optional<ErrorCode> code_;
+  int times_ = 0;
+};
+using ChangeReply = Reply<server::SessionState>;
+using StepReply = Reply<std::shared_ptr<const Answer>>;
+
+class SessionEveryPlace : public ::testing::TestWithParam<int> {
+ protected:
+  void SetUp() override { begin(); }
+  void TearDown() override {
+    if (session_ != nullptr)
+      session_->close({ErrorCode::kNotFound, server::Reason::kSessionNotFound, "gone"});
+  }
+
+  // GetParam(): threads of which a brief step may take its caller's.
+  void begin() {
+    TearDown();
+    SceneDescription scene = grids_.scene();
+    const std::uint32_t half = grids_.vertex_count() / 2;
+    scene.bodies = {{"", 0, half}, {"", half, half}};
+    server::PositionBuffer start(server::Dtype::kFloat64, scene.vertex_count);
+    ASSERT_TRUE(start.append(bytes_of(0)).ok());
+    session_ = Session::create({server::SessionId::parse("01234567-89ab-cdef-0123-456789abcdef").value(),
+                                scene,
+                                {},
+                                server::Dtype::kFloat64,
+                                0,
+                                {}},
+                               start,
+                               {std::make_shared<Workers>(1), runner_, limits_,
+                                server::Account::open(budget_, 1 << 30, 0).value(),
+                                [this](Session&, const Fault&) { lost_ = true; }})
+                   .value();
+    frame_ = 0;
+    lost_ = false;
+  }
+
+  std::string bytes_of(std::uint64_t frame) const {
+    const std::vector<double> positions = grids_.positions(frame);
+    return {reinterpret_cast<const char*>(positions.data()), positions.size() * sizeof(double)};
+  }
+
+  /// Sends a frame; null when that threw.
+  std::shared_ptr<StepReply> send(std::uint64_t frame, long n) {
+    FrameBuffer contents(server::Dtype::kFloat64, *session_->scene());
+    EXPECT_TRUE(contents.append(bytes_of(frame)).ok());
+    EXPECT_TRUE(contents.complete(*session_->scene()).ok());
+    server::FramePass pass;
+    pass.memory = server::Holding(session_->account(), contents.expected_bytes());
+    const auto reply = std::make_shared<StepReply>();
+    Session::StepDone done = [reply](const Outcome<std::shared_ptr<const Answer>>& outcome) {
+      reply->take(outcome);
+    };
+    const FailingAllocations failing(n);
+    try {
+      session_->step(frame, std::move(contents), std::move(pass), Session::Admission::kAlways,
+                     std::move(done));
+    } catch (const std::bad_alloc&) {
+      return nullptr;
+    }
+    EXPECT_TRUE(reply->wait()) << "a frame without an answer";
+    return reply;
+  }
+
+  /// The same of a change that adds a triangle; null when that threw.
+  std::shared_ptr<ChangeReply> change(long n) {
+    server::AddBody add;
+    add.addition.body.vertex_count = 3;
+    add.addition.faces = {{0, 1, 2}};
+    add.positions = {0.5, 0.5, -2, 1.5, 0.5, 2, 0.5, 1.5, -2};
+    server::ChangeOrder order{1, {add}, "key"};
+    const auto reply = std::make_shared<ChangeReply>();
+    Session::ChangeDone done = [reply](const Outcome<server::SessionState>& outcome) {
+      reply->take(outcome);
+    };
+    const FailingAllocations failing(n);
+    try {
+      session_->change(std::move(order), std::move(done));
+    } catch (const std::bad_alloc&) {
+      return nullptr;
+    }
+    EXPECT_TRUE(reply->wait()) << "a change without an answer";
+    return reply;
+  }
+
+  void expect_answer(std::uint64_t frame) {
+    const auto reply = send(frame, -1);
+    ASSERT_NE(reply, nullptr);
+    ASSERT_EQ(reply->times(), 1);
+    ASSERT_TRUE(reply->ok()) << "code " << static_cast<int>(*reply->code());
+    EXPECT_EQ(hash_of(*reply->value()), hashes_[frame - 1]) << "frame " << frame;
+  }
+
+  static constexpr std::uint64_t kFrames = 6;
+  const MovingGrids grids_{kSide};
+  const std::vector<std::uint64_t> hashes_ = local_hashes(grids_, 0, kFrames);
+  server::Budget budget_{std::size_t{1} << 40};
+  const server::Limits limits_;
+  server::Runner runner_{1, GetParam()};
+  std::shared_ptr<Session> session_;
+  std::uint64_t frame_ = 0;
+  std::atomic<bool> lost_{false};
+};
+INSTANTIATE_TEST_SUITE_P(Guests, SessionEveryPlace, ::testing::Values(0, 1));
+
+TEST_P(SessionEveryPlace, AFrame) {
+  for (std::uint64_t frame = 1; frame + 2 <= kFrames; ++frame) {
+    long n = 0;
+    for (bool met = true; met; ++n) {
+      now_trying = "frame " + std::to_string(frame) + ", allocation " + std::to_string(n);
+      SCOPED_TRACE(now_trying);
+      ASSERT_NO_FATAL_FAILURE(begin());
+      for (std::uint64_t before = 1; before < frame; ++before) ASSERT_NO_FATAL_FAILURE(expect_answer(before));
+      const auto reply = send(frame, n);
+      met = FailingAllocations::met();
+      if (reply != nullptr) {
+        ASSERT_EQ(reply->times(), 1);
+        ASSERT_TRUE(met || reply->ok());
+        if (!reply->ok()) {
+          EXPECT_EQ(reply->code(), ErrorCode::kResourceExhausted);
+        }
+      }
+      ASSERT_FALSE(lost_) << "the session was dropped";
+      ASSERT_NO_FATAL_FAILURE(expect_answer(frame));
+      ASSERT_NO_FATAL_FAILURE(expect_answer(frame + 1));
+      ASSERT_NO_FATAL_FAILURE(expect_answer(frame + 2));
+    }
+    std::printf("frame %d: %ld allocations failed\n", static_cast<int>(frame), n - 1);
+  }
+}
+
+// With the same key it may be sent again: it is carried out once.
+TEST_P(SessionEveryPlace, AChange) {
+  const auto expected = change(-1);
+  ASSERT_TRUE(expected != nullptr && expected->ok());
+  long n = 0;
+  int dropped = 0;
+  for (bool met = true; met; ++n) {
+    now_trying = "a change, allocation " + std::to_string(n);
+    SCOPED_TRACE(now_trying);
+    ASSERT_NO_FATAL_FAILURE(begin());
+    const auto reply = change(n);
+    met = FailingAllocations::met();
+    if (reply != nullptr) {
+      ASSERT_EQ(reply->times(), 1);
+      ASSERT_TRUE(met || reply->ok());
+      EXPECT_EQ(session_->scene()->body_count(), reply->ok() ? 3U : 2U);
+    }
+    if (lost_) {
+      // The collider was changed and the session was not: it says so, and is made again.
+      ++dropped;
+      ASSERT_TRUE(reply != nullptr && !reply->ok());
+      const auto gone = change(-1);
+      ASSERT_TRUE(gone != nullptr && !gone->ok());
+      EXPECT_EQ(gone->code(), ErrorCode::kNotFound);
+      continue;
+    }
+    const auto again = change(-1);
+    ASSERT_NE(again, nullptr);
+    ASSERT_EQ(again->times(), 1);
+    ASSERT_TRUE(again->ok()) << "code " << static_cast<int>(*again->code());
+    EXPECT_EQ(again->value(), expected->value());
+    EXPECT_EQ(session_->snapshot().state, expected->value()) << "its digest is of all that it is";
+    EXPECT_EQ(session_->scene()->body_count(), 3U);
+  }
+  std::printf("%ld allocations failed, %d dropped the session\n", n - 1, dropped);
+  EXPECT_LT(dropped, n / 4) << "what may fail comes before the collider is changed";
+}
+
+}  // namespace
+}  // namespace warmfront::test
