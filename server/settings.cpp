@@ -212,7 +212,8 @@ const Setting kSettings[] = {
        return set;
      },
      [](const Config& c) { return Values{format_bytes(c.limits.max_message_bytes)}; }},
-    {"idle-timeout", Kind::kValue, "Time after which a session is closed without a stream, a request, or one being carried out",
+    {"idle-timeout", Kind::kValue,
+     "Time after which a session is closed without a stream, a request, or one being carried out",
      [](Config& c, const Values& v) { return set_duration(c.limits.idle_timeout, v.back()); },
      [](const Config& c) { return Values{format_duration(c.limits.idle_timeout)}; }},
     {"upload-timeout", Kind::kValue,

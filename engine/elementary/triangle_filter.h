@@ -21,9 +21,9 @@ struct EightTrianglePairs {
 /// farther than the separation that `points` were made with, and that by more than `reach` times the size of
 /// any pair of features: certified_reach(), or 2^-18 at least. So none of its features has a contact, nor is
 /// reported by any tier (README.md, "What certified reports"): what goes here would go in any case, whatever
-/// frame the points are in. Planes tried: along either triangle, and along the mean relative motion and an edge of
-/// either. The same on every instruction set. Source: reference/algorithms 3.5; the separating axis theorem,
-/// seen along the motion.
+/// frame the points are in. Planes tried: along either triangle, and along the mean relative motion and an
+/// edge of either. The same on every instruction set. Source: reference/algorithms 3.5; the separating axis
+/// theorem, seen along the motion.
 std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
                               double reach);
 

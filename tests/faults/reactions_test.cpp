@@ -34,8 +34,9 @@ bool has(const char* text, const char* part) {
   return text != nullptr && std::strstr(text, part) != nullptr;
 }
 
-// What gRPC itself allocates does not fail here, the messages of typed calls that it parses outside of reactions
-// included: it ends the process, by gpr_malloc() or by what leaves gRPC's threads, and no reaction can mend that.
+// What gRPC itself allocates does not fail here, the messages of typed calls that it parses outside of
+// reactions included: it ends the process, by gpr_malloc() or by what leaves gRPC's threads, and no reaction
+// can mend that.
 Whose whose(std::uintptr_t address) {
   Dl_info info{};
   if (dladdr(reinterpret_cast<void*>(address), &info) == 0) return Whose::kOurs;
