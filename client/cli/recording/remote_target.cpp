@@ -26,7 +26,8 @@ class RemoteTarget final : public ReplayTarget {
     v1::StreamStepsRequest request;
     request.mutable_attach()->set_session_id(id_);
     v1::StreamStepsResponse response;
-    if (stream_->start(deadline()) != Event::kDone || stream_->write(request, deadline()) != Event::kDone ||
+    if (stream_->start(deadline()) != Event::kDone ||
+        stream_->write(request, connection_->options().answer_timeout) != Event::kDone ||
         stream_->read(response, deadline()) != Event::kDone || !response.has_attached())
       return ended();
     return {};
@@ -36,7 +37,7 @@ class RemoteTarget final : public ReplayTarget {
     v1::StreamStepsRequest request;
     for (const v1::StepFrame& part : step.parts) {
       *request.mutable_step() = part;
-      if (stream_->write(request, deadline()) != Event::kDone) return ended();
+      if (stream_->write(request, connection_->options().answer_timeout) != Event::kDone) return ended();
     }
     Answer answer;
     for (v1::StreamStepsResponse response; stream_->read(response, deadline()) == Event::kDone;) {
