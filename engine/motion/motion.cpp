@@ -66,6 +66,13 @@ std::uint32_t grains_of(std::uint32_t first, std::uint32_t end) {
   return (end - first + kGrain - 1) / kGrain;
 }
 
+// RangeMotion::begun, with room for so many grains.
+std::span<std::uint8_t> begun_grains(RangeMotion& range, std::uint32_t grains) {
+  if (grains <= 1) return {&range.only_grain_begun, grains};
+  range.begun.resize(grains);
+  return range.begun;
+}
+
 // Any vertex of the range may have moved, until it is known which did.
 void expect_all(RangeMotion& range) {
   range.any = kMoving | kChanged;
@@ -95,18 +102,18 @@ struct Moved {
 template <class OfGrain>
 Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, OfGrain&& of_grain) {
   const std::uint32_t grains = grains_of(first, end);
-  range.begun.resize(grains);
-  std::ranges::fill(range.begun, std::uint8_t{0});
+  const std::span<std::uint8_t> begun = begun_grains(range, grains);
+  std::ranges::fill(begun, std::uint8_t{0});
   Moved sum;
   if (grains <= 1) {  // one of many small bodies: a task costs as much as its vertices
-    std::ranges::fill(range.begun, std::uint8_t{1});
+    std::ranges::fill(begun, std::uint8_t{1});
     of_grain(first, end, sum);
     return sum;
   }
   std::mutex mutex;
   tbb::parallel_for(std::uint32_t{0}, grains, [&](std::uint32_t grain) {
     const std::uint32_t begin = first + grain * kGrain;
-    range.begun[grain] = 1;
+    begun[grain] = 1;
     Moved moved;
     of_grain(begin, std::min(begin + kGrain, end), moved);
     const std::lock_guard lock(mutex);
@@ -237,9 +244,9 @@ void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Re
 }
 
 void Motion::rest(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
-  range.begun.resize(grains_of(first, end));
+  const std::span<std::uint8_t> begun = begun_grains(range, grains_of(first, end));
   if (range.any != 0) stop_range(first, end, range);
-  std::ranges::fill(range.begun, std::uint8_t{1});  // to be undone from here on
+  std::ranges::fill(begun, std::uint8_t{1});  // to be undone from here on
 }
 
 void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
@@ -312,9 +319,12 @@ void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) no
   if (range.listed) {
     for (const std::uint32_t v : range.changed) back(v);
   } else {
-    for (std::size_t grain = 0; grain < range.begun.size(); ++grain) {
-      if (range.begun[grain] == 0) continue;
-      const auto begin = static_cast<std::uint32_t>(first + grain * kGrain);
+    const std::uint32_t grains = grains_of(first, end);
+    const std::span<const std::uint8_t> begun =
+        grains <= 1 ? std::span<const std::uint8_t>(&range.only_grain_begun, grains) : range.begun;
+    for (std::uint32_t grain = 0; grain < begun.size(); ++grain) {
+      if (begun[grain] == 0) continue;
+      const std::uint32_t begin = first + grain * kGrain;
       for (std::uint32_t v = begin; v < std::min(begin + kGrain, end); ++v) back(v);
     }
   }

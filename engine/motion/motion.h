@@ -48,7 +48,8 @@ struct RangeMotion {
   /// The reach may be too large by a factor of 2 or more: see Motion::measure().
   bool loose = false;
   /// By grain of the range: this step has reached its vertices. What a step that fails leaves undone is told
-  /// from what it did by these alone.
+  /// from what it did by these alone. Of a range of one grain, as most bodies are, no memory of its own.
+  std::uint8_t only_grain_begun = 0;
   std::vector<std::uint8_t> begun;
 };
 

@@ -282,7 +282,7 @@ void SceneMotion::move_part(Part& part, const Positions& positions, std::uint32_
         motion_.move_all(part.first, part.end, values, numbering_->vertices(), first_row, part.range);
       },
       positions);
-  part.now = AtPositions{};
+  if (part.rigid()) part.now = AtPositions{};
 }
 
 namespace {
@@ -307,17 +307,18 @@ constexpr std::uint64_t kMeasureSteps = 16;
 
 void SceneMotion::begin(const Frame& frame) {
   magnitude_before_ = motion_.magnitude();
-  for (Part& part : parts_) part.begun = part.written = false;
+  ++begun_;
   std::ranges::fill(given_, frame.positions ? kByPositions : kNotGiven);
   for (const BodyPositions& body : frame.bodies) given_[body.body] = kByPositions;
   for (const BodyPose& pose : frame.poses) given_[pose.body] = kByPose;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = parts_[p];
-    part.turned = turns(part);
-    copy(part.now, part.start);
+    part.written = false;
+    part.turned = part.rigid() && turns(part);
+    if (part.rigid()) copy(part.now, part.start);
     part.reach_at_start = part.range.reach;
     part.follows = part.placed;
-    part.begun = true;
+    part.begun_in = begun_;
     // Static and removed bodies were checked to stay, or are of no interest.
     const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved;
     if (given_[p] == kByPositions && frame.positions && !fixed) {
@@ -339,7 +340,8 @@ void SceneMotion::begin(const Frame& frame) {
   }
   for (Part& part : parts_) {
     // What moves by a pose, or did so in the last step, is not where its vertices are.
-    if (std::holds_alternative<AtPose>(part.now) && (part.turned || turns(part))) part.placed = false;
+    if (part.rigid() && std::holds_alternative<AtPose>(part.now) && (part.turned || turns(part)))
+      part.placed = false;
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     const std::uint32_t v = frame.vertices[i];
@@ -363,8 +365,7 @@ void SceneMotion::place(std::uint32_t index) {
 
 void SceneMotion::roll_back() noexcept {
   for (Part& part : parts_) {
-    if (!part.begun) continue;
-    part.begun = false;
+    if (part.begun_in != begun_) continue;
     if (std::holds_alternative<AtPose>(part.start)) {
       part.placed = false;  // the vertices are made of the pose again when they are needed
     } else {

@@ -116,18 +116,21 @@ class SceneMotion {
     std::uint32_t end = 0;
     BodyKind kind = BodyKind::kDeformable;
 
-    // The transaction: `start` is what counts until a step is committed, and what a roll back goes back to.
-    Placement start;            // at t = 0
-    Placement now;              // at t = 1
-    double reach_at_start = 0;  // RangeMotion::reach at t = 0
-
+    bool placed = true;          // the vertices are at both ends of this step
+    bool follows = true;         // they were at the end of the step before this one
+    bool turned = false;         // the pose changed in the step before this one
+    bool written = false;        // in this step positions of vertices may be other than before it
+    std::uint64_t begun_in = 0;  // the step that last began for the part; in others nothing is rolled back
+    double reach_at_start = 0;   // RangeMotion::reach at t = 0
     // The vertices are the truth of a part that is AtPositions, and hold a copy of one that is AtPose.
     RangeMotion range;
-    bool placed = true;    // they are at both ends of this step
-    bool follows = true;   // they were at the end of the step before this one
-    bool turned = false;   // the pose changed in the step before this one
-    bool begun = false;    // the step has begun for the part: nothing else is rolled back
-    bool written = false;  // positions of vertices may be other than before the step
+
+    // The transaction: `start` is what counts until a step is committed, and what a roll back goes back to.
+    // Only rigid parts are ever AtPose: of others neither is looked at in a step.
+    Placement start;  // at t = 0
+    Placement now;    // at t = 1
+
+    bool rigid() const { return kind == BodyKind::kRigid; }
   };
 
   void begin(const Frame& frame);
@@ -157,6 +160,7 @@ class SceneMotion {
   double held_ = 0;                  // see hold()
   double magnitude_before_ = 0;      // the step that has begun
   std::uint64_t steps_ = 0;          // committed
+  std::uint64_t begun_ = 0;          // whether or not they were committed
 };
 
 }  // namespace warmfront
