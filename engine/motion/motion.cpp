@@ -161,11 +161,11 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
     if ((differs[0] | differs[1] | differs[2]) != 0) {
       std::memcpy(vertices[v].t1.data(), &x, sizeof x);
       state = kMoving | kChanged;
-      const Double4 local = targets.to_local(x);
-      const Double4 size = local < 0.0 ? -local : local;
-      largest = size > largest ? size : largest;
-      no_number |= size != size;
     }
+    const Double4 local = targets.to_local(x);
+    const Double4 size = local < 0.0 ? -local : local;
+    largest = size > largest ? size : largest;
+    no_number |= size != size;
     states[v] = state;
     sum.add(state);
   }
@@ -238,9 +238,8 @@ void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Re
       });
   range.any = moved.any;
   range.all = first == end ? 0 : moved.all;
-  const bool all_moved = (range.all & kMoving) != 0;
-  range.loose = !all_moved && (range.loose || moved.reach < range.reach / 2);
-  range.reach = all_moved ? moved.reach : std::max(range.reach, moved.reach);
+  range.reach = moved.reach;
+  range.loose = false;
   range.listed = moved.any == 0;
 }
 
