@@ -18,7 +18,7 @@ namespace warmfront {
 namespace {
 
 /// Vertices of a task.
-constexpr std::uint32_t kGrain = 4096;
+constexpr std::uint32_t kGrain = 8192;
 
 /// The magnitude shrinks when it is so many times too large.
 constexpr double kShrink = 8;
