@@ -35,14 +35,14 @@ void turn(std::size_t count, const float* from, const float* matrix, float* to) 
 WARMFRONT_TARGET_CLONES
 float largest_square(std::size_t count, const float* at) {
   constexpr std::size_t kLanes = 8;
+  const float* x = at;
+  const float* y = at + count;
+  const float* z = at + 2 * count;
   float largest[kLanes] = {};
   for (std::size_t i = 0; i < count; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
-      float square = 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float x = at[axis * count + i + k];
-        square += x * x;
-      }
+      const std::size_t p = i + k;
+      const float square = (x[p] * x[p] + y[p] * y[p]) + z[p] * z[p];
       largest[k] = square > largest[k] ? square : largest[k];
     }
   }
