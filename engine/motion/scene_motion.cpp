@@ -334,7 +334,7 @@ void SceneMotion::begin(const Frame& frame) {
     Part& part = parts_[pose.body];
     auto* at = std::get_if<AtPose>(&part.now);
     if (at == nullptr)
-      at = &part.now.emplace<AtPose>(shape_of(pose.body), Pose{});  // its positions were given last
+      at = &part.now.emplace<AtPose>(AtPose{shape_of(pose.body), {}});  // its positions were given last
     at->pose = pose.pose;
     part.range.reach = reach_at(*at->shape, at->pose);
   }
