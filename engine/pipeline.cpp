@@ -110,6 +110,9 @@ class PipelineWith final : public Pipeline {
         : motion(the_core.motion), pipeline(the_pipeline), core(the_core) {}
     ~Attempt() {
       if (committed) return;
+      pipeline.narrow_.release();
+      core.contacts = {};
+      core.geometry = {};
       core.rigid_parts.undo();
       pipeline.forget_steps(core, Rebuild::kInterrupted);
       if (!hierarchies_hold) pipeline.trees_.clear();  // what was half done is not built upon

@@ -270,6 +270,11 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
 }
 
 template <class Bounds>
+void NarrowPhase<Bounds>::release() noexcept {
+  for (Sink& sink : impl_->sinks) sink.tester.release();
+}
+
+template <class Bounds>
 std::size_t NarrowPhase<Bounds>::memory_bytes() const {
   std::size_t bytes = 0;
   for (const Sink& sink : impl_->sinks) bytes += sink.tester.memory_bytes();

@@ -74,6 +74,9 @@ class NarrowPhase final : public LeafPairSinks {
   /// Puts the threads' contacts together, sorted, into `contacts` (left empty for Report::kCount). Parallel.
   NarrowPhaseOutput finish(std::vector<Contact>& contacts);
 
+  /// Gives back what a step that failed has grown: before the next begin().
+  void release() noexcept;
+
   std::size_t memory_bytes() const;
 
  private:

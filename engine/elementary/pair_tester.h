@@ -66,6 +66,9 @@ class PairTester {
   /// Counts contacts that were found before and still hold.
   void keep(const ContactTally& tally);
 
+  /// Gives back what a step that failed has grown.
+  void release() noexcept { contacts_ = {}; }
+
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
   std::size_t memory_bytes() const { return sizeof(*this) + contacts_.capacity() * sizeof(Contact); }

@@ -83,6 +83,7 @@ TEST_F(FaultTable, Row26_MemoryEndsInTheEngine) {
   EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
   EXPECT_THAT(status.error_message(), ::testing::HasSubstr("memory"));
   daemon_->limit(RLIMIT_AS, RLIM_INFINITY);
+  EXPECT_TRUE(step(1, bytes_of(apart)).ok()) << "the session is as it was";
 }
 
 TEST_F(FaultTable, Row28_TheClockJumps) {

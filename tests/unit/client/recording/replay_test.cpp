@@ -230,7 +230,7 @@ TEST(DaemonRecording, AnUploadThatFailsLeavesNoFileAndABadFolderNoDaemon) {
   test::LocalDaemon daemon(config);
   Client client = Client::connect(daemon.address()).value();
   Heap<double> heap;
-  heap.description.faces[0] = {0, 0, 1};
+  heap.description.faces[0] = {0, 1, 1'000'000};
   EXPECT_FALSE(client.create_session(heap.description, std::span<const double>(heap.x)).ok());
   for (const auto& file : std::filesystem::directory_iterator(folder.path()))
     EXPECT_NE(file.path().extension(), ".wfrec");
