@@ -110,7 +110,11 @@ class PipelineWith final : public Pipeline {
         : motion(the_core.motion), pipeline(the_pipeline), core(the_core) {}
     ~Attempt() {
       if (committed) return;
+      // Memory that grew with the step is given back, too.
       pipeline.narrow_.release();
+      pipeline.near_ = {};
+      pipeline.near_pairs_ = {};
+      pipeline.apart_ = {};
       core.contacts = {};
       core.geometry = {};
       core.rigid_parts.undo();
