@@ -113,10 +113,10 @@ class PipelineWith final : public Pipeline {
       // Memory that grew with the step is given back, too.
       pipeline.narrow_.release();
       pipeline.near_ = {};
-      pipeline.near_pairs_ = {};
+      std::vector<NearPair>().swap(pipeline.near_pairs_);
       pipeline.apart_ = {};
-      core.contacts = {};
-      core.geometry = {};
+      std::vector<Contact>().swap(core.contacts);
+      std::vector<ContactGeometry>().swap(core.geometry);
       core.rigid_parts.undo();
       pipeline.forget_steps(core, Rebuild::kInterrupted);
       if (!hierarchies_hold) pipeline.trees_.clear();  // what was half done is not built upon

@@ -67,7 +67,7 @@ class PairTester {
   void keep(const ContactTally& tally);
 
   /// Gives back what a step that failed has grown.
-  void release() noexcept { contacts_ = {}; }
+  void release() noexcept { std::vector<Contact>().swap(contacts_); }
 
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }

@@ -28,7 +28,7 @@ struct ChunkScratch {
   void trim() {
     constexpr std::size_t kMostPairs = std::size_t{1} << 14;
     constexpr std::size_t kMostContacts = std::size_t{1} << 14;
-    if (pairs.capacity() > kMostPairs) pairs = {};
+    if (pairs.capacity() > kMostPairs) std::vector<FrontPair>().swap(pairs);
     if (kept.contacts.capacity() > kMostContacts) kept = {};
   }
 };

@@ -309,7 +309,7 @@ void Front<Bounds>::drop_answers() {
 
 template <class Bounds>
 void Front<Bounds>::clear() {
-  segments_ = {};
+  std::vector<FrontSegment>().swap(segments_);  // with its capacity: of many near parts it is large
   size_ = 0;
   keeps_answers_ = true;
 }
