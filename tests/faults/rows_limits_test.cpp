@@ -99,11 +99,11 @@ TEST_F(FaultTable, Row22_SlowUploadAttachOrFrame) {
     v1::CreateSessionRequest request;
     *request.mutable_header() = header();
     bool open = upload->Write(request);
-    // A byte at a time, for as long as it goes.
+    // A byte at a time, for as long as it goes: ten times as long as it may.
     for (int i = 0; open && i < 500; ++i) {
       request.set_faces(faces().substr(static_cast<std::size_t>(i), 1));
       open = upload->Write(request);
-      std::this_thread::sleep_for(10ms);
+      std::this_thread::sleep_for(40ms);
     }
     EXPECT_FALSE(open);
     EXPECT_EQ(upload->Finish().error_code(), StatusCode::DEADLINE_EXCEEDED);
@@ -119,7 +119,7 @@ TEST_F(FaultTable, Row22_SlowUploadAttachOrFrame) {
   Context context;
   const auto stream = open(context, 1);
   for (int i = 0; i < 500 && stream->Write(frame_message(1, "x", true)); ++i)
-    std::this_thread::sleep_for(10ms);
+    std::this_thread::sleep_for(40ms);
   EXPECT_EQ(stream->Finish().error_code(), StatusCode::DEADLINE_EXCEEDED) << "a frame that never ends";
   EXPECT_TRUE(step(1, frame(1)).ok());
 }
