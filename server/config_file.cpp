@@ -5,10 +5,10 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <array>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+
+#include "server/admin/small_file.h"
 
 namespace warmfront::server {
 namespace {
@@ -40,14 +40,10 @@ std::string at_line(const std::string& path, const toml::source_region& where) {
 }  // namespace
 
 Result<std::map<std::string, std::vector<std::string>>> read_config_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text;
-  for (std::array<char, 4096> block; file.read(block.data(), block.size()) || file.gcount() > 0;)
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  // A folder can be opened and not be read.
-  if (!file.eof()) return invalid_argument(path + ": the file cannot be read");
+  const Result<std::string> text = read_small_file("config", path);
+  if (!text) return text.error();
   try {
-    const toml::table table = toml::parse(text, path);
+    const toml::table table = toml::parse(text.value(), path);
     std::map<std::string, std::vector<std::string>> values;
     for (const auto& [key, node] : table) {
       std::optional<std::vector<std::string>> found = values_of(node);

@@ -10,8 +10,6 @@
 #include <grpcpp/impl/codegen/service_type.h>
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/security/server_credentials.h>
-#include <grpcpp/security/tls_certificate_provider.h>
-#include <grpcpp/security/tls_credentials_options.h>
 
 #include <algorithm>
 #include <chrono>
@@ -19,9 +17,11 @@
 #include <utility>
 
 #include "server/admin/accept.h"
+#include "server/admin/certificates.h"
 #include "server/admin/free_memory.h"
 #include "server/admin/http.h"
 #include "server/admin/listen.h"
+#include "server/admin/liveness.h"
 #include "server/admin/metrics_text.h"
 #include "server/admin/socket_lock.h"
 #include "server/admin/ticker.h"
@@ -30,6 +30,7 @@
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
 #include "server/transport/service.h"
+#include "server/transport/tls_credentials.h"
 
 namespace warmfront::server {
 namespace {
@@ -43,6 +44,8 @@ constexpr milliseconds kQuiet{300};
 constexpr milliseconds kGlance{50};
 /// How often freed memory is looked for.
 constexpr milliseconds kMemoryGlance{1000};
+/// How often certificate files are looked at.
+constexpr milliseconds kCertificateGlance{500};
 /// How long calls of other services (health watches, reflection) get to end by themselves.
 constexpr milliseconds kOthers{200};
 
@@ -87,21 +90,6 @@ bool uses_tls(const std::string& address, const TlsFiles& tls) {
   return tls.enabled() && !address.starts_with("unix:");
 }
 
-/// Files that change are noticed within a second, SIGHUP or not.
-std::shared_ptr<grpc::ServerCredentials> credentials_for(const std::string& address, const TlsFiles& tls) {
-  if (!uses_tls(address, tls)) return grpc::InsecureServerCredentials();
-  constexpr unsigned kReloadSeconds = 1;
-  using namespace grpc::experimental;
-  TlsServerCredentialsOptions options(std::make_shared<FileWatcherCertificateProvider>(
-      tls.key, tls.certificate, tls.client_ca, kReloadSeconds));
-  options.watch_identity_key_cert_pairs();
-  if (!tls.client_ca.empty()) {
-    options.watch_root_certs();
-    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
-  }
-  return TlsServerCredentials(options);
-}
-
 std::string with_port(const std::string& address, int port) {
   return address.starts_with("unix:") ? address
                                       : address.substr(0, address.rfind(':') + 1) + std::to_string(port);
@@ -110,9 +98,11 @@ std::string with_port(const std::string& address, int port) {
 }  // namespace
 
 struct Daemon::Impl {
-  Impl(const Config& config, Log& log, std::unique_ptr<Guard> the_guard)
+  Impl(const Config& config, Log& log, std::unique_ptr<Guard> the_guard,
+       std::shared_ptr<Certificates> the_certificates)
       : drain_timeout(config.drain_timeout),
         guard(std::move(the_guard)),
+        certificates(std::move(the_certificates)),
         context(config.limits, config.threads, log, *guard) {}
 
   // Constant after start(). The locks are held until the server has given its sockets up.
@@ -122,14 +112,25 @@ struct Daemon::Impl {
 
   // Thread-safe. In this order: the server uses the service, which uses the context.
   const std::unique_ptr<Guard> guard;
+  const std::shared_ptr<Certificates> certificates;  // null: no TLS
+  std::unique_ptr<Ticker> certificate_files;
   Context context;
   std::unique_ptr<Expiry> expiry;
+  Liveness liveness;
   std::unique_ptr<Ticker> timeouts;
   std::unique_ptr<Ticker> memory;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Service> admin_service;
+  std::shared_ptr<grpc::ServerCredentials> plain, encrypted;  // of the server, which they outlive
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Http> http;
+
+  /// Through the locks of calls, sessions and queues: where one of them is never given back, no beat comes.
+  void beat() {
+    static_cast<void>(context.store.size());
+    liveness.beat({context.runner.done(), context.runner.busy() > 0, Liveness::processor_time()},
+                  std::chrono::steady_clock::now());
+  }
 
   std::string metrics() const {
     return metrics_text(context.metrics, {.sessions = context.store.size(),
@@ -165,12 +166,19 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   if (!config.metrics_listen.empty() && !is_host_and_port(config.metrics_listen))
     return invalid_argument("metrics-listen " + config.metrics_listen +
                             ": HOST:PORT (an IPv6 host in brackets) is expected, the port in [0, 65535]");
-  Result<std::unique_ptr<Guard>> guard = Guard::create({config.token_file, config.tls, config.admins});
+  Result<std::unique_ptr<Guard>> guard =
+      Guard::create({config.token_file, !config.tls.client_ca.empty(), config.admins});
   if (!guard) return guard.error();
+  std::shared_ptr<Certificates> certificates;
+  if (config.tls.enabled()) {
+    auto read = Certificates::create(config.tls, log);
+    if (!read) return read.error();
+    certificates = std::move(read).value();
+  }
 
   enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
-  auto impl = std::make_unique<Impl>(config, log, std::move(guard).value());
+  auto impl = std::make_unique<Impl>(config, log, std::move(guard).value(), std::move(certificates));
   impl->sockets = std::move(sockets);
   if (!config.record_dir.empty()) {
     auto recordings = Recordings::open(config.record_dir, config.record_max_bytes, log);
@@ -182,8 +190,16 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   grpc::ServerBuilder builder;
   set_arguments(builder, config);
   std::vector<int> ports(config.listen.size(), 0);
+  impl->plain = grpc::InsecureServerCredentials();
+  if (impl->certificates) {
+    impl->encrypted = tls_credentials(impl->certificates);
+    impl->certificate_files =
+        std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates] { files->look(); });
+  }
   for (std::size_t i = 0; i < ports.size(); ++i)
-    builder.AddListeningPort(config.listen[i], credentials_for(config.listen[i], config.tls), &ports[i]);
+    builder.AddListeningPort(config.listen[i],
+                             uses_tls(config.listen[i], config.tls) ? impl->encrypted : impl->plain,
+                             &ports[i]);
   builder.RegisterService(impl->service.get());
   builder.RegisterService(impl->admin_service.get());
   impl->server = builder.BuildAndStart();
@@ -216,9 +232,10 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   // Often enough that what a client is given is exceeded by a quarter at most.
   const milliseconds least = std::min(config.limits.upload_timeout, config.limits.write_stall_timeout);
   impl->timeouts = std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
-                                            [&lifecycle = impl->context.lifecycle] {
-                                              lifecycle.enforce_timeouts();
+                                            [all = impl.get()] {
+                                              all->context.lifecycle.enforce_timeouts();
                                               refuse_connections_left_waiting();
+                                              all->beat();
                                             });
   impl->memory = std::make_unique<Ticker>(
       kMemoryGlance, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory()]() mutable {
@@ -230,14 +247,22 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   if (!config.metrics_listen.empty()) {
     Result<std::unique_ptr<Http>> http = Http::start(
         config.metrics_listen, {[all = impl.get()] { return all->metrics(); },
-                                [all = impl.get()] { return !all->context.lifecycle.draining(); }});
+                                [all = impl.get()] { return !all->context.lifecycle.draining(); },
+                                [all = impl.get()] {
+                                  return all->liveness.alive(std::chrono::steady_clock::now());
+                                }});
     if (!http) {
       impl->server->Shutdown(std::chrono::system_clock::now());
       return http.error();
     }
     impl->http = std::move(http).value();
-    log.write(LogLevel::kInfo, "metrics_listening",
-              {{"address", with_port(config.metrics_listen, impl->http->port())}});
+    const std::string address = with_port(config.metrics_listen, impl->http->port());
+    log.write(LogLevel::kInfo, "metrics_listening", {{"address", address}});
+    if (!is_local(config.metrics_listen))
+      log.write(LogLevel::kWarning, "insecure",
+                {{"address", address},
+                 {"reason", "others can reach this address and read the metrics, in the clear; let only "
+                            "the monitoring's network through"}});
   }
   log.write(LogLevel::kInfo, "serving", {{"threads", std::int64_t{impl->context.workers->threads()}}});
   impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
@@ -258,12 +283,19 @@ int Daemon::metrics_port() const {
   return impl_->http ? impl_->http->port() : 0;
 }
 
+bool Daemon::alive() const {
+  return impl_->liveness.alive(std::chrono::steady_clock::now());
+}
+
 void Daemon::when_runner_moves(std::function<void()> task) {
   impl_->context.runner.post(std::move(task), Lane::kShort);
 }
 
 bool Daemon::reload() {
-  const Status reloaded = impl_->guard->reload();
+  Status reloaded = impl_->guard->reload();
+  if (reloaded && impl_->certificates) reloaded = impl_->certificates->reload();
+  // Who lost its rights loses its streams, too; whatever became of the rest.
+  impl_->context.lifecycle.enforce_rights();
   impl_->context.log.write(reloaded ? LogLevel::kInfo : LogLevel::kError, "reloaded",
                            {{"ok", reloaded.ok()}, {"reason", reloaded ? "" : reloaded.error().message}});
   return reloaded.ok();
@@ -285,6 +317,10 @@ bool Daemon::drain() {
     context.lifecycle.end_quiet_streams(kQuiet);
   }
   context.lifecycle.end_streams();
+  // Steps that still run are given up, undone: their clients go on elsewhere, from the frame before.
+  if (context.lifecycle.wait_until_idle(start + impl_->drain_timeout / 4 * 3) > 0)
+    for (const std::shared_ptr<Session>& session : context.store.list())
+      session->close(Lifecycle::draining_fault());
   const std::size_t left = context.lifecycle.wait_until_idle(start + impl_->drain_timeout);
   impl_->server->Shutdown(std::chrono::system_clock::now() + kOthers);
   const auto took = std::chrono::steady_clock::now() - start;

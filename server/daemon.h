@@ -30,11 +30,14 @@ class Daemon {
   /// Of /metrics; 0 when there is none.
   int metrics_port() const;
 
-  /// Does this soon, on a thread that steps run on; not when these threads hang: for a watchdog.
+  /// Does this soon, on a thread that steps run on, behind what waits there.
   void when_runner_moves(std::function<void()> task);
 
-  /// Reads the token file again and checks the certificates; what cannot be used is logged and changes
-  /// nothing. False then.
+  /// Whether it lives (admin/liveness.h), for a watchdog. However busy it is.
+  bool alive() const;
+
+  /// Reads the token file and the certificates again, and ends the streams and uploads of those whose token is
+  /// gone. What cannot be used is logged and changes nothing; false then.
   bool reload();
 
   /// Stops in good order: reports NOT_SERVING, refuses new calls, notifies streams, delivers the frames in

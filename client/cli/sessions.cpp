@@ -28,6 +28,7 @@ struct Arguments {
   bool all = false;
   std::string action = "list";
   std::string id;
+  std::string principal;
   std::string json_file;
 };
 
@@ -104,7 +105,8 @@ int show(const Arguments& arguments, const std::vector<SessionInfo>& sessions) {
 
 int close_session(const Arguments& arguments, Client& client) {
   if (const Status closed =
-          arguments.all ? client.delete_any_session(arguments.id) : client.delete_session(arguments.id);
+          arguments.all ? client.delete_any_session(arguments.id, arguments.principal)
+                         : client.delete_session(arguments.id);
       !closed)
     return failure(closed.error().message);
   if (!arguments.json_file.empty()) {
@@ -132,6 +134,8 @@ int check_session(const Arguments& arguments, Client& client) {
 }
 
 int sessions(const Arguments& arguments) {
+  if (!arguments.principal.empty() && !(arguments.action == "close" && arguments.all))
+    return usage_error("--principal says whose session to close: sessions close ID --all --principal P");
   if (arguments.action != "list" && arguments.id.empty())
     return usage_error("sessions " + arguments.action + ": an ID is needed; 'sessions list' shows them");
   if (arguments.action == "list" && !arguments.id.empty())
@@ -169,6 +173,7 @@ Verb add_sessions(CLI::App& app) {
   app.add_option("ID", a.id, "The session to show, check or close");
   add_server_options(app, a.server, a.security, "The daemon's address (HOST:PORT or unix:PATH)", true);
   app.add_flag("--all", a.all, "Sessions of every principal, for administrators");
+  app.add_option("--principal", a.principal, "With close --all: whose session, where several have one of that ID");
   app.add_option("--json", a.json_file, "Write as JSON; - for stdout, with nothing else there")
       ->type_name("FILE");
   return [arguments] { return sessions(*arguments); };

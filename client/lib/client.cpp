@@ -79,8 +79,8 @@ Result<std::vector<SessionInfo>> Client::list_all_sessions() {
   return sessions;
 }
 
-Status Client::delete_any_session(const std::string& id) {
-  if (const auto error = impl_->connection->remove_any(id)) return error->error;
+Status Client::delete_any_session(const std::string& id, const std::string& principal) {
+  if (const auto error = impl_->connection->remove_any(id, principal)) return error->error;
   return {};
 }
 

@@ -133,7 +133,9 @@ class Client {
   Result<std::string> check_session(const std::string& id);
   /// For administrators, kPermissionDenied for others: the sessions of all principals.
   Result<std::vector<SessionInfo>> list_all_sessions();
-  Status delete_any_session(const std::string& id);
+  /// As delete_session(), whoever made it; kFailedPrecondition where several principals have chosen one id,
+  /// unless `principal` says whose is meant.
+  Status delete_any_session(const std::string& id, const std::string& principal = {});
   Result<ServerInfo> server_info();
 
  private:

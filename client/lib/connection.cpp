@@ -181,9 +181,10 @@ std::optional<RemoteError> Connection::list_all(v1::ListAllSessionsResponse& res
   return call(&v1::AdminService::Stub::ListAllSessions, {}, response);
 }
 
-std::optional<RemoteError> Connection::remove_any(const std::string& id) {
+std::optional<RemoteError> Connection::remove_any(const std::string& id, const std::string& principal) {
   v1::DeleteAnySessionRequest request;
   request.set_session_id(id);
+  if (!principal.empty()) request.set_principal(principal);
   v1::DeleteAnySessionResponse response;
   return call(&v1::AdminService::Stub::DeleteAnySession, request, response, id);
 }

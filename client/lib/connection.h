@@ -45,7 +45,7 @@ class Connection {
   std::optional<RemoteError> remove(const std::string& id);
   std::optional<RemoteError> change(const v1::ChangeSceneRequest& request, v1::ChangeSceneResponse& response);
   std::optional<RemoteError> list_all(v1::ListAllSessionsResponse& response);
-  std::optional<RemoteError> remove_any(const std::string& id);
+  std::optional<RemoteError> remove_any(const std::string& id, const std::string& principal);
 
  private:
   template <class Stub, class Request, class Response>

@@ -65,13 +65,14 @@ Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages page
     return invalid_argument("metrics-listen " + address +
                             ": civetweb, as this system has it, knows no IPv6; an IPv4 host is expected");
   auto impl = std::make_unique<Impl>(Impl{std::move(pages), address.substr(0, address.rfind(':'))});
-  // Few threads and short waits: a slow or silent scraper costs one of two threads for two seconds.
+  // Many threads, which cost next to nothing while they wait, and short waits: who connects and says nothing
+  // takes one for a second, and whoever checks the daemon's health meanwhile waits for two at most.
   const std::array<const char*, 9> options{"listening_ports",
                                            address.c_str(),
                                            "num_threads",
-                                           "2",
+                                           "64",
                                            "request_timeout_ms",
-                                           "2000",
+                                           "1000",
                                            "enable_keep_alive",
                                            "no",
                                            nullptr};
@@ -94,7 +95,11 @@ Result<std::unique_ptr<Http>> Http::start(const std::string& address, Pages page
       all);
   mg_set_request_handler(
       all->server, "/healthz$",
-      [](mg_connection* connection, void*) { return answer(connection, 200, kText, "ok\n"); }, all);
+      [](mg_connection* connection, void* data) {
+        const bool alive = static_cast<Impl*>(data)->pages.alive();
+        return answer(connection, alive ? 200 : 503, kText, alive ? "ok\n" : "stuck\n");
+      },
+      all);
   mg_set_request_handler(
       all->server, "/readyz$",
       [](mg_connection* connection, void* data) {

@@ -15,10 +15,11 @@ class Http {
   struct Pages {
     std::function<std::string()> metrics;
     std::function<bool()> ready;
+    std::function<bool()> alive;
   };
   /// Listens at HOST:PORT; port 0 picks a free one. `pages` are called from threads of its own until it is
-  /// destroyed. Fails for an address that cannot be bound. /healthz is 200 while the process answers at all,
-  /// /readyz 200 while new sessions are taken and 503 otherwise.
+  /// destroyed. Fails for an address that cannot be bound. /healthz is 200 while the daemon is alive,
+  /// /readyz while new sessions are taken; 503 otherwise.
   static Result<std::unique_ptr<Http>> start(const std::string& address, Pages pages);
   ~Http();
   Http(const Http&) = delete;

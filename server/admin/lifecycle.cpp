@@ -71,6 +71,10 @@ void Lifecycle::enforce_timeouts() {
   each_stream([&](Drainable& stream) { stream.enforce_timeouts(now); });
 }
 
+void Lifecycle::enforce_rights() {
+  each_stream([](Drainable& stream) { stream.enforce_rights(); });
+}
+
 std::size_t Lifecycle::wait_until_idle(std::chrono::steady_clock::time_point deadline) {
   UniqueLock lock(mutex_);
   while (!calls_.empty())

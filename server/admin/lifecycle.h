@@ -26,6 +26,8 @@ class Drainable {
   virtual void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) = 0;
   /// Ends when the client has had its time for what it is to send or to take.
   virtual void enforce_timeouts(std::chrono::steady_clock::time_point now) = 0;
+  /// Ends as end() does, unless who made the call may still make it.
+  virtual void enforce_rights() = 0;
 };
 
 class Lifecycle {
@@ -56,6 +58,7 @@ class Lifecycle {
   void end_streams();
   void end_quiet_streams(std::chrono::milliseconds quiet);
   void enforce_timeouts();
+  void enforce_rights();
   /// Waits until no call is in flight, `deadline` at the latest; how many are left.
   std::size_t wait_until_idle(std::chrono::steady_clock::time_point deadline);
 

@@ -38,7 +38,7 @@ bool notify_systemd(const std::string& state) {
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + std::strlen(path));
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return false;
-  const ssize_t sent = ::sendto(socket, state.data(), state.size(), MSG_NOSIGNAL,
+  const ssize_t sent = ::sendto(socket, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
                                 reinterpret_cast<const sockaddr*>(&address), size);
   ::close(socket);
   return sent == static_cast<ssize_t>(state.size());

@@ -9,7 +9,7 @@
 namespace warmfront::server {
 
 /// Sends `state`, e.g. "READY=1", to the socket that NOTIFY_SOCKET names. False where there is none or it
-/// does not take it: a daemon without systemd goes on.
+/// does not take it at once: a daemon without systemd goes on.
 bool notify_systemd(const std::string& state);
 
 /// How often the watchdog that systemd keeps for this process must be fed; nothing when there is none.

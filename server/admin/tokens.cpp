@@ -3,9 +3,10 @@
 #include "server/admin/tokens.h"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <sstream>
+
+#include "server/admin/small_file.h"
 
 namespace warmfront::server {
 namespace {
@@ -52,12 +53,9 @@ Result<Tokens> Tokens::parse(std::string_view text) {
 }
 
 Result<Tokens> Tokens::read(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  file.peek();  // which fails for a folder, and only ends an empty file
-  if (!file.is_open() || file.bad()) return invalid_argument("token-file " + path + ": it cannot be read");
-  text << file.rdbuf();
-  Result<Tokens> tokens = parse(text.str());
+  const Result<std::string> text = read_small_file("token-file", path);
+  if (!text) return text.error();
+  Result<Tokens> tokens = parse(text.value());
   if (!tokens) return invalid_argument("token-file " + path + ": " + tokens.error().message);
   return tokens;
 }

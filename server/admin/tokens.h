@@ -16,6 +16,7 @@ namespace warmfront::server {
 struct Principal {
   std::string name;
   bool admin = false;
+  std::string token = {};  ///< by which it was identified; empty: by something else. Never logged
 };
 
 class Tokens {

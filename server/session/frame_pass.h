@@ -18,8 +18,9 @@ namespace warmfront::server {
 struct FramePass {
   std::optional<Gate::Ticket> ticket;  ///< its place among the daemon's frames in flight
   Holding memory;                      ///< its positions, on the session's account
-  /// Set when the client has given up; null for a frame that cannot be given up.
-  std::shared_ptr<const std::atomic<bool>> given_up;
+  /// Set when the client has given up, or the session was closed; null for a frame whose client cannot give
+  /// it up.
+  std::shared_ptr<std::atomic<bool>> given_up;
   std::optional<Fault> refused;  ///< the frame's answer, in its turn, instead of a step
   /// Bytes of contacts that can be told to who asks: a frame whose answer would have more is refused, and
   /// does not count.

@@ -58,6 +58,7 @@ void Runner::run(Tasks one) noexcept {
   busy_.fetch_add(1, std::memory_order_relaxed);
   const std::optional<Lane> again = one.front()();
   busy_.fetch_sub(1, std::memory_order_relaxed);
+  done_.fetch_add(1, std::memory_order_relaxed);
   if (again) post(std::move(one), *again);
 }
 

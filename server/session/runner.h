@@ -51,6 +51,8 @@ class Runner {
   bool backlog() const { return waiting_short_.load(std::memory_order_relaxed) > lane_threads_; }
   /// Tasks being run now, in either lane or by guests.
   int busy() const { return busy_.load(std::memory_order_relaxed); }
+  /// Tasks that have ended.
+  std::uint64_t done() const { return done_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
   /// others. It would wait for as many as a long one holds.
   bool takes_one_thread(Lane lane) const { return lane == Lane::kShort && busy() > 1; }
@@ -74,6 +76,7 @@ class Runner {
   int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
 
   std::atomic<int> busy_{0};
+  std::atomic<std::uint64_t> done_{0};
   std::atomic<std::size_t> waiting_short_{0};  // short_tasks(), to be read without the lock
 
   // Constant after construction.

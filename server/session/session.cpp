@@ -76,6 +76,27 @@ std::string text_of(const SessionState& state) {
 
 }  // namespace
 
+class Session::Running {
+ public:
+  Running(Session& session, const FramePass& pass)
+      : session_(session), stop_(pass.given_up ? *pass.given_up : session.stop_) {
+    const MutexLock lock(session_.mutex_);
+    session_.running_ = &stop_;
+    if (session_.closed_) stop_ = true;
+  }
+  ~Running() {
+    const MutexLock lock(session_.mutex_);
+    session_.running_ = nullptr;
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  const std::atomic<bool>* stop() const { return &stop_; }
+
+ private:
+  Session& session_;
+  std::atomic<bool>& stop_;
+};
+
 Session::InHand::InHand(std::shared_ptr<Session> session) : session_(std::move(session)) {
   const MutexLock lock(session_->mutex_);
   ++session_->in_hand_;
@@ -446,9 +467,14 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     answer = std::make_shared<Answer>(make_answer(frame, scene, step, options_.fields));
     return {};
   };
-  const Result<StepResult> result =
-      collider_.step(request.contents.view(), request.pass.given_up.get(), accept);
-  if (!result && result.error().code == ErrorCode::kCancelled) return cancelled(frame);
+  const Result<StepResult> result = [&] {
+    const Running running(*this, request.pass);
+    return collider_.step(request.contents.view(), running.stop(), accept);
+  }();
+  if (!result && result.error().code == ErrorCode::kCancelled) {
+    if (std::optional<Fault> fault = closed()) return *std::move(fault);
+    return cancelled(frame);
+  }
   if (!result) return fault_from(result.error(), name_of(frame) + ": ", limit);
   answer->statistics = result.value().statistics;
   answer->queue_ms = 1e3 * waited.count();
@@ -517,6 +543,7 @@ void Session::close(Fault fault) {
     const MutexLock lock(mutex_);
     if (closed_) return;
     closed_ = std::move(copy);
+    if (running_ != nullptr) *running_ = true;
     evict.swap(evict_);
   }
   if (evict) evict(fault);

@@ -3,6 +3,7 @@
 // Thread-safe.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -154,8 +155,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Does nothing when the attachment was taken over.
   void detach(Attachment attachment);
 
-  /// Ends the session: frames that wait get `fault`, the one being computed is still answered, the stream is
-  /// evicted. Only the first call counts.
+  /// Ends the session: frames that wait get `fault`, and so does the one being computed, which is given up;
+  /// the stream is evicted. Only the first call counts.
   void close(Fault fault);
   /// close() as NOT_FOUND, with what became of the session: "expired". Never throws: without memory for the
   /// words it has fewer.
@@ -207,6 +208,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // Runs work on the collider; what it throws becomes a fault, and the session is lost then, but for kKept.
   template <class T, class Work>
   Outcome<T> guarded(const char* what, const NoMemory& without, Work work) noexcept;
+  /// A step that close() can stop, for as long as it lives.
+  class Running;
   void take_stock();
   void plan_next();
   bool check_is_due() const;
@@ -242,6 +245,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::uint32_t steps_unchecked_ = 0;
   bool was_rebuilt_ = false;  // after a self-check
   bool stepped_ = false;      // the last request was a step, and was carried out
+  std::atomic<bool> stop_{false};  // a step whose client cannot give it up
   double next_ms_;            // step_cost_ms() of the next step
   std::shared_ptr<const Answer> last_answer_;
   std::optional<FrameBuffer> last_frame_;  // what it answers
@@ -253,6 +257,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::chrono::steady_clock::time_point last_request_ WARMFRONT_GUARDED_BY(mutex_);
   std::uint32_t in_hand_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // requests
   std::optional<Fault> closed_ WARMFRONT_GUARDED_BY(mutex_);
+  std::atomic<bool>* running_ WARMFRONT_GUARDED_BY(mutex_) = nullptr;  // stops the step being computed
   std::uint64_t attachments_ WARMFRONT_GUARDED_BY(mutex_) = 0;
   std::optional<Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);
   Evict evict_ WARMFRONT_GUARDED_BY(mutex_);

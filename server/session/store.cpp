@@ -16,73 +16,73 @@ Fault Store::not_found(const SessionId& id) {
 Store::Reservation::~Reservation() {
   if (store_ == nullptr) return;
   const MutexLock lock(store_->mutex_);
-  store_->sessions_.erase(id_);
+  store_->sessions_.erase(key_);
 }
 
 void Store::Reservation::fill(std::shared_ptr<Session> session) {
   Store* store = std::exchange(store_, nullptr);
   const MutexLock lock(store->mutex_);
-  store->sessions_.at(id_).session = std::move(session);
+  store->sessions_.at(key_) = std::move(session);
 }
 
 Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::string& owner) {
+  Key key{id, owner};
   const MutexLock lock(mutex_);
-  if (sessions_.contains(id))
+  if (sessions_.contains(key))
     return Fault{ErrorCode::kAlreadyExists, Reason::kSessionExists,
                  "session " + id.text() + " exists already; attach to it, delete it or choose another id"};
   if (sessions_.size() >= max_sessions_)
     return limit_met("the daemon holds its limit of " + std::to_string(max_sessions_) +
                          " sessions; close one, or raise --max-sessions",
                      "max-sessions", true);
-  const auto owned =
-      std::ranges::count_if(sessions_, [&](const auto& at) { return at.second.owner == owner; });
+  const auto owned = std::ranges::count_if(sessions_, [&](const auto& at) { return at.first.owner == owner; });
   if (static_cast<std::uint64_t>(owned) >= max_sessions_per_owner_)
     return limit_met("principal " + owner + " has its limit of " + std::to_string(max_sessions_per_owner_) +
                          " sessions; close one, or raise --max-sessions-per-principal",
                      "max-sessions-per-principal", true);
-  SessionId copy = id;  // the last that may throw before the place is taken
-  sessions_.emplace(id, Place{owner, nullptr});
-  return Reservation(*this, std::move(copy));
+  sessions_.emplace(key, nullptr);
+  return Reservation(*this, std::move(key));
 }
 
 Outcome<std::shared_ptr<Session>> Store::find(const SessionId& id, const std::string& owner) const {
+  const Key key{id, owner};
   const MutexLock lock(mutex_);
-  const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second.session || found->second.owner != owner)
-    return not_found(id);
-  return found->second.session;
+  const auto found = sessions_.find(key);
+  if (found == sessions_.end() || !found->second) return not_found(id);
+  return found->second;
 }
 
 Outcome<std::shared_ptr<Session>> Store::find_any(const SessionId& id) const {
   const MutexLock lock(mutex_);
-  const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second.session) return not_found(id);
-  return found->second.session;
+  std::shared_ptr<Session> only;
+  for (auto at = sessions_.lower_bound(Key{id, {}}); at != sessions_.end() && at->first.id == id; ++at) {
+    if (!at->second) continue;
+    if (only)
+      return Fault{ErrorCode::kFailedPrecondition, Reason::kProtocol,
+                   "session " + id.text() + ": principals " + only->owner() + " and " + at->first.owner +
+                       " have one of this id; say whose in principal"};
+    only = at->second;
+  }
+  if (!only) return not_found(id);
+  return only;
 }
 
 std::vector<std::shared_ptr<Session>> Store::list() const {
   const MutexLock lock(mutex_);
   std::vector<std::shared_ptr<Session>> sessions;
-  for (const auto& [id, place] : sessions_)
-    if (place.session) sessions.push_back(place.session);
+  for (const auto& [key, session] : sessions_)
+    if (session) sessions.push_back(session);
   return sessions;
-}
-
-std::shared_ptr<Session> Store::remove(const SessionId& id) {
-  const MutexLock lock(mutex_);
-  const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second.session) return nullptr;
-  std::shared_ptr<Session> session = std::move(found->second.session);
-  sessions_.erase(found);
-  return session;
 }
 
 void Store::forget(const Session& session) {
   std::shared_ptr<Session> doomed;  // released outside the lock
   const MutexLock lock(mutex_);
-  const auto found = sessions_.find(session.id());
-  if (found == sessions_.end() || found->second.session.get() != &session) return;
-  doomed = std::move(found->second.session);
+  // Without memory of its own: what is broken is forgotten in any case.
+  const auto found =
+      std::ranges::find_if(sessions_, [&](const auto& at) { return at.second.get() == &session; });
+  if (found == sessions_.end()) return;
+  doomed = std::move(found->second);
   sessions_.erase(found);
 }
 
@@ -92,15 +92,15 @@ std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::millisecon
   idle.reserve(sessions_.size());  // so that all that are taken out are told of
   for (auto it = sessions_.begin(); it != sessions_.end();) {
     const bool stays = [&] {
-      if (!it->second.session) return true;
-      const SessionSnapshot snapshot = it->second.session->snapshot();
+      if (!it->second) return true;
+      const SessionSnapshot snapshot = it->second->snapshot();
       return snapshot.attached || snapshot.in_hand || snapshot.idle < timeout;
     }();
     if (stays) {
       ++it;
       continue;
     }
-    idle.push_back(std::move(it->second.session));
+    idle.push_back(std::move(it->second));
     it = sessions_.erase(it);
   }
   return idle;

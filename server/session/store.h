@@ -15,8 +15,16 @@
 
 namespace warmfront::server {
 
+/// Each owner has ids of its own: what others have chosen is nothing that it could find out.
 class Store {
  public:
+  /// A session's name in the daemon.
+  struct Key {
+    SessionId id;
+    std::string owner;
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+
   explicit Store(std::uint32_t max_sessions) : Store(max_sessions, max_sessions) {}
   Store(std::uint32_t max_sessions, std::uint32_t max_sessions_per_owner)
       : max_sessions_(max_sessions), max_sessions_per_owner_(max_sessions_per_owner) {}
@@ -25,9 +33,9 @@ class Store {
   /// Movable; outlived by the store.
   class Reservation {
    public:
-    Reservation(Store& store, SessionId id) : store_(&store), id_(std::move(id)) {}
+    Reservation(Store& store, Key key) : store_(&store), key_(std::move(key)) {}
     Reservation(Reservation&& other) noexcept
-        : store_(std::exchange(other.store_, nullptr)), id_(std::move(other.id_)) {}
+        : store_(std::exchange(other.store_, nullptr)), key_(std::move(other.key_)) {}
     Reservation& operator=(Reservation&&) = delete;
     ~Reservation();
 
@@ -36,20 +44,18 @@ class Store {
 
    private:
     Store* store_;
-    SessionId id_;
+    Key key_;
   };
 
-  /// ALREADY_EXISTS for an id in use, RESOURCE_EXHAUSTED when the store is full or its owner has too many.
+  /// ALREADY_EXISTS for an id that its owner uses already, RESOURCE_EXHAUSTED when the store is full or its owner has too many.
   Outcome<Reservation> reserve(const SessionId& id, const std::string& owner = {});
 
   /// NOT_FOUND for an id unknown, or still being built, or of a session that belongs to another.
   Outcome<std::shared_ptr<Session>> find(const SessionId& id, const std::string& owner = {}) const;
-  /// The same, whoever owns it.
+  /// Of any owner; FAILED_PRECONDITION when several have this id.
   Outcome<std::shared_ptr<Session>> find_any(const SessionId& id) const;
   /// In the order of their ids, whoever owns them.
   std::vector<std::shared_ptr<Session>> list() const;
-  /// Takes a session out; null when there is none.
-  std::shared_ptr<Session> remove(const SessionId& id);
   /// Takes this very session out, not one that has its id by now.
   void forget(const Session& session);
   /// Takes out every session without a stream or a request in hand, and idle for at least `timeout`.
@@ -59,10 +65,6 @@ class Store {
   std::size_t size() const;
 
  private:
-  struct Place {
-    std::string owner;
-    std::shared_ptr<Session> session;  ///< null: reserved
-  };
   static Fault not_found(const SessionId& id);
 
   // Constant after construction.
@@ -71,7 +73,7 @@ class Store {
 
   // Protected by mutex_.
   mutable Mutex mutex_;
-  std::map<SessionId, Place> sessions_ WARMFRONT_GUARDED_BY(mutex_);
+  std::map<Key, std::shared_ptr<Session>> sessions_ WARMFRONT_GUARDED_BY(mutex_);  // null: reserved
 };
 
 }  // namespace warmfront::server

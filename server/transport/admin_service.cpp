@@ -38,7 +38,9 @@ class AdminService final : public v1::AdminService::CallbackService {
     return finish(call, [&]() -> std::optional<Fault> {
       const Outcome<SessionId> id = SessionId::parse(request->session_id());
       if (!id) return id.fault();
-      Outcome<std::shared_ptr<Session>> session = context_.store.find_any(id.value());
+      Outcome<std::shared_ptr<Session>> session = request->has_principal()
+                                                      ? context_.store.find(id.value(), request->principal())
+                                                      : context_.store.find_any(id.value());
       if (!session) return session.fault();
       delete_session(context_, std::move(session).value(), "deleted by an administrator");
       return std::nullopt;

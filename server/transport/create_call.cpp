@@ -27,11 +27,11 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
           const MutexLock lock(create->mutex_);
           return create->fail_locked(context.refuse(principal.fault()));
         }
+        create->principal_ = std::move(principal).value();
         Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
         const MutexLock lock(create->mutex_);
         if (!begun) return create->fail_locked(context.refuse(begun.fault()));
         create->in_flight_.emplace(std::move(begun).value());
-        create->owner_ = std::move(principal).value().name;
         create->StartRead(&create->incoming_);
       },
       [&](grpc::Status status) {
@@ -100,6 +100,11 @@ void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
            "; send it faster, or raise --upload-timeout"});
 }
 
+void CreateCall::enforce_rights() {
+  if (context_.guard.still_knows(principal_)) return;
+  if_memory_allows([&] { end(Guard::revoked()); });
+}
+
 grpc::Status CreateCall::status_of(const Fault& fault) const noexcept {
   try {
     return context_.refuse(fault);
@@ -138,11 +143,11 @@ std::optional<Fault> CreateCall::add() {
 }
 
 std::optional<Fault> CreateCall::reserve() {
-  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), owner_);
+  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), principal_.name);
   if (!place) return place.fault();
   Outcome<std::shared_ptr<Account>> account =
       Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes(),
-                    context_.principals.of(owner_));
+                    context_.principals.of(principal_.name));
   if (!account) return account.fault();
   account_ = std::move(account).value();
   reservation_.emplace(std::move(place).value());
@@ -198,8 +203,8 @@ Outcome<std::shared_ptr<Session>> CreateCall::make(Lane lane) {
   if (context_.runner.takes_one_thread(lane)) one_thread.emplace();
   Outcome<std::shared_ptr<Session>> made =
       Session::create(upload_->take_spec(), upload_->take_positions(),
-                      {context_.workers, context_.runner, context_.limits, std::move(account_), lost, owner_,
-                       &context_.metrics, recording_, rebuilt});
+                      {context_.workers, context_.runner, context_.limits, std::move(account_), lost,
+                       principal_.name, &context_.metrics, recording_, rebuilt});
   if (made) {
     v1::CreateSessionResponse response;
     *response.mutable_session() = to_proto(*made.value());
@@ -213,7 +218,7 @@ void CreateCall::log_created(const Session& session) const {
   const CallTag tag = call_tag(call_);
   context_.log.write(LogLevel::kInfo, "session_created",
                      {{"session", session.id().text()},
-                      {"principal", owner_},
+                      {"principal", principal_.name},
                       {"vertices", std::uint64_t{session.scene()->vertex_count()}},
                       {"triangles", std::uint64_t{session.scene()->face_count()}},
                       {"bytes", std::uint64_t{session.snapshot().memory_bytes}},

@@ -39,6 +39,7 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   void end(const Fault& fault) override;
   void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
   void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
+  void enforce_rights() override;
 
  private:
   CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response);
@@ -65,8 +66,8 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   grpc::ByteBuffer& response_;
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 
-  // Set by start(), then constant.
-  std::string owner_;
+  // Set by start() before others see the call, then constant.
+  Principal principal_;
 
   // Used by start() and OnDone() only: keeps the call alive in between.
   std::shared_ptr<CreateCall> self_;

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "server/admin/tls.h"
 #include "server/admin/tokens.h"
 #include "server/annotations.h"
 #include "server/session/fault.h"
@@ -16,19 +15,20 @@
 namespace warmfront::server {
 
 /// With a token file, the token in the metadata `authorization: Bearer TOKEN` says who calls. Without one,
-/// the client's certificate does where a client CA is set: its first subject alternative name, or its common
-/// name; over a Unix socket, which has no certificates, the caller is the administrator `local`, whom the
-/// file system let in. With neither, all callers are one principal without a name, and it administers the
-/// daemon.
+/// the client's certificate does where a client CA is set: a principal is `uri:`, `dns:`, `email:` or `ip:`
+/// and the first subject alternative name of that kind, the first of these kinds that there is, or `cn:` and
+/// the common name. One without any of these names is nobody. Over a Unix socket, which has no certificates,
+/// the caller is the administrator `local`, whom the file system let in. With neither, all callers are one
+/// principal without a name, and those of them on this machine administer the daemon.
 class Guard {
  public:
   struct Settings {
-    std::string token_file;  ///< empty: none
-    TlsFiles tls;
+    std::string token_file;           ///< empty: none
+    bool certificates = false;        ///< clients show one
     std::vector<std::string> admins;  ///< principals that administer, besides those that the token file says
   };
 
-  /// Fails for a token file that cannot be used, or certificates that cannot.
+  /// Fails for a token file that cannot be used.
   static Result<std::unique_ptr<Guard>> create(Settings settings);
 
   /// UNAUTHENTICATED for a call of nobody known.
@@ -36,13 +36,18 @@ class Guard {
   /// The same; PERMISSION_DENIED for one who is no administrator.
   Outcome<Principal> identify_admin(const grpc::ServerContextBase& call) const;
 
-  /// Reads the token file again and checks the certificates, which gRPC itself reads again within a second.
-  /// On an error what was read before stays in force.
+  /// Whether who was identified before would be now, as the same: a token may have been revoked, or given to
+  /// another. A certificate counts for as long as its connection.
+  bool still_knows(const Principal& principal) const;
+  /// What a call of one whom it no longer knows ends with.
+  static Fault revoked();
+
+  /// Reads the token file again. On an error what was read before stays in force.
   Status reload();
 
   const Settings& settings() const { return settings_; }
   /// Whether callers are told apart.
-  bool authenticates() const { return !settings_.token_file.empty() || !settings_.tls.client_ca.empty(); }
+  bool authenticates() const { return !settings_.token_file.empty() || settings_.certificates; }
 
  private:
   explicit Guard(Settings settings) : settings_(std::move(settings)) {}

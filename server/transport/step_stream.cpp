@@ -43,9 +43,9 @@ void StepStream::begin() {
     end_locked(context_.refuse(principal.fault()));
     return advance_locked();
   }
+  principal_ = std::move(principal).value();
   Outcome<Lifecycle::Call> begun = context_.lifecycle.begin(weak_from_this());
   const MutexLock lock(mutex_);
-  owner_ = std::move(principal).value().name;
   ticket_ = context_.streams.enter();
   if (!begun)
     end_locked(context_.refuse(begun.fault()));
@@ -130,7 +130,7 @@ void StepStream::attach(const v1::Attach& request) {
   }
   Outcome<SessionId> id = session_id_of(request.session_id(), metadata_id_);
   if (!id) return end(id.fault());
-  Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), owner_);
+  Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), principal_.name);
   if (!session) return end(session.fault());
   {
     const MutexLock lock(mutex_);
@@ -288,6 +288,11 @@ void StepStream::enforce_timeouts(std::chrono::steady_clock::time_point now) {
   });
 }
 
+void StepStream::enforce_rights() {
+  if (context_.guard.still_knows(principal_)) return;
+  guarded([&] { end(Guard::revoked()); });
+}
+
 // Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
 // ends with.
 void StepStream::cut_off_locked() {
@@ -320,7 +325,7 @@ void StepStream::log_end_locked(const grpc::Status& status) {
   const CallTag tag = call_tag(rpc_);
   context_.log.write(status.ok() ? LogLevel::kDebug : LogLevel::kInfo, "stream_ended",
                      {{"session", session_ ? session_->id().text() : std::string()},
-                      {"principal", owner_},
+                      {"principal", principal_.name},
                       {"code", std::int64_t{status.error_code()}},
                       {"reason", status.error_message()},
                       {"request_id", tag.request_id},

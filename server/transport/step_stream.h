@@ -47,6 +47,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void end(const Fault& fault) override;
   void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
   void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
+  void enforce_rights() override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -100,8 +101,8 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   const std::string metadata_id_;
   const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
-  // Set by start(), then constant.
-  std::string owner_;
+  // Set by start() before others see the stream, then constant.
+  Principal principal_;
 
   // Used by start() and OnDone() only: keeps the stream alive in between.
   std::shared_ptr<StepStream> self_;

@@ -197,8 +197,8 @@ class Connection:
         """v1.OwnedSession; for administrators."""
         return self._call(lambda channel: channel.admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest()).sessions
 
-    def remove_any(self, session_id: str) -> None:
-        request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id)
+    def remove_any(self, session_id: str, principal: Optional[str]) -> None:
+        request = admin_service_pb2.DeleteAnySessionRequest(session_id=session_id, principal=principal)
         self._call(lambda channel: channel.admin.DeleteAnySession, request, session_id)
 
     def close(self) -> None:

@@ -91,9 +91,10 @@ class Client:
         """Those of all principals. For administrators, PermissionDenied for others."""
         return [SessionInfo.read_from(owned.session, owned.principal) for owned in self._connection.list_all()]
 
-    def delete_any_session(self, id: str) -> None:
-        """As `delete_session()`, whoever made it. For administrators."""
-        self._connection.remove_any(id)
+    def delete_any_session(self, id: str, principal: Optional[str] = None) -> None:
+        """As `delete_session()`, whoever made it; FailedPrecondition where several principals have chosen one id, unless
+        `principal` says whose is meant. For administrators."""
+        self._connection.remove_any(id, principal)
 
     def close(self) -> None:
         """Ends the connections; sessions that are open fail."""

@@ -4,13 +4,18 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
+#include <set>
 #include <thread>
 
 #include "client/lib/client.h"
+#include "server/admin/small_file.h"
 #include "server/admin/tls.h"
 #include "server/admin/tokens.h"
 #include "tests/unit/server/local_daemon.h"
@@ -50,7 +55,7 @@ TEST(TokensTest, AreReadLineByLineAndMistakesAreNamedWithoutThem) {
   EXPECT_THAT(Tokens::parse("\nsecret alice").error().message, HasSubstr("line 2"));
   for (const char* unreadable : {"/nonexistent", "/"})
     EXPECT_THAT(Tokens::read(unreadable).error().message, HasSubstr("cannot be read"));
-  EXPECT_THAT(Tokens::read("/dev/null").error().message, HasSubstr("holds no token"));
+  EXPECT_THAT(Tokens::read("/dev/null").error().message, HasSubstr("a regular file is expected"));
 }
 
 Result<client::Session> open(Client& client) {
@@ -117,6 +122,42 @@ TEST_F(TokenTest, NobodyUnknownComesIn) {
   const auto stream = stub->StreamSteps(stream_context.get());
   EXPECT_FALSE(stream->Read(&streamed));
   expect(stream->Finish());
+}
+
+TEST_F(TokenTest, AnIdThatAnotherHasChosenIsAsFreeAsAnyOther) {
+  Client alice = connect(kAlice).value(), bob = connect(kBob).value(), root = connect(kRoot).value();
+  client::Session hers = open(alice).value();
+  const auto stub = v1::CollisionService::NewStub(
+      grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  context.AddMetadata("authorization", std::string("Bearer ") + kBob);
+  v1::CreateSessionResponse created;
+  const auto upload = stub->CreateSession(&context, &created);
+  v1::CreateSessionRequest request;
+  request.mutable_header()->set_session_id(hers.id());
+  request.mutable_header()->set_vertex_count(3);
+  request.mutable_header()->set_face_count(1);
+  request.mutable_header()->set_dtype(v1::DTYPE_FLOAT64);
+  const std::array<std::int32_t, 3> face{0, 1, 2};
+  const std::array<double, 9> corners{0, 0, 0, 1, 0, 0, 0, 1, 0};
+  upload->Write(request);
+  request.set_faces(face.data(), sizeof(face));
+  upload->Write(request);
+  request.set_positions(corners.data(), sizeof(corners));
+  upload->Write(request);
+  upload->WritesDone();
+  const grpc::Status status = upload->Finish();
+  ASSERT_TRUE(status.ok()) << status.error_message() << ": it tells that someone else has this id";
+  EXPECT_EQ(bob.get_session(hers.id()).value().face_count, 1u);
+  EXPECT_GT(alice.get_session(hers.id()).value().face_count, 1u);
+  // An administrator says whose is meant.
+  const Status whose = root.delete_any_session(hers.id());
+  ASSERT_FALSE(whose.ok());
+  EXPECT_EQ(whose.error().code, ErrorCode::kFailedPrecondition);
+  EXPECT_THAT(whose.error().message, HasSubstr("alice and bob"));
+  EXPECT_TRUE(root.delete_any_session(hers.id(), "bob").ok());
+  EXPECT_TRUE(alice.get_session(hers.id()).ok());
+  EXPECT_FALSE(bob.get_session(hers.id()).ok());
 }
 
 TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndAdministratorsHaveCallsOfTheirOwn) {
@@ -231,6 +272,21 @@ TEST_F(TokenTest, TheFileIsReadAgainAndAMistakeInItChangesNothing) {
   EXPECT_TRUE(connect(kBob).ok());
 }
 
+TEST_F(TokenTest, WhoseTokenIsRevokedLosesItsStream) {
+  Client alice = connect(kAlice).value(), bob = connect(kBob).value();
+  client::Session hers = open(alice).value(), his = open(bob).value();
+  const MovingGrids grids(4);
+  const std::vector<double> first = grids.positions(1), second = grids.positions(2);
+  ASSERT_TRUE(hers.step(std::span<const double>(first)).ok());
+  ASSERT_TRUE(his.step(std::span<const double>(first)).ok());
+  // The same token, given to another, is none of hers either.
+  write(folder_.path() / "tokens", std::string(kAlice) + " mallory\n" + kBob + " bob admin\n");
+  ASSERT_TRUE(daemon_->reload());
+  const auto refused = hers.step(std::span<const double>(second));
+  ASSERT_FALSE(refused.ok()) << "the stream goes on with a token that is revoked";
+  EXPECT_TRUE(his.step(std::span<const double>(second)).ok());
+}
+
 TEST(ClientSecurityTest, ATokenDoesNotLeaveTheMachineInTheClear) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "t").string();
@@ -277,6 +333,8 @@ class TlsTest : public ::testing::Test {
   const TemporaryFolder folder_;
   const Certificate ca_{"ca", nullptr};
   server::Config config_;
+  std::string log_text() const { return log_text_.str(); }
+
   std::ostringstream log_text_;
   server::Log log_{server::LogLevel::kDebug, server::LogFormat::kJson, &log_text_};
   std::unique_ptr<server::Daemon> daemon_;
@@ -305,7 +363,7 @@ TEST_F(TlsTest, OnlyWhoTrustsTheDaemonTalksToItAndItsCertificateCanChange) {
 
 TEST_F(TlsTest, CertificatesSayWhoCalls) {
   config_.tls.client_ca = file("ca.pem");
-  config_.admins = {"dave"};
+  config_.admins = {"cn:dave"};
   start();
   auto carol = connect("ca.pem", "carol"), dave = connect("ca.pem", "dave");
   ASSERT_TRUE(carol.ok()) << carol.error().message;
@@ -317,7 +375,7 @@ TEST_F(TlsTest, CertificatesSayWhoCalls) {
   const auto all = dave.value().list_all_sessions();
   ASSERT_TRUE(all.ok()) << all.error().message;
   ASSERT_EQ(all.value().size(), 1u);
-  EXPECT_EQ(all.value()[0].principal, "carol");
+  EXPECT_EQ(all.value()[0].principal, "cn:carol");
   ClientOptions anonymous;
   anonymous.call_timeout = std::chrono::seconds(2);
   anonymous.security.ca_file = file("ca.pem");
@@ -325,15 +383,123 @@ TEST_F(TlsTest, CertificatesSayWhoCalls) {
       << "no certificate, no connection";
 }
 
+TEST_F(TlsTest, ACertificateWithoutANameIsNobodysAndKindsOfNamesAreKeptApart) {
+  Certificate("", &ca_).write(folder_.path(), "nameless");
+  Certificate("local", &ca_).write(folder_.path(), "local");
+  Certificate("x", &ca_, "DNS:carol").write(folder_.path(), "host");
+  Certificate("x", &ca_, "email:carol,URI:spiffe://grid/carol").write(folder_.path(), "workload");
+  config_.tls.client_ca = file("ca.pem");
+  config_.listen.push_back("unix:" + file("d.sock"));
+  config_.admins = {"cn:dave"};
+  start();
+  EXPECT_EQ(connect("ca.pem", "nameless").error().code, ErrorCode::kUnauthenticated);
+  Client local = connect("ca.pem", "local").value();
+  EXPECT_EQ(local.list_all_sessions().error().code, ErrorCode::kPermissionDenied)
+      << "this name is the Unix socket's";
+  Client by_socket = Client::connect("unix:" + file("d.sock")).value();
+  const client::Session at_home = open(by_socket).value();
+  EXPECT_TRUE(local.list_sessions().value().empty());
+  Client carol = connect("ca.pem", "carol").value(), host = connect("ca.pem", "host").value();
+  Client workload = connect("ca.pem", "workload").value(), dave = connect("ca.pem", "dave").value();
+  const client::Session of_carol = open(carol).value(), of_host = open(host).value(),
+                        of_workload = open(workload).value();
+  for (Client* one : {&carol, &host, &workload}) EXPECT_EQ(one->list_sessions().value().size(), 1u);
+  std::set<std::string> principals;
+  const auto all = dave.list_all_sessions();
+  for (const auto& session : all.value()) principals.insert(session.principal);
+  EXPECT_THAT(principals,
+              ::testing::ElementsAre("cn:carol", "dns:carol", "local", "uri:spiffe://grid/carol"));
+}
+
+TEST_F(TlsTest, WhatIsWrittenToTheFilesNeverStopsTheDaemon) {
+  start();
+  ASSERT_TRUE(connect("ca.pem").ok());
+  const std::string good = Certificate::read(file("daemon.pem")), key = Certificate::read(file("daemon.key"));
+  const auto write = [&](const char* name, const std::string& text) { std::ofstream(file(name)) << text; };
+  // A script that copies the same files again and again, while clients come.
+  for (int copy = 0; copy < 400; ++copy) {
+    write("daemon.pem", good);
+    write("daemon.key", key);
+  }
+  EXPECT_TRUE(connect("ca.pem").ok());
+  // Empty, halved, of another key, with a byte that is no text, not there: noticed, and the old one serves.
+  const Certificate other("daemon", &ca_, "IP:127.0.0.1");
+  for (const std::string& bad : {std::string(), good.substr(0, good.size() / 2), other.certificate(),
+                                 good + std::string(1, '\0'), std::string("-----BEGIN")}) {
+    write("daemon.pem", bad);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    EXPECT_TRUE(connect("ca.pem").ok()) << bad.size();
+  }
+  write("daemon.pem", "");
+  for (int i = 0; i < 200 && log_text().find("still serves") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_THAT(log_text(), HasSubstr("what was in force before still serves"));
+  EXPECT_TRUE(connect("ca.pem").ok());
+  std::filesystem::remove(file("daemon.pem"));
+  EXPECT_TRUE(connect("ca.pem").ok());
+  // A new pair serves without anybody saying so.
+  Certificate("second", nullptr).write(folder_.path(), "second");
+  const Certificate second("second", nullptr);
+  second.write(folder_.path(), "second");
+  Certificate("daemon", &second, "IP:127.0.0.1").write(folder_.path(), "daemon");
+  Result<Client> changed = connect("second.pem");
+  for (int i = 0; i < 20 && !changed.ok(); ++i) changed = connect("second.pem");
+  EXPECT_TRUE(changed.ok()) << changed.error().message;
+}
+
+TEST_F(TlsTest, ACertificateThatIsAboutToExpireIsSpokenOf) {
+  start();  // it has an hour left
+  EXPECT_THAT(log_text(), HasSubstr("certificate_expires"));
+  EXPECT_THAT(log_text(), HasSubstr("\"hours_left\":"));
+}
+
+TEST(SmallFileTest, DevicesPipesAndEndlessFilesAreRefused) {
+  using server::read_small_file;
+  const TemporaryFolder folder;
+  const std::string pipe = (folder.path() / "pipe").string(), large = (folder.path() / "large").string();
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& path : {std::string("/dev/zero"), std::string("/dev/null"), pipe, std::string("/")})
+    EXPECT_THAT(read_small_file("config", path).error().message, HasSubstr("a regular file is expected"))
+        << path;
+  EXPECT_THAT(read_small_file("config", "/nonexistent").error().message,
+              HasSubstr("config /nonexistent: it cannot be read (No such file"));
+  std::ofstream(large) << std::string(2 << 20, ' ');
+  EXPECT_THAT(read_small_file("token-file", large).error().message, HasSubstr("at most 1048576 bytes"));
+}
+
+TEST(SmallFileTest, AFileThatIsBeingWrittenIsReadWhole) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "tokens").string();
+  // Half of it stands, and the writer is busy with the rest.
+  std::atomic<bool> begun{false};
+  std::thread writer([&] {
+    std::ofstream file(path);
+    for (int piece = 0; piece < 20; ++piece) {
+      file << "0123456789abcdef" << piece << " p" << piece << "\n" << std::flush;
+      begun = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  });
+  while (!begun) std::this_thread::yield();
+  const Result<std::string> text = server::read_small_file("token-file", path);
+  writer.join();
+  // Whole, unless the machine let the writer wait for longer than a reader can know of.
+  if (text.ok()) {
+    EXPECT_EQ(text.value().back(), '\n');
+  } else {
+    EXPECT_EQ(text.error().code, ErrorCode::kUnavailable);
+  }
+}
+
 TEST_F(TlsTest, FilesThatDoNotFitAreRefusedAtTheStartAndOthersMayListenAnywhere) {
-  using server::check_tls_files;
-  EXPECT_TRUE(check_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.pem")}).ok());
-  EXPECT_FALSE(check_tls_files({file("daemon.pem"), "", ""}).ok());
-  EXPECT_THAT(check_tls_files({file("daemon.pem"), file("carol.key"), ""}).error().message,
+  using server::read_tls_files;
+  EXPECT_TRUE(read_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.pem")}).ok());
+  EXPECT_FALSE(read_tls_files({file("daemon.pem"), "", ""}).ok());
+  EXPECT_THAT(read_tls_files({file("daemon.pem"), file("carol.key"), ""}).error().message,
               HasSubstr("carol.key"));
-  EXPECT_THAT(check_tls_files({file("nothing.pem"), file("carol.key"), ""}).error().message,
+  EXPECT_THAT(read_tls_files({file("nothing.pem"), file("carol.key"), ""}).error().message,
               HasSubstr("nothing.pem"));
-  EXPECT_THAT(check_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.key")}).error().message,
+  EXPECT_THAT(read_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.key")}).error().message,
               HasSubstr("ca.key"));
   config_.listen = {"0.0.0.0:0"};
   start();

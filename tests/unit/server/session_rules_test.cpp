@@ -407,7 +407,7 @@ TEST_F(StoreTest, AFrameThatWasGivenUpIsLeftUndone) {
     const std::vector<double> values = grids.positions(1);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(values.data()), values.size() * 8}).ok());
     FramePass pass;
-    pass.given_up = std::make_shared<const std::atomic<bool>>(given_up);
+    pass.given_up = std::make_shared<std::atomic<bool>>(given_up);
     std::promise<Outcome<std::shared_ptr<const Answer>>> answer;
     session->step(1, std::move(positions), std::move(pass), Session::Admission::kBounded,
                   [&](const Outcome<std::shared_ptr<const Answer>>& outcome) { answer.set_value(outcome); });

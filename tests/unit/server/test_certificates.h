@@ -24,8 +24,9 @@ class Certificate {
     X509_gmtime_adj(X509_getm_notBefore(x509_.get()), -3600);
     X509_gmtime_adj(X509_getm_notAfter(x509_.get()), 3600);
     X509_set_pubkey(x509_.get(), key_.get());
-    X509_NAME_add_entry_by_txt(X509_get_subject_name(x509_.get()), "CN", MBSTRING_UTF8,
-                               reinterpret_cast<const unsigned char*>(name.c_str()), -1, -1, 0);
+    if (!name.empty())
+      X509_NAME_add_entry_by_txt(X509_get_subject_name(x509_.get()), "CN", MBSTRING_UTF8,
+                                 reinterpret_cast<const unsigned char*>(name.c_str()), -1, -1, 0);
     const Certificate& signer = issuer == nullptr ? *this : *issuer;
     X509_set_issuer_name(x509_.get(), X509_get_subject_name(signer.x509_.get()));
     if (issuer == nullptr) extend(NID_basic_constraints, "critical,CA:TRUE");
@@ -39,6 +40,11 @@ class Certificate {
   std::string key() const {
     return pem(
         [&](BIO* out) { PEM_write_bio_PrivateKey(out, key_.get(), nullptr, nullptr, 0, nullptr, nullptr); });
+  }
+  /// What a file holds.
+  static std::string read(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
   }
   /// Writes NAME.pem and NAME.key.
   void write(const std::filesystem::path& folder, const std::string& name) const {
