@@ -10,6 +10,8 @@
 #include <grpcpp/impl/codegen/service_type.h>
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/security/server_credentials.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 
 #include <algorithm>
 #include <chrono>
@@ -30,7 +32,6 @@
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
 #include "server/transport/service.h"
-#include "server/transport/tls_credentials.h"
 
 namespace warmfront::server {
 namespace {
@@ -90,6 +91,21 @@ bool uses_tls(const std::string& address, const TlsFiles& tls) {
   return tls.enabled() && !address.starts_with("unix:");
 }
 
+/// gRPC reads the files again every second. They are not those of the user, which may be anything by then:
+/// Debian's gRPC 1.51 ends the process for an empty one.
+std::shared_ptr<grpc::ServerCredentials> encrypted_by(const TlsFiles& files) {
+  constexpr unsigned kReloadSeconds = 1;
+  using namespace grpc::experimental;
+  TlsServerCredentialsOptions options(std::make_shared<FileWatcherCertificateProvider>(
+      files.key, files.certificate, files.client_ca, kReloadSeconds));
+  options.watch_identity_key_cert_pairs();
+  if (!files.client_ca.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return TlsServerCredentials(options);
+}
+
 std::string with_port(const std::string& address, int port) {
   return address.starts_with("unix:") ? address
                                       : address.substr(0, address.rfind(':') + 1) + std::to_string(port);
@@ -121,7 +137,6 @@ struct Daemon::Impl {
   std::unique_ptr<Ticker> memory;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Service> admin_service;
-  std::shared_ptr<grpc::ServerCredentials> plain, encrypted;  // of the server, which they outlive
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Http> http;
 
@@ -190,15 +205,15 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   grpc::ServerBuilder builder;
   set_arguments(builder, config);
   std::vector<int> ports(config.listen.size(), 0);
-  impl->plain = grpc::InsecureServerCredentials();
+  const std::shared_ptr<grpc::ServerCredentials> plain = grpc::InsecureServerCredentials();
+  std::shared_ptr<grpc::ServerCredentials> encrypted;
   if (impl->certificates) {
-    impl->encrypted = tls_credentials(impl->certificates);
+    encrypted = encrypted_by(impl->certificates->in_force());
     impl->certificate_files =
         std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates] { files->look(); });
   }
   for (std::size_t i = 0; i < ports.size(); ++i)
-    builder.AddListeningPort(config.listen[i],
-                             uses_tls(config.listen[i], config.tls) ? impl->encrypted : impl->plain,
+    builder.AddListeningPort(config.listen[i], uses_tls(config.listen[i], config.tls) ? encrypted : plain,
                              &ports[i]);
   builder.RegisterService(impl->service.get());
   builder.RegisterService(impl->admin_service.get());
@@ -211,16 +226,16 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   }
   for (std::size_t i = 0; i < ports.size(); ++i) {
     impl->addresses.push_back(with_port(config.listen[i], ports[i]));
-    const bool encrypted = uses_tls(config.listen[i], config.tls);
+    const bool is_encrypted = uses_tls(config.listen[i], config.tls);
     log.write(LogLevel::kInfo, "listening",
               {{"address", impl->addresses.back()},
-               {"encrypted", encrypted},
+               {"encrypted", is_encrypted},
                {"authenticated", impl->guard->authenticates()}});
-    if (is_local(config.listen[i]) || (encrypted && impl->guard->authenticates())) continue;
+    if (is_local(config.listen[i]) || (is_encrypted && impl->guard->authenticates())) continue;
     log.write(
         LogLevel::kWarning, "insecure",
         {{"address", impl->addresses.back()},
-         {"reason", encrypted ? "whoever reaches this address may call; set --token-file or --tls-client-ca"
+         {"reason", is_encrypted ? "whoever reaches this address may call; set --token-file or --tls-client-ca"
                               : "others can reach this address and nothing is encrypted"}});
   }
   impl->expiry = std::make_unique<Expiry>(

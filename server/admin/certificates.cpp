@@ -29,16 +29,25 @@ std::string look_of(const TlsFiles& files) {
   return text;
 }
 
+/// Puts a text where gRPC reads it, first or again.
+Status put(const std::string& text, std::unique_ptr<MemoryFile>& file) {
+  if (file) return file->replace(text);
+  Result<std::unique_ptr<MemoryFile>> made = MemoryFile::create(text);
+  if (!made) return made.error();
+  file = std::move(made).value();
+  return {};
+}
+
 }  // namespace
 
 Result<std::shared_ptr<Certificates>> Certificates::create(TlsFiles files, Log& log) {
   std::shared_ptr<Certificates> certificates(new Certificates(std::move(files), log));
-  if (const Status read = certificates->read(); !read) return read.error();
+  if (const Result<bool> read = certificates->read(); !read) return read.error();
   certificates->warn_of_the_end();
   return certificates;
 }
 
-Status Certificates::read() {
+Result<bool> Certificates::read() {
   std::string look = look_of(files_);
   {
     const MutexLock lock(mutex_);
@@ -46,45 +55,46 @@ Status Certificates::read() {
   }
   Result<TlsPem> read = read_tls_files(files_);
   if (!read) return read.error();
-  auto pem = std::make_shared<const TlsPem>(std::move(read).value());
+  TlsPem pem = std::move(read).value();
   const std::time_t now = ::time(nullptr);
   const MutexLock lock(mutex_);
-  const TlsPem* before = in_force_.pem.get();
-  if (before != nullptr && pem->not_after <= now && before->not_after > now)
+  if (pair_ && pem.not_after <= now && in_force_.not_after > now)
     return invalid_argument("tls-cert " + files_.certificate +
                             ": it has expired, and what is in force has not");
-  if (before != nullptr && before->certificate == pem->certificate && before->key == pem->key &&
-      before->client_ca == pem->client_ca)
-    return {};
-  in_force_ = {std::move(pem), in_force_.number + 1};
+  if (in_force_.certificate == pem.certificate && in_force_.key == pem.key &&
+      in_force_.client_ca == pem.client_ca)
+    return false;
+  if (!pem.client_ca.empty())
+    if (const Status status = put(pem.client_ca, client_ca_); !status) return status.error();
+  if (const Status status = put(pem.key + "\n" + pem.certificate, pair_); !status) return status.error();
+  in_force_ = std::move(pem);
   warned_ = 0;
-  return {};
+  return true;
 }
 
 Status Certificates::reload() {
-  Status status = read();
-  if (status) warn_of_the_end();
-  return status;
+  const Result<bool> swapped = read();
+  if (!swapped) return swapped.error();
+  warn_of_the_end();
+  return {};
 }
 
 void Certificates::look() {
   std::string look = look_of(files_);
-  std::uint64_t before = 0;
-  {
+  const bool due = [&] {
     const MutexLock lock(mutex_);
     const bool still = look == looked_;
     looked_ = std::move(look);
-    before = in_force_.number;
-    if (looked_ == read_ || !still) before = 0;
-  }
-  if (before != 0) {
-    const Status status = read();
-    const bool swapped = in_force().number != before;
-    if (!status || swapped)
-      log_.write(status ? LogLevel::kInfo : LogLevel::kError, "certificates",
-                 {{"swapped", swapped},
-                  {"reason", status ? "the files changed"
-                                    : status.error().message + "; what was in force before still serves"}});
+    return still && looked_ != read_;
+  }();
+  if (due) {
+    const Result<bool> swapped = read();
+    if (!swapped)
+      log_.write(
+          LogLevel::kError, "certificates",
+          {{"swapped", false}, {"reason", swapped.error().message + "; what was in force before still serves"}});
+    else if (swapped.value())
+      log_.write(LogLevel::kInfo, "certificates", {{"swapped", true}, {"reason", "the files changed"}});
   }
   warn_of_the_end();
 }
@@ -94,7 +104,7 @@ void Certificates::warn_of_the_end() {
   std::time_t end = 0;
   {
     const MutexLock lock(mutex_);
-    end = in_force_.pem->not_after;
+    end = in_force_.not_after;
     if (end == 0 || end - now > kSoon || now - warned_ < kDay) return;
     warned_ = now;
   }
@@ -105,9 +115,9 @@ void Certificates::warn_of_the_end() {
                                     : "clients will refuse it then; replace the files"}});
 }
 
-Certificates::InForce Certificates::in_force() const {
+TlsFiles Certificates::in_force() const {
   const MutexLock lock(mutex_);
-  return in_force_;
+  return {pair_->path(), pair_->path(), client_ca_ ? client_ca_->path() : std::string()};
 }
 
 }  // namespace warmfront::server

@@ -2,11 +2,13 @@
 // The certificates in force: read, proved, then swapped. Thread-safe.
 #pragma once
 
-#include <cstdint>
+#include <ctime>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "engine/result.h"
+#include "server/admin/memory_file.h"
 #include "server/admin/tls.h"
 #include "server/annotations.h"
 #include "server/log.h"
@@ -25,16 +27,14 @@ class Certificates {
   /// came of it, once for each change, and once a day of a certificate that expires within two weeks.
   void look();
 
-  /// What serves, and a number that is another one whenever that was swapped.
-  struct InForce {
-    std::shared_ptr<const TlsPem> pem;
-    std::uint64_t number = 0;
-  };
-  InForce in_force() const;
+  /// Files of this process that hold what is in force, always whole and proved: one of certificate and key,
+  /// whose two halves can never be of different pairs, and one of the client CA, if there is one.
+  TlsFiles in_force() const;
 
  private:
   Certificates(TlsFiles files, Log& log) : files_(std::move(files)), log_(log) {}
-  Status read();
+  /// Whether what serves was swapped.
+  Result<bool> read();
   void warn_of_the_end();
 
   // Constant after construction.
@@ -43,7 +43,9 @@ class Certificates {
 
   // Protected by mutex_.
   mutable Mutex mutex_;
-  InForce in_force_ WARMFRONT_GUARDED_BY(mutex_);
+  TlsPem in_force_ WARMFRONT_GUARDED_BY(mutex_);
+  std::unique_ptr<MemoryFile> pair_ WARMFRONT_GUARDED_BY(mutex_);
+  std::unique_ptr<MemoryFile> client_ca_ WARMFRONT_GUARDED_BY(mutex_);  // null: clients need none
   std::string read_ WARMFRONT_GUARDED_BY(mutex_);   // how the files looked when they were last read
   std::string looked_ WARMFRONT_GUARDED_BY(mutex_);  // and at the last look
   std::time_t warned_ WARMFRONT_GUARDED_BY(mutex_) = 0;
