@@ -11,7 +11,7 @@ namespace warmfront::server {
 Mailbox::Entry Mailbox::prepare(Job job, Kind kind) {
   Entry entry;
   entry.job.push_back({std::move(job), kind});
-  entry.turn.emplace_back([self = shared_from_this()] { return self->run_turn(); });
+  entry.turn.emplace_back([self = shared_from_this()] { return self->run_turn(); }, share_);
   return entry;
 }
 

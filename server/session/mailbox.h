@@ -28,9 +28,10 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
     kOther,  ///< has a turn of its own
   };
 
-  /// Holds at most `capacity` jobs that have not begun. `runner` outlives the mailbox.
-  Mailbox(Runner& runner, std::size_t capacity, Lane lane = Lane::kLong)
-      : runner_(runner), capacity_(capacity), lane_(lane) {}
+  /// Holds at most `capacity` jobs that have not begun. `runner` outlives the mailbox; `share` is whose the
+  /// jobs are, null the runner's own.
+  Mailbox(Runner& runner, std::size_t capacity, Lane lane = Lane::kLong, std::shared_ptr<Share> share = {})
+      : runner_(runner), share_(std::move(share)), capacity_(capacity), lane_(lane) {}
 
   struct Waiting {
     Job job;
@@ -71,6 +72,7 @@ class Mailbox : public std::enable_shared_from_this<Mailbox> {
 
   // Constant after construction.
   Runner& runner_;
+  const std::shared_ptr<Share> share_;
   const std::size_t capacity_;
 
   std::atomic<Lane> lane_;

@@ -1,17 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plain thread pool. Thread safety as stated in the header.
+// A thread pool with fair queues. Thread safety as stated in the header.
 #include "server/session/runner.h"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace warmfront::server {
+namespace {
 
-Runner::Runner(int threads, int guests)
-    : lane_threads_(static_cast<std::size_t>(threads)), most_guests_(guests) {
-  threads_.reserve(queues_.size() * static_cast<std::size_t>(threads));
-  for (Queue& queue : queues_)
-    for (int i = 0; i < threads; ++i) threads_.emplace_back([this, &queue] { work(queue); });
+/// How often it is looked whether someone keeps others waiting, while anything runs; and while nothing does.
+constexpr std::chrono::milliseconds kGlance{10}, kSleepy{250};
+
+}  // namespace
+
+Runner::Runner(int threads, int guests, std::optional<Patience> patience)
+    : lane_threads_(static_cast<std::size_t>(threads)), most_guests_(guests), patience_(patience) {
+  {
+    const MutexLock lock(mutex_);
+    for (const Lane lane : {Lane::kShort, Lane::kLong})
+      for (int i = 0; i < threads; ++i) start(lane);
+  }
+  if (patience_) watch_ = std::thread([this] { watch(); });
 }
 
 Runner::~Runner() {
@@ -19,71 +29,158 @@ Runner::~Runner() {
     const MutexLock lock(mutex_);
     stopping_ = true;
   }
+  stopped_.notify_all();
   for (Queue& queue : queues_) queue.changed.notify_all();
-  for (std::thread& thread : threads_) thread.join();
+  if (watch_.joinable()) watch_.join();  // from here on no thread is added
+  for (auto& thread : threads_) thread.thread.join();
 }
 
-void Runner::post(std::function<void()> task, Lane lane) {
+double Runner::now_ms() const {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - epoch_).count();
+}
+
+void Runner::start(Lane lane) {
+  Thread& thread = threads_.emplace_back();
+  thread.lane = lane;
+  try {
+    thread.thread = std::thread([this, &thread] { work(thread); });
+  } catch (...) {
+    threads_.pop_back();
+    throw;
+  }
+}
+
+void Runner::post(std::function<void()> task, Lane lane, std::shared_ptr<Share> share) {
   Tasks one;
-  one.emplace_back([task = std::move(task)] {
-    task();
-    return std::optional<Lane>();
-  });
+  one.emplace_back(
+      [task = std::move(task)] {
+        task();
+        return std::optional<Lane>();
+      },
+      std::move(share));
   post(std::move(one), lane);
 }
 
-void Runner::post(Tasks tasks, Lane lane) noexcept {
-  Queue& queue = queues_[static_cast<std::size_t>(lane)];
+void Runner::post(Tasks one, Lane lane) noexcept {
   {
     const MutexLock lock(mutex_);
-    queue.tasks.splice(queue.tasks.end(), tasks);
-    waiting_short_.store(short_tasks(), std::memory_order_relaxed);
+    queue(one, lane);
   }
-  queue.changed.notify_one();
+  queue_of(lane).changed.notify_one();
+}
+
+void Runner::queue(Tasks& one, Lane lane) noexcept {
+  Queue& queue = queue_of(lane);
+  Share& share = share_of(one.front());
+  Share::Queue& own = share.queues_[static_cast<std::size_t>(lane)];
+  if (own.tasks.empty()) {
+    if (share.running_ == 0) share.had_ms_ = std::max(share.had_ms_, least_had_ms_);
+    queue.waiting.splice(queue.waiting.end(), own.place);
+  }
+  own.tasks.splice(own.tasks.end(), one);
+  ++queue.tasks;
+  count_waiting();
+}
+
+Tasks Runner::take(Lane lane) {
+  Queue& queue = queue_of(lane);
+  auto first = queue.waiting.begin();
+  if (std::next(first) != queue.waiting.end()) {
+    const double now = now_ms();
+    first = std::ranges::min_element(queue.waiting, {}, [now](const Share* share) { return share->had(now); });
+    least_had_ms_ = std::max(least_had_ms_, (*first)->had(now));
+  }
+  Share::Queue& own = (*first)->queues_[static_cast<std::size_t>(lane)];
+  Tasks one;
+  one.splice(one.begin(), own.tasks, own.tasks.begin());
+  if (own.tasks.empty()) own.place.splice(own.place.begin(), queue.waiting, first);
+  --queue.tasks;
+  count_waiting();
+  return one;
 }
 
 bool Runner::run_here(Tasks& one, Lane lane) noexcept {
-  {
-    const MutexLock lock(mutex_);
-    if (guests_ >= most_guests_ || !queues_[static_cast<std::size_t>(lane)].tasks.empty()) return false;
-    ++guests_;
-  }
-  run(std::move(one));
-  const MutexLock lock(mutex_);
+  UniqueLock lock(mutex_);
+  if (guests_ >= most_guests_ || queue_of(lane).tasks > 0) return false;
+  ++guests_;
+  run(std::move(one), lock);
   --guests_;
   return true;
 }
 
-void Runner::run(Tasks one) noexcept {
+// Taken by value, so that what the task holds is released before the next wait.
+void Runner::run(Tasks one, UniqueLock& lock) noexcept {
+  const std::shared_ptr<Share> share = one.front().share ? one.front().share : own_;
+  const double began = now_ms();
+  share->begin(began);
+  lock.unlock();
   busy_.fetch_add(1, std::memory_order_relaxed);
-  const std::optional<Lane> again = one.front()();
+  const std::optional<Lane> again = one.front().work();
   busy_.fetch_sub(1, std::memory_order_relaxed);
   done_.fetch_add(1, std::memory_order_relaxed);
-  if (again) post(std::move(one), *again);
+  if (!again) one.clear();
+  lock.lock();
+  share->end(began, now_ms());
+  if (!again) return;
+  queue(one, *again);
+  queue_of(*again).changed.notify_one();
 }
 
-Runner::Tasks Runner::take(Queue& queue) {
-  Tasks one;
-  one.splice(one.begin(), queue.tasks, queue.tasks.begin());
-  waiting_short_.store(short_tasks(), std::memory_order_relaxed);
-  return one;
-}
-
-void Runner::work(Queue& own) {
+void Runner::work(Thread& self) {
   UniqueLock lock(mutex_);
-  for (;;) {
-    while (!stopping_ && own.tasks.empty()) own.changed.wait(lock);
+  while (!self.relieved) {
+    Queue& own = queue_of(self.lane);
+    while (!stopping_ && own.tasks == 0) own.changed.wait(lock);
     // At the end any thread runs what is left: a task may post to a lane whose own threads are gone by then.
-    const auto filled = own.tasks.empty()
-                            ? std::ranges::find_if(queues_, [](const Queue& q) { return !q.tasks.empty(); })
-                            : queues_.begin() + (&own - queues_.data());
-    if (filled == queues_.end()) return;
-    Tasks one = take(*filled);
-    lock.unlock();
-    // Taken by value, so that what the task holds is released before the next wait.
-    run(std::move(one));
-    lock.lock();
+    const Lane lane = own.tasks > 0 ? self.lane : self.lane == Lane::kShort ? Lane::kLong : Lane::kShort;
+    if (queue_of(lane).tasks == 0) break;
+    self.began_ms = now_ms();
+    run(take(lane), lock);
+    self.began_ms = -1;
   }
+  if (self.relieved) relieved_.fetch_sub(1, std::memory_order_relaxed);
+  self.ended = true;
+}
+
+void Runner::watch() {
+  UniqueLock lock(mutex_);
+  bool soon = false;
+  while (!stopping_) {
+    stopped_.wait_for(lock, soon ? kGlance : kSleepy);
+    try {
+      soon = relieve();
+    } catch (const std::exception&) {
+      soon = true;  // there is no thread, or no memory for one, now
+    }
+  }
+}
+
+bool Runner::relieve() {
+  const double now = now_ms();
+  for (auto thread = threads_.begin(); thread != threads_.end();) {
+    if (!thread->ended || !thread->relieved) {
+      ++thread;
+      continue;
+    }
+    thread->thread.join();  // it has given the lock back for the last time, or is about to
+    thread = threads_.erase(thread);
+  }
+  for (const Lane lane : {Lane::kShort, Lane::kLong}) {
+    const auto patience = patience_->by_lane[static_cast<std::size_t>(lane)];
+    std::size_t waiting = queue_of(lane).tasks;
+    for (Thread& thread : threads_) {
+      if (waiting == 0) break;
+      if (thread.lane != lane || thread.relieved || thread.began_ms < 0 ||
+          now - thread.began_ms < std::chrono::duration<double, std::milli>(patience).count())
+        continue;
+      if (relieved_.load(std::memory_order_relaxed) >= patience_->most) break;
+      start(lane);
+      thread.relieved = true;
+      relieved_.fetch_add(1, std::memory_order_relaxed);
+      --waiting;
+    }
+  }
+  return busy() > 0;
 }
 
 }  // namespace warmfront::server

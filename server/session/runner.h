@@ -5,43 +5,46 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <memory>
 #include <optional>
 #include <thread>
-#include <vector>
 
 #include "server/annotations.h"
+#include "server/session/share.h"
 
 namespace warmfront::server {
 
-/// How long a task will take its thread.
-enum class Lane : std::uint8_t {
-  kShort,  ///< milliseconds
-  kLong,
-};
-
-/// Runs tasks first come, first served within their lane, each lane on threads of its own, so that a short
-/// task never waits for long ones. Tasks do not throw. They share the arena of Workers for their inner loops,
-/// so a few threads here are enough: one more runs one more step at a time, not one more core.
+/// Runs tasks by their shares, and each share's first come, first served within their lane, each lane on
+/// threads of its own, so that a short task never waits for long ones. Tasks do not throw. They share the
+/// arena of Workers for their inner loops, so a few threads here are enough: one more runs one more step at a
+/// time, not one more core.
 class Runner {
  public:
-  /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time.
-  explicit Runner(int threads, int guests = 0);
+  /// How long a task may take its lane's thread while others wait; then another thread takes its place in the
+  /// lane, and the system divides the cores among them.
+  struct Patience {
+    std::array<std::chrono::milliseconds, 2> by_lane;
+    int most = 32;  ///< threads beyond those of the lanes
+  };
+
+  /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time. Without
+  /// patience no task is relieved.
+  explicit Runner(int threads, int guests = 0, std::optional<Patience> patience = std::nullopt);
   /// Runs what was posted, then joins.
   ~Runner();
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
 
-  /// Says whether it is to be run once more, behind what waits in a lane by then.
-  using Task = std::function<std::optional<Lane>()>;
-  /// Tasks, each with the memory that it takes to queue it: to make them may throw, to post them does not.
-  using Tasks = std::list<Task>;
+  using Tasks = server::Tasks;
 
-  void post(std::function<void()> task, Lane lane = Lane::kLong);
-  void post(Tasks tasks, Lane lane) noexcept;
+  void post(std::function<void()> task, Lane lane = Lane::kLong, std::shared_ptr<Share> share = {});
+  /// One task.
+  void post(Tasks one, Lane lane) noexcept;
   /// Runs one task on the calling thread, and posts it when it is to be run once more; unless others of its
   /// lane wait or too many guests are here: then it does nothing and returns false. A task that throws ends
   /// the process, as on the threads of this: the caller's thread may be one that swallows it, and what the
@@ -54,35 +57,65 @@ class Runner {
   /// Tasks that have ended.
   std::uint64_t done() const { return done_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
-  /// others. It would wait for as many as a long one holds.
-  bool takes_one_thread(Lane lane) const { return lane == Lane::kShort && busy() > 1; }
+  /// others, and any beside one that was relieved. It would wait for as many as a long one holds.
+  bool takes_one_thread(Lane lane) const {
+    return (lane == Lane::kShort && busy() > 1) || relieved_.load(std::memory_order_relaxed) > 0;
+  }
 
  private:
+  struct Thread {
+    Lane lane;
+    std::thread thread;
+    double began_ms = -1;   ///< of the task under way; < 0: none
+    bool relieved = false;  ///< another has its place: it ends with its task
+    bool ended = false;
+  };
   struct Queue {
     std::condition_variable changed;
-    Tasks tasks;
+    std::list<Share*> waiting;  ///< those with tasks
+    std::size_t tasks = 0;
   };
-  void work(Queue& own);
-  Tasks take(Queue& queue);
-  /// Runs it, and posts it again when it says so.
-  void run(Tasks one) noexcept;
-  std::size_t short_tasks() const { return queues_[static_cast<std::size_t>(Lane::kShort)].tasks.size(); }
 
-  // Protected by mutex_.
-  Mutex mutex_;
-  std::array<Queue, 2> queues_;  // by lane; of them, the tasks
-  bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  double now_ms() const;
+  Queue& queue_of(Lane lane) { return queues_[static_cast<std::size_t>(lane)]; }
+  Share& share_of(const Task& task) const { return task.share ? *task.share : *own_; }
 
-  int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
-
-  std::atomic<int> busy_{0};
-  std::atomic<std::uint64_t> done_{0};
-  std::atomic<std::size_t> waiting_short_{0};  // short_tasks(), to be read without the lock
+  void work(Thread& self);
+  void watch();
+  /// Puts threads in the place of those that keep others waiting. Whether it is to be asked again soon.
+  bool relieve() WARMFRONT_REQUIRES(mutex_);
+  void start(Lane lane) WARMFRONT_REQUIRES(mutex_);
+  void queue(Tasks& one, Lane lane) noexcept WARMFRONT_REQUIRES(mutex_);
+  Tasks take(Lane lane) WARMFRONT_REQUIRES(mutex_);
+  /// Runs it without the lock, counts its time, and queues it again when it says so. Called and left with the
+  /// lock held, by another's hand: the analysis does not follow that.
+  void run(Tasks one, UniqueLock& lock) noexcept WARMFRONT_REQUIRES(mutex_) WARMFRONT_UNCHECKED_LOCKING;
+  void count_waiting() WARMFRONT_REQUIRES(mutex_) {
+    waiting_short_.store(queue_of(Lane::kShort).tasks, std::memory_order_relaxed);
+  }
 
   // Constant after construction.
   const std::size_t lane_threads_;
   const int most_guests_;
-  std::vector<std::thread> threads_;
+  const std::optional<Patience> patience_;
+  const std::chrono::steady_clock::time_point epoch_ = std::chrono::steady_clock::now();
+  const std::shared_ptr<Share> own_ = std::make_shared<Share>();
+
+  // Protected by mutex_.
+  Mutex mutex_;
+  std::array<Queue, 2> queues_;       // by lane; of them, all but the condition
+  std::condition_variable stopped_;   // ends the watch
+  double least_had_ms_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // of those that waited, when one was last taken
+  std::list<Thread> threads_ WARMFRONT_GUARDED_BY(mutex_);
+  bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
+
+  std::atomic<int> busy_{0};
+  std::atomic<int> relieved_{0};
+  std::atomic<std::uint64_t> done_{0};
+  std::atomic<std::size_t> waiting_short_{0};
+
+  std::thread watch_;  // where there is patience
 };
 
 }  // namespace warmfront::server
