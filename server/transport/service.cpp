@@ -6,33 +6,32 @@
 
 #include <utility>
 
+#include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/create_call.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
+#include "server/transport/raw_unary.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/step_call.h"
 #include "server/transport/step_stream.h"
-#include "server/transport/stream_codec.h"
 #include "server/version.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 namespace warmfront::server {
 namespace {
 
-/// Those whose messages may be large take them raw, and parse them where nothing is thrown out of: gRPC
-/// parses typed ones on its own threads, which memory that ends there takes the process down with.
-using Base = v1::CollisionService::WithRawCallbackMethod_CreateSession<
-    v1::CollisionService::WithCallbackMethod_GetSession<v1::CollisionService::WithCallbackMethod_ListSessions<
-        v1::CollisionService::WithCallbackMethod_DeleteSession<
-            v1::CollisionService::WithCallbackMethod_ChangeScene<
-                v1::CollisionService::WithCallbackMethod_CheckSession<
-                    v1::CollisionService::WithRawCallbackMethod_Step<
-                        v1::CollisionService::WithCallbackMethod_GetServerInfo<
-                            v1::CollisionService::WithRawCallbackMethod_StreamSteps<
-                                v1::CollisionService::Service>>>>>>>>>;
+/// All take their messages raw, and parse them where nothing is thrown out of and where it is known who
+/// calls: gRPC parses typed ones on its own threads first, which memory that ends there takes the process
+/// down with.
+using Raw = v1::CollisionService;
+using Base = Raw::WithRawCallbackMethod_CreateSession<Raw::WithRawCallbackMethod_GetSession<
+    Raw::WithRawCallbackMethod_ListSessions<Raw::WithRawCallbackMethod_DeleteSession<
+        Raw::WithRawCallbackMethod_ChangeScene<Raw::WithRawCallbackMethod_CheckSession<
+            Raw::WithRawCallbackMethod_Step<Raw::WithRawCallbackMethod_GetServerInfo<
+                Raw::WithRawCallbackMethod_StreamSteps<Raw::Service>>>>>>>>>;
 
 grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, grpc::Status status) {
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
@@ -50,96 +49,95 @@ class CollisionService final : public Base {
         [&] { return CreateCall::start(context_, *call, *response); });
   }
 
-  grpc::ServerUnaryReactor* GetSession(grpc::CallbackServerContext* call,
-                                       const v1::GetSessionRequest* request,
-                                       v1::GetSessionResponse* response) override {
-    return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      Outcome<std::shared_ptr<Session>> session = find(*call, request->session_id());
-      if (!session) return finish(call, context_.refuse(session.fault()));
-      *response->mutable_session() = to_proto(*session.value());
-      session.value()->touch();
-      return finish(call, grpc::Status::OK);
-    });
+  grpc::ServerUnaryReactor* GetSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override {
+    return respond<v1::GetSessionRequest, v1::GetSessionResponse>(
+        *call, *request, *response, "GetSession", [&](const auto& received, auto& reply) {
+          Outcome<std::shared_ptr<Session>> session = find(*call, received);
+          if (!session) return context_.refuse(session.fault());
+          *reply.mutable_session() = to_proto(*session.value());
+          session.value()->touch();
+          return grpc::Status::OK;
+        });
   }
 
-  grpc::ServerUnaryReactor* ListSessions(grpc::CallbackServerContext* call, const v1::ListSessionsRequest*,
-                                         v1::ListSessionsResponse* response) override {
-    return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      const Outcome<Principal> principal = context_.guard.identify(*call);
-      if (!principal) return finish(call, context_.refuse(principal.fault()));
-      for (const std::shared_ptr<Session>& session : context_.store.list())
-        if (session->owner() == principal.value().name) *response->add_sessions() = to_proto(*session);
-      return finish(call, grpc::Status::OK);
-    });
+  grpc::ServerUnaryReactor* ListSessions(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override {
+    return respond<v1::ListSessionsRequest, v1::ListSessionsResponse>(
+        *call, *request, *response, "ListSessions", [&](const auto& received, auto& reply) {
+          for (const std::shared_ptr<Session>& session : context_.store.list())
+            if (session->owner() == received.principal.name) *reply.add_sessions() = to_proto(*session);
+          return grpc::Status::OK;
+        });
   }
 
-  grpc::ServerUnaryReactor* DeleteSession(grpc::CallbackServerContext* call,
-                                          const v1::DeleteSessionRequest* request,
-                                          v1::DeleteSessionResponse*) override {
-    return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
-      if (!found) return finish(call, context_.refuse(found.fault()));
-      delete_session(context_, std::move(found).value(), "deleted");
-      return finish(call, grpc::Status::OK);
-    });
+  grpc::ServerUnaryReactor* DeleteSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override {
+    return respond<v1::DeleteSessionRequest, v1::DeleteSessionResponse>(
+        *call, *request, *response, "DeleteSession", [&](const auto& received, auto&) {
+          Outcome<std::shared_ptr<Session>> found = find(*call, received);
+          if (!found) return context_.refuse(found.fault());
+          delete_session(context_, std::move(found).value(), "deleted");
+          return grpc::Status::OK;
+        });
   }
 
-  grpc::ServerUnaryReactor* ChangeScene(grpc::CallbackServerContext* call,
-                                        const v1::ChangeSceneRequest* request,
-                                        v1::ChangeSceneResponse* response) override {
-    return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
-      if (!found) return finish(call, context_.refuse(found.fault()));
-      Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-      if (!begun) return finish(call, context_.refuse(begun.fault()));
-      const std::shared_ptr<Session> session = std::move(found).value();
-      Outcome<ChangeOrder> order = change_order_from(*request, session->dtype());
-      if (!order) return finish(call, context_.refuse(order.fault()));
-      grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-      // Shared, because a std::function must be copyable; released after the reactor was finished.
-      auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-      auto [before, done] = recorded(
-          session->recording(), *request,
-          [&context = context_, reactor, response, session, in_flight](const Outcome<SessionState>& state) {
-            answer(*reactor, [&] {
-              if (!state) return context.refuse(state.fault());
-              *response->mutable_session() = to_proto(*session);
-              *response->mutable_state() = to_proto(state.value());
-              return grpc::Status::OK;
-            });
-          });
-      session->change(std::move(order).value(), std::move(done), std::move(before));
-      return reactor;
-    });
+  grpc::ServerUnaryReactor* ChangeScene(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override {
+    return found<v1::ChangeSceneRequest>(
+        *call, *request, "ChangeScene", [&](std::shared_ptr<Session> session, const auto& message) {
+          Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
+          if (!begun) return finish(call, context_.refuse(begun.fault()));
+          Outcome<ChangeOrder> order = change_order_from(message, session->dtype());
+          if (!order) return finish(call, context_.refuse(order.fault()));
+          grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+          // Shared, because a std::function must be copyable; released after the reactor was finished.
+          auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
+          auto [before, done] = recorded(session->recording(), message,
+                                         [&context = context_, reactor, response, session,
+                                          in_flight](const Outcome<SessionState>& state) {
+                                           answer(*reactor, [&] {
+                                             if (!state) return context.refuse(state.fault());
+                                             v1::ChangeSceneResponse reply;
+                                             *reply.mutable_session() = to_proto(*session);
+                                             *reply.mutable_state() = to_proto(state.value());
+                                             *response = serialize(reply);
+                                             return grpc::Status::OK;
+                                           });
+                                         });
+          session->change(std::move(order).value(), std::move(done), std::move(before));
+          return reactor;
+        });
   }
 
-  grpc::ServerUnaryReactor* CheckSession(grpc::CallbackServerContext* call,
-                                         const v1::CheckSessionRequest* request,
-                                         v1::CheckSessionResponse* response) override {
-    return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      Outcome<std::shared_ptr<Session>> found = find(*call, request->session_id());
-      if (!found) return finish(call, context_.refuse(found.fault()));
-      Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-      if (!begun) return finish(call, context_.refuse(begun.fault()));
-      grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-      auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-      found.value()->check(
-          [&context = context_, reactor, response, in_flight](const Outcome<std::string>& outcome) {
-            answer(*reactor, [&] {
-              if (outcome) response->set_found(outcome.value());
-              return outcome ? grpc::Status::OK : context.refuse(outcome.fault());
-            });
-          });
-      return reactor;
-    });
+  grpc::ServerUnaryReactor* CheckSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override {
+    return found<v1::CheckSessionRequest>(
+        *call, *request, "CheckSession", [&](const std::shared_ptr<Session>& session, const auto&) {
+          Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
+          if (!begun) return finish(call, context_.refuse(begun.fault()));
+          grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+          auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
+          session->check(
+              [&context = context_, reactor, response, in_flight](const Outcome<std::string>& outcome) {
+                answer(*reactor, [&] {
+                  if (!outcome) return context.refuse(outcome.fault());
+                  v1::CheckSessionResponse reply;
+                  reply.set_found(outcome.value());
+                  *response = serialize(reply);
+                  return grpc::Status::OK;
+                });
+              });
+          return reactor;
+        });
   }
 
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                  grpc::ByteBuffer* response) override {
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      const Outcome<v1::StepRequest> message = parse_message<v1::StepRequest>(*request, "Step");
-      if (!message) return finish(call, context_.refuse(message.fault()));
-      return StepCall::start(context_, find(*call, message.value().session_id()), message.value(), *response);
+      const auto received = receive<v1::StepRequest>(context_, *call, *request, "Step");
+      if (!received) return finish(call, context_.refuse(received.fault()));
+      return StepCall::start(context_, find(*call, received.value()), received.value().message, *response);
     });
   }
 
@@ -149,34 +147,53 @@ class CollisionService final : public Base {
         [&] { return StepStream::start(context_, *call); });
   }
 
-  grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call, const v1::GetServerInfoRequest*,
-                                          v1::GetServerInfoResponse* response) override {
-    return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      if (const Outcome<Principal> principal = context_.guard.identify(*call); !principal)
-        return finish(call, context_.refuse(principal.fault()));
-      response->set_version(kVersion);
-      *response->mutable_limits() = to_proto(context_.limits);
-      response->set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
-      response->set_sessions(static_cast<std::uint32_t>(context_.store.size()));
-      response->set_draining(context_.lifecycle.draining());
-      response->set_charged_bytes(context_.budget.used());
-      response->set_open_streams(context_.streams.inside());
-      response->set_frames_in_flight(context_.frames.inside());
-      const auto uptime = std::chrono::steady_clock::now() - context_.started;
-      response->set_uptime_ms(
-          static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));
-      return finish(call, grpc::Status::OK);
-    });
+  grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override {
+    return respond<v1::GetServerInfoRequest, v1::GetServerInfoResponse>(
+        *call, *request, *response, "GetServerInfo", [&](const auto&, auto& reply) {
+          reply.set_version(kVersion);
+          *reply.mutable_limits() = to_proto(context_.limits);
+          reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
+          reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));
+          reply.set_draining(context_.lifecycle.draining());
+          reply.set_charged_bytes(context_.budget.used());
+          reply.set_open_streams(context_.streams.inside());
+          reply.set_frames_in_flight(context_.frames.inside());
+          const auto uptime = std::chrono::steady_clock::now() - context_.started;
+          reply.set_uptime_ms(static_cast<std::uint64_t>(
+              std::chrono::duration_cast<std::chrono::milliseconds>(uptime).count()));
+          return grpc::Status::OK;
+        });
   }
 
  private:
+  /// A method that is answered at once; `fill` fills the response, and its status ends the call.
+  template <class Request, class Response, class Fill>
+  grpc::ServerUnaryReactor* respond(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
+                                    grpc::ByteBuffer& response, const char* method, Fill fill) {
+    return raw_unary<Request, Response>(
+        context_, call, response, [&] { return receive<Request>(context_, call, request, method); }, fill);
+  }
+
+  /// A method of a session that is answered later; `begin` takes it from here, and returns the reactor.
+  template <class Request, class Begin>
+  grpc::ServerUnaryReactor* found(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
+                                  const char* method, Begin begin) {
+    return unary(call, [&]() -> grpc::ServerUnaryReactor* {
+      const auto received = receive<Request>(context_, call, request, method);
+      if (!received) return finish(&call, context_.refuse(received.fault()));
+      Outcome<std::shared_ptr<Session>> session = find(call, received.value());
+      if (!session) return finish(&call, context_.refuse(session.fault()));
+      return begin(std::move(session).value(), received.value().message);
+    });
+  }
+
+  template <class Request>
   Outcome<std::shared_ptr<Session>> find(const grpc::CallbackServerContext& call,
-                                         const std::string& message_id) const {
-    const Outcome<Principal> principal = context_.guard.identify(call);
-    if (!principal) return principal.fault();
-    Outcome<SessionId> id = session_id_of(message_id, session_metadata(call));
+                                         const Received<Request>& received) const {
+    Outcome<SessionId> id = session_id_of(received.message.session_id(), session_metadata(call));
     if (!id) return id.fault();
-    return context_.store.find(id.value(), principal.value().name);
+    return context_.store.find(id.value(), received.principal.name);
   }
 
   Context& context_;

@@ -2,6 +2,7 @@
 // Who may do what: tokens, certificates, sessions that belong to their principal, administrators, and files
 // read again.
 #include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -158,6 +159,39 @@ TEST_F(TokenTest, AnIdThatAnotherHasChosenIsAsFreeAsAnyOther) {
   EXPECT_TRUE(root.delete_any_session(hers.id(), "bob").ok());
   EXPECT_TRUE(alice.get_session(hers.id()).ok());
   EXPECT_FALSE(bob.get_session(hers.id()).ok());
+}
+
+/// How a call ends whose only message is these bytes.
+grpc::Status call_with_bytes(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+                             const std::string& bytes) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  grpc::CompletionQueue queue;
+  grpc::GenericStub stub(channel);
+  const grpc::Slice slice(bytes);
+  const auto call = stub.PrepareUnaryCall(&context, method, grpc::ByteBuffer(&slice, 1), &queue);
+  call->StartCall();
+  grpc::ByteBuffer response;
+  grpc::Status status;
+  call->Finish(&response, &status, nullptr);
+  void* tag = nullptr;
+  bool ok = false;
+  queue.Next(&tag, &ok);
+  return status;
+}
+
+TEST_F(TokenTest, NothingOfAStrangerIsParsed) {
+  const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
+  for (const char* method :
+       {"CollisionService/CreateSession", "CollisionService/GetSession", "CollisionService/ListSessions",
+        "CollisionService/DeleteSession", "CollisionService/ChangeScene", "CollisionService/CheckSession",
+        "CollisionService/Step", "CollisionService/StreamSteps", "CollisionService/GetServerInfo",
+        "AdminService/ListAllSessions", "AdminService/DeleteAnySession"})
+    // No message of any type: who parses it first says so.
+    EXPECT_EQ(
+        call_with_bytes(channel, std::string("/warmfront.v1.") + method, "\x07 is no message").error_code(),
+        grpc::StatusCode::UNAUTHENTICATED)
+        << method;
 }
 
 TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndAdministratorsHaveCallsOfTheirOwn) {

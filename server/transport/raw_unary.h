@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Unary methods whose messages come and go as bytes: who calls is known before the first of them is parsed,
+// and nothing that is thrown, by parsing or later, leaves the method. Thread-safe.
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <utility>
+
+#include "proto/byte_buffer.h"
+#include "server/transport/context.h"
+#include "server/transport/reaction.h"
+#include "server/transport/stream_codec.h"
+
+namespace warmfront::server {
+
+/// A call's request, and who sent it.
+template <class Request>
+struct Received {
+  Principal principal;
+  Request message;
+};
+
+/// `principal` as told by the guard: its fault wins, and then no byte is looked at. INVALID_ARGUMENT for
+/// bytes that are no message; `method` names them.
+template <class Request>
+Outcome<Received<Request>> receive_from(Outcome<Principal> principal, Context&, const grpc::ByteBuffer& bytes,
+                                        const char* method) {
+  if (!principal) return principal.fault();
+  Outcome<Request> message = parse_message<Request>(bytes, method);
+  if (!message) return message.fault();
+  return Received<Request>{std::move(principal).value(), std::move(message).value()};
+}
+
+/// From whoever the guard knows.
+template <class Request>
+Outcome<Received<Request>> receive(Context& context, const grpc::CallbackServerContext& call,
+                                   const grpc::ByteBuffer& bytes, const char* method) {
+  return receive_from<Request>(context.guard.identify(call), context, bytes, method);
+}
+
+/// A method that is answered at once. `receive` returns what was received; `fill` fills the response, and the
+/// status that it returns ends the call.
+template <class Request, class Response, class Receive, class Fill>
+grpc::ServerUnaryReactor* raw_unary(Context& context, grpc::CallbackServerContext& call,
+                                    grpc::ByteBuffer& response, Receive receive, Fill fill) noexcept {
+  grpc::ServerUnaryReactor* reactor = call.DefaultReactor();
+  answer(*reactor, [&]() -> grpc::Status {
+    const Outcome<Received<Request>> received = receive();
+    if (!received) return context.refuse(received.fault());
+    Response reply;
+    grpc::Status status = fill(received.value(), reply);
+    if (status.ok()) response = serialize(reply);
+    return status;
+  });
+  return reactor;
+}
+
+}  // namespace warmfront::server
