@@ -45,6 +45,9 @@ class ApartParts {
   void sift(const SceneMotion& motion, const ColliderOptions& options, bool anew, StopSignal stop,
             std::vector<NearPair>& near);
 
+  /// Nothing is taken out in this step.
+  void forget() { apart_.clear(); }
+
   /// The pairs taken out, sorted.
   std::span<const ApartPair> pairs() const { return apart_; }
   std::size_t memory_bytes() const;

@@ -104,7 +104,6 @@ void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, const Then& t
   // By reference, which a std::function holds without memory of its own.
   refit_nodes_ += refit(input, tree, std::cref(then_of_part));
   states_[part] = tree.states.empty() ? 0 : tree.states[0];
-  if (!tree.nodes.empty()) roots_[part] = tree.nodes[0];
 }
 
 template <class Bounds>
@@ -129,6 +128,7 @@ void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool anew, c
       roots_[p] = root(ball.centre, ball.radius);
     } else {
       refit_part(core, p, then);
+      if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
     }
   });
 }
@@ -143,6 +143,8 @@ void PartTrees<Bounds>::refit_near(Core& core, std::span<const NearPair> near, c
   }
   std::ranges::sort(late_);
   late_.erase(std::unique(late_.begin(), late_.end()), late_.end());
+  // Their roots stay those by which they were found near: a hierarchy's may be looser, and then others would
+  // seem to be near that were not looked at.
   tbb::parallel_for(std::size_t{0}, late_.size(), [&](std::size_t i) {
     if (core.motion.unplaced(late_[i])) core.motion.place(late_[i]);
     refit_part(core, late_[i], then);

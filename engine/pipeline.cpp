@@ -27,6 +27,11 @@ namespace {
 /// step, looking whether it can costs a test.
 constexpr std::int64_t kLazyPruneSteps = 8;
 
+/// Segments of the front for pairs of parts may take this share of its bytes, besides the pairs in them. Where
+/// more parts are near each other than that, or than a block, bodies lie in one place by the thousands: then
+/// their pairs are taken in blocks, none of which is kept.
+constexpr std::size_t kSegmentsShare = 4;
+
 class Stopwatch {
  public:
   /// Milliseconds since the last lap.
@@ -99,7 +104,7 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return trees_.memory_bytes() + front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
-           apart_.memory_bytes();
+           apart_.memory_bytes() + near_pairs_.capacity() * sizeof(NearPair);
   }
 
  private:
@@ -168,10 +173,19 @@ class PipelineWith final : public Pipeline {
                                  core.options,
                                  stop};
     narrow_.begin(trees_.trees(), input);
-    const double among_neighbours = refit_and_find_near(core, stop, statistics.counts.bv_tests);
+    double among_neighbours = refit_and_find_near(core, stop, statistics.counts.bv_tests);
+    if (near_.overflowed()) {
+      // With the front go the lists of neighbours, of which some have been tested: so all are, again.
+      front_.clear();
+      narrow_.begin(trees_.trees(), input);
+      among_neighbours = 0;
+    }
     statistics.ms.refit = stage.lap() - among_neighbours;
 
-    statistics.front_state = advance_front(core.options, new_hierarchy, stop);
+    statistics.front_state = near_.overflowed()
+                                 ? traverse_in_blocks(core, stop, statistics.counts.bv_tests)
+                                 : advance_front(core.options, new_hierarchy, stop);
+    trees_.take_looseness();
     statistics.rebuild = reason_of(statistics.front_state);
     narrow_.flush();
     const double interleaved = among_neighbours + stage.lap();
@@ -225,7 +239,6 @@ class PipelineWith final : public Pipeline {
     trees_.refit_placed(core, separate_ ? &apart_ : nullptr, anew_, std::cref(test_neighbours));
     bv_tests = find_near(core, stop);
     trees_.refit_near(core, near_pairs_, std::cref(test_neighbours));
-    trees_.take_looseness();
     double busiest = 0;
     for (const double ms : neighbour_ms_) busiest = std::max(busiest, ms);
     return busiest;
@@ -234,15 +247,45 @@ class PipelineWith final : public Pipeline {
   // Returns the tests that it took.
   std::uint64_t find_near(const Core& core, StopSignal stop) {
     std::uint64_t bv_tests = 0;
-    const auto near = near_.find(core.model, trees_.roots(), trees_.states(),
-                                 anew_ || core.options.front == FrontMode::kNone, bv_tests);
+    const std::size_t most = std::max(NearParts<Bounds>::kBlock, core.options.max_front_bytes /
+                                                                     kSegmentsShare / front_.kSegmentBytes);
+    take_near(core, near_.find(core.model, trees_.roots(), trees_.states(),
+                               anew_ || core.options.front == FrontMode::kNone, bv_tests, most, stop));
+    near_count_ = 0;
+    if (near_.overflowed()) {
+      apart_.forget();
+    } else {
+      if (separate_) apart_.sift(core.motion, core.options, anew_, stop, near_pairs_);
+      near_count_ = near_pairs_.size();
+    }
+    anew_ = near_.overflowed();
+    return bv_tests;
+  }
+
+  void take_near(const Core& core, std::span<const NearPair> near) {
     near_pairs_.clear();
     std::ranges::copy_if(near, std::back_inserter(near_pairs_), [&](const NearPair& pair) {
       return pair.parts.a != pair.parts.b || core.tests_itself(pair.parts.a);
     });
-    if (separate_) apart_.sift(core.motion, core.options, anew_, stop, near_pairs_);
-    anew_ = false;
-    return bv_tests;
+  }
+
+  // All pairs of parts that are near each other, a block at a time, each from the root: the same answer
+  // without a front.
+  FrontState traverse_in_blocks(Core& core, StopSignal stop, std::uint64_t& bv_tests) {
+    steps_since_build_ = stalled_steps_ = 0;
+    front_lost_ = true;
+    const auto no_neighbours = [](std::uint32_t, std::uint32_t) {};
+    for (auto block = near_.next_block(core.model, trees_.states(), bv_tests, stop); !block.empty();
+         block = near_.next_block(core.model, trees_.states(), bv_tests, stop)) {
+      take_near(core, block);
+      near_count_ += near_pairs_.size();
+      trees_.refit_near(core, near_pairs_, no_neighbours);
+      front_.advance(trees_.trees(), near_pairs_, narrow_,
+                     {.prune = false, .record = false, .retest = true, .max_bytes = 0, .stop = stop});
+      bv_tests += front_.counts().bv_tests;
+    }
+    near_pairs_.clear();
+    return core.options.front == FrontMode::kNone ? FrontState::kNone : FrontState::kCapped;
   }
 
   // Patches of parts that are tested against themselves; their vertices are where the step takes them.
@@ -336,7 +379,7 @@ class PipelineWith final : public Pipeline {
   void count(const Core& core, const NarrowPhaseOutput& output, StepCounts& counts) const {
     add(counts, output.counts);
     counts.adjacent_pairs = core.topology->adjacent_pairs;
-    counts.bv_tests += front_.counts().bv_tests;
+    if (!near_.overflowed()) counts.bv_tests += front_.counts().bv_tests;  // or they were added block by block
     counts.front_skipped = front_.counts().skipped;
     counts.front_rested = front_.counts().rested;
     counts.front_sprouted = front_.counts().sprouted;
@@ -349,7 +392,7 @@ class PipelineWith final : public Pipeline {
         std::ranges::count_if(trees_.states(), [](MotionState state) { return (state & kMoving) != 0; }));
     counts.parts = core.model.part_count();
     counts.parts_rigid = core.rigid_parts.count();
-    counts.near_parts = near_pairs_.size();
+    counts.near_parts = near_count_;
     counts.parts_apart = apart_.pairs().size();
     counts.part_pairs_excluded = core.excluded_pairs;
   }
@@ -357,6 +400,7 @@ class PipelineWith final : public Pipeline {
   PartTrees<Bounds> trees_;
   NearParts<Bounds> near_;
   std::vector<NearPair> near_pairs_;
+  std::uint64_t near_count_ = 0;  // in this step, in blocks or not
   ApartParts apart_;
   bool separate_ = false;  // does it look at parts?
   std::uint64_t self_checks_ = 0;

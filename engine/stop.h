@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 
 namespace warmfront {
 
@@ -28,6 +29,27 @@ class StopSignal {
   void look() const;
 
   const std::atomic<bool>* flag_ = nullptr;
+};
+
+/// Asks once in so many units of work, for loops of which each turn takes some nanoseconds. Used by one
+/// thread at a time.
+class PacedStop {
+ public:
+  explicit PacedStop(StopSignal stop, std::uint32_t every = kEvery) : stop_(stop), every_(every) {}
+
+  /// Does another unit. Throws Stopped when the flag is set and it is time to look.
+  void check() {
+    if (++units_ < every_) return;
+    units_ = 0;
+    stop_.check();
+  }
+
+  static constexpr std::uint32_t kEvery = 4096;
+
+ private:
+  StopSignal stop_;
+  std::uint32_t every_;
+  std::uint32_t units_ = 0;
 };
 
 }  // namespace warmfront

@@ -101,12 +101,14 @@ template <class Bounds>
 Front<Bounds>::~Front() = default;
 
 template <class Bounds>
-void Front<Bounds>::match(std::span<const NearPair> near) {
+void Front<Bounds>::match(std::span<const NearPair> near, StopSignal stop) {
   if (std::ranges::equal(segments_, near, {}, &FrontSegment::parts, &NearPair::parts)) return;
   std::vector<FrontSegment> matched;
   matched.reserve(near.size());
   auto old = segments_.begin();
+  PacedStop paced(stop);
   for (const NearPair& pair : near) {
+    paced.check();
     while (old != segments_.end() && old->parts < pair.parts) ++old;
     if (old != segments_.end() && old->parts == pair.parts)
       matched.push_back(std::move(*old++));
@@ -127,11 +129,14 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
     return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b]);
   };
   double cost = 0;
+  PacedStop paced(how.stop, 256);
   for (const FrontSegment& segment : segments_) {
+    paced.check();
     if (segment.chunks.empty()) cost += build_cost(pair_of(segment), Bvtt::root());
   }
   std::vector<Work> work;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
+    paced.check();
     FrontSegment& segment = segments_[s];
     if (segment.chunks.empty()) {
       segment.clear();
@@ -184,17 +189,18 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   const auto keep_all = [&](const FrontChunk& chunk) {
     auto contacts = std::span(chunk.kept.contacts);
     for (const KeptAnswers::OfPair& kept : chunk.kept.pairs) {
+      how.stop.check();
       sink.keep(kept.triangle_pairs, kept.tally, contacts.first(kept.contacts));
       contacts = contacts.subspan(kept.contacts);
     }
     room_.take_answers(chunk.kept.bytes());
   };
+  how.stop.check();
   if (work.kind == Work::kRest) {
     std::ranges::for_each(segment.chunks, keep_all);
     return;
   }
 
-  how.stop.check();
   if (work.kind == Work::kNeighbours)
     return run_neighbours(trees[segment.parts.a], segment.parts.a, segment.neighbours[work.chunk], sink, how);
   const bool but_neighbours = !segment.neighbours.empty();
@@ -273,9 +279,13 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   for (ChunkScratch& scratch : impl_->scratch) scratch.counts = {};
   counts_ = {};
   updated_ = 0;
-  match(near);
+  match(near, how.stop);
   neighbour_bytes_ = 0;
-  for (const FrontSegment& segment : segments_) neighbour_bytes_ += list_bytes(segment.neighbours);
+  PacedStop paced(how.stop);
+  for (const FrontSegment& segment : segments_) {
+    paced.check();
+    neighbour_bytes_ += list_bytes(segment.neighbours);
+  }
   room_.begin();
   const std::vector<Work> works = plan(trees, near, how);
   room_.allow(how.record ? how.max_bytes - neighbour_bytes_ : 0);
@@ -289,6 +299,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   if (!how.record || overflowed_) return clear();
   if (room_.answers_lost()) drop_answers();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
+    paced.check();
     FrontSegment& segment = segments_[s];
     if (near[s].rests && !how.retest && segment.size != 0) continue;
     segment.size = 0;

@@ -102,12 +102,16 @@ class Front {
   /// Segments of the last advance() that were there before.
   std::size_t updated_segments() const { return updated_; }
 
+  /// About what a segment of one pair takes, with what a step needs for it meanwhile.
+  static constexpr std::size_t kSegmentBytes =
+      sizeof(FrontSegment) + sizeof(FrontChunk) + sizeof(FrontPair) + 2 * sizeof(NearPair) + 80;
+
  private:
   struct Impl;
   struct Work;
 
   // Brings `segments_` into line with `near`; what is new has no chunks.
-  void match(std::span<const NearPair> near);
+  void match(std::span<const NearPair> near, StopSignal stop);
   std::vector<Work> plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
                          const FrontUpdate& how);
   bool take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);

@@ -11,11 +11,13 @@ namespace {
 std::atomic<long> looks_left{-1};
 std::atomic<bool> stopped{false};
 std::atomic<bool> found{false};  // there was such a look
+std::atomic<long> looks{0};
 
 }  // namespace
 
 CountedLooks::CountedLooks(long n) {
   stopped = found = false;
+  looks = 0;
   looks_left = n;
 }
 CountedLooks::~CountedLooks() {
@@ -29,11 +31,15 @@ const std::atomic<bool>* CountedLooks::flag() {
 bool CountedLooks::met() {
   return found;
 }
+long CountedLooks::count() {
+  return looks;
+}
 
 }  // namespace testing
 
 // In place of the engine's.
 void StopSignal::look() const {
+  if (flag_ == testing::CountedLooks::flag()) ++testing::looks;
   if (flag_ == testing::CountedLooks::flag() && testing::looks_left.load() >= 0 &&
       testing::looks_left.fetch_sub(1) == 0)
     testing::stopped = testing::found = true;

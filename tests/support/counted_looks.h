@@ -19,6 +19,8 @@ class CountedLooks {
   static const std::atomic<bool>* flag();
   /// Was there an n-th look?
   static bool met();
+  /// The looks at the flag since this was made.
+  static long count();
 };
 
 }  // namespace warmfront::testing

@@ -15,6 +15,7 @@ std::atomic<long> left{-1};
 std::atomic<bool> all_after{false};
 std::atomic<bool> failed{false};
 std::atomic<std::size_t> live{0};
+std::atomic<std::size_t> most_live{0};
 
 bool fails() {
   if (left.load() >= 0 && left.fetch_sub(1) == 0) {
@@ -31,7 +32,11 @@ void* allocate(std::size_t size, std::size_t alignment) {
   void* const memory = alignment == 0
                            ? std::malloc(size)
                            : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (memory != nullptr) live += malloc_usable_size(memory);
+  if (memory == nullptr) return nullptr;
+  const std::size_t now = live += malloc_usable_size(memory);
+  std::size_t most = most_live.load();
+  while (now > most && !most_live.compare_exchange_weak(most, now)) {
+  }
   return memory;
 }
 
@@ -58,6 +63,12 @@ bool FailingAllocations::met() {
 
 std::size_t live_bytes() {
   return live;
+}
+std::size_t most_live_bytes() {
+  return most_live;
+}
+void forget_most_live_bytes() {
+  most_live = live.load();
 }
 
 }  // namespace warmfront::testing

@@ -26,5 +26,8 @@ class FailingAllocations {
 
 /// Bytes that operator new has given and that were not returned.
 std::size_t live_bytes();
+/// The most of these at a time since forget_most_live_bytes().
+std::size_t most_live_bytes();
+void forget_most_live_bytes();
 
 }  // namespace warmfront::testing

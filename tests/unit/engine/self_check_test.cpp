@@ -315,6 +315,42 @@ TEST(SelfCheck, CountsAFrontThatFoldsAtRest) {
   }
 }
 
+// Of two rigid sheets in one place and one a little above them, only these two are near: their hierarchies'
+// roots, which are made after that was found, may be looser, and reach the third.
+TEST(SelfCheck, JudgesNearnessByTheBoundsThatWereLookedAt) {
+  constexpr int kCells = 4;
+  SceneDescription description;
+  std::vector<double> positions;
+  for (std::int32_t b = 0; b < 3; ++b) {
+    const auto first = static_cast<std::int32_t>(positions.size() / 3);
+    for (auto face : testing::grid(kCells)) {
+      for (auto& v : face) v += first;
+      description.faces.push_back(face);
+    }
+    const double off = (b == 0 ? 376 : 378) / 4096.0;
+    for (int i = 0; i <= kCells; ++i) {
+      for (int j = 0; j <= kCells; ++j)
+        positions.insert(positions.end(), {off + 1.0 * i / kCells, off - 1.0 * i / kCells, 1.0 * j / kCells});
+    }
+    description.vertex_count = static_cast<std::uint32_t>(positions.size() / 3);
+    const auto begin = static_cast<std::uint32_t>(first);
+    description.bodies.push_back({"", begin, description.vertex_count - begin, BodyKind::kRigid});
+  }
+  std::vector<double> moved = positions;
+  for (std::size_t x = 2; x < moved.size(); x += 3) moved[x] += 4;
+  const auto scene = std::make_shared<const Scene>(Scene::create(description).value());
+  for (const BoundsKind bounds : {BoundsKind::kAabb, BoundsKind::kKDop18}) {
+    Collider collider = Collider::create(scene, std::span<const double>(positions), {.bounds = bounds},
+                                         std::make_shared<Workers>(1))
+                            .value();
+    for (const auto* frame : {&positions, &moved, &positions}) {
+      ASSERT_TRUE(collider.step(std::span<const double>(*frame)).ok());
+      const Status sound = collider.self_check();
+      EXPECT_TRUE(sound.ok()) << sound.error().message;
+    }
+  }
+}
+
 TEST(SelfCheck, IsPassedByAColliderThatHasNothingToShow) {
   const std::vector<double> start = wavy(0.5), next = wavy(0.3);
   Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(two_grids()).value()),
