@@ -26,6 +26,7 @@ struct Config {
   TlsFiles tls;                     ///< of TCP addresses; Unix sockets stay plain
   std::string token_file;           ///< who may call; empty: whoever can connect
   std::vector<std::string> admins;  ///< principals that administer, besides those that the token file says
+  std::vector<std::string> quotas;  ///< of principals, as parse_quotas() takes them
   bool reflection = false;          ///< serve grpc.reflection, so that generic tools can call the daemon
   bool channelz = false;            ///< serve grpc.channelz, which shows connections and calls
   std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none

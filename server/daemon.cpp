@@ -115,14 +115,16 @@ std::string with_port(const std::string& address, int port) {
 
 struct Daemon::Impl {
   Impl(const Config& config, Log& log, std::unique_ptr<Guard> the_guard,
-       std::shared_ptr<Certificates> the_certificates)
+       std::shared_ptr<Certificates> the_certificates, Quotas the_quotas)
       : drain_timeout(config.drain_timeout),
+        quotas(std::move(the_quotas)),
         guard(std::move(the_guard)),
         certificates(std::move(the_certificates)),
         context(config.limits, config.threads, log, *guard) {}
 
   // Constant after start(). The locks are held until the server has given its sockets up.
   const milliseconds drain_timeout;
+  const Quotas quotas;  // of the configuration
   std::vector<SocketLock> sockets;
   std::vector<std::string> addresses;
 
@@ -140,6 +142,13 @@ struct Daemon::Impl {
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Http> http;
 
+  /// The token file's words go before the configuration's.
+  void set_quotas() {
+    Quotas all = guard->quotas();
+    all.insert(quotas.begin(), quotas.end());
+    context.tenants.set_quotas(std::move(all));
+  }
+
   /// Through the locks of calls, sessions and queues: where one of them is never given back, no beat comes.
   void beat() {
     static_cast<void>(context.store.size());
@@ -148,13 +157,18 @@ struct Daemon::Impl {
   }
 
   std::string metrics() const {
+    std::vector<Gauges::Tenant> tenants;
+    for (const std::shared_ptr<Tenant>& tenant : context.tenants.list())
+      tenants.push_back({tenant->name, context.store.count(tenant->name), tenant->memory.used(),
+                         tenant->streams.inside(), tenant->frames.inside(), tenant->quota()});
     return metrics_text(context.metrics, {.sessions = context.store.size(),
                                           .charged_bytes = context.budget.used(),
                                           .max_bytes = context.budget.limit(),
                                           .open_streams = context.streams.inside(),
                                           .frames_in_flight = context.frames.inside(),
                                           .threads = static_cast<std::uint64_t>(context.workers->threads()),
-                                          .draining = context.lifecycle.draining()});
+                                          .draining = context.lifecycle.draining(),
+                                          .tenants = std::move(tenants)});
   }
 };
 
@@ -184,6 +198,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   Result<std::unique_ptr<Guard>> guard =
       Guard::create({config.token_file, !config.tls.client_ca.empty(), config.admins});
   if (!guard) return guard.error();
+  Result<Quotas> quotas = parse_quotas(config.quotas);
+  if (!quotas) return quotas.error();
   std::shared_ptr<Certificates> certificates;
   if (config.tls.enabled()) {
     auto read = Certificates::create(config.tls, log);
@@ -193,8 +209,10 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
 
   enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
-  auto impl = std::make_unique<Impl>(config, log, std::move(guard).value(), std::move(certificates));
+  auto impl = std::make_unique<Impl>(config, log, std::move(guard).value(), std::move(certificates),
+                                     std::move(quotas).value());
   impl->sockets = std::move(sockets);
+  impl->set_quotas();
   if (!config.record_dir.empty()) {
     auto recordings = Recordings::open(config.record_dir, config.record_max_bytes, log);
     if (!recordings) return recordings.error();
@@ -309,6 +327,7 @@ void Daemon::when_runner_moves(std::function<void()> task) {
 bool Daemon::reload() {
   Status reloaded = impl_->guard->reload();
   if (reloaded && impl_->certificates) reloaded = impl_->certificates->reload();
+  impl_->set_quotas();
   // Who lost its rights loses its streams, too; whatever became of the rest.
   impl_->context.lifecycle.enforce_rights();
   impl_->context.log.write(reloaded ? LogLevel::kInfo : LogLevel::kError, "reloaded",

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "server/session/quota.h"
 #include "server/units.h"
 
 namespace warmfront::server {
@@ -110,7 +111,8 @@ const Setting kSettings[] = {
      },
      [](const Config& c) { return Values{c.tls.client_ca}; }},
     {"token-file", Kind::kValue,
-     "File of who may call: lines of TOKEN PRINCIPAL, or TOKEN PRINCIPAL admin; read again on SIGHUP",
+     "File of who may call: lines of TOKEN PRINCIPAL, then admin for an administrator, then what it may have (see "
+     "--quotas); read again on SIGHUP",
      [](Config& c, const Values& v) -> Status {
        c.token_file = v.back();
        return {};
@@ -160,8 +162,10 @@ const Setting kSettings[] = {
     {"max-sessions", Kind::kValue, "Sessions open at once",
      [](Config& c, const Values& v) { return set_integer(c.limits.max_sessions, v.back(), 1); },
      [](const Config& c) { return Values{std::to_string(c.limits.max_sessions)}; }},
-    {"max-sessions-per-principal", Kind::kValue, "Sessions of one principal open at once",
-     [](Config& c, const Values& v) { return set_integer(c.limits.max_sessions_per_principal, v.back(), 1); },
+    {"max-sessions-per-principal", Kind::kValue,
+     "Sessions of one principal open at once; 0, here and below: three quarters of the daemon's limit where "
+     "principals are told apart, else all",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_sessions_per_principal, v.back(), 0); },
      [](const Config& c) { return Values{std::to_string(c.limits.max_sessions_per_principal)}; }},
     {"max-vertices", Kind::kValue, "Vertices in a session",
      [](Config& c, const Values& v) { return set_integer(c.limits.max_vertices, v.back(), 1, kMost32); },
@@ -184,9 +188,36 @@ const Setting kSettings[] = {
      [](Config& c, const Values& v) { return set_bytes(c.limits.max_total_bytes, v.back(), 1 << 20); },
      [](const Config& c) { return Values{format_bytes(c.limits.max_total_bytes)}; }},
     {"max-principal-bytes", Kind::kValue,
-     "Memory of all sessions of a principal; by default what all may hold together",
-     [](Config& c, const Values& v) { return set_bytes(c.limits.max_principal_bytes, v.back(), 1 << 16); },
+     "Memory of all sessions of a principal; 0: as said of its sessions",
+     [](Config& c, const Values& v) -> Status {
+       if (v.back() != "0") return set_bytes(c.limits.max_principal_bytes, v.back(), 1 << 16);
+       c.limits.max_principal_bytes = 0;
+       return {};
+     },
      [](const Config& c) { return Values{format_bytes(c.limits.max_principal_bytes)}; }},
+    {"max-streams-per-principal", Kind::kValue, "Streams of one principal open at once; 0: as said of its sessions",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_streams_per_principal, v.back(), 0); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_streams_per_principal)}; }},
+    {"max-frames-per-principal", Kind::kValue,
+     "Frames of one principal accepted and not yet computed; 0: as said of its sessions",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_frames_per_principal, v.back(), 0); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_frames_per_principal)}; }},
+    {"max-uploads-per-principal", Kind::kValue,
+     "Sessions that one principal uploads at once; 0: a quarter of --max-sessions where principals are told "
+     "apart, else all",
+     [](Config& c, const Values& v) { return set_integer(c.limits.max_uploads_per_principal, v.back(), 0); },
+     [](const Config& c) { return Values{std::to_string(c.limits.max_uploads_per_principal)}; }},
+    {"quotas", Kind::kList,
+     "What single principals may have: \"PRINCIPAL sessions=8 bytes=4GiB streams=8 frames=32 uploads=2 weight=2\", "
+     "each part optional; several with commas, or repeated. Words like these may also end a line of the token "
+     "file, which goes before",
+     [](Config& c, const Values& v) -> Status {
+       const Result<Quotas> quotas = parse_quotas(v);
+       if (!quotas) return quotas.error();
+       c.quotas = v;
+       return {};
+     },
+     [](const Config& c) { return c.quotas; }},
     {"max-open-streams", Kind::kValue, "Streams open at once, over all connections",
      [](Config& c, const Values& v) { return set_integer(c.limits.max_open_streams, v.back(), 1); },
      [](const Config& c) { return Values{std::to_string(c.limits.max_open_streams)}; }},
@@ -221,7 +252,7 @@ const Setting kSettings[] = {
      [](Config& c, const Values& v) { return set_duration(c.limits.upload_timeout, v.back()); },
      [](const Config& c) { return Values{format_duration(c.limits.upload_timeout)}; }},
     {"write-stall-timeout", Kind::kValue,
-     "Time in which a client must take a message of an answer, or be cut off",
+     "Time in which a client must take a message of an answer, or send one of an upload, or be cut off",
      [](Config& c, const Values& v) { return set_duration(c.limits.write_stall_timeout, v.back()); },
      [](const Config& c) { return Values{format_duration(c.limits.write_stall_timeout)}; }},
     {"self-check-steps", Kind::kValue,

@@ -8,6 +8,8 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "server/admin/free_memory.h"
@@ -32,6 +34,15 @@ class Families {
     metric.label = std::move(labels);
     metric.gauge.value = value;
     add(name, help, MetricType::Gauge, {std::move(metric)});
+  }
+  void gauges(const char* name, const char* help, const char* label,
+              std::span<const std::pair<std::string, double>> values) {
+    std::vector<ClientMetric> metrics(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      metrics[i].label = {{label, values[i].first}};
+      metrics[i].gauge.value = values[i].second;
+    }
+    add(name, help, MetricType::Gauge, std::move(metrics));
   }
   void counter(const char* name, const char* help, const Counter& counter) {
     this->counter(name, help, value_of(counter));
@@ -91,6 +102,31 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   f.gauge("warmfront_open_streams", "StreamSteps calls open", number(gauges.open_streams));
   f.gauge("warmfront_frames_in_flight", "Frames accepted and not yet computed",
           number(gauges.frames_in_flight));
+  const auto by_principal = [&](const char* name, const char* help, auto value) {
+    std::vector<std::pair<std::string, double>> values;
+    for (const Gauges::Tenant& tenant : gauges.tenants)
+      values.emplace_back(tenant.name, number(static_cast<std::uint64_t>(value(tenant))));
+    f.gauges(name, help, "principal", values);
+  };
+  using Tenant = Gauges::Tenant;
+  by_principal("warmfront_principal_sessions", "Sessions open, by principal",
+               [](const Tenant& t) { return t.sessions; });
+  by_principal("warmfront_principal_sessions_limit", "The quota of these",
+               [](const Tenant& t) { return t.quota.sessions; });
+  by_principal("warmfront_principal_memory_bytes", "Memory charged to a principal's sessions",
+               [](const Tenant& t) { return t.charged_bytes; });
+  by_principal("warmfront_principal_memory_limit_bytes", "The quota of that",
+               [](const Tenant& t) { return t.quota.bytes; });
+  by_principal("warmfront_principal_open_streams", "StreamSteps calls open, by principal",
+               [](const Tenant& t) { return t.open_streams; });
+  by_principal("warmfront_principal_open_streams_limit", "The quota of these",
+               [](const Tenant& t) { return t.quota.streams; });
+  by_principal("warmfront_principal_frames_in_flight", "Frames accepted and not yet computed, by principal",
+               [](const Tenant& t) { return t.frames_in_flight; });
+  by_principal("warmfront_principal_frames_in_flight_limit", "The quota of these",
+               [](const Tenant& t) { return t.quota.frames; });
+  by_principal("warmfront_principal_weight", "Its share of the cores beside others that wait for them",
+               [](const Tenant& t) { return t.quota.weight; });
   f.counter("warmfront_sessions_created_total", "Sessions created", metrics.sessions_created);
   f.counters("warmfront_sessions_ended_total", "Sessions ended, by reason", "reason", Metrics::kEndNames,
              metrics.sessions_ended);

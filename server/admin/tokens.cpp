@@ -38,15 +38,27 @@ Result<Tokens> Tokens::parse(std::string_view text) {
     const std::vector<std::string> word{std::istream_iterator<std::string>(words), {}};
     if (word.empty() || word[0].starts_with('#')) continue;
     const std::string where = "line " + std::to_string(number) + ": ";
-    if (word.size() < 2 || word.size() > 3 || (word.size() == 3 && word[2] != "admin"))
-      return invalid_argument(where + "TOKEN PRINCIPAL or TOKEN PRINCIPAL admin is expected");
+    if (word.size() < 2)
+      return invalid_argument(where + "TOKEN PRINCIPAL, and perhaps admin and a quota, is expected");
     if (word[0].size() < kShortestToken || !printable(word[0]))
       return invalid_argument(where + "a token of at least " + std::to_string(kShortestToken) +
                               " printable characters is expected; 32 random ones are a good choice");
     if (!printable(word[1]))
       return invalid_argument(where + "a principal of printable characters is expected");
     if (tokens.find(word[0])) return invalid_argument(where + "the token stands in an earlier line already");
-    tokens.entries_.push_back({word[0], {word[1], word.size() == 3}});
+    const bool admin = word.size() > 2 && word[2] == "admin";
+    const Result<PartialQuota> quota = parse_quota(std::span(word).subspan(admin ? 3 : 2));
+    // Without the words themselves, one of which may be a token at the wrong place.
+    if (!quota)
+      return invalid_argument(where +
+                              "after the principal, admin or a quota is expected, e.g. sessions=8 bytes=4GiB; "
+                              "see --quotas");
+    if (quota.value() != PartialQuota{}) {
+      const auto [stands, is_new] = tokens.quotas_.emplace(word[1], quota.value());
+      if (!is_new && stands->second != quota.value())
+        return invalid_argument(where + "another quota of this principal stands in an earlier line");
+    }
+    tokens.entries_.push_back({word[0], {word[1], admin}});
   }
   if (tokens.entries_.empty()) return invalid_argument("it holds no token, so nobody could call");
   return tokens;

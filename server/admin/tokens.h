@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/result.h"
+#include "server/session/quota.h"
 
 namespace warmfront::server {
 
@@ -21,8 +22,9 @@ struct Principal {
 
 class Tokens {
  public:
-  /// A line is TOKEN PRINCIPAL, or TOKEN PRINCIPAL admin; blank lines and those that begin with # mean
-  /// nothing. A token has at least 16 printable characters, and stands once. INVALID_ARGUMENT names the line,
+  /// A line is TOKEN PRINCIPAL, then `admin` for an administrator, then a quota's words; blank lines and those
+  /// that begin with # mean nothing. A token has at least 16 printable characters, and stands once; a quota of
+  /// one principal stands in one line, or is the same in all. INVALID_ARGUMENT names the line,
   /// never what stands in it.
   static Result<Tokens> parse(std::string_view text);
   static Result<Tokens> read(const std::string& path);
@@ -30,6 +32,8 @@ class Tokens {
   /// Compares with every token, and every character of it, so that the time taken tells nothing but lengths.
   std::optional<Principal> find(std::string_view token) const;
   std::size_t size() const { return entries_.size(); }
+  /// Of those principals of whom something is said.
+  const Quotas& quotas() const { return quotas_; }
 
  private:
   struct Entry {
@@ -37,6 +41,7 @@ class Tokens {
     Principal principal;
   };
   std::vector<Entry> entries_;
+  Quotas quotas_;
 };
 
 }  // namespace warmfront::server

@@ -13,7 +13,7 @@ Fault Budget::exceeded() const {
   const bool daemon = std::string_view(setting_) == "max-total-bytes";
   return limit_met(
       std::string(daemon ? "the sessions of this daemon hold" : "this principal's sessions hold") +
-          " all the memory that they may, " + describe_bytes(limit_) +
+          " all the memory that they may, " + describe_bytes(limit()) +
           "; try again when others have closed, or raise --" + setting_,
       setting_, true);
 }
@@ -21,18 +21,10 @@ Fault Budget::exceeded() const {
 bool Budget::try_take(std::size_t bytes) {
   std::size_t used = used_.load(std::memory_order_relaxed);
   do {
-    if (used > limit_ || bytes > limit_ - used) return false;
+    const std::size_t limit = this->limit();
+    if (used > limit || bytes > limit - used) return false;
   } while (!used_.compare_exchange_weak(used, used + bytes, std::memory_order_relaxed));
   return true;
-}
-
-std::shared_ptr<Budget> PrincipalBudgets::of(const std::string& principal) {
-  const MutexLock lock(mutex_);
-  std::erase_if(budgets_, [](const auto& entry) { return entry.second.expired(); });
-  std::weak_ptr<Budget>& kept = budgets_[principal];
-  std::shared_ptr<Budget> budget = kept.lock();
-  if (!budget) kept = budget = std::make_shared<Budget>(limit_, "max-principal-bytes");
-  return budget;
 }
 
 Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limit, std::size_t reserved,
@@ -42,10 +34,10 @@ Outcome<std::shared_ptr<Account>> Account::open(Budget& budget, std::size_t limi
                          describe_bytes(reserved) + ", and one may hold " + describe_bytes(limit) +
                          "; split the scene, or raise --max-session-bytes",
                      "max-session-bytes", false);
-  if (of_principal && !of_principal->try_take(reserved)) return of_principal->exceeded();
-  if (!budget.try_take(reserved)) {
-    if (of_principal) of_principal->give(reserved);
-    return budget.exceeded();
+  if (!budget.try_take(reserved)) return budget.exceeded();
+  if (of_principal && !of_principal->try_take(reserved)) {
+    budget.give(reserved);
+    return of_principal->exceeded();
   }
   std::unique_ptr<Account> account;
   try {
@@ -87,8 +79,8 @@ std::optional<Fault> Account::refusal() const {
                          "--max-session-bytes",
                      "max-session-bytes", true);
   if (held <= reserved_) return std::nullopt;
-  if (of_principal_ && of_principal_->used() > of_principal_->limit()) return of_principal_->exceeded();
   if (budget_.used() > budget_.limit()) return budget_.exceeded();
+  if (of_principal_ && of_principal_->used() > of_principal_->limit()) return of_principal_->exceeded();
   return std::nullopt;
 }
 

@@ -6,13 +6,10 @@
 
 #include <atomic>
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <optional>
-#include <string>
 #include <utility>
 
-#include "server/annotations.h"
 #include "server/session/fault.h"
 #include "server/session/limits.h"
 
@@ -31,26 +28,16 @@ class Budget {
   void give(std::size_t bytes) { used_.fetch_sub(bytes, std::memory_order_relaxed); }
 
   std::size_t used() const { return used_.load(std::memory_order_relaxed); }
-  std::size_t limit() const { return limit_; }
+  std::size_t limit() const { return limit_.load(std::memory_order_relaxed); }
+  /// What is held already stays.
+  void set_limit(std::size_t limit) { limit_.store(limit, std::memory_order_relaxed); }
   /// What who meets the limit is told.
   Fault exceeded() const;
 
  private:
-  const std::size_t limit_;
+  std::atomic<std::size_t> limit_;
   const char* const setting_;
   std::atomic<std::size_t> used_{0};
-};
-
-/// The budgets of principals, by their names. Kept for as long as an account is charged to one. Thread-safe.
-class PrincipalBudgets {
- public:
-  explicit PrincipalBudgets(std::size_t limit) : limit_(limit) {}
-  std::shared_ptr<Budget> of(const std::string& principal);
-
- private:
-  const std::size_t limit_;
-  Mutex mutex_;
-  std::map<std::string, std::weak_ptr<Budget>> budgets_ WARMFRONT_GUARDED_BY(mutex_);
 };
 
 /// What one session holds. The budgets are charged what was reserved when the session was made, or what the

@@ -12,6 +12,7 @@
 #include "server/session/account.h"
 #include "server/session/fault.h"
 #include "server/session/gate.h"
+#include "server/session/tenants.h"
 
 namespace warmfront::server {
 
@@ -34,13 +35,14 @@ struct FramePass {
   bool cancelled() const { return given_up && given_up->load(std::memory_order_relaxed); }
 };
 
-/// A pass for a frame whose positions take `bytes`; refused when `frames` lets no more in.
-inline FramePass admit_frame(Gate& frames, std::shared_ptr<Account> account, std::size_t bytes) {
-  FramePass pass{frames.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt};
+/// A pass for a frame whose positions take `bytes`; refused when the tenant's gate, or the daemon's around it,
+/// lets no more in.
+inline FramePass admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
+                             std::size_t bytes) {
+  FramePass pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt};
   if (!pass.ticket)
-    pass.refused = limit_met("the daemon has its limit of " + std::to_string(frames.limit()) +
-                                 " frames in flight; send the frame again, or raise --max-frames-in-flight",
-                             "max-frames-in-flight", true);
+    pass.refused = gate_met(of_tenant, of_daemon, "", "frames in flight", "max-frames-in-flight",
+                            "max-frames-per-principal");
   return pass;
 }
 

@@ -11,7 +11,8 @@ namespace warmfront::server {
 
 class Gate {
  public:
-  explicit Gate(std::uint32_t limit) : limit_(limit) {}
+  /// Who is inside this one is inside the outer one, too, which outlives it.
+  explicit Gate(std::uint32_t limit, Gate* outer = nullptr) : limit_(limit), outer_(outer) {}
 
   /// One that is inside, until it is destroyed. Movable; outlived by the gate.
   class Ticket {
@@ -23,25 +24,37 @@ class Gate {
       return *this;
     }
     ~Ticket() {
-      if (gate_ != nullptr) gate_->inside_.fetch_sub(1, std::memory_order_relaxed);
+      for (Gate* gate = gate_; gate != nullptr; gate = gate->outer_)
+        gate->inside_.fetch_sub(1, std::memory_order_relaxed);
     }
 
    private:
     Gate* gate_;
   };
 
-  /// Nothing when the limit are inside already.
+  /// Nothing when the limit, of this or of an outer one, are inside already.
   std::optional<Ticket> enter() {
-    if (inside_.fetch_add(1, std::memory_order_relaxed) < limit_) return std::optional<Ticket>(*this);
-    inside_.fetch_sub(1, std::memory_order_relaxed);
-    return std::nullopt;
+    if (!try_enter()) return std::nullopt;
+    return std::optional<Ticket>(*this);
   }
 
   std::uint32_t inside() const { return inside_.load(std::memory_order_relaxed); }
-  std::uint32_t limit() const { return limit_; }
+  std::uint32_t limit() const { return limit_.load(std::memory_order_relaxed); }
+  bool full() const { return inside() >= limit(); }
+  /// Who is inside stays.
+  void set_limit(std::uint32_t limit) { limit_.store(limit, std::memory_order_relaxed); }
 
  private:
-  const std::uint32_t limit_;
+  bool try_enter() {
+    if (inside_.fetch_add(1, std::memory_order_relaxed) < limit() &&
+        (outer_ == nullptr || outer_->try_enter()))
+      return true;
+    inside_.fetch_sub(1, std::memory_order_relaxed);
+    return false;
+  }
+
+  std::atomic<std::uint32_t> limit_;
+  Gate* const outer_;
   std::atomic<std::uint32_t> inside_{0};
 };
 

@@ -12,17 +12,20 @@ namespace warmfront::server {
 
 struct Limits {
   std::uint32_t max_sessions = 256;
-  std::uint32_t max_sessions_per_principal = 256;
+  std::uint32_t max_sessions_per_principal = 0;                 ///< see default_quota() for 0, here and below
   std::uint64_t max_vertices = 16'000'000;                      ///< in a session
   std::uint64_t max_triangles = 16'000'000;                     ///< in a session
   std::size_t max_contacts = 50'000'000;                        ///< in an answer
   std::size_t max_front_bytes = std::size_t{4} << 30;           ///< in a session
   std::size_t max_session_bytes = std::size_t{8} << 30;         ///< held for a session, everything counted
   std::size_t max_total_bytes = usable_memory_bytes() / 4 * 3;  ///< held for all sessions
-  std::size_t max_principal_bytes = max_total_bytes;            ///< held for all sessions of a principal
+  std::size_t max_principal_bytes = 0;                          ///< held for all sessions of a principal
   std::uint32_t max_streams = 128;                              ///< calls at once on a connection
   std::uint32_t max_open_streams = 1024;                        ///< StreamSteps calls in the daemon
   std::uint32_t max_frames_in_flight = 4096;  ///< accepted in the daemon and not yet computed
+  std::uint32_t max_streams_per_principal = 0;
+  std::uint32_t max_frames_per_principal = 0;
+  std::uint32_t max_uploads_per_principal = 0;  ///< CreateSession calls at once
   std::uint32_t window = 4;                   ///< frames of a session accepted and not yet answered
   std::size_t max_queued_bytes = std::size_t{256} << 20;  ///< answers of a stream, above which it is not read
   std::size_t answer_chunk_bytes = std::size_t{1} << 20;

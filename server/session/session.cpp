@@ -140,8 +140,11 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       rebuilt_(std::move(host.rebuilt)),
       runner_(host.runner),
       limits_(host.limits),
+      tenant_(std::move(host.tenant)),
       mailbox_(std::make_shared<Mailbox>(host.runner, host.limits.window,
-                                         lane_of(step_cost_ms(scene->face_count(), {})))),
+                                         lane_of(step_cost_ms(scene->face_count(), {})),
+                                         tenant_ ? std::shared_ptr<Share>(tenant_, &tenant_->share)
+                                                 : std::shared_ptr<Share>())),
       account_(std::move(host.account)),
       recording_(std::move(host.recording)),
       collider_(std::move(collider)),
@@ -224,6 +227,7 @@ void Session::change(ChangeOrder order, ChangeDone done, Before before) {
 template <class T, class Work>
 Outcome<T> Session::guarded(const char* what, const NoMemory& without, Work work) noexcept {
   stepped_ = false;
+  const auto began = std::chrono::steady_clock::now();
   Outcome<T> outcome = [&]() -> Outcome<T> {
     try {
       if (std::optional<Fault> fault = closed()) return *std::move(fault);
@@ -241,6 +245,7 @@ Outcome<T> Session::guarded(const char* what, const NoMemory& without, Work work
     lost_(*this, outcome.fault());
     return outcome;
   }
+  took_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
   take_stock();
   return outcome;
 }
@@ -262,7 +267,12 @@ void Session::plan_next() {
   next_ms_ = step_cost_ms(faces, last_answer_ ? last_answer_->statistics.counts : StepCounts{});
   if (last_answer_ && last_answer_->all_deformable)
     next_ms_ += step_cost_ms(faces, last_answer_->all_deformable->statistics.counts);
-  const bool foreseen = stepped_ && !check_is_due() && !recording_;
+  // A request that took many times what was foreseen, and more than waiting for others explains, was one of
+  // the long ones, whatever counts it has to show: a step that was given up has none.
+  constexpr double kOutgrown = 10, kLeastMs = 100;
+  const bool outgrown = took_ms_ > std::max(kLeastMs, kOutgrown * next_ms_);
+  if (outgrown) next_ms_ = took_ms_;
+  const bool foreseen = stepped_ && !outgrown && !check_is_due() && !recording_;
   mailbox_->foresee(lane_of(next_ms_), foreseen ? next_ms_ : Mailbox::kUnforeseen);
 }
 

@@ -26,6 +26,7 @@
 #include "server/session/id.h"
 #include "server/session/limits.h"
 #include "server/session/mailbox.h"
+#include "server/session/tenants.h"
 
 namespace warmfront::server {
 
@@ -99,7 +100,8 @@ class Session : public std::enable_shared_from_this<Session> {
     const Limits& limits;              ///< outlive the session
     std::shared_ptr<Account> account;  ///< what the session holds is charged to it
     Lost lost;
-    std::string owner = {};      ///< the principal that makes it
+    std::string owner = {};      ///< the principal that makes it, ...
+    std::shared_ptr<Tenant> tenant = {};  ///< ... and what that may have; null: as much as there is
     Metrics* metrics = nullptr;  ///< where its steps are counted, if anywhere; outlives the session
     std::shared_ptr<SessionRecording> recording = {};  ///< null where it is not recorded
     Rebuilt rebuilt = {};                              ///< if anybody wants to know
@@ -111,6 +113,8 @@ class Session : public std::enable_shared_from_this<Session> {
 
   const SessionId& id() const { return id_; }
   const std::string& owner() const { return owner_; }
+  /// Null where nobody said.
+  Tenant* tenant() const { return tenant_.get(); }
   Dtype dtype() const { return dtype_; }
   /// As it is now.
   std::shared_ptr<const Scene> scene() const;
@@ -226,6 +230,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Rebuilt rebuilt_;
   Runner& runner_;
   const Limits& limits_;
+  const std::shared_ptr<Tenant> tenant_;  // may be null
   const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Account> account_;
   const std::shared_ptr<SessionRecording> recording_;
@@ -246,7 +251,8 @@ class Session : public std::enable_shared_from_this<Session> {
   bool was_rebuilt_ = false;  // after a self-check
   bool stepped_ = false;      // the last request was a step, and was carried out
   std::atomic<bool> stop_{false};  // a step whose client cannot give it up
-  double next_ms_;            // step_cost_ms() of the next step
+  double next_ms_;            // step_cost_ms() of the next step, or more when one outgrew that
+  double took_ms_ = 0;        // by the last request
   std::shared_ptr<const Answer> last_answer_;
   std::optional<FrameBuffer> last_frame_;  // what it answers
 

@@ -25,7 +25,8 @@ void Store::Reservation::fill(std::shared_ptr<Session> session) {
   store->sessions_.at(key_) = std::move(session);
 }
 
-Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::string& owner) {
+Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::string& owner,
+                                           std::uint32_t most) {
   Key key{id, owner};
   const MutexLock lock(mutex_);
   if (sessions_.contains(key))
@@ -35,10 +36,9 @@ Outcome<Store::Reservation> Store::reserve(const SessionId& id, const std::strin
     return limit_met("the daemon holds its limit of " + std::to_string(max_sessions_) +
                          " sessions; close one, or raise --max-sessions",
                      "max-sessions", true);
-  const auto owned = std::ranges::count_if(sessions_, [&](const auto& at) { return at.first.owner == owner; });
-  if (static_cast<std::uint64_t>(owned) >= max_sessions_per_owner_)
-    return limit_met("principal " + owner + " has its limit of " + std::to_string(max_sessions_per_owner_) +
-                         " sessions; close one, or raise --max-sessions-per-principal",
+  if (count_locked(owner) >= most)
+    return limit_met("principal " + owner + " has its limit of " + std::to_string(most) +
+                         " sessions; close one, or raise --max-sessions-per-principal or its quota",
                      "max-sessions-per-principal", true);
   sessions_.emplace(key, nullptr);
   return Reservation(*this, std::move(key));
@@ -104,6 +104,16 @@ std::vector<std::shared_ptr<Session>> Store::remove_idle(std::chrono::millisecon
     it = sessions_.erase(it);
   }
   return idle;
+}
+
+std::size_t Store::count_locked(const std::string& owner) const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(sessions_, [&](const auto& at) { return at.first.owner == owner; }));
+}
+
+std::size_t Store::count(const std::string& owner) const {
+  const MutexLock lock(mutex_);
+  return count_locked(owner);
 }
 
 std::size_t Store::size() const {

@@ -4,8 +4,10 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/annotations.h"
@@ -25,9 +27,7 @@ class Store {
     friend auto operator<=>(const Key&, const Key&) = default;
   };
 
-  explicit Store(std::uint32_t max_sessions) : Store(max_sessions, max_sessions) {}
-  Store(std::uint32_t max_sessions, std::uint32_t max_sessions_per_owner)
-      : max_sessions_(max_sessions), max_sessions_per_owner_(max_sessions_per_owner) {}
+  explicit Store(std::uint32_t max_sessions) : max_sessions_(max_sessions) {}
 
   /// A place in the store, held while a session is uploaded and built; given back unless it is filled.
   /// Movable; outlived by the store.
@@ -47,8 +47,10 @@ class Store {
     Key key_;
   };
 
-  /// ALREADY_EXISTS for an id that its owner uses already, RESOURCE_EXHAUSTED when the store is full or its owner has too many.
-  Outcome<Reservation> reserve(const SessionId& id, const std::string& owner = {});
+  /// ALREADY_EXISTS for an id that its owner uses already, RESOURCE_EXHAUSTED when the store is full or its owner has
+  /// `most` of them.
+  Outcome<Reservation> reserve(const SessionId& id, const std::string& owner = {},
+                               std::uint32_t most = std::numeric_limits<std::uint32_t>::max());
 
   /// NOT_FOUND for an id unknown, or still being built, or of a session that belongs to another.
   Outcome<std::shared_ptr<Session>> find(const SessionId& id, const std::string& owner = {}) const;
@@ -63,13 +65,15 @@ class Store {
 
   /// Sessions open, those being built included.
   std::size_t size() const;
+  /// The same, of one owner.
+  std::size_t count(const std::string& owner) const;
 
  private:
   static Fault not_found(const SessionId& id);
+  std::size_t count_locked(const std::string& owner) const WARMFRONT_REQUIRES(mutex_);
 
   // Constant after construction.
   const std::uint32_t max_sessions_;
-  const std::uint32_t max_sessions_per_owner_;
 
   // Protected by mutex_.
   mutable Mutex mutex_;

@@ -17,6 +17,7 @@
 #include "server/session/limits.h"
 #include "server/session/runner.h"
 #include "server/session/store.h"
+#include "server/session/tenants.h"
 #include "server/transport/errors.h"
 #include "server/transport/guard.h"
 #include "server/transport/recordings.h"
@@ -30,12 +31,16 @@ struct Context {
         guard(guard_in),
         workers(std::make_shared<Workers>(threads)),
         budget(limits.max_total_bytes),
-        principals(limits.max_principal_bytes),
         streams(limits.max_open_streams),
         frames(limits.max_frames_in_flight),
-        store(limits.max_sessions, limits.max_sessions_per_principal),
+        tenants(default_quota(limits, guard.authenticates()), streams, frames),
+        store(limits.max_sessions),
         // Two at least, so that a long step does not hold up the building of a session.
-        runner(std::max(2, workers->threads()), polling_threads() - 1) {}
+        runner(std::max(2, workers->threads()), polling_threads() - 1, kPatience) {}
+
+  /// Three times what a short task takes, on a machine that does other things as well; and a long one's share
+  /// of time in which a person waits.
+  static constexpr Runner::Patience kPatience{{std::chrono::milliseconds(30), std::chrono::milliseconds(500)}};
 
   /// On how many threads gRPC 1.51 runs reactions (CallbackAlternativeCQ in completion_queue_cc.cc); all but
   /// one may be taken by brief steps.
@@ -57,9 +62,9 @@ struct Context {
   Lifecycle lifecycle;
   Metrics metrics;
   Budget budget;
-  PrincipalBudgets principals;
   Gate streams;  ///< StreamSteps calls
   Gate frames;   ///< accepted and not yet computed
+  Tenants tenants;
   Store store;
   std::shared_ptr<Recordings> recordings;  ///< null where nothing is recorded; set before the first call
   Runner runner;                           // last: its threads use all of the above until it has joined them

@@ -412,7 +412,7 @@ v1::SessionState to_proto(const SessionState& state) {
   return message;
 }
 
-v1::Limits to_proto(const Limits& limits) {
+v1::Limits to_proto(const Limits& limits, const Quota& quota) {
   v1::Limits message;
   message.set_window(limits.window);
   message.set_max_message_bytes(limits.max_message_bytes);
@@ -421,10 +421,13 @@ v1::Limits to_proto(const Limits& limits) {
   message.set_max_vertices(limits.max_vertices);
   message.set_max_triangles(limits.max_triangles);
   message.set_max_contacts(limits.max_contacts);
-  message.set_max_sessions_per_principal(limits.max_sessions_per_principal);
+  message.set_max_sessions_per_principal(quota.sessions);
+  message.set_max_streams_per_principal(quota.streams);
+  message.set_max_frames_per_principal(quota.frames);
+  message.set_max_uploads_per_principal(quota.uploads);
   message.set_max_session_bytes(limits.max_session_bytes);
   message.set_max_total_bytes(limits.max_total_bytes);
-  message.set_max_principal_bytes(limits.max_principal_bytes);
+  message.set_max_principal_bytes(quota.bytes);
   message.set_self_check_steps(limits.self_check_steps);
   message.set_max_streams(limits.max_streams);
   message.set_max_open_streams(limits.max_open_streams);

@@ -42,7 +42,8 @@ void append(const Message& message, FrameBuffer& contents) {
 
 v1::SessionInfo to_proto(const Session& session);
 v1::SessionState to_proto(const SessionState& state);
-v1::Limits to_proto(const Limits& limits);
+/// As they are for a principal.
+v1::Limits to_proto(const Limits& limits, const Quota& quota);
 v1::StepSummary summary_of(const Answer& answer);
 
 /// Rows [first, first + count) of the answer.

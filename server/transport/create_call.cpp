@@ -28,10 +28,16 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
           return create->fail_locked(context.refuse(principal.fault()));
         }
         create->principal_ = std::move(principal).value();
+        create->tenant_ = context.tenants.of(create->principal_.name);
         Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
         const MutexLock lock(create->mutex_);
         if (!begun) return create->fail_locked(context.refuse(begun.fault()));
         create->in_flight_.emplace(std::move(begun).value());
+        create->ticket_ = create->tenant_->uploads.enter();
+        if (!create->ticket_)
+          return create->fail_locked(context.refuse(
+              gate_met(create->tenant_->uploads, create->tenant_->uploads, "CreateSession: ", "uploads under way",
+                       "max-uploads-per-principal", "max-uploads-per-principal")));
         create->StartRead(&create->incoming_);
       },
       [&](grpc::Status status) {
@@ -73,8 +79,10 @@ void CreateCall::read_done(bool ok) {
   // Building takes some ten times as long as a step.
   const Lane lane = lane_of(10 * step_cost_ms(upload_->face_count(), {}));
   // The call may be over, and gone, before its turn comes.
-  context_.runner.post([call = shared_from_this(), lane] { call->build(lane); }, lane);
+  context_.runner.post([call = shared_from_this(), lane] { call->build(lane); }, lane,
+                       std::shared_ptr<Share>(tenant_, &tenant_->share));
   state_ = State::kQueued;
+  ticket_.reset();
 }
 
 void CreateCall::OnCancel() {
@@ -94,10 +102,19 @@ void CreateCall::end_if_quiet(const Fault& fault, std::chrono::milliseconds quie
 }
 
 void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
-  if (now - began_ < context_.limits.upload_timeout) return;
-  end({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
-       "CreateSession: the upload did not end within " + format_duration(context_.limits.upload_timeout) +
-           "; send it faster, or raise --upload-timeout"});
+  const auto stalled = [&] {
+    const MutexLock lock(mutex_);
+    return now - last_moved_ >= context_.limits.write_stall_timeout;
+  };
+  if (now - began_ >= context_.limits.upload_timeout)
+    end({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+         "CreateSession: the upload did not end within " + format_duration(context_.limits.upload_timeout) +
+             "; send it faster, or raise --upload-timeout"});
+  else if (stalled())
+    end({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
+         "CreateSession: nothing of the upload came for " +
+             format_duration(context_.limits.write_stall_timeout) +
+             "; send it without a pause, or raise --write-stall-timeout"});
 }
 
 void CreateCall::enforce_rights() {
@@ -121,6 +138,7 @@ void CreateCall::fail_locked(grpc::Status status) {
 }
 
 void CreateCall::give_back() {
+  ticket_.reset();
   upload_.reset();
   account_.reset();
   reservation_.reset();
@@ -143,11 +161,11 @@ std::optional<Fault> CreateCall::add() {
 }
 
 std::optional<Fault> CreateCall::reserve() {
-  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), principal_.name);
+  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), principal_.name, tenant_->max_sessions());
   if (!place) return place.fault();
   Outcome<std::shared_ptr<Account>> account =
       Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes(),
-                    context_.principals.of(principal_.name));
+                    std::shared_ptr<Budget>(tenant_, &tenant_->memory));
   if (!account) return account.fault();
   account_ = std::move(account).value();
   reservation_.emplace(std::move(place).value());
@@ -204,11 +222,11 @@ Outcome<std::shared_ptr<Session>> CreateCall::make(Lane lane) {
   Outcome<std::shared_ptr<Session>> made =
       Session::create(upload_->take_spec(), upload_->take_positions(),
                       {context_.workers, context_.runner, context_.limits, std::move(account_), lost,
-                       principal_.name, &context_.metrics, recording_, rebuilt});
+                       principal_.name, tenant_, &context_.metrics, recording_, rebuilt});
   if (made) {
     v1::CreateSessionResponse response;
     *response.mutable_session() = to_proto(*made.value());
-    *response.mutable_limits() = to_proto(context_.limits);
+    *response.mutable_limits() = to_proto(context_.limits, tenant_->quota());
     response_ = serialize(response);
   }
   return made;

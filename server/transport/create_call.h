@@ -68,6 +68,7 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
 
   // Set by start() before others see the call, then constant.
   Principal principal_;
+  std::shared_ptr<Tenant> tenant_;
 
   // Used by start() and OnDone() only: keeps the call alive in between.
   std::shared_ptr<CreateCall> self_;
@@ -85,6 +86,7 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
     kFinished
   } state_ WARMFRONT_GUARDED_BY(mutex_) = State::kUploading;
   std::chrono::steady_clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = began_;
+  std::optional<Gate::Ticket> ticket_;  // while it is uploaded
   std::optional<Upload> upload_;
   std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;

@@ -62,6 +62,11 @@ std::shared_ptr<const Tokens> Guard::tokens() const {
   return tokens_;
 }
 
+Quotas Guard::quotas() const {
+  const std::shared_ptr<const Tokens> tokens = this->tokens();
+  return tokens ? tokens->quotas() : Quotas{};
+}
+
 Outcome<Principal> Guard::identify(const grpc::ServerContextBase& call) const {
   if (!authenticates()) return Principal{{}, is_from_here(call.peer())};
   const std::shared_ptr<const Tokens> tokens = this->tokens();

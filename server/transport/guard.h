@@ -45,6 +45,9 @@ class Guard {
   /// Reads the token file again. On an error what was read before stays in force.
   Status reload();
 
+  /// What the token file says that principals may have.
+  Quotas quotas() const;
+
   const Settings& settings() const { return settings_; }
   /// Whether callers are told apart.
   bool authenticates() const { return !settings_.token_file.empty() || settings_.certificates; }

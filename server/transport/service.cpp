@@ -150,9 +150,17 @@ class CollisionService final : public Base {
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override {
     return respond<v1::GetServerInfoRequest, v1::GetServerInfoResponse>(
-        *call, *request, *response, "GetServerInfo", [&](const auto&, auto& reply) {
+        *call, *request, *response, "GetServerInfo", [&](const auto& received, auto& reply) {
+          const std::shared_ptr<Tenant> tenant = context_.tenants.of(received.principal.name);
+          v1::PrincipalUse& use = *reply.mutable_principal();
+          use.set_name(tenant->name);
+          use.set_sessions(static_cast<std::uint32_t>(context_.store.count(tenant->name)));
+          use.set_charged_bytes(tenant->memory.used());
+          use.set_open_streams(tenant->streams.inside());
+          use.set_frames_in_flight(tenant->frames.inside());
+          use.set_weight(tenant->share.weight());
           reply.set_version(kVersion);
-          *reply.mutable_limits() = to_proto(context_.limits);
+          *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
           reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));
           reply.set_draining(context_.lifecycle.draining());

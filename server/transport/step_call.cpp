@@ -39,7 +39,8 @@ StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Sessio
 
 void StepCall::step(Session& session, const v1::StepRequest& request) {
   FrameBuffer contents(session.dtype(), *session.scene());
-  FramePass pass = admit_frame(context_.frames, session.account(), contents.expected_bytes());
+  FramePass pass = admit_frame(session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
+                               context_.frames, session.account(), contents.expected_bytes());
   if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused));
   pass.given_up = given_up_;
   pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;

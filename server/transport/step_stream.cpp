@@ -44,18 +44,17 @@ void StepStream::begin() {
     return advance_locked();
   }
   principal_ = std::move(principal).value();
+  tenant_ = context_.tenants.of(principal_.name);
   Outcome<Lifecycle::Call> begun = context_.lifecycle.begin(weak_from_this());
   const MutexLock lock(mutex_);
-  ticket_ = context_.streams.enter();
+  ticket_ = tenant_->streams.enter();
   if (!begun)
     end_locked(context_.refuse(begun.fault()));
   else
     call_.emplace(std::move(begun).value());
   if (!ticket_)
-    end_locked(context_.refuse(limit_met("StreamSteps: the daemon has its limit of " +
-                                             std::to_string(context_.streams.limit()) +
-                                             " streams open; try again later, or raise --max-open-streams",
-                                         "max-open-streams", true)));
+    end_locked(context_.refuse(gate_met(tenant_->streams, context_.streams, "StreamSteps: ", "streams open",
+                                        "max-open-streams", "max-streams-per-principal")));
   advance_locked();
 }
 
@@ -168,7 +167,7 @@ void StepStream::take(const StreamRequest& request) {
   if (!session) return end(out_of_place("a step before attach; name the session first"));
   if (!assembly_) {
     FrameBuffer contents(session->dtype(), *session->scene());
-    FramePass pass = admit_frame(context_.frames, session->account(), contents.expected_bytes());
+    FramePass pass = admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
     pass.given_up = given_up_;
     assembly_.emplace(Assembly{part.frame(), std::move(contents), std::move(pass)});
   }
@@ -215,7 +214,7 @@ void StepStream::attached(const Outcome<Standing>& standing) {
       v1::Attached& attached = *response.mutable_attached();
       const auto& [now, before] = standing.value();
       attached.set_expected_frame(now.frame + 1);
-      *attached.mutable_limits() = to_proto(context_.limits);
+      *attached.mutable_limits() = to_proto(context_.limits, tenant_->quota());
       *attached.mutable_state() = to_proto(now);
       if (before) *attached.mutable_state_before() = to_proto(*before);
       queue_locked({serialize(response), false});

@@ -103,6 +103,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   // Set by start() before others see the stream, then constant.
   Principal principal_;
+  std::shared_ptr<Tenant> tenant_;
 
   // Used by start() and OnDone() only: keeps the stream alive in between.
   std::shared_ptr<StepStream> self_;

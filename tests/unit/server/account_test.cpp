@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -65,9 +66,12 @@ TEST(AccountTest, OnlyWhoGrewBeyondItsReservationSuffersFromAFullDaemon) {
 
 TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
   Budget budget(1000);
-  PrincipalBudgets principals(500);
+  Gate streams(9), frames(9);
+  Quota quota{.sessions = 9, .bytes = 500, .streams = 2, .frames = 2, .uploads = 1, .weight = 1};
+  Tenants tenants(quota, streams, frames);
   const auto open = [&](const char* name, std::size_t reserved) {
-    return Account::open(budget, 2000, reserved, principals.of(name));
+    const std::shared_ptr<Tenant> tenant = tenants.of(name);
+    return Account::open(budget, 2000, reserved, std::shared_ptr<Budget>(tenant, &tenant->memory));
   };
   auto alices = open("alice", 300).value();
   const auto refused = open("alice", 300);
@@ -79,7 +83,7 @@ TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
   EXPECT_EQ(budget.used(), 300u) << "what was refused is charged to nobody";
   const auto bobs = open("bob", 300).value();
   EXPECT_STREQ(open("carol", 450).fault().limit, "max-total-bytes");
-  EXPECT_EQ(principals.of("carol")->used(), 0u);
+  EXPECT_EQ(tenants.of("carol")->memory.used(), 0u);
 
   // One who grows beyond what is its own meets its limit, and nobody else does.
   Holding grown(alices, 600);
@@ -90,7 +94,7 @@ TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
   EXPECT_FALSE(alices->refusal());
   grown = Holding();
   alices.reset();
-  EXPECT_EQ(principals.of("alice")->used(), 0u);
+  EXPECT_EQ(tenants.of("alice")->memory.used(), 0u);
   EXPECT_TRUE(open("alice", 500).ok());
 }
 
@@ -111,16 +115,66 @@ TEST(AccountTest, ManyThreadsLeaveNothingBehind) {
   EXPECT_EQ(budget.used(), 0u);
 }
 
+TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
+  Gate streams(3), frames(9);
+  Tenants tenants(Quota{.sessions = 9, .bytes = 500, .streams = 2, .frames = 2, .uploads = 1, .weight = 1}, streams,
+                  frames);
+  const auto alice = tenants.of("alice"), bob = tenants.of("bob");
+  EXPECT_EQ(tenants.of("alice"), alice);
+  auto first = alice->streams.enter(), second = alice->streams.enter();
+  EXPECT_TRUE(first && second);
+  EXPECT_FALSE(alice->streams.enter());
+  EXPECT_STREQ(gate_met(alice->streams, streams, "", "streams", "all", "own").limit, "own");
+  const auto third = bob->streams.enter();
+  EXPECT_TRUE(third);
+  EXPECT_FALSE(bob->streams.enter()) << "the daemon is full";
+  EXPECT_STREQ(gate_met(bob->streams, streams, "", "streams", "all", "own").limit, "all");
+  EXPECT_EQ(streams.inside(), 3u);
+  EXPECT_EQ(bob->streams.inside(), 1u) << "who was not let in is not counted";
+  first.reset();
+  EXPECT_EQ(streams.inside(), 2u);
+  // Quotas that change count at once, and for those who come later.
+  tenants.set_quotas(parse_quotas(std::vector<std::string>{"alice streams=1 weight=7", "carol bytes=1MiB"}).value());
+  EXPECT_FALSE(alice->streams.enter());
+  EXPECT_EQ(alice->share.weight(), 7u);
+  EXPECT_EQ(tenants.of("carol")->quota().bytes, std::size_t{1} << 20);
+  EXPECT_EQ(tenants.of("carol")->quota().streams, 2u);
+  tenants.set_quotas({});
+  EXPECT_TRUE(alice->streams.enter());
+  EXPECT_EQ(alice->share.weight(), 1u);
+  EXPECT_EQ(tenants.list().size(), 2u) << "carol has nothing here";
+}
+
+TEST(QuotaTest, IsReadFromWordsAndLeavesRoomForOthers) {
+  const auto quotas = parse_quotas(
+      std::vector<std::string>{"alice sessions=8 bytes=4GiB streams=8 frames=32 uploads=2 weight=3", "bob weight=2"});
+  ASSERT_TRUE(quotas.ok()) << quotas.error().message;
+  const Limits limits;
+  const Quota all = default_quota(limits, false), some = default_quota(limits, true);
+  EXPECT_EQ(all.sessions, limits.max_sessions);
+  EXPECT_EQ(some.sessions, limits.max_sessions / 4 * 3);
+  EXPECT_EQ(some.uploads, limits.max_sessions / 4);
+  EXPECT_EQ(quotas.value().at("alice").over(some), (Quota{8, std::size_t{4} << 30, 8, 32, 2, 3}));
+  EXPECT_EQ(quotas.value().at("bob").over(some).streams, some.streams);
+  for (const char* bad : {"alice", "", "alice sessions", "alice sessions=", "alice sessions=0", "alice x=1",
+                          "alice weight=1001", "alice bytes=1"})
+    EXPECT_FALSE(parse_quotas(std::vector<std::string>{bad}).ok()) << bad;
+  EXPECT_FALSE(parse_quotas(std::vector<std::string>{"bob weight=1", "bob weight=2"}).ok());
+  Limits one;
+  one.max_sessions = 1;
+  EXPECT_EQ(default_quota(one, true).sessions, 1u);
+}
+
 TEST(GateTest, LetsInAsManyAsItSays) {
   Gate gate(2);
   Budget budget(1 << 20);
   const auto account = Account::open(budget, 1 << 20, 0).value();
-  std::optional<FramePass> first = admit_frame(gate, account, 100);
-  const FramePass second = admit_frame(gate, account, 10);
+  std::optional<FramePass> first = admit_frame(gate, gate, account, 100);
+  const FramePass second = admit_frame(gate, gate, account, 10);
   EXPECT_FALSE(first->refused || second.refused);
-  const FramePass third = admit_frame(gate, account, 10);
+  const FramePass third = admit_frame(gate, gate, account, 10);
   ASSERT_TRUE(third.refused);
-  EXPECT_STREQ(third.refused->limit, "max-frames-in-flight");
+  EXPECT_STREQ(third.refused->limit, "max-frames-per-principal");
   EXPECT_EQ(gate.inside(), 2u);
   EXPECT_EQ(account->held(), 120u);
   first.reset();

@@ -4,12 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <future>
 #include <latch>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -311,6 +314,84 @@ TEST(RunnerTest, AShortTaskDoesNotWaitForLongOnesAndNothingIsLeftAtTheEnd) {
     go.count_down();
   }
   EXPECT_EQ(ran, 2);
+}
+
+TEST(RunnerTest, WhoseTasksTookLessTimeByTheirWeightComesFirst) {
+  const auto order_of = [](std::uint32_t weight_a, std::uint32_t weight_b) {
+    const auto a = std::make_shared<Share>(weight_a), b = std::make_shared<Share>(weight_b);
+    std::string order;
+    std::latch go(1), done(13);
+    Runner runner(1);
+    runner.post([&] {
+      go.wait();
+      done.count_down();
+    });
+    const auto post = [&](char name, const std::shared_ptr<Share>& share) {
+      runner.post(
+          [&, name] {
+            order += name;
+            // By the clock, so that what a task is charged is about this on any machine.
+            const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
+            while (std::chrono::steady_clock::now() < end) std::this_thread::yield();
+            done.count_down();
+          },
+          Lane::kLong, share);
+    };
+    for (int i = 0; i < 6; ++i) post('a', a);
+    for (int i = 0; i < 6; ++i) post('b', b);
+    go.count_down();
+    done.wait();
+    return order;
+  };
+  const std::string equal = order_of(1, 1), threefold = order_of(3, 1);
+  // Of the first so many, both had as much as is theirs, give or take one.
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(equal.substr(0, 6), 'a')), 3, 1) << equal;
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(threefold.substr(0, 8), 'a')), 6, 1) << threefold;
+}
+
+TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
+  for (const Lane lane : {Lane::kShort, Lane::kLong}) {
+    Runner runner(1, 0,
+                  Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
+    std::latch go(1), last(1);
+    std::atomic<int> ended{0};
+    const auto hog = [&] {
+      go.wait();
+      ++ended;
+    };
+    // Two that never end, then one that does.
+    runner.post(hog, lane);
+    runner.post(hog, lane);
+    runner.post([&] { last.count_down(); }, lane);
+    last.wait();
+    EXPECT_EQ(ended, 0);
+    EXPECT_TRUE(runner.takes_one_thread(Lane::kLong)) << "they hold the threads of Workers";
+    go.count_down();
+    while (ended < 2) std::this_thread::yield();
+    // Afterwards the lane has its one thread again.
+    for (int i = 0; i < 100; ++i) {
+      std::latch done(1);
+      runner.post([&] { done.count_down(); }, lane);
+      done.wait();
+    }
+  }
+}
+
+TEST(RunnerTest, ThreadsThatTakeTheirPlaceAreBounded) {
+  Runner runner(1, 0, Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
+  std::latch go(1), begun(3);
+  std::atomic<bool> fourth{false};
+  for (int i = 0; i < 3; ++i)
+    runner.post([&] {
+      begun.count_down();
+      go.wait();
+    });
+  begun.wait();
+  runner.post([&] { fourth = true; });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(fourth);
+  go.count_down();
+  while (!fourth) std::this_thread::yield();
 }
 
 TEST(StepCostTest, IsByWhatWasDone) {
