@@ -19,6 +19,7 @@
 #include "server/session/store.h"
 #include "server/transport/errors.h"
 #include "server/transport/guard.h"
+#include "server/transport/parse_room.h"
 #include "server/transport/recordings.h"
 
 namespace warmfront::server {
@@ -58,6 +59,7 @@ struct Context {
   Metrics metrics;
   Budget budget;
   PrincipalBudgets principals;
+  ParseRoom parsing{limits.max_message_bytes};
   Gate streams;  ///< StreamSteps calls
   Gate frames;   ///< accepted and not yet computed
   Store store;
