@@ -14,6 +14,7 @@
 #include <grpcpp/security/tls_credentials_options.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -21,6 +22,7 @@
 #include "server/admin/accept.h"
 #include "server/admin/certificates.h"
 #include "server/admin/free_memory.h"
+#include "server/admin/guarded_receive.h"
 #include "server/admin/http.h"
 #include "server/admin/listen.h"
 #include "server/admin/liveness.h"
@@ -43,8 +45,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kQuiet{300};
 /// How often that is looked at.
 constexpr milliseconds kGlance{50};
-/// How often freed memory is looked for.
-constexpr milliseconds kMemoryGlance{1000};
+/// How often freed memory is looked for, and connections that were ended are logged.
+constexpr milliseconds kGlanceAtProcess{1000};
 /// How often certificate files are looked at.
 constexpr milliseconds kCertificateGlance{500};
 /// How long calls of other services (health watches, reflection) get to end by themselves.
@@ -104,6 +106,22 @@ std::shared_ptr<grpc::ServerCredentials> encrypted_by(const TlsFiles& files) {
     options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
   return TlsServerCredentials(options);
+}
+
+/// One line for those that were ended since `seen`, which is brought up to date: whoever floods the daemon
+/// does not flood its log.
+void log_connections_ended(Log& log, std::array<std::uint64_t, Http2Guard::kVerdicts>& seen) {
+  const auto now = connections_ended();
+  std::string reasons;
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (now[i] == seen[i]) continue;
+    count += now[i] - seen[i];
+    if (!reasons.empty()) reasons.push_back(' ');
+    reasons.append(Http2Guard::kNames[i]);
+  }
+  if (count > 0) log.write(LogLevel::kWarning, "connections_ended", {{"count", count}, {"reason", reasons}});
+  seen = now;
 }
 
 std::string with_port(const std::string& address, int port) {
@@ -271,7 +289,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
                                               all->beat();
                                             });
   impl->memory = std::make_unique<Ticker>(
-      kMemoryGlance, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory()]() mutable {
+      kGlanceAtProcess, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory(),
+                         ended = connections_ended()]() mutable {
+        log_connections_ended(log, ended);
         const std::size_t bytes = give_back_free_memory(free_memory);
         if (bytes == 0) return;
         metrics.memory_given_back += bytes;

@@ -15,6 +15,7 @@
 #include <variant>
 
 #include "server/admin/grpc_log.h"
+#include "server/admin/guarded_receive.h"
 #include "server/admin/systemd.h"
 #include "server/admin/ticker.h"
 #include "server/config.h"
@@ -73,6 +74,7 @@ int main(int argc, char** argv) {
   Log& log = *new Log(config.log_level, config.log_format);
   log_what_grpc_says(log);
   log.write(LogLevel::kInfo, "starting", {{"version", kVersion}});
+  guard_connections(config.max_metadata_bytes);
   auto daemon = Daemon::start(config, log);
   if (!daemon) {
     log.write(LogLevel::kError, "failed", {{"reason", daemon.error().message}});

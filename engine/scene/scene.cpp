@@ -35,6 +35,9 @@ std::string name_of(std::size_t body) {
 
 // What a body says of itself, its range apart.
 Status check_body(const Body& body, const std::string& where) {
+  if (body.name.size() > kMaxNameBytes)
+    return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
+                            " bytes long, and may be " + std::to_string(kMaxNameBytes));
   if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
   if (body.group == 0)
     return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");
@@ -214,6 +217,8 @@ Status Scene::take_bodies(SceneDescription& description) {
     return {};
   }
   body_count_ = static_cast<std::uint32_t>(bodies_.size());
+  name_bytes_ = 0;
+  for (const Body& body : bodies_) name_bytes_ += body.name.size();
   body_of_vertex_.clear();
   body_of_vertex_.reserve(vertex_count_);
   for (std::uint32_t b = 0; b < body_count_; ++b)
@@ -267,6 +272,7 @@ Result<Scene> Scene::with_body(BodyAddition addition) const {
   append_rows(scene.edge_faces_, body.edge_faces_, face);
   for (const std::uint32_t v : body.isolated_vertices_) scene.isolated_vertices_.push_back(v + vertex);
   addition.body.first_vertex = vertex;
+  scene.name_bytes_ += addition.body.name.size();
   scene.bodies_.push_back(std::move(addition.body));
   scene.body_of_vertex_.insert(scene.body_of_vertex_.end(), body.vertex_count_, body_count_);
   ++scene.body_count_;
@@ -281,6 +287,7 @@ Result<Scene> Scene::with_body_changed(std::uint32_t index, Body body) const {
   body.vertex_count = bodies_[index].vertex_count;
   if (Status status = check_body(body, name_of(index)); !status) return status.error();
   Scene scene = *this;
+  scene.name_bytes_ += body.name.size() - scene.bodies_[index].name.size();
   scene.bodies_[index] = std::move(body);
   return scene;
 }
@@ -310,7 +317,7 @@ std::size_t Scene::memory_bytes() const {
          face_edges_.size() * sizeof(face_edges_[0]) + vertex_faces_.memory_bytes() +
          edge_faces_.memory_bytes() +
          (isolated_vertices_.size() + body_of_vertex_.size()) * sizeof(std::uint32_t) +
-         bodies_.size() * sizeof(Body) + excluded_pairs_.size() * sizeof(excluded_pairs_[0]);
+         bodies_.size() * sizeof(Body) + name_bytes_ + excluded_pairs_.size() * sizeof(excluded_pairs_[0]);
 }
 
 }  // namespace warmfront

@@ -23,9 +23,12 @@ enum class BodyKind : std::uint8_t {
   kRemoved,     ///< gone: its vertices and faces keep their numbers and are tested against nothing
 };
 
+/// The longest name that a body may have.
+inline constexpr std::size_t kMaxNameBytes = 1024;
+
 /// A range of vertices that belong together.
 struct Body {
-  std::string name;
+  std::string name;  ///< any text, of at most kMaxNameBytes
   std::uint32_t first_vertex = 0;
   std::uint32_t vertex_count = 0;
   BodyKind kind = BodyKind::kDeformable;
@@ -111,7 +114,7 @@ class Scene {
   /// The four vertices of a contact: vertex, then the face's three; or edge a's two, then edge b's two.
   std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
 
-  /// Bytes held.
+  /// Bytes held, names included.
   std::size_t memory_bytes() const;
 
  private:
@@ -122,6 +125,7 @@ class Scene {
 
   std::uint32_t vertex_count_ = 0;
   std::uint32_t body_count_ = 0;
+  std::size_t name_bytes_ = 0;
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
   std::vector<std::array<std::uint32_t, 3>> face_edges_;

@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <utility>
 
+#include "server/admin/guarded_receive.h"
 #include "server/annotations.h"
 
 namespace warmfront::server {
@@ -102,7 +103,11 @@ void refuse_connections_left_waiting() {
 
 extern "C" int accept4(int listener, sockaddr* address, socklen_t* length, int flags) {
   using namespace warmfront::server;
-  const int connection = accept_now(listener, address, length, flags);
+  int connection = accept_now(listener, address, length, flags);
+  while (connection >= 0 && !guard_connection(connection)) {
+    close(connection);
+    connection = accept_now(listener, address, length, flags);
+  }
   if (connection >= 0 || !out_of_files()) return connection;
   {
     Reserve& reserve = shared_reserve();

@@ -5,6 +5,8 @@
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 #include <span>
@@ -13,6 +15,7 @@
 #include <vector>
 
 #include "server/admin/free_memory.h"
+#include "server/admin/guarded_receive.h"
 #include "server/admin/process_stats.h"
 #include "server/version.h"
 
@@ -147,6 +150,11 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
             metrics.front_pairs_skipped);
   f.counters("warmfront_rejected_total", "Requests refused, by limit or kind of fault", "reason",
              Metrics::kRefusals, metrics.refused);
+  std::array<Counter, Http2Guard::kVerdicts> ended{};
+  std::ranges::copy(connections_ended(), ended.begin());
+  f.counters("warmfront_connections_ended_total",
+             "Connections that were ended for what their clients sent as HTTP/2, by what was wrong", "reason",
+             std::span(Http2Guard::kNames).subspan(1), std::span(std::as_const(ended)).subspan(1));
   f.counter("warmfront_memory_given_back_bytes_total", "Freed memory that was given back to the system",
             metrics.memory_given_back);
   if (const std::optional<MemoryUse> use = memory_use())

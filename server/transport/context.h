@@ -20,6 +20,7 @@
 #include "server/session/tenants.h"
 #include "server/transport/errors.h"
 #include "server/transport/guard.h"
+#include "server/transport/parse_room.h"
 #include "server/transport/recordings.h"
 
 namespace warmfront::server {
@@ -62,6 +63,7 @@ struct Context {
   Lifecycle lifecycle;
   Metrics metrics;
   Budget budget;
+  ParseRoom parsing{limits.max_message_bytes};
   Gate streams;  ///< StreamSteps calls
   Gate frames;   ///< accepted and not yet computed
   Tenants tenants;

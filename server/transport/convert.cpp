@@ -84,6 +84,11 @@ v1::StepStatistics to_proto(const StepStatistics& statistics) {
 }
 
 Outcome<Body> body_from(const v1::Body& message, const std::string& where) {
+  // Before the scene is built, which may be minutes after this was sent.
+  if (message.name().size() > kMaxNameBytes)
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                 where + ".name: is " + std::to_string(message.name().size()) + " bytes long, and may be " +
+                     std::to_string(kMaxNameBytes)};
   Body body{message.name(), message.first_vertex(), message.vertex_count()};
   switch (message.kind()) {
     case v1::BODY_KIND_UNSPECIFIED:

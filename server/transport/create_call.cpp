@@ -146,17 +146,18 @@ void CreateCall::give_back() {
 }
 
 std::optional<Fault> CreateCall::add() {
-  const Outcome<v1::CreateSessionRequest> message =
-      parse_message<v1::CreateSessionRequest>(incoming_, "CreateSession");
+  const Outcome<Parsed<v1::CreateSessionRequest>> parsed =
+      parse_message<v1::CreateSessionRequest>(context_.parsing, incoming_, "CreateSession");
   incoming_.Clear();
-  if (!message) return message.fault();
-  if (std::optional<Fault> fault = upload_->add(message.value())) return fault;
+  if (!parsed) return parsed.fault();
+  const v1::CreateSessionRequest& message = parsed.value().message;
+  if (std::optional<Fault> fault = upload_->add(message)) return fault;
   // Place and memory are taken before the bulk of the upload, so that a full daemon does not let it all come
   // in.
   if (!reservation_) {
     if (std::optional<Fault> fault = reserve()) return fault;
   }
-  if (recording_) recording_->upload(message.value());
+  if (recording_) recording_->upload(message);
   return std::nullopt;
 }
 

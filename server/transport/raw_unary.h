@@ -20,18 +20,20 @@ namespace warmfront::server {
 template <class Request>
 struct Received {
   Principal principal;
+  ParseRoom::Place place;
   Request message;
 };
 
 /// `principal` as told by the guard: its fault wins, and then no byte is looked at. INVALID_ARGUMENT for
-/// bytes that are no message; `method` names them.
+/// bytes that are no message; `method` names them. Fails as ParseRoom::enter() does too.
 template <class Request>
-Outcome<Received<Request>> receive_from(Outcome<Principal> principal, Context&, const grpc::ByteBuffer& bytes,
-                                        const char* method) {
+Outcome<Received<Request>> receive_from(Outcome<Principal> principal, Context& context,
+                                        const grpc::ByteBuffer& bytes, const char* method) {
   if (!principal) return principal.fault();
-  Outcome<Request> message = parse_message<Request>(bytes, method);
-  if (!message) return message.fault();
-  return Received<Request>{std::move(principal).value(), std::move(message).value()};
+  Outcome<Parsed<Request>> parsed = parse_message<Request>(context.parsing, bytes, method);
+  if (!parsed) return parsed.fault();
+  auto& [place, message] = parsed.value();
+  return Received<Request>{std::move(principal).value(), std::move(place), std::move(message)};
 }
 
 /// From whoever the guard knows.

@@ -210,6 +210,9 @@ class CollisionService final : public Base {
 }  // namespace
 
 std::unique_ptr<grpc::Service> make_collision_service(Context& context) {
+  // Descriptors are built when they are first asked for, which takes milliseconds: not in a call.
+  MessageLayout::of(*v1::CreateSessionRequest::descriptor());
+  MessageLayout::of(*v1::StreamStepsRequest::descriptor());
   return std::make_unique<CollisionService>(context);
 }
 

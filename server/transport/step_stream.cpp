@@ -88,7 +88,7 @@ void StepStream::read_done(bool ok) {
   }
   if (!ok) {
     half_closed();
-  } else if (const Outcome<StreamRequest> request = read_request(incoming_); request) {
+  } else if (const Outcome<StreamRequest> request = read_request(incoming_, context_.parsing); request) {
     handle(request.value());
   } else {
     end(request.fault());

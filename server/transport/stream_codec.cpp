@@ -99,11 +99,14 @@ v1::StepFrame StreamRequest::whole_step() const {
   return step;
 }
 
-Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer) {
+Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room) {
   if (std::optional<StreamRequest> request = read_positions_step(buffer)) return *std::move(request);
+  static const MessageLayout& layout = MessageLayout::of(*v1::StreamStepsRequest::descriptor());
+  Outcome<ParseRoom::Place> place = room.enter(buffer, layout, "StreamSteps");
+  if (!place) return place.fault();
   Outcome<v1::StreamStepsRequest> parsed = parse_request(buffer);
   if (!parsed) return parsed.fault();
-  return StreamRequest{std::move(parsed).value(), {}};
+  return StreamRequest{std::move(place).value(), std::move(parsed).value(), {}};
 }
 
 AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)

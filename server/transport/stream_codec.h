@@ -10,10 +10,12 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/session/answer.h"
 #include "server/session/fault.h"
+#include "server/transport/parse_room.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {
@@ -22,21 +24,26 @@ namespace warmfront::server {
 /// detach. `buffer` is consumed.
 Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer);
 
-/// The same of a call's message of any type; `call` is the method's name.
+/// The same of a call's message of any type, with its place in the room; `call` is the method's name. Fails
+/// as ParseRoom::enter() does too.
 template <class Message>
-Outcome<Message> parse_message(grpc::ByteBuffer buffer, const char* call) {
+Outcome<Parsed<Message>> parse_message(ParseRoom& room, grpc::ByteBuffer buffer, const char* call) {
+  static const MessageLayout& layout = MessageLayout::of(*Message::descriptor());
   const std::size_t size = buffer.Length();
-  Message message;
-  if (!grpc::SerializationTraits<Message>::Deserialize(&buffer, &message).ok())
+  Outcome<ParseRoom::Place> place = room.enter(buffer, layout, call);
+  if (!place) return place.fault();
+  Parsed<Message> parsed{std::move(place).value(), {}};
+  if (!grpc::SerializationTraits<Message>::Deserialize(&buffer, &parsed.message).ok())
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  std::string(call) + ": " + std::to_string(size) + " bytes are no " +
                      Message::descriptor()->full_name()};
-  return message;
+  return parsed;
 }
 
 /// A request, of which a step's positions may be left where they arrived: they are most of it, and the
 /// session puts them into its own memory anyway.
 struct StreamRequest {
+  ParseRoom::Place place;  ///< none when the positions are left where they are
   v1::StreamStepsRequest message;
   std::vector<std::string_view> positions;  ///< a step's, one after the other, when the message has none
 
@@ -44,8 +51,9 @@ struct StreamRequest {
   v1::StepFrame whole_step() const;
 };
 
-/// As parse_request(), but `buffer` must live, and stay as it is, for as long as `positions` are used.
-Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer);
+/// As parse_request(), but `buffer` must live, and stay as it is, for as long as `positions` are used. Fails
+/// as ParseRoom::enter() does too.
+Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room);
 
 /// An answer in chunks of at most `chunk_bytes` of contacts (at least one row each), the last one marked and
 /// with the summary; each is encoded when it is taken. An answer without rows is one chunk. Used by one

@@ -53,7 +53,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   grpc::ByteBuffer buffer = buffer_of(input.rest(), piece);
   grpc::ByteBuffer in_place = buffer_of(input.rest(), piece);
   const auto request = server::parse_request(buffer);
-  const auto read = server::read_request(in_place);
+  static server::ParseRoom room(32 << 20);
+  const auto read = server::read_request(in_place, room);
   expect(read.ok() == request.ok(), "a message read in place is one");
   if (!request) {
     expect(request.fault().code == ErrorCode::kInvalidArgument,

@@ -42,6 +42,28 @@ TEST(Scene, PointsAloneAreRefusedUntilTheyAreModelled) {
   EXPECT_TRUE(dust.value().with_body({{"more", 0, 2}, {}}).ok());
 }
 
+// What a client sends is held for it, and counts.
+TEST(Scene, NamesCountAsMemory) {
+  const SceneDescription plain{
+      .vertex_count = 6, .faces = {{0, 1, 2}, {3, 4, 5}}, .bodies = {{"", 0, 3}, {"", 3, 3}}};
+  SceneDescription named = plain;
+  named.bodies[0].name = std::string(1000, 'n');
+  const Scene scene = Scene::create(named).value();
+  const std::size_t without = Scene::create(plain).value().memory_bytes();
+  EXPECT_EQ(scene.memory_bytes(), without + 1000);
+  EXPECT_EQ(scene.with_body_changed(0, {std::string(10, 'n')}).value().memory_bytes(), without + 10);
+  EXPECT_EQ(scene.with_bodies({{std::string(20, 'n'), 0, 3}, {"", 3, 3}}).value().memory_bytes(),
+            without + 20);
+  const BodyAddition addition{{"", 0, 3}, {{0, 1, 2}}};
+  BodyAddition long_name = addition;
+  long_name.body.name = std::string(300, 'n');
+  EXPECT_EQ(scene.with_body(long_name).value().memory_bytes(),
+            scene.with_body(addition).value().memory_bytes() + 300);
+  long_name.body.name = std::string(2000, 'n');
+  EXPECT_THAT(scene.with_body(long_name).error().message, HasSubstr("bodies[2].name: is 2000 bytes long"));
+  EXPECT_THAT(scene.with_body_changed(1, long_name.body).error().message, HasSubstr("bodies[1].name"));
+}
+
 // A face that repeats an index is the segment or the point that it names: each of its sides counts once.
 TEST(Scene, AFaceMayRepeatAnIndex) {
   const auto scene = testing::make_scene(5, {{0, 0, 1}, {2, 3, 2}, {4, 4, 4}, {1, 2, 3}});
@@ -69,6 +91,9 @@ TEST(Scene, ChecksBodies) {
   EXPECT_THAT(with({{"a", 0, 2}, {"b", 2, 4}}), HasSubstr("faces[0]: joins bodies[0] and bodies[1]"));
   EXPECT_THAT(with({{"a", 0, 3, {}, true, 0}, {"b", 3, 3}}), HasSubstr("bodies[0].group: is 0"));
   EXPECT_THAT(with({{"a", 0, 3}, {"b", 3, 3, {}, true, 1, 0}}), HasSubstr("bodies[1].mask: is 0"));
+  EXPECT_EQ(with({{std::string(1024, 'a'), 0, 3}, {"b", 3, 3}}), "");
+  EXPECT_THAT(with({{"a", 0, 3}, {std::string(1025, 'b'), 3, 3}}),
+              HasSubstr("bodies[1].name: is 1025 bytes long, and may be 1024"));
   const auto excluding = [](std::uint32_t a, std::uint32_t b) {
     return error_of({.vertex_count = 6,
                      .faces = {{0, 1, 2}, {3, 4, 5}},

@@ -40,8 +40,9 @@ std::string random_bytes(std::size_t size, std::mt19937& random) {
 
 /// read_request() says what parse_request() does; the positions count as part of the message.
 void expect_same(std::string_view bytes, std::size_t piece) {
+  ParseRoom room(32 << 20);
   grpc::ByteBuffer one = in_pieces(bytes, piece), other = in_pieces(bytes, piece);
-  const Outcome<StreamRequest> read = read_request(one);
+  const Outcome<StreamRequest> read = read_request(one, room);
   const Outcome<v1::StreamStepsRequest> parsed = parse_request(other);
   ASSERT_EQ(read.ok(), parsed.ok());
   if (!read) {
@@ -90,7 +91,8 @@ TEST(PositionsMessageTest, RefersToTheStringAndHoldsOnToIt) {
 TEST(ReadRequestTest, LeavesAStepsPositionsWhereTheyArrived) {
   const auto positions = std::make_shared<const std::string>(1000, 'p');
   grpc::ByteBuffer buffer = in_pieces(flat(client::positions_message(9, true, positions, 0, 1000)), 64);
-  const Outcome<StreamRequest> request = read_request(buffer);
+  ParseRoom room(32 << 20);
+  const Outcome<StreamRequest> request = read_request(buffer, room);
   ASSERT_TRUE(request.ok());
   EXPECT_TRUE(request.value().message.step().positions().empty());
   EXPECT_GT(request.value().positions.size(), 10u);

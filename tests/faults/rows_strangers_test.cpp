@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fault table, row 29: strangers, who reach the daemon and have no token, beside a session that is stepped
+// all the while.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "tests/faults/fault_table.h"
+#include "tests/faults/raw_socket.h"
+
+namespace warmfront::test {
+namespace {
+
+using grpc::StatusCode;
+using Milliseconds = std::chrono::duration<double, std::milli>;
+
+/// A daemon without a token file: strangers' HTTP/2 is looked at before anybody's token.
+class FaultTableStrangers : public FaultTable {
+ protected:
+  /// Steps the untouched session while `attack` runs in a thread of its own, and a few times more; says how
+  /// long the steps took.
+  void while_stepping(const char* what, const std::function<void()>& attack) {
+    std::vector<double> took;
+    const auto step = [&] {
+      const auto start = std::chrono::steady_clock::now();
+      step_untouched();
+      took.push_back(Milliseconds(std::chrono::steady_clock::now() - start).count());
+    };
+    std::atomic<bool> done{false};
+    std::thread attacking([&] {
+      attack();
+      done = true;
+    });
+    while (!done) step();
+    for (int i = 0; i < 20; ++i) step();
+    attacking.join();
+    std::ranges::sort(took);
+    std::printf("%s: %zu steps beside it, p50 %.2f ms, p99 %.2f ms, worst %.1f ms; %.1f MiB resident\n", what,
+                took.size(), took[took.size() / 2], took[took.size() * 99 / 100], took.back(),
+                static_cast<double>(daemon_->resident_bytes()) / kMiB);
+  }
+
+  /// Sends `part` of every socket again and again, until all were ended or `megabytes` were sent.
+  static std::size_t send_until_ended(std::vector<RawSocket>& sockets, std::size_t megabytes,
+                                      const std::function<std::string()>& part) {
+    std::vector<bool> open(sockets.size(), true);
+    std::size_t sent = 0;
+    while (std::ranges::count(open, true) > 0 && sent < megabytes * kMiB)
+      for (std::size_t i = 0; i < sockets.size(); ++i) {
+        if (!open[i]) continue;
+        const std::string bytes = part();
+        open[i] = sockets[i].send(bytes);
+        if (open[i]) sent += bytes.size();
+      }
+    EXPECT_EQ(std::ranges::count(open, true), 0) << "the attackers' connections are ended";
+    std::printf("%.1f MiB were taken before the end\n", static_cast<double>(sent) / kMiB);
+    return sent;
+  }
+
+  std::vector<RawSocket> connections(std::size_t count) const {
+    std::vector<RawSocket> sockets;
+    for (std::size_t i = 0; i < count; ++i) {
+      sockets.emplace_back(daemon_->port());
+      EXPECT_TRUE(sockets.back().send(http2::hello()));
+    }
+    return sockets;
+  }
+};
+
+const std::string kStep = "/warmfront.v1.CollisionService/Step";
+
+TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEnd) {
+  const std::string part = http2::frame(9, 0, 1, http2::header_block({{"more", std::string(16'000, 'm')}}));
+  while_stepping("CONTINUATION without end", [&] {
+    std::vector<RawSocket> sockets = connections(2);
+    for (const RawSocket& socket : sockets)
+      socket.send(http2::frame(1, 0, 1, http2::header_block(http2::call_headers(kStep))));
+    send_until_ended(sockets, 1024, [&] { return part; });
+  });
+  // Once a second.
+  for (int i = 0; i < 300 && daemon_->log().find("header_block") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_NE(daemon_->log().find("header_block"), std::string::npos) << "the log says why";
+}
+
+TEST_F(FaultTableStrangers, Row29_AnIntegerWithoutEnd) {
+  const std::string part = http2::frame(9, 0, 1, std::string(16'000, '\x80'));
+  while_stepping("an integer without end", [&] {
+    std::vector<RawSocket> sockets = connections(4);
+    for (const RawSocket& socket : sockets) socket.send(http2::frame(1, 0, 1, "\x7f\x80"));
+    send_until_ended(sockets, 64, [&] { return part; });
+  });
+}
+
+TEST_F(FaultTableStrangers, Row29_RapidReset) {
+  std::uint32_t stream = 1;
+  while_stepping("calls that are reset at once", [&] {
+    std::vector<RawSocket> sockets = connections(2);
+    send_until_ended(sockets, 64, [&] {
+      std::string bytes;
+      for (int i = 0; i < 100; ++i, stream += 2)
+        bytes += http2::headers(stream, http2::call_headers(kStep)) + http2::reset_stream(stream);
+      return bytes;
+    });
+  });
+}
+
+// What honest callers could send too, of empty messages that become objects: refused by its size, whoever
+// sends it, and four at once hold no more than one may.
+TEST_F(FaultTableStrangers, Row29_MessagesOfEmptyMessages) {
+  // Those that are refused hold their bytes, in gRPC, and nothing else.
+  allowed_peak_ = 256 * kMiB;
+  std::string changes;
+  for (std::size_t i = 0; i < 15 * kMiB; ++i) changes += std::string("\x1a\x00", 2);
+  std::string bodies("\x0a", 1);
+  for (std::size_t left = changes.size(); left > 0; left >>= 7)
+    bodies += static_cast<char>((left & 127) | (left >= 128 ? 128 : 0));
+  for (std::size_t i = 0; i < 15 * kMiB; ++i) bodies += std::string("\x32\x00", 2);
+  while_stepping("messages of empty messages", [&] {
+    std::vector<std::thread> callers;
+    for (int i = 0; i < 4; ++i)
+      callers.emplace_back([&, i] {
+        const grpc::Status status =
+            i % 2 == 0 ? raw_call("ChangeScene", {changes}) : raw_call("CreateSession", {bodies});
+        EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+      });
+    for (std::thread& caller : callers) caller.join();
+  });
+}
+
+}  // namespace
+}  // namespace warmfront::test
