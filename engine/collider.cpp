@@ -115,6 +115,7 @@ Status Collider::change_body(std::uint32_t index, Body body) {
     return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
   Result<Scene> changed = core.scene->with_body_changed(index, std::move(body));
   if (!changed) return changed.error();
+  if (Status status = check_hubs(changed.value()); !status) return status.error();
   auto scene = std::make_shared<const Scene>(std::move(changed).value());
   const BodyKind from = core.scene->bodies()[index].kind;
   const BodyKind to = scene->bodies()[index].kind;
