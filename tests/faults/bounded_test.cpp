@@ -62,8 +62,7 @@ std::vector<double> spread(const HostileScene& scene) {
 
 // Pairs of parts for which the front has no room are taken in blocks: with the answer of a front that has it.
 class CoincidentParts : public ::testing::TestWithParam<BodyKind> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, CoincidentParts,
-                         ::testing::Values(BodyKind::kDeformable, BodyKind::kRigid));
+INSTANTIATE_TEST_SUITE_P(Kinds, CoincidentParts, ::testing::Values(BodyKind::kDeformable, BodyKind::kRigid));
 
 TEST_P(CoincidentParts, InBlocksTheAnswerIsTheSame) {
   // Of several blocks each, so that a warm front lists neighbours.
