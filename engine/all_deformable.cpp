@@ -24,14 +24,14 @@ Scene plain(const Scene& scene) {
 
 }  // namespace
 
-void AllDeformable::begin(const Collider& collider) {
+void AllDeformable::begin(const Collider& collider, const std::atomic<bool>* cancelled) {
   if (collider_) return;
   ColliderOptions options = collider.options();
   options.explain = options.find_bodies = options.find_rigid = false;
   if (options.bounds == BoundsKind::kAuto) options.bounds = BoundsKind::kKDop18;
   const std::vector<double> positions = collider.positions();
   Result<Collider> made = Collider::create(std::make_shared<const Scene>(plain(collider.scene())),
-                                           std::span<const double>(positions), options, workers_);
+                                           std::span<const double>(positions), options, workers_, cancelled);
   if (made) collider_.emplace(std::move(made).value());
 }
 

@@ -19,7 +19,7 @@ class AllDeformable {
   explicit AllDeformable(std::shared_ptr<Workers> workers) : workers_(std::move(workers)) {}
 
   /// Before a step of `collider`: stands where it does, made if it is not there. Removed bodies stay out.
-  void begin(const Collider& collider);
+  void begin(const Collider& collider, const std::atomic<bool>* cancelled);
   /// The step that `collider` has just made; none where it could not be made (it was stopped, has more
   /// contacts than options allow, or there is no memory for it).
   std::optional<StepStatistics> follow(const Collider& collider, const std::atomic<bool>* cancelled);

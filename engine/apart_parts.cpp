@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/apart_parts.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "engine/elementary/certified.h"
+#include "engine/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
@@ -44,7 +43,7 @@ void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options,
     apart_.clear();
     return;
   }
-  choose(motion, anew, near);
+  choose(motion, anew, stop, near);
   look(motion, options, stop, near);
   apart_.clear();
   auto candidate = candidates_.begin();
@@ -62,10 +61,13 @@ void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options,
 }
 
 // Pairs of small parts, but for those at rest that were not shown to be apart: they are as near as they were.
-void ApartParts::choose(const SceneMotion& motion, bool anew, std::span<const NearPair> near) {
+void ApartParts::choose(const SceneMotion& motion, bool anew, StopSignal stop,
+                        std::span<const NearPair> near) {
   candidates_.clear();
   auto last = apart_.begin();
+  PacedStop paced(stop);
   for (std::size_t i = 0; i < near.size(); ++i) {
+    paced.check();
     const auto [a, b] = near[i].parts;
     if (a == b || !small(motion, a) || !small(motion, b)) continue;
     const bool rests = near[i].rests && !anew;
@@ -87,11 +89,9 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
   }
   std::ranges::sort(parts_);
   parts_.erase(std::unique(parts_.begin(), parts_.end()), parts_.end());
+  constexpr std::size_t kAtOnce = 16;
   const auto in_parallel = [&](std::size_t count, auto&& body) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 16), [&](const auto& range) {
-      stop.check();
-      for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
-    });
+    for_each_index(0, count, stop, body, kAtOnce);
   };
   in_parallel(parts_.size(), [&](std::size_t i) { points(motion, parts_[i]); });
   const LocalFrame& frame = motion.vertices().frame();

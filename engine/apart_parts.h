@@ -66,7 +66,7 @@ class ApartParts {
     std::uint64_t step = 0;  // that they are of
   };
 
-  void choose(const SceneMotion& motion, bool anew, std::span<const NearPair> near);
+  void choose(const SceneMotion& motion, bool anew, StopSignal stop, std::span<const NearPair> near);
   void look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
             std::span<const NearPair> near);
 

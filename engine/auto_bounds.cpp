@@ -32,7 +32,7 @@ class AutoPipeline final : public Pipeline {
   }
   void parts_changed() override { pipeline_->parts_changed(); }
   BoundsKind bounds() const override { return pipeline_->bounds(); }
-  Status self_check(const Core& core) override { return pipeline_->self_check(core); }
+  Status self_check(const Core& core, StopSignal stop) override { return pipeline_->self_check(core, stop); }
   void forget(Core& core) override { pipeline_->forget(core); }
   std::size_t memory_bytes() const override { return pipeline_->memory_bytes(); }
 

@@ -17,6 +17,20 @@ Status check(const Positions& positions, std::uint32_t vertex_count) {
   return std::visit([&](auto values) { return check_positions(values, vertex_count); }, positions);
 }
 
+bool tests_itself(const Body& body) {
+  return body.kind == BodyKind::kDeformable && body.self_collision;
+}
+
+// Do two descriptions of a body differ in its name alone?
+bool is_modelled_alike(const Body& a, Body b) {
+  b.name = a.name;
+  return a == b;
+}
+
+Error was_cancelled() {
+  return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
+}
+
 // The scene, with the bodies that are found where it declares none.
 std::shared_ptr<const Scene> model_of(std::shared_ptr<const Scene> scene, const ColliderOptions& options) {
   if (!options.find_bodies || !scene->bodies().empty()) return scene;
@@ -51,25 +65,28 @@ Collider::Collider(Collider&&) noexcept = default;
 Collider& Collider::operator=(Collider&&) noexcept = default;
 
 Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Positions& positions,
-                                  const ColliderOptions& options, std::shared_ptr<Workers> workers) {
+                                  const ColliderOptions& options, std::shared_ptr<Workers> workers,
+                                  const std::atomic<bool>* cancelled) try {
   if (Status status = validate(options); !status) return status.error();
   if (Status status = check_hubs(*scene); !status) return status.error();
   if (Status status = check(positions, scene->vertex_count()); !status) return status.error();
   const std::shared_ptr<const Scene> modelled = model_of(scene, options);
-  Core core(std::move(scene), *modelled, positions, options, std::move(workers));
+  Core core(std::move(scene), *modelled, positions, options, std::move(workers), StopSignal(cancelled));
   std::unique_ptr<Pipeline> pipeline =
       options.bounds == BoundsKind::kAuto ? make_auto_pipeline() : make_pipeline(options.bounds);
   Collider collider(std::make_unique<Impl>(Impl{std::move(core), std::move(pipeline)}));
   if (options.explain)
     collider.impl_->all_deformable = std::make_unique<AllDeformable>(collider.impl_->core.workers);
   return collider;
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
                                   const AcceptStep& accept) {
   Core& core = impl_->core;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
-  if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(*this);
+  if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(*this, cancelled);
   Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled), accept);
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(*this, cancelled);
@@ -86,8 +103,10 @@ Status Collider::place(std::span<const BodyPose> poses) {
   return {};
 }
 
-Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions) {
+Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
+                                         const std::atomic<bool>* cancelled) try {
   Core& core = impl_->core;
+  const StopSignal stop(cancelled);
   Result<Scene> extended = core.scene->with_body(std::move(addition));
   if (!extended) return extended.error();
   if (Status status = check_hubs(extended.value()); !status) return status.error();
@@ -100,38 +119,52 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
   std::optional<Core::Parts> parts;
   core.motion.append(*scene, values);
   core.workers->run([&] {
-    core.topology->extend(*scene, core.motion.vertices());
+    core.topology->extend(*scene, core.motion.vertices(), stop);
     core.motion.renumber(core.topology->numbering, first);
-    parts = core.make_parts(*scene);
+    parts = core.make_parts(*scene, *scene, true, stop);
   });
   growth.keep();
   impl_->take(std::move(scene), std::move(*parts));
   return core.scene->body_count() - 1;
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 
-Status Collider::change_body(std::uint32_t index, Body body) {
+Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) try {
   Core& core = impl_->core;
+  const StopSignal stop(cancelled);
   if (index < core.scene->bodies().size() && core.scene->bodies()[index].kind == BodyKind::kRemoved)
     return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
   Result<Scene> changed = core.scene->with_body_changed(index, std::move(body));
   if (!changed) return changed.error();
+  const Body& from = core.scene->bodies()[index];
+  const Body& to = changed.value().bodies()[index];
+  if (from == to) return {};
   auto scene = std::make_shared<const Scene>(std::move(changed).value());
-  const BodyKind from = core.scene->bodies()[index].kind;
-  const BodyKind to = scene->bodies()[index].kind;
+  if (is_modelled_alike(from, to)) {
+    core.scene = std::move(scene);
+    return {};
+  }
+  if (tests_itself(to) && !tests_itself(from))
+    if (Status status = check_hubs(*scene); !status) return status.error();
   std::shared_ptr<const ReferenceShape> shape;
   std::optional<Core::Parts> parts;
   core.workers->run([&] {
     core.motion.settle(index);
-    if (from != to && to == BodyKind::kRigid) shape = core.motion.shape_of(index);
-    parts = core.make_parts(*scene);
+    if (from.kind != to.kind && to.kind == BodyKind::kRigid) shape = core.motion.shape_of(index);
+    parts = core.make_parts(*scene, *scene, false, stop);
   });
-  core.motion.change_kind(index, to, std::move(shape));
+  core.motion.change_kind(index, to.kind, std::move(shape));
   impl_->take(std::move(scene), std::move(*parts));
   return {};
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 
-Status Collider::self_check() {
-  return impl_->pipeline->self_check(impl_->core);
+Status Collider::self_check(const std::atomic<bool>* cancelled) try {
+  return impl_->pipeline->self_check(impl_->core, StopSignal(cancelled));
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 void Collider::forget_warmth() {
   impl_->pipeline->forget(impl_->core);
@@ -139,6 +172,9 @@ void Collider::forget_warmth() {
 
 const Scene& Collider::scene() const {
   return *impl_->core.scene;
+}
+std::shared_ptr<const Scene> Collider::shared_scene() const {
+  return impl_->core.scene;
 }
 const ColliderOptions& Collider::options() const {
   return impl_->core.options;

@@ -50,9 +50,11 @@ class Collider {
  public:
   /// Builds the hierarchy over `positions` (frame 0). Fails with kInvalidArgument for a wrong length or a
   /// coordinate that is not finite (the message names the vertex and the axis), options out of range, or a
-  /// tier this build lacks.
+  /// tier this build lacks; with kResourceExhausted for a vertex of too many faces (the message names it);
+  /// with kCancelled when `cancelled` became true on the way, as step().
   static Result<Collider> create(std::shared_ptr<const Scene> scene, const Positions& positions,
-                                 const ColliderOptions& options, std::shared_ptr<Workers> workers);
+                                 const ColliderOptions& options, std::shared_ptr<Workers> workers,
+                                 const std::atomic<bool>* cancelled = nullptr);
   ~Collider();
   Collider(Collider&&) noexcept;
   Collider& operator=(Collider&&) noexcept;
@@ -75,20 +77,25 @@ class Collider {
   /// number of bodies before, its vertices and faces come after all others; what was there stays warm. Fails
   /// as Scene::with_body() and create() do. Whether it fails so or by an exception, the collider is as it
   /// was.
-  Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
+  Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions,
+                                 const std::atomic<bool>* cancelled = nullptr);
   /// Describes a body anew, from the next step on: kind, self-collision, group, mask, name; the range stays.
   /// kRemoved takes it out for good. A body that becomes rigid takes where it is for its rest shape. The rest
-  /// stays warm. kInvalidArgument for an unknown or removed body, and as Scene::create(). Whether it fails so
-  /// or by an exception, the collider is as it was.
-  Status change_body(std::uint32_t index, Body body);
+  /// stays warm, and a body that is described as it was changes nothing. kInvalidArgument for an unknown or
+  /// removed body, and as Scene::create(); kResourceExhausted and kCancelled as create(). Whether it fails so
+  /// or by an exception, the collider is as it was. O(bodies), and as much more as the body itself takes.
+  Status change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled = nullptr);
 
-  /// Checks what is kept between steps: kDataLoss or kInternal as self_check() in self_check.h says.
-  Status self_check();
+  /// Checks what is kept between steps: kDataLoss or kInternal as self_check() in self_check.h says,
+  /// kCancelled as create().
+  Status self_check(const std::atomic<bool>* cancelled = nullptr);
   /// Makes the next step a cold one: what is kept for speed is made anew from the scene and its positions.
   void forget_warmth();
 
   /// The scene as it is, with the bodies added and changed since.
   const Scene& scene() const;
+  /// The same, to be kept: it stays as it is when the collider's is changed. Never null.
+  std::shared_ptr<const Scene> shared_scene() const;
   const ColliderOptions& options() const;
   /// The current positions, row-major (n, 3); of removed bodies the last.
   std::vector<double> positions() const;

@@ -14,7 +14,7 @@ std::vector<double> to_doubles(const Positions& positions) {
 }
 
 Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const Positions& positions,
-           const ColliderOptions& the_options, std::shared_ptr<Workers> the_workers)
+           const ColliderOptions& the_options, std::shared_ptr<Workers> the_workers, StopSignal stop)
     : scene(std::move(the_scene)),
       options(the_options),
       workers(std::move(the_workers)),
@@ -23,15 +23,16 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
   // The cone theorem rules out meeting, not what other tiers report: what is near, or seems to meet.
   const bool cones = options.normal_cones && options.tier == Tier::kExact;
   workers->run([&] {
-    topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones);
+    topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones, stop);
     motion.renumber(topology->numbering);
     motion.hold(motion.vertices().frame().to_local(options.min_separation));
-    take(make_parts(modelled));
+    take(make_parts(modelled, *scene, true, stop));
   });
 }
 
-Core::Parts Core::make_parts(const Scene& modelled) {
-  Parts parts{CollisionModel(modelled), 0, {}};
+Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
+  Parts parts{CollisionModel(modelled), 0, {}, topology_sum, orphans_sum};
+  if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
   parts.excluded_pairs = parts.model.excluded_pairs();
   // Room that is not needed after all does no harm.
   rigid_parts.make_room(parts.model);
@@ -40,8 +41,15 @@ Core::Parts Core::make_parts(const Scene& modelled) {
   orphans.resize(topology->parts.size());
   parts.orphans.resize(topology->parts.size());
   for (std::uint32_t p = 0; p < parts.orphans.size(); ++p) {
-    if (!parts.model.self_collision(p) || orphans[p] != nullptr) continue;
-    topology->need_adjacent(p);
+    const bool needed = parts.model.self_collision(p);
+    if (needed == (orphans[p] != nullptr)) continue;
+    stop.check();
+    if (!needed) {
+      parts.orphans_sum -= orphans_checksum(topology->parts[p], stop);
+      continue;
+    }
+    topology->need_adjacent(p, stop);
+    parts.orphans_sum += orphans_checksum(topology->parts[p], stop);
     parts.orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
   }
   return parts;
@@ -58,7 +66,8 @@ void Core::take(Parts parts) noexcept {
       orphans[p] = std::move(parts.orphans[p]);
     }
   }
-  checksum = warmfront::checksum(*this);
+  topology_sum = parts.topology_sum;
+  orphans_sum = parts.orphans_sum;
 }
 
 }  // namespace warmfront

@@ -18,18 +18,21 @@ namespace warmfront {
 
 struct Core {
   /// At rest at `positions`, which were checked. `modelled` is the scene itself, or the same with bodies
-  /// found in it. Parallel.
+  /// found in it. Parallel. Throws Stopped when told to stop.
   Core(std::shared_ptr<const Scene> scene, const Scene& modelled, const Positions& positions,
-       const ColliderOptions& options, std::shared_ptr<Workers> workers);
+       const ColliderOptions& options, std::shared_ptr<Workers> workers, StopSignal stop = {});
 
   /// Makes what the model that a scene describes needs; nothing of this is in use before take(). Parallel;
-  /// call it inside Workers::run().
+  /// call it inside Workers::run(). `given` is the scene in the numbers first given; `extended`: the topology
+  /// is another one than take() last knew. Throws Stopped when told to stop.
   struct Parts {
     CollisionModel model;
     std::uint64_t excluded_pairs;
     std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
+    std::uint64_t topology_sum;
+    std::uint64_t orphans_sum;
   };
-  Parts make_parts(const Scene& modelled);
+  Parts make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop);
   void take(Parts parts) noexcept;
 
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
@@ -50,7 +53,9 @@ struct Core {
   std::vector<std::uint8_t> patch_culled;
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;  // of these, when asked for
-  std::uint64_t checksum = 0;             // see self_check.h
+  std::uint64_t topology_sum = 0;         // see topology_checksum()
+  std::uint64_t orphans_sum = 0;          // see orphans_checksum()
+  std::uint64_t checksum() const { return topology_sum + orphans_sum; }
 };
 
 /// What grows when a body is added, and shrinks back to what it was unless the body is kept.

@@ -30,11 +30,13 @@ class PartTrees {
   /// Begins a step, whose motion has begun.
   void begin_step() { ++step_; }
   /// Parts without a hierarchy get one; with `anew` those that are tested against themselves, and were not,
-  /// learn what shares vertices there. Returns how many are new.
-  std::size_t arrange_new(const Core& core, bool anew);
+  /// learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and is
+  /// good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
+  /// it, too, and is good for forget_bounds() then.
+  std::size_t arrange_new(const Core& core, bool anew, StopSignal stop);
   /// Gives parts that move and whose hierarchies had decayed by the last step new ones. Returns these parts,
   /// until the next call.
-  std::span<const std::uint32_t> rearrange_loose(const Core& core);
+  std::span<const std::uint32_t> rearrange_loose(const Core& core, StopSignal stop);
   /// Takes the magnitude that this step's bounds are made with. Returns whether it is another one: then all
   /// bounds are made anew.
   bool take_magnitude(double magnitude);
@@ -42,9 +44,9 @@ class PartTrees {
   /// Refits all parts but those that wait until something comes near, whose roots are made alone: those that
   /// only their poses are known of, and those that `apart` (which may be null) looks at and that are not
   /// tested against themselves. `anew`: roots of what rests are made, too.
-  void refit_placed(Core& core, ApartParts* apart, bool anew, const Then& then);
+  void refit_placed(Core& core, ApartParts* apart, bool anew, StopSignal stop, const Then& then);
   /// Refits those of `near` that waited.
-  void refit_near(Core& core, std::span<const NearPair> near, const Then& then);
+  void refit_near(Core& core, std::span<const NearPair> near, StopSignal stop, const Then& then);
   /// Measures hierarchies that are new in this step.
   void take_looseness();
 
@@ -66,8 +68,8 @@ class PartTrees {
   // The step of bounds that are to be made anew as a whole.
   static constexpr std::int64_t kNever = -1;
 
-  void refit_part(Core& core, std::uint32_t part, const Then& then);
-  void bound_vertices(Core& core, std::uint32_t part, Known known);
+  void refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then);
+  void bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop);
   // Is the part's hierarchy not of this step?
   bool waits(std::uint32_t part) const { return refit_in_[part] != step_; }
 

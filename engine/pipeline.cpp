@@ -2,7 +2,6 @@
 #include "engine/pipeline.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -19,6 +18,7 @@
 #include "engine/front/near_parts.h"
 #include "engine/part_trees.h"
 #include "engine/self_check.h"
+#include "engine/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
@@ -27,9 +27,9 @@ namespace {
 /// step, looking whether it can costs a test.
 constexpr std::int64_t kLazyPruneSteps = 8;
 
-/// Segments of the front for pairs of parts may take this share of its bytes, besides the pairs in them. Where
-/// more parts are near each other than that, or than a block, bodies lie in one place by the thousands: then
-/// their pairs are taken in blocks, none of which is kept.
+/// Segments of the front for pairs of parts may take this share of its bytes, besides the pairs in them.
+/// Where more parts are near each other than that, or than a block, bodies lie in one place by the thousands:
+/// then their pairs are taken in blocks, none of which is kept.
 constexpr std::size_t kSegmentsShare = 4;
 
 class Stopwatch {
@@ -57,7 +57,7 @@ class PipelineWith final : public Pipeline {
     try {
       core.workers->run([&] { output = run(core, attempt.motion, frame, stop, result.statistics); });
     } catch (const Stopped&) {
-      attempt.hierarchies_hold = true;
+      attempt.hierarchies_hold = arranged_;
       return Error{ErrorCode::kCancelled, "the step was cancelled; the frame may be sent again"};
     }
     attempt.hierarchies_hold = true;
@@ -82,14 +82,14 @@ class PipelineWith final : public Pipeline {
     return std::is_same_v<Bounds, Aabb> ? BoundsKind::kAabb : BoundsKind::kKDop18;
   }
 
-  Status self_check(const Core& core) override {
+  Status self_check(const Core& core, StopSignal stop) override {
     if (anew_ || trees_.trees().empty()) return {};
     const bool front = core.options.front != FrontMode::kNone && !front_lost_;
     Status status;
     core.workers->run([&] {
-      status = warmfront::self_check<Bounds>({core, trees_.trees(), trees_.roots(), trees_.refit_in(),
-                                              trees_.step(), near_pairs_, apart_.pairs(),
-                                              front ? &front_ : nullptr, trees_.magnitude(), self_checks_++});
+      status = warmfront::self_check<Bounds>(
+          {core, trees_.trees(), trees_.roots(), trees_.refit_in(), trees_.step(), near_pairs_,
+           apart_.pairs(), front ? &front_ : nullptr, trees_.magnitude(), self_checks_++, stop});
     });
     return status;
   }
@@ -156,12 +156,14 @@ class PipelineWith final : public Pipeline {
     Stopwatch total;
     Stopwatch stage;
     trees_.begin_step();
+    arranged_ = false;
     statistics.bounds = bounds();
     motion.begin(frame);
     forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, stop);
-    const bool new_hierarchy = arrange(core);
-    cull_patches(core, statistics.counts);
+    const bool new_hierarchy = arrange(core, stop);
+    arranged_ = true;
+    cull_patches(core, stop, statistics.counts);
     const NarrowPhaseInput input{core.topology->scene,
                                  core.topology->numbering,
                                  core.topology->ownership,
@@ -182,9 +184,8 @@ class PipelineWith final : public Pipeline {
     }
     statistics.ms.refit = stage.lap() - among_neighbours;
 
-    statistics.front_state = near_.overflowed()
-                                 ? traverse_in_blocks(core, stop, statistics.counts.bv_tests)
-                                 : advance_front(core.options, new_hierarchy, stop);
+    statistics.front_state = near_.overflowed() ? traverse_in_blocks(core, stop, statistics.counts.bv_tests)
+                                                : advance_front(core.options, new_hierarchy, stop);
     trees_.take_looseness();
     statistics.rebuild = reason_of(statistics.front_state);
     narrow_.flush();
@@ -196,7 +197,7 @@ class PipelineWith final : public Pipeline {
     statistics.ms.adjacent = stage.lap();
 
     const NarrowPhaseOutput output = narrow_.finish(core.contacts);
-    describe_contacts(core);
+    describe_contacts(core, stop);
     statistics.ms.front = interleaved - elementary;
     statistics.ms.elementary = elementary + stage.lap();
     count(core, output, statistics.counts);
@@ -214,10 +215,10 @@ class PipelineWith final : public Pipeline {
 
   // Parts without a hierarchy get one, and those whose has decayed another. Returns whether the step counts
   // as one that rebuilds: all are new, or some decayed.
-  bool arrange(const Core& core) {
-    const std::size_t arranged = trees_.arrange_new(core, anew_);
+  bool arrange(const Core& core, StopSignal stop) {
+    const std::size_t arranged = trees_.arrange_new(core, anew_, stop);
     anew_ |= arranged > 0;
-    const std::span<const std::uint32_t> rearranged = trees_.rearrange_loose(core);
+    const std::span<const std::uint32_t> rearranged = trees_.rearrange_loose(core, stop);
     for (const std::uint32_t part : rearranged) front_.forget(part);
     return (arranged > 0 && arranged == trees_.trees().size()) || !rearranged.empty();
   }
@@ -236,9 +237,9 @@ class PipelineWith final : public Pipeline {
     separate_ = apart_.begin(core.motion, core.options);
     anew_ |= trees_.take_magnitude(core.motion.vertices().magnitude());
     // By reference, which a std::function holds without memory of its own.
-    trees_.refit_placed(core, separate_ ? &apart_ : nullptr, anew_, std::cref(test_neighbours));
+    trees_.refit_placed(core, separate_ ? &apart_ : nullptr, anew_, stop, std::cref(test_neighbours));
     bv_tests = find_near(core, stop);
-    trees_.refit_near(core, near_pairs_, std::cref(test_neighbours));
+    trees_.refit_near(core, near_pairs_, stop, std::cref(test_neighbours));
     double busiest = 0;
     for (const double ms : neighbour_ms_) busiest = std::max(busiest, ms);
     return busiest;
@@ -247,8 +248,8 @@ class PipelineWith final : public Pipeline {
   // Returns the tests that it took.
   std::uint64_t find_near(const Core& core, StopSignal stop) {
     std::uint64_t bv_tests = 0;
-    const std::size_t most = std::max(NearParts<Bounds>::kBlock, core.options.max_front_bytes /
-                                                                     kSegmentsShare / front_.kSegmentBytes);
+    const std::size_t most = std::max(NearParts<Bounds>::kBlock,
+                                      core.options.max_front_bytes / kSegmentsShare / front_.kSegmentBytes);
     take_near(core, near_.find(core.model, trees_.roots(), trees_.states(),
                                anew_ || core.options.front == FrontMode::kNone, bv_tests, most, stop));
     near_count_ = 0;
@@ -279,7 +280,7 @@ class PipelineWith final : public Pipeline {
          block = near_.next_block(core.model, trees_.states(), bv_tests, stop)) {
       take_near(core, block);
       near_count_ += near_pairs_.size();
-      trees_.refit_near(core, near_pairs_, no_neighbours);
+      trees_.refit_near(core, near_pairs_, stop, no_neighbours);
       front_.advance(trees_.trees(), near_pairs_, narrow_,
                      {.prune = false, .record = false, .retest = true, .max_bytes = 0, .stop = stop});
       bv_tests += front_.counts().bv_tests;
@@ -289,15 +290,17 @@ class PipelineWith final : public Pipeline {
   }
 
   // Patches of parts that are tested against themselves; their vertices are where the step takes them.
-  void cull_patches(Core& core, StepCounts& counts) {
+  void cull_patches(Core& core, StopSignal stop, StepCounts& counts) {
     const Scene& scene = core.topology->scene;
     const Patches& patches = core.topology->patches;
-    tbb::parallel_for(std::size_t{0}, patches.count(), [&](std::size_t p) {
+    constexpr std::size_t kAtOnce = 16;
+    const auto cull = [&](std::size_t p) {
       const std::uint32_t part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
       core.patch_culled[p] =
           core.tests_itself(part) &&
           provably_embedded(scene, core.motion.vertices().vertices(), patches.faces[p], patches.contours[p]);
-    });
+    };
+    for_each_index(0, patches.count(), stop, cull, kAtOnce);
     counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
   }
 
@@ -361,13 +364,13 @@ class PipelineWith final : public Pipeline {
     narrow_.test_orphans(parts, retest(core.options));
   }
 
-  static void describe_contacts(Core& core) {
+  static void describe_contacts(Core& core, StopSignal stop) {
     core.geometry.clear();
     if (!core.options.fields.any()) return;
     core.geometry.resize(core.contacts.size());
     const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
     const std::span<const std::uint32_t> renumbered = core.topology->numbering.new_vertices();
-    tbb::parallel_for(std::size_t{0}, core.contacts.size(), [&](std::size_t i) {
+    for_each_index(0, core.contacts.size(), stop, [&](std::size_t i) {
       const Contact& contact = core.contacts[i];
       std::array<const VertexMotion*, 4> four;
       const auto ids = core.scene->vertices_of(contact);
@@ -379,7 +382,8 @@ class PipelineWith final : public Pipeline {
   void count(const Core& core, const NarrowPhaseOutput& output, StepCounts& counts) const {
     add(counts, output.counts);
     counts.adjacent_pairs = core.topology->adjacent_pairs;
-    if (!near_.overflowed()) counts.bv_tests += front_.counts().bv_tests;  // or they were added block by block
+    if (!near_.overflowed())
+      counts.bv_tests += front_.counts().bv_tests;  // or they were added block by block
     counts.front_skipped = front_.counts().skipped;
     counts.front_rested = front_.counts().rested;
     counts.front_sprouted = front_.counts().sprouted;
@@ -404,7 +408,8 @@ class PipelineWith final : public Pipeline {
   ApartParts apart_;
   bool separate_ = false;  // does it look at parts?
   std::uint64_t self_checks_ = 0;
-  bool anew_ = true;  // nothing that is known of near parts holds
+  bool arranged_ = false;  // in this step: its hierarchies are there
+  bool anew_ = true;       // nothing that is known of near parts holds
   Front<Bounds> front_;
   bool front_lost_ = true;
   Rebuild lost_to_ = Rebuild::kNone;

@@ -21,8 +21,9 @@ class Pipeline {
   virtual void parts_changed() = 0;
   /// The kind that the next step uses.
   virtual BoundsKind bounds() const = 0;
-  /// See self_check(); passes when the next step will make all of it anew anyway.
-  virtual Status self_check(const Core& core) = 0;
+  /// See self_check(); passes when the next step will make all of it anew anyway. Throws Stopped when told to
+  /// stop.
+  virtual Status self_check(const Core& core, StopSignal stop) = 0;
   /// Forgets all that is kept for speed: the next step is a cold one.
   virtual void forget(Core& core) = 0;
   virtual std::size_t memory_bytes() const = 0;

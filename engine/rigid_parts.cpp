@@ -120,6 +120,7 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
   count_ = 0;
   if (!options.find_rigid || options.tier == Tier::kFast) return;
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
+    stop.check();
     if (model.self_collision(p))
       look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options);
   });
@@ -198,7 +199,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
   if (Result<Scene> scene = Scene::create(std::move(description)); scene) {
     const auto shared = std::make_shared<const Scene>(std::move(scene).value());
     Result<Collider> collider =
-        Collider::create(shared, std::span<const double>(positions), options, workers);
+        Collider::create(shared, std::span<const double>(positions), options, workers, stop.flag());
     if (collider) {
       if (Result<StepResult> step = collider.value().step(std::span<const double>(positions), stop.flag());
           step) {

@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -17,6 +18,7 @@
 #include "engine/bounds/moving.h"
 #include "engine/check_neighbours.h"
 #include "engine/front/descend.h"
+#include "engine/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
@@ -54,7 +56,7 @@ class SelfCheck {
   explicit SelfCheck(const KeptState<Bounds>& kept) : kept_(kept), core_(kept.core) {}
 
   Status run() {
-    if (checksum(core_) != core_.checksum)
+    if (checksum(core_, kept_.stop) != core_.checksum())
       found_.report(ErrorCode::kDataLoss, "the scene's topology is not what it was");
     if (kept_.trees.size() != core_.topology->parts.size())
       found_.report(ErrorCode::kInternal, "parts and hierarchies differ in number");
@@ -78,12 +80,14 @@ class SelfCheck {
   }
 
   void check_part(std::uint32_t p) {
+    kept_.stop.check();
     if (!current(p)) return;
     const std::string of_part = " of part " + std::to_string(p);
     if (!holds_each_once(p)) return broken("the hierarchy" + of_part + " does not hold each primitive once");
     if (!leaves_agree(p)) return broken("the leaves" + of_part + " are not those of its order");
     const FeatureRange& features = core_.topology->parts[p].features;
-    tbb::parallel_for(features.first_vertex, features.end_vertex, [&](std::uint32_t v) {
+    for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
+      const auto v = static_cast<std::uint32_t>(i);
       const Motion& motion = core_.motion.vertices();
       const PointBounds bounds =
           point_bounds(motion.vertices()[v], motion.frame(), core_.options.min_separation, kept_.magnitude);
@@ -93,10 +97,14 @@ class SelfCheck {
                                                 " is not within its bounds");
     });
     const Bvh<Bounds>& tree = kept_.trees[p];
-    tbb::parallel_for(NodeId{0}, tree.shape.node_count(), [&](NodeId node) {
-      if (!node_holds(tree, node))
-        broken("node " + std::to_string(node) + of_part + " does not hold what is below it");
-    });
+    for_each_index(
+        0, tree.shape.node_count(), kept_.stop,
+        [&](std::size_t i) {
+          const auto node = static_cast<NodeId>(i);
+          if (!node_holds(tree, node))
+            broken("node " + std::to_string(node) + of_part + " does not hold what is below it");
+        },
+        kNodesAtOnce);
   }
 
   bool holds_each_once(std::uint32_t p) const {
@@ -122,7 +130,9 @@ class SelfCheck {
          tree.grids.size() != shape.leaf_count() || tree.blocks_of.size() != shape.leaf_count()))
       return false;
     if (!tree.wide.empty() && tree.wide.size() != shape.leaf_count()) return false;
+    PacedStop paced(kept_.stop, kNodesAtOnce);
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+      paced.check();
       for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
         if ((tree.order[i] & kPoint) != 0) continue;
         const std::uint32_t at = tree.order[i] - tree.first_face;
@@ -131,7 +141,7 @@ class SelfCheck {
       if (!tree.blocks.empty() && !blocks_agree(tree, leaf)) return false;
     }
     return tree.shared == nullptr ||
-           *tree.shared == *shared_vertices(core_.topology->scene, shape, tree.order);
+           *tree.shared == *shared_vertices(core_.topology->scene, shape, tree.order, kept_.stop);
   }
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
@@ -212,8 +222,11 @@ class SelfCheck {
     constexpr std::uint64_t kTests = 1U << 20;
     const std::uint64_t rows = std::clamp<std::uint64_t>(kTests / std::max(parts, 1U), 1, parts);
     tbb::parallel_for(std::uint64_t{0}, rows, [&](std::uint64_t row) {
+      PacedStop paced(kept_.stop);
+      kept_.stop.check();
       const auto p = static_cast<std::uint32_t>((kept_.turn * rows + row) % parts);
       for (std::uint32_t q = 0; q < parts; ++q) {
+        paced.check();
         const PartPair pair{std::min(p, q), std::max(p, q)};
         if (core_.model.is_removed(p) || core_.model.is_removed(q)) continue;
         if (p == q ? !core_.tests_itself(p)
@@ -229,7 +242,7 @@ class SelfCheck {
 
   // All of b lies beyond all of a, at both ends.
   void check_apart() {
-    tbb::parallel_for(std::size_t{0}, kept_.apart.size(), [&](std::size_t i) {
+    for_each_index(0, kept_.apart.size(), kept_.stop, [&](std::size_t i) {
       const ApartPair& pair = kept_.apart[i];
       const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
       for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
@@ -308,6 +321,7 @@ class SelfCheck {
 
   void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
     if (found_) return;
+    kept_.stop.check();
     const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b]);
     const Bvtt bvtt = trees.bvtt();
     std::uint64_t tests = 0;
@@ -328,6 +342,8 @@ class SelfCheck {
       broken("the front" + of(segment) + " counts other contacts than it keeps");
   }
 
+  static constexpr std::size_t kNodesAtOnce = 64;
+
   // Two nodes of 31 levels at most, and two siblings left behind at each.
   static constexpr std::size_t kDeepest = 192;
 
@@ -339,6 +355,8 @@ class SelfCheck {
 /// A word at a time, each place with a weight of its own (after MurmurHash3's finaliser, Appleby 2011).
 class Checksum {
  public:
+  explicit Checksum(StopSignal stop) : paced_(stop, 1U << 16) {}
+
   template <class T>
   void add(std::span<const T> values) {
     static_assert(sizeof(T) % 4 == 0 && std::has_unique_object_representations_v<T>);
@@ -348,10 +366,15 @@ class Checksum {
       std::uint32_t word = 0;
       std::memcpy(&word, bytes + at, 4);
       add_word(word);
+      paced_.check();
     }
   }
   template <class T>
   void add(const std::vector<T>& values) {
+    add(std::span<const T>(values));
+  }
+  template <class T, std::size_t N>
+  void add(const std::array<T, N>& values) {
     add(std::span<const T>(values));
   }
   void add(const Csr& lists) {
@@ -375,24 +398,36 @@ class Checksum {
     value_ ^= value_ >> 33;
   }
   std::uint64_t value_ = 0;
+  PacedStop paced_;
 };
 
 }  // namespace
 
-std::uint64_t checksum(const Core& core) {
-  Checksum sum;
-  sum.add(*core.scene);
-  sum.add(core.topology->scene);
-  sum.add(core.topology->numbering.vertices());
-  for (std::size_t p = 0; p < core.topology->parts.size(); ++p) {
-    const PartTopology& part = core.topology->parts[p];
-    sum.add(part.order);
-    // Those of other parts may have been found for a change that came to nothing.
-    if (p >= core.orphans.size() || core.orphans[p] == nullptr) continue;
-    sum.add(part.orphans.vertex_face);
-    sum.add(part.orphans.edge_edge);
-  }
+std::uint64_t topology_checksum(const Scene& given, const Topology& topology, StopSignal stop) {
+  Checksum sum(stop);
+  sum.add(given);
+  sum.add(topology.scene);
+  sum.add(topology.numbering.vertices());
+  for (const PartTopology& part : topology.parts) sum.add(part.order);
   return sum.value();
+}
+
+std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop) {
+  Checksum sum(stop);
+  sum.add(part.orphans.vertex_face);
+  sum.add(part.orphans.edge_edge);
+  // Whose they are: two parts whose sets are swapped are not what they were.
+  sum.add(std::array<std::uint32_t, 2>{part.features.first_vertex, part.features.first_edge});
+  return sum.value();
+}
+
+std::uint64_t checksum(const Core& core, StopSignal stop) {
+  std::uint64_t sum = topology_checksum(*core.scene, *core.topology, stop);
+  // Those of other parts may have been found for a change that came to nothing.
+  for (std::size_t p = 0; p < core.orphans.size(); ++p) {
+    if (core.orphans[p] != nullptr) sum += orphans_checksum(core.topology->parts[p], stop);
+  }
+  return sum;
 }
 
 template <class Bounds>

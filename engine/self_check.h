@@ -10,6 +10,7 @@
 #include "engine/core.h"
 #include "engine/front/front.h"
 #include "engine/result.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -27,11 +28,17 @@ struct KeptState {
   const Front<Bounds>* front;        ///< null where none is kept
   double magnitude;                  ///< that bounds were made with
   std::uint64_t turn;                ///< of checks: what is sampled goes on from turn to turn
+  StopSignal stop = {};
 };
 
-/// Of everything that must not change between steps: the scene in both numberings, who owns which test, the
-/// orphan sets. O(scene).
-std::uint64_t checksum(const Core& core);
+/// Of everything that must not change between steps: the scene in both numberings, the order of each part's
+/// primitives, and the orphan sets that are in use. O(scene). Throws Stopped when told to stop. It is the sum
+/// of what follows, modulo 2^64, so that a change of one part need not go through the others.
+std::uint64_t checksum(const Core& core, StopSignal stop = {});
+/// Of all but the orphan sets.
+std::uint64_t topology_checksum(const Scene& given, const Topology& topology, StopSignal stop);
+/// Of a part's orphan sets.
+std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop);
 
 /// Fails with kDataLoss when what cannot be made anew is broken: the checksum, or positions outside of their
 /// bounds, of which either may be wrong. Fails with kInternal when what is kept for speed is: a hierarchy
@@ -41,6 +48,7 @@ std::uint64_t checksum(const Core& core);
 /// listed or are taken for apart, and counts that do not add up. The message says what and where. Checks all
 /// but the nearness of parts, of which about a million pairs are looked at in a turn, and neighbours'
 /// budgets, of which a part is. About as dear as a refit and two looks at each pair of the front.
+/// Throws Stopped when told to stop.
 template <class Bounds>
 Status self_check(const KeptState<Bounds>& kept);
 

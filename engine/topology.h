@@ -14,6 +14,7 @@
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -33,14 +34,16 @@ struct PartTopology {
 class Topology {
  public:
   /// Orders the primitives by where `motion` (in the numbers first given) ends. With `cones`, finds the
-  /// patches for the normal cone test. Parallel; call it inside Workers::run().
-  Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones);
+  /// patches for the normal cone test. Parallel; call it inside Workers::run(). Throws Stopped when told to
+  /// stop, as all that takes a StopSignal.
+  Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones,
+           StopSignal stop = {});
   Topology(const Topology&) = delete;
   Topology& operator=(const Topology&) = delete;
 
   /// Takes the body that was appended to the scene; its motion is in the numbers first given. Its faces are
   /// in no patch. As the constructor.
-  void extend(const Scene& given, const Motion& motion);
+  void extend(const Scene& given, const Motion& motion, StopSignal stop = {});
 
   /// What extend() appends to.
   struct Extent {
@@ -54,12 +57,12 @@ class Topology {
 
   /// Finds the orphans of a part that is tested against itself, and who shares vertices. They stay; after an
   /// exception they are not known.
-  void need_adjacent(std::uint32_t part);
+  void need_adjacent(std::uint32_t part, StopSignal stop = {});
 
   std::size_t memory_bytes() const;
 
  private:
-  void add_parts(const Scene& given, const Motion& motion);
+  void add_parts(const Scene& given, const Motion& motion, StopSignal stop);
 
   const std::uint32_t leaf_size_;
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "engine/bvh/bvh.h"
+#include "engine/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
@@ -50,6 +50,7 @@ struct Splitter {
   const TreeShape& shape;
   const Places& places;
   std::span<std::uint32_t> order;
+  StopSignal stop;
 
   void split(NodeId node) const {
     if (shape.is_leaf(node)) return split_blocks(shape.first_block(node), shape.end_block(node));
@@ -83,16 +84,23 @@ struct Splitter {
     const auto middle = order.begin() + half;
     const auto end = order.begin() + last;
     const std::span<const std::uint32_t> range{begin, end};
+    PacedStop paced(stop);
     const bool one_body =
         std::ranges::all_of(range, [&](std::uint32_t p) { return places.body[p] == places.body[range[0]]; });
+    if (last - first >= PacedStop::kEvery) stop.check();
     if (one_body) {
-      const int axis = widest_axis(range, [this](std::uint32_t p) { return places.own[p]; });
-      std::nth_element(begin, middle, end,
-                       [&](std::uint32_t a, std::uint32_t b) { return before(a, b, axis); });
+      const int axis = widest_axis(range, paced, [this](std::uint32_t p) { return places.own[p]; });
+      std::nth_element(begin, middle, end, [&](std::uint32_t a, std::uint32_t b) {
+        paced.check();
+        return before(a, b, axis);
+      });
     } else {
-      const int axis = widest_axis(range, [this](std::uint32_t p) { return places.of_body[places.body[p]]; });
-      std::nth_element(begin, middle, end,
-                       [&](std::uint32_t a, std::uint32_t b) { return body_before(a, b, axis); });
+      const int axis =
+          widest_axis(range, paced, [this](std::uint32_t p) { return places.of_body[places.body[p]]; });
+      std::nth_element(begin, middle, end, [&](std::uint32_t a, std::uint32_t b) {
+        paced.check();
+        return body_before(a, b, axis);
+      });
     }
   }
 
@@ -113,10 +121,11 @@ struct Splitter {
   }
 
   template <class PlaceOf>
-  static int widest_axis(std::span<const std::uint32_t> primitives, PlaceOf&& place_of) {
+  static int widest_axis(std::span<const std::uint32_t> primitives, PacedStop& paced, PlaceOf&& place_of) {
     Centroid lo = place_of(primitives[0]);
     Centroid hi = lo;
     for (const std::uint32_t p : primitives) {
+      paced.check();
       const Centroid place = place_of(p);
       for (int axis = 0; axis < 3; ++axis) {
         lo[axis] = std::min(lo[axis], place[axis]);
@@ -131,10 +140,11 @@ struct Splitter {
   }
 };
 
-Places find_places(const Scene& scene, const Motion& motion, std::span<const Primitive> primitives) {
+Places find_places(const Scene& scene, const Motion& motion, std::span<const Primitive> primitives,
+                   StopSignal stop) {
   Places places{std::vector<Centroid>(primitives.size()), {}, std::vector<std::uint32_t>(primitives.size())};
   const LocalFrame& frame = motion.frame();
-  tbb::parallel_for(std::size_t{0}, primitives.size(), [&](std::size_t p) {
+  for_each_index(0, primitives.size(), stop, [&](std::size_t p) {
     const Face vertices = primitive_vertices(scene, primitives[p]);
     places.body[p] = scene.body_of_vertex()[vertices[0]];
     for (int axis = 0; axis < 3; ++axis) {
@@ -150,7 +160,9 @@ Places find_places(const Scene& scene, const Motion& motion, std::span<const Pri
   for (std::uint32_t& body : places.body) body -= least;
   places.of_body.resize(std::size_t{most} - least + 1);
   std::vector<double> counts(places.of_body.size(), 0);
+  PacedStop paced(stop);
   for (std::size_t p = 0; p < primitives.size(); ++p) {
+    paced.check();
     Centroid& sum = places.of_body[places.body[p]];
     for (int axis = 0; axis < 3; ++axis) sum[axis] += places.own[p][axis];
     counts[places.body[p]] += 1;
@@ -164,23 +176,25 @@ Places find_places(const Scene& scene, const Motion& motion, std::span<const Pri
 }  // namespace
 
 std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
-                                   std::span<const Primitive> primitives) {
+                                   std::span<const Primitive> primitives, StopSignal stop) {
   if (primitives.empty()) return {};
   std::vector<std::uint32_t> order(primitives.size());
   std::iota(order.begin(), order.end(), 0U);
-  const Places places = find_places(scene, motion, primitives);
-  Splitter{shape, places, order}.split(0);
+  const Places places = find_places(scene, motion, primitives, stop);
+  Splitter{shape, places, order, stop}.split(0);
   for (std::uint32_t& p : order) p = primitives[p];
   return order;
 }
 
 template <class Bounds>
-void Bvh<Bounds>::list_block_vertices(const Scene& scene) {
+void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
   block_vertices = {};
   if (travel.empty() || blocks.empty()) return;
   std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t last = 0;
+  PacedStop paced(stop);
   for (const Primitive p : order) {
+    paced.check();
     for (const std::uint32_t v : primitive_vertices(scene, p)) {
       first = std::min(first, v);
       last = std::max(last, v);
@@ -189,7 +203,9 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene) {
   std::vector<std::uint32_t> seen_in(last - first + 1, shape.block_count());
   block_vertices.begin.reserve(shape.block_count() + 1);
   block_vertices.items.reserve(order.size() + order.size() / 2);
+  PacedStop paced_blocks(stop, 256);
   for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+    paced_blocks.check();
     block_vertices.begin.push_back(static_cast<std::uint32_t>(block_vertices.items.size()));
     for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
       for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
@@ -203,7 +219,8 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene) {
 
 template <class Bounds>
 void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
-                          std::shared_ptr<const SharedVertices> new_shared, bool keep_travel) {
+                          std::shared_ptr<const SharedVertices> new_shared, bool keep_travel,
+                          StopSignal stop) {
   shape = new_shape;
   order = std::move(new_order);
   shared = std::move(new_shared);
@@ -222,42 +239,49 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   corners.resize(blocks.size());
   wide.resize(shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0);
   grids.assign(blocks.empty() ? 0 : shape.leaf_count(), {});
+  stop.check();
+  PacedStop paced(stop, 64);
   if (!order.empty()) {
     for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
+      paced.check();
       for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
         if ((order[i] & kPoint) == 0) leaf_of_face[order[i] - first_face] = node;
       }
     }
   }
-  list_block_vertices(scene);
+  list_block_vertices(scene, stop);
   blocks_of.clear();
   if (blocks.empty()) return;
   blocks_of.reserve(shape.leaf_count());
   for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
     blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
-  tbb::parallel_for(std::uint32_t{0}, shape.block_count(), [&](std::uint32_t block) {
-    const std::uint32_t begin = shape.begin_of_block(block);
-    const std::uint32_t size = shape.size_of_block(block);
-    for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-      const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
-      for (int corner = 0; corner < 3; ++corner) corners[block].vertex[corner][i] = vertices[corner];
-    }
-  });
+  for_each_index(
+      0, shape.block_count(), stop,
+      [&](std::size_t b) {
+        const auto block = static_cast<std::uint32_t>(b);
+        const std::uint32_t begin = shape.begin_of_block(block);
+        const std::uint32_t size = shape.size_of_block(block);
+        for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+          const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
+          for (int corner = 0; corner < 3; ++corner) corners[block].vertex[corner][i] = vertices[corner];
+        }
+      },
+      512);
 }
 
 std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
-                                                      std::span<const Primitive> order) {
+                                                      std::span<const Primitive> order, StopSignal stop) {
   if (shape.leaf_size() == 1 || order.empty()) return nullptr;
   std::vector<std::span<const Primitive>> blocks;
   blocks.reserve(shape.block_count());
   for (std::uint32_t b = 0; b < shape.block_count(); ++b)
     blocks.push_back(order.subspan(shape.begin_of_block(b), shape.size_of_block(b)));
-  return std::make_shared<const SharedVertices>(scene, blocks);
+  return std::make_shared<const SharedVertices>(scene, blocks, stop);
 }
 
 template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
-                                 std::shared_ptr<const SharedVertices>, bool);
+                                 std::shared_ptr<const SharedVertices>, bool, StopSignal);
 template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
-                                   std::shared_ptr<const SharedVertices>, bool);
+                                   std::shared_ptr<const SharedVertices>, bool, StopSignal);
 
 }  // namespace warmfront

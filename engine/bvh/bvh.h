@@ -21,6 +21,7 @@
 #include "engine/motion/motion.h"
 #include "engine/scene/csr.h"
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -149,9 +150,10 @@ struct Bvh {
   std::uint32_t first_face = 0;
 
   /// Takes a shape and an order of primitives, whose faces are a range, and what is known of these; bounds
-  /// are undefined until a refit of all, travel starts anew if it is to be kept.
+  /// are undefined until a refit of all, travel starts anew if it is to be kept. Throws Stopped when told to
+  /// stop, as all below do; what it has in hand is good for nothing but another arrange() then.
   void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
-               std::shared_ptr<const SharedVertices> new_shared, bool keep_travel);
+               std::shared_ptr<const SharedVertices> new_shared, bool keep_travel, StopSignal stop = {});
 
   std::size_t memory_bytes() const {
     return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
@@ -163,7 +165,7 @@ struct Bvh {
   }
 
  private:
-  void list_block_vertices(const Scene& scene);
+  void list_block_vertices(const Scene& scene, StopSignal stop);
 
   bool is_known(std::uint32_t a, std::uint32_t b) const {
     return shared != nullptr && !(shared->crowded(a) && shared->crowded(b));
@@ -176,7 +178,7 @@ struct Bvh {
 
 /// What `Bvh::shared` is of a hierarchy of this shape and order.
 std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
-                                                      std::span<const Primitive> order);
+                                                      std::span<const Primitive> order, StopSignal stop = {});
 
 /// The vertices of a primitive; an isolated vertex stands three times.
 Face primitive_vertices(const Scene& scene, Primitive primitive);
@@ -186,7 +188,7 @@ Face primitive_vertices(const Scene& scene, Primitive primitive);
 /// mix bodies, which move apart. Parallel inside Workers::run(); the result does not depend on the number of
 /// threads. O(P log P).
 std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
-                                   std::span<const Primitive> primitives);
+                                   std::span<const Primitive> primitives, StopSignal stop = {});
 
 /// What a refit reads: the step's motion, of which `range` is that of the vertices below the hierarchy.
 struct RefitInput {
@@ -196,6 +198,7 @@ struct RefitInput {
   const RangeMotion& range;
   double magnitude;  ///< what the vertices' bounds were made with
   Known known;       ///< what stands in the hierarchy's bounds
+  StopSignal stop = {};
 };
 
 /// Recomputes, bottom up, the bounds of what changed, and adds the step's motion to these nodes' travel where

@@ -129,6 +129,7 @@ std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh, const std::function
   const int depth = bvh.shape.levels() - 1;
   const int top = bvh.shape.subtree_level();
   const auto refit_subtree = [&](std::uint32_t subtree) {
+    input.stop.check();
     const NodeId root = ((1U << top) - 1) + subtree;
     if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
     for (int level = depth; level >= top; --level) {

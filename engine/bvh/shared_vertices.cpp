@@ -53,12 +53,16 @@ std::uint64_t spread(std::uint64_t bits) {
 
 }  // namespace
 
-SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks)
+SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
+                               StopSignal stop)
     : others_(kRow * blocks.size(), kNone), pairs_(kRow * blocks.size()) {
   for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
   const Places places(scene, blocks);
   std::array<std::uint32_t, kMostFaces> of_vertex;
+  stop.check();
+  PacedStop paced(stop, 256);
   for (std::uint32_t v = places.first_vertex; v < places.end_vertex; ++v) {
+    paced.check();
     const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
     const auto place_of = [&](std::uint32_t f) { return places.place[f - places.first_face]; };
     if (faces.size() > kMostFaces) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -44,7 +45,9 @@ class SharedVertices {
 
   SharedVertices() = default;
   /// Block b holds `blocks[b]`, primitives of `scene`, kBlockSize at most, whose vertices are a range. O(P).
-  SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks);
+  /// Throws Stopped when told to stop.
+  SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
+                 StopSignal stop = {});
 
   /// Bit 8 i + j says that slot i of block a and slot j of block b are not to be tested against each other:
   /// their primitives share a vertex, or they are no pair (no_pairs()). 0 of blocks that share no vertex,

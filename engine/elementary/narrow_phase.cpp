@@ -3,7 +3,6 @@
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <bit>
@@ -14,6 +13,7 @@
 #include "engine/elementary/block_pairs.h"
 #include "engine/elementary/pair_tester.h"
 #include "engine/scene/adjacency.h"
+#include "engine/stoppable_loops.h"
 
 namespace warmfront {
 
@@ -114,6 +114,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
       if (due == due_.cend()) break;
       if (*due >= leaves.end) continue;
+      stop_.check();
       const GridPair<Bounds> between = grid_pair(tree.grids[leaves.a], tree.grids[leaves.b]);
       const EightBounds<Bounds>& wide_b = tree.wide[leaves.b];
       const std::uint32_t first_b = tree.blocks_of[leaves.b].begin;
@@ -233,10 +234,10 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
   std::vector<std::size_t> begin{0};  // of each part's blocks
   for (const OrphanBlocks* part : parts) begin.push_back(begin.back() + part->count());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, begin.back(), 2), [&](const auto& range) {
-    impl_->input->stop.check();
     PairTester& tester = impl_->local_sink().tester;
     auto part = static_cast<std::size_t>(std::ranges::upper_bound(begin, range.begin()) - begin.begin()) - 1;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      impl_->input->stop.check();
       while (i >= begin[part + 1]) ++part;
       parts[part]->test(i - begin[part], *parts[part]->range, impl_->input->states, retest, tester);
     }
@@ -244,14 +245,23 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
   flush();
 }
 
+/// Contacts that are copied between two looks at the stop flag.
+constexpr std::size_t kPiece = std::size_t{1} << 16;
+
 template <class Bounds>
 NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   NarrowPhaseOutput sum;
+  const StopSignal stop = impl_->input->stop;
   contacts.clear();
   for (Sink& sink : impl_->sinks) {
     const NarrowPhaseOutput& output = sink.tester.output();
     sum.add(output);
-    contacts.insert(contacts.end(), sink.tester.contacts().begin(), sink.tester.contacts().end());
+    const std::span<const Contact> some = sink.tester.contacts();
+    for (std::size_t i = 0; i < some.size(); i += kPiece) {
+      stop.check();
+      const auto piece = some.subspan(i, std::min(kPiece, some.size() - i));
+      contacts.insert(contacts.end(), piece.begin(), piece.end());
+    }
   }
   if (impl_->input->options.report == Report::kEarliest) {
     std::erase_if(contacts, [&](const Contact& c) { return c.toi > sum.earliest; });
@@ -263,7 +273,7 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
       return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;
     }));
   }
-  tbb::parallel_sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
+  sort_in_parallel(contacts, stop, [](const Contact& x, const Contact& y) {
     return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
   });
   return sum;

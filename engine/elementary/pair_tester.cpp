@@ -150,6 +150,7 @@ void PairTester::flush() {
 
 void PairTester::test_features() {
   if (block_.size == 0) return;
+  input_->stop.check();
   const auto start = std::chrono::steady_clock::now();
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
   const ColliderOptions& options = input_->options;

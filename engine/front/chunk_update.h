@@ -136,6 +136,7 @@ class ChunkUpdate {
   // A front for which there is no room is lost: no more is written then.
   void push(const FrontPair& pair) {
     constexpr std::size_t kBlock = 256;
+    paced_.check();
     if (scratch_.pairs.size() >= scratch_.counted + kBlock) {
       const std::size_t more = scratch_.pairs.size() - std::exchange(scratch_.counted, scratch_.pairs.size());
       room_.take_pairs(more);
@@ -217,6 +218,7 @@ class ChunkUpdate {
   FrontRoom& room_;
   ChunkScratch& scratch_;
   FrontCounts& counts_;
+  PacedStop paced_{how_.stop, 512};
   bool changed_ = false;
   NodePair last_parent_{0xffffffff, 0xffffffff};
   float last_gap_ = -1;

@@ -173,7 +173,7 @@ bool Front<Bounds>::take_neighbours(FrontSegment& segment, std::span<const Bvh<B
                                     const FrontUpdate& how) {
   if (!how.lazy || segment.parts.a != segment.parts.b || std::exchange(segment.tried_to_list, true))
     return false;
-  std::vector<NeighbourChunk> listed = list_neighbours(trees[segment.parts.a]);
+  std::vector<NeighbourChunk> listed = list_neighbours(trees[segment.parts.a], how.stop);
   const std::size_t bytes = neighbour_bytes_ + list_bytes(listed);
   const std::size_t room_to_grow = size_ * sizeof(FrontPair) * 2;
   if (bytes > how.max_bytes || room_to_grow > how.max_bytes - bytes) return false;

@@ -80,7 +80,7 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
 }
 
 template <class Bounds>
-std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
+std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop) {
   std::vector<NeighbourChunk> chunks;
   if (tree.block_travel.empty() || tree.shared == nullptr) return chunks;
   std::vector<std::uint32_t> leaf_of(tree.shape.block_count());
@@ -91,7 +91,9 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
   chunks.resize(tree.shape.subtree_count());
   std::vector<NeighbourPair> of_leaf;
   std::vector<std::uint32_t> others;  // the leaves that these reach, ascending
+  PacedStop paced(stop, 16);
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
+    paced.check();
     of_leaf.clear();
     others.clear();
     const auto [first, end] = tree.blocks_of[leaf];
@@ -121,7 +123,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree) {
   return chunks;
 }
 
-template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&);
-template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&);
+template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&, StopSignal);
+template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&, StopSignal);
 
 }  // namespace warmfront

@@ -62,8 +62,8 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
 
 /// All pairs of blocks that have a place in `tree.shared`, with budgets that are spent; none where the tree
 /// keeps no travel of blocks. First a chunk for each subtree (TreeShape::subtree_of()), of the pairs that are
-/// in it, then those that are in two. O(P).
+/// in it, then those that are in two. O(P). Throws Stopped when told to stop.
 template <class Bounds>
-std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree);
+std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop = {});
 
 }  // namespace warmfront

@@ -1,31 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/adjacency.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace warmfront {
+namespace {
+
+std::uint64_t pairs_of(std::uint64_t n) {
+  return n < 2 ? 0 : n * (n - 1) / 2;
+}
+
+// The vertex of a face that is not one of the edge's.
+std::uint32_t third_vertex(const Face& face, const Edge& edge) {
+  const auto third = std::ranges::find_if(face, [&](std::uint32_t v) { return v != edge[0] && v != edge[1]; });
+  return *third;
+}
+
+}  // namespace
+
 
 // Counted at vertices, a pair that shares one is counted once, a pair that shares two (and then the edge
 // between them) twice, and a pair of duplicates three times, with three edges. Edges are those between two
-// vertices, and duplicates faces of three: (a, a, b) and (a, b, c) share two vertices and one edge.
-std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range) {
-  const auto pairs = [](std::uint64_t n) { return n * (n - 1) / 2; };
+// vertices, and duplicates faces of three: (a, a, b) and (a, b, c) share two vertices and one edge. Along an
+// edge, duplicates are those of one third vertex.
+std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop) {
+  PacedStop paced(stop);
   std::uint64_t at_vertices = 0;
   for (std::uint32_t v = range.first_vertex; v < range.end_vertex; ++v) {
-    if (const std::uint64_t n = scene.vertex_faces()[v].size(); n > 0) at_vertices += pairs(n);
+    paced.check();
+    at_vertices += pairs_of(scene.vertex_faces()[v].size());
   }
   std::uint64_t at_edges = 0;
   std::uint64_t duplicates_at_edges = 0;
+  std::vector<std::uint32_t> thirds;
   for (std::uint32_t e = range.first_edge; e < range.end_edge; ++e) {
-    if (scene.edges()[e][0] == scene.edges()[e][1]) continue;
+    paced.check();
+    const Edge& edge = scene.edges()[e];
     const auto faces = scene.edge_faces()[e];
-    at_edges += pairs(faces.size());
-    for (std::size_t i = 0; i < faces.size(); ++i) {
-      const Face& face = scene.faces()[faces[i]];
-      if (repeats_vertex(face)) continue;
-      for (std::size_t j = 0; j < i; ++j) {
-        const Face& other = scene.faces()[faces[j]];
-        duplicates_at_edges +=
-            has_vertex(other, face[0]) && has_vertex(other, face[1]) && has_vertex(other, face[2]);
-      }
+    if (edge[0] == edge[1] || faces.size() < 2) continue;
+    at_edges += pairs_of(faces.size());
+    thirds.clear();
+    for (const std::uint32_t f : faces) {
+      paced.check();
+      if (!repeats_vertex(scene.faces()[f])) thirds.push_back(third_vertex(scene.faces()[f], edge));
+    }
+    std::ranges::sort(thirds);
+    for (auto first = thirds.begin(); first != thirds.end();) {
+      const auto next = std::find_if(first, thirds.end(), [&](std::uint32_t v) { return v != *first; });
+      duplicates_at_edges += pairs_of(static_cast<std::uint64_t>(next - first));
+      first = next;
     }
   }
   return at_vertices - at_edges + duplicates_at_edges / 3;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/orphans.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -29,21 +27,32 @@ bool is_orphan_ee(const Scene& scene, std::uint32_t e1, std::uint32_t e2) {
 
 Status check_hubs(const Scene& scene) {
   std::uint64_t adjacencies = 0;
+  std::uint64_t corners = 0;
   std::uint64_t greatest = 0;
   std::uint32_t hub = 0;
-  for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
-    const std::uint64_t degree = scene.vertex_faces()[v].size();
-    adjacencies += degree * degree;
-    if (degree > greatest) {
-      greatest = degree;
-      hub = v;
+  const auto count = [&](std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t v = first; v < end; ++v) {
+      const std::uint64_t degree = scene.vertex_faces()[v].size();
+      adjacencies += degree * degree;
+      corners += degree;
+      if (degree > greatest) {
+        greatest = degree;
+        hub = v;
+      }
     }
+  };
+  if (scene.bodies().empty()) count(0, scene.vertex_count());
+  for (const Body& body : scene.bodies()) {
+    if (body.kind == BodyKind::kDeformable && body.self_collision)
+      count(body.first_vertex, body.first_vertex + body.vertex_count);
   }
-  if (adjacencies < kMostAdjacencies) return {};
+  const std::uint64_t most = std::max(kMostAdjacencies, kMostAdjacenciesAFace * (corners / 3));
+  if (adjacencies < most) return {};
   return Error{ErrorCode::kResourceExhausted,
-               "faces: " + std::to_string(adjacencies) + " pairs of faces share a vertex, more than " +
-                   std::to_string(kMostAdjacencies) + "; vertex " + std::to_string(hub) + " alone is in " +
-                   std::to_string(greatest) + " faces: split it"};
+               "faces: " + std::to_string(adjacencies) +
+                   " pairs of faces share a vertex of bodies that are tested against themselves, more than " +
+                   std::to_string(most) + "; vertex " + std::to_string(hub) + " alone is in " +
+                   std::to_string(greatest) + " faces: split it, or switch its body's self_collision off"};
 }
 
 namespace {
@@ -96,27 +105,44 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
   }
 }
 
-// Runs `of_each` for all ids of a range and returns what it finds, sorted, each once.
+// Runs `of_each` for all ids of a range and returns what it finds, sorted, each once. Range by range, so that
+// little more is held than what is returned.
 template <class OfEach>
-std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, OfEach&& of_each) {
-  tbb::enumerable_thread_specific<std::vector<FeatureIds>> found;
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(first, end, 2048), [&](const auto& range) {
-    std::vector<FeatureIds>& mine = found.local();
-    for (std::uint32_t id = range.begin(); id < range.end(); ++id) of_each(id, mine);
-  });
+std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSignal stop, OfEach&& of_each) {
+  constexpr std::uint32_t kIds = 2048;
+  constexpr std::uint32_t kRanges = 64;
   std::vector<FeatureIds> all;
-  for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<std::vector<FeatureIds>> found(kRanges);
+  for (std::uint64_t begin = first; begin < end; begin += std::uint64_t{kIds} * kRanges) {
+    tbb::parallel_for(std::uint32_t{0}, kRanges, [&](std::uint32_t range) {
+      const std::uint64_t from = std::min<std::uint64_t>(begin + std::uint64_t{range} * kIds, end);
+      const std::uint64_t to = std::min<std::uint64_t>(from + kIds, end);
+      std::vector<FeatureIds>& ours = found[range];
+      for (std::uint64_t id = from; id < to; ++id) {
+        if (id % 16 == 0) stop.check();
+        const auto before = static_cast<std::ptrdiff_t>(ours.size());
+        of_each(static_cast<std::uint32_t>(id), ours);
+        std::sort(ours.begin() + before, ours.end());
+        ours.erase(std::unique(ours.begin() + before, ours.end()), ours.end());
+      }
+    });
+    for (auto& some : found) {
+      stop.check();
+      all.insert(all.end(), some.begin(), some.end());
+      std::vector<FeatureIds>().swap(some);
+    }
+  }
+  stop.check();
+  all.shrink_to_fit();
   return all;
 }
 
 }  // namespace
 
-Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range) {
-  return {gather(range.first_vertex, range.end_vertex,
+Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
+  return {gather(range.first_vertex, range.end_vertex, stop,
                  [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); }),
-          gather(range.first_edge, range.end_edge,
+          gather(range.first_edge, range.end_edge, stop,
                  [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); })};
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -25,16 +26,19 @@ struct Orphans {
   std::vector<FeatureIds> edge_edge;
 };
 
-/// Fails with kResourceExhausted, naming the vertex of most faces, where the faces around hub vertices would
-/// make more than kMostAdjacencies pairs (one vertex of 10,000 faces does): every pair of faces around a
-/// vertex is adjacent, so the orphan sets grow with the square of its degree.
+/// Fails with kResourceExhausted, naming the vertex of most faces, where the faces around hub vertices of
+/// bodies that are tested against themselves would make too many pairs, counted at each vertex: more than
+/// kMostAdjacencies (one vertex of 2,000 faces does), and more than kMostAdjacenciesAFace for each of their
+/// faces (no mesh whose vertices have 64 faces each does). Every pair of faces around a vertex is adjacent, so
+/// the orphan sets grow with the square of its degree, to some 20 bytes a pair. O(n).
 Status check_hubs(const Scene& scene);
-inline constexpr std::uint64_t kMostAdjacencies = 100'000'000;
+inline constexpr std::uint64_t kMostAdjacencies = 4'000'000;
+inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;
 
 /// Those whose first feature is in `range`, which faces do not lead out of. Sorted. Parallel inside
 /// Workers::run(). O(sum over edges of (faces around its first face's vertices)): quadratic in the degree of
-/// a hub vertex, as its orphans are.
-Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range);
+/// a hub vertex, as its orphans are. Throws Stopped when told to stop.
+Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
 inline Orphans enumerate_orphans(const Scene& scene) {
   return enumerate_orphans(scene, whole(scene));
 }

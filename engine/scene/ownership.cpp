@@ -2,6 +2,7 @@
 #include "engine/scene/ownership.h"
 
 #include <algorithm>
+#include <unordered_map>
 
 #include "engine/scene/adjacency.h"
 
@@ -34,12 +35,28 @@ std::uint32_t pairs_of(std::uint32_t f, std::uint32_t g) {
 
 }  // namespace
 
-void Ownership::extend() {
+void Ownership::extend(StopSignal stop) {
   const Scene& scene = *scene_;
+  // Each of many faces around a vertex or along an edge has the same ring there: it is found once.
+  constexpr std::size_t kMany = 64;
+  std::unordered_map<std::uint32_t, Bloom> around;
+  std::unordered_map<std::uint32_t, Bloom> along;
+  PacedStop paced(stop, 256);
+  const auto insert_all = [&](Bloom& ring, std::span<const std::uint32_t> faces) {
+    for (const std::uint32_t g : faces) insert(ring, scene.faces()[g]);
+  };
+  const auto add_ring = [&](Bloom& ring, auto& known, std::uint32_t feature,
+                            std::span<const std::uint32_t> faces) {
+    if (faces.size() <= kMany) return insert_all(ring, faces);
+    const auto [of_feature, is_new] = known.try_emplace(feature);
+    if (is_new) insert_all(of_feature->second, faces);
+    for (std::size_t word = 0; word < ring.size(); ++word) ring[word] |= of_feature->second[word];
+  };
   const auto first = static_cast<std::uint32_t>(records_.size());
   records_.resize(scene.face_count());
   signatures_.resize(scene.face_count(), 0);
   for (std::uint32_t f = first; f < scene.face_count(); ++f) {
+    paced.check();
     Record& record = records_[f];
     record.vertices = scene.faces()[f];
     for (const std::uint32_t v : record.vertices) signatures_[f] |= std::uint64_t{1} << (v & 63U);
@@ -57,8 +74,8 @@ void Ownership::extend() {
       if (is_new(record.vertices)) record.first_bits |= (vertex_faces.front() == f ? 0x41U : 0x40U) << i;
       if (is_new(scene.face_edges()[f]))
         record.first_bits |= (edge_faces.front() == f ? 0x208U : 0x200U) << i;
-      for (const std::uint32_t g : vertex_faces) insert(record.vertex_ring, scene.faces()[g]);
-      for (const std::uint32_t g : edge_faces) insert(record.edge_ring, scene.faces()[g]);
+      add_ring(record.vertex_ring, around, record.vertices[i], vertex_faces);
+      add_ring(record.edge_ring, along, scene.face_edges()[f][i], edge_faces);
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -24,8 +25,8 @@ class Ownership {
   explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
 
   /// Takes the faces that were appended to the scene since; truncate() takes them back, also after an
-  /// exception.
-  void extend();
+  /// exception. O(m). Throws Stopped when told to stop.
+  void extend(StopSignal stop = {});
   void truncate(std::uint32_t face_count) noexcept;
 
   /// Sets of feature pairs of two faces (f, g). Bits 0-2: vertex i of f against g; bits 3-5: vertex i of g

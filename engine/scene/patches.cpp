@@ -37,9 +37,11 @@ class Grower {
   }
 
   // Large rings first, then what fits between them.
-  Patches run(int rings) {
+  Patches run(int rings, StopSignal stop) {
+    PacedStop paced(stop, 64);
     for (; rings >= 2; --rings) {
       for (std::uint32_t v = 0; v < scene_.vertex_count(); ++v) {
+        paced.check();
         if (gather(v, rings) && is_joined() && find_contour()) keep();
       }
     }
@@ -151,8 +153,8 @@ class Grower {
 
 }  // namespace
 
-Patches find_patches(const Scene& scene, int rings) {
-  return Grower(scene).run(rings);
+Patches find_patches(const Scene& scene, int rings, StopSignal stop) {
+  return Grower(scene).run(rings, stop);
 }
 
 }  // namespace warmfront

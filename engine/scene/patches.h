@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -28,7 +29,7 @@ struct Patches {
 /// Takes the faces within `rings` rings around a vertex wherever none of them is taken, lowest vertex first,
 /// then with one ring less, down to two (one ring has no non-adjacent faces). Full rings have a round
 /// contour, which is what the contour test can prove; pieces that are not manifold, oriented and bounded by
-/// one contour are in no patch. O(m) for bounded degree.
-Patches find_patches(const Scene& scene, int rings);
+/// one contour are in no patch. O(m) for bounded degree. Throws Stopped when told to stop.
+Patches find_patches(const Scene& scene, int rings, StopSignal stop = {});
 
 }  // namespace warmfront

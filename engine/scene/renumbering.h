@@ -10,6 +10,7 @@
 #include "engine/contact.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -22,11 +23,12 @@ class Renumbering {
   /// `order` holds each primitive of the scene once.
   Renumbering(const Scene& scene, std::span<const Primitive> order) { extend(scene, order); }
 
-  /// Numbers the primitives of the vertices and faces that the scene has beyond those numbered so far.
-  void extend(const Scene& scene, std::span<const Primitive> order);
+  /// Numbers the primitives of the vertices and faces that the scene has beyond those numbered so far. Throws
+  /// Stopped when told to stop, as all that takes a StopSignal; truncate() takes back what was done by then.
+  void extend(const Scene& scene, std::span<const Primitive> order, StopSignal stop = {});
 
   /// The same scene in new numbers, without its bodies. Appends to `renumbered` what it lacks of it.
-  void extend(const Scene& scene, Scene& renumbered) const;
+  void extend(const Scene& scene, Scene& renumbered, StopSignal stop = {}) const;
 
   /// What extend() appends to.
   struct Extent {

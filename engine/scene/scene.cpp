@@ -191,43 +191,45 @@ Result<Scene> Scene::create(SceneDescription description) {
   }
 
   Scene scene;
-  scene.vertex_count_ = description.vertex_count;
-  scene.faces_.reserve(description.faces.size());
+  Mesh& mesh = scene.own_mesh();
+  mesh.vertex_count = description.vertex_count;
+  mesh.faces.reserve(description.faces.size());
   for (const auto& face : description.faces) {
-    scene.faces_.push_back({static_cast<std::uint32_t>(face[0]), static_cast<std::uint32_t>(face[1]),
-                            static_cast<std::uint32_t>(face[2])});
+    mesh.faces.push_back({static_cast<std::uint32_t>(face[0]), static_cast<std::uint32_t>(face[1]),
+                          static_cast<std::uint32_t>(face[2])});
   }
-  EdgeTable table = find_edges(scene.faces_);
-  scene.edges_ = std::move(table.edges);
-  scene.face_edges_ = std::move(table.face_edges);
-  scene.vertex_faces_ = invert<3>(scene.faces_, scene.vertex_count_);
-  scene.edge_faces_ = invert<3>(scene.face_edges_, scene.edges_.size());
-  for (std::uint32_t v = 0; v < scene.vertex_count_; ++v) {
-    if (scene.vertex_faces_[v].empty()) scene.isolated_vertices_.push_back(v);
+  EdgeTable table = find_edges(mesh.faces);
+  mesh.edges = std::move(table.edges);
+  mesh.face_edges = std::move(table.face_edges);
+  mesh.vertex_faces = invert<3>(mesh.faces, mesh.vertex_count);
+  mesh.edge_faces = invert<3>(mesh.face_edges, mesh.edges.size());
+  for (std::uint32_t v = 0; v < mesh.vertex_count; ++v) {
+    if (mesh.vertex_faces[v].empty()) mesh.isolated_vertices.push_back(v);
   }
   if (Status status = scene.take_bodies(description); !status) return status.error();
   return scene;
 }
 
 Status Scene::take_bodies(SceneDescription& description) {
+  Mesh& mesh = own_mesh();
   bodies_ = std::move(description.bodies);
   excluded_pairs_ = std::move(description.excluded_pairs);
   if (bodies_.empty()) {
-    body_of_vertex_ = connected_components(faces_, vertex_count_, body_count_);
+    mesh.body_of_vertex = connected_components(mesh.faces, mesh.vertex_count, mesh.body_count);
     return {};
   }
-  body_count_ = static_cast<std::uint32_t>(bodies_.size());
+  mesh.body_count = static_cast<std::uint32_t>(bodies_.size());
   name_bytes_ = 0;
   for (const Body& body : bodies_) name_bytes_ += body.name.size();
-  body_of_vertex_.clear();
-  body_of_vertex_.reserve(vertex_count_);
-  for (std::uint32_t b = 0; b < body_count_; ++b)
-    body_of_vertex_.insert(body_of_vertex_.end(), bodies_[b].vertex_count, b);
-  return check_faces_of_bodies(faces_, body_of_vertex_);
+  mesh.body_of_vertex.clear();
+  mesh.body_of_vertex.reserve(mesh.vertex_count);
+  for (std::uint32_t b = 0; b < mesh.body_count; ++b)
+    mesh.body_of_vertex.insert(mesh.body_of_vertex.end(), bodies_[b].vertex_count, b);
+  return check_faces_of_bodies(mesh.faces, mesh.body_of_vertex);
 }
 
 Result<Scene> Scene::with_bodies(std::vector<Body> bodies) const {
-  SceneDescription description{vertex_count_, {}, std::move(bodies)};
+  SceneDescription description{vertex_count(), {}, std::move(bodies)};
   if (Status status = check_bodies(description); !status) return status.error();
   Scene scene = *this;
   if (Status status = scene.take_bodies(description); !status) return status.error();
@@ -256,26 +258,28 @@ Result<Scene> Scene::with_body(BodyAddition addition) const {
   description.bodies.front().first_vertex = 0;
   Result<Scene> added = create(std::move(description));
   if (!added) return Error{added.error().code, where + ": " + added.error().message};
-  const Scene& body = added.value();
-  if (faces_.size() + body.faces_.size() + std::size_t{vertex_count_} + body.vertex_count_ > 0x3fffffff)
+  const Mesh& body = *added.value().mesh_;
+  if (mesh_->faces.size() + body.faces.size() + std::size_t{mesh_->vertex_count} + body.vertex_count >
+      0x3fffffff)
     return invalid_argument(where + ": the scene would have more than 2^30 - 1 faces and vertices");
 
   Scene scene = *this;
-  const std::uint32_t vertex = vertex_count_;
+  Mesh& mesh = scene.own_mesh();
+  const std::uint32_t vertex = vertex_count();
   const std::uint32_t face = face_count();
   const std::uint32_t edge = edge_count();
-  scene.vertex_count_ += body.vertex_count_;
-  for (const Face& f : body.faces_) scene.faces_.push_back({f[0] + vertex, f[1] + vertex, f[2] + vertex});
-  for (const Edge& e : body.edges_) scene.edges_.push_back({e[0] + vertex, e[1] + vertex});
-  for (const auto& e : body.face_edges_) scene.face_edges_.push_back({e[0] + edge, e[1] + edge, e[2] + edge});
-  append_rows(scene.vertex_faces_, body.vertex_faces_, face);
-  append_rows(scene.edge_faces_, body.edge_faces_, face);
-  for (const std::uint32_t v : body.isolated_vertices_) scene.isolated_vertices_.push_back(v + vertex);
+  mesh.vertex_count += body.vertex_count;
+  for (const Face& f : body.faces) mesh.faces.push_back({f[0] + vertex, f[1] + vertex, f[2] + vertex});
+  for (const Edge& e : body.edges) mesh.edges.push_back({e[0] + vertex, e[1] + vertex});
+  for (const auto& e : body.face_edges) mesh.face_edges.push_back({e[0] + edge, e[1] + edge, e[2] + edge});
+  append_rows(mesh.vertex_faces, body.vertex_faces, face);
+  append_rows(mesh.edge_faces, body.edge_faces, face);
+  for (const std::uint32_t v : body.isolated_vertices) mesh.isolated_vertices.push_back(v + vertex);
   addition.body.first_vertex = vertex;
   scene.name_bytes_ += addition.body.name.size();
   scene.bodies_.push_back(std::move(addition.body));
-  scene.body_of_vertex_.insert(scene.body_of_vertex_.end(), body.vertex_count_, body_count_);
-  ++scene.body_count_;
+  mesh.body_of_vertex.insert(mesh.body_of_vertex.end(), body.vertex_count, mesh.body_count);
+  ++mesh.body_count;
   return scene;
 }
 
@@ -294,11 +298,11 @@ Result<Scene> Scene::with_body_changed(std::uint32_t index, Body body) const {
 
 std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
   if (contact.kind == ContactKind::kVertexFace) {
-    const Face& face = faces_[contact.b];
+    const Face& face = mesh_->faces[contact.b];
     return {contact.a, face[0], face[1], face[2]};
   }
-  const Edge& a = edges_[contact.a];
-  const Edge& b = edges_[contact.b];
+  const Edge& a = mesh_->edges[contact.a];
+  const Edge& b = mesh_->edges[contact.b];
   return {a[0], a[1], b[0], b[1]};
 }
 
@@ -313,10 +317,10 @@ FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::ui
 }
 
 std::size_t Scene::memory_bytes() const {
-  return faces_.size() * sizeof(Face) + edges_.size() * sizeof(Edge) +
-         face_edges_.size() * sizeof(face_edges_[0]) + vertex_faces_.memory_bytes() +
-         edge_faces_.memory_bytes() +
-         (isolated_vertices_.size() + body_of_vertex_.size()) * sizeof(std::uint32_t) +
+  return mesh_->faces.size() * sizeof(Face) + mesh_->edges.size() * sizeof(Edge) +
+         mesh_->face_edges.size() * sizeof(mesh_->face_edges[0]) + mesh_->vertex_faces.memory_bytes() +
+         mesh_->edge_faces.memory_bytes() +
+         (mesh_->isolated_vertices.size() + mesh_->body_of_vertex.size()) * sizeof(std::uint32_t) +
          bodies_.size() * sizeof(Body) + name_bytes_ + excluded_pairs_.size() * sizeof(excluded_pairs_[0]);
 }
 

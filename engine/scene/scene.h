@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -89,27 +90,27 @@ class Scene {
   /// The scene with body `index` described anew: its range stays as it is. Fails as create() does.
   Result<Scene> with_body_changed(std::uint32_t index, Body body) const;
 
-  std::uint32_t vertex_count() const { return vertex_count_; }
-  std::uint32_t face_count() const { return static_cast<std::uint32_t>(faces_.size()); }
-  std::uint32_t edge_count() const { return static_cast<std::uint32_t>(edges_.size()); }
+  std::uint32_t vertex_count() const { return mesh_->vertex_count; }
+  std::uint32_t face_count() const { return static_cast<std::uint32_t>(mesh_->faces.size()); }
+  std::uint32_t edge_count() const { return static_cast<std::uint32_t>(mesh_->edges.size()); }
 
-  std::span<const Face> faces() const { return faces_; }
-  std::span<const Edge> edges() const { return edges_; }
+  std::span<const Face> faces() const { return mesh_->faces; }
+  std::span<const Edge> edges() const { return mesh_->edges; }
   /// The edges (v0 v1), (v1 v2), (v2 v0) of each face; where the face repeats an index, two of them may be
   /// one.
-  std::span<const std::array<std::uint32_t, 3>> face_edges() const { return face_edges_; }
+  std::span<const std::array<std::uint32_t, 3>> face_edges() const { return mesh_->face_edges; }
   /// Faces around a vertex and along an edge, each once, ascending in the numbers first given.
-  const Csr& vertex_faces() const { return vertex_faces_; }
-  const Csr& edge_faces() const { return edge_faces_; }
+  const Csr& vertex_faces() const { return mesh_->vertex_faces; }
+  const Csr& edge_faces() const { return mesh_->edge_faces; }
   /// Vertices of no face, ascending: they are tested as points against faces, and against nothing else.
-  std::span<const std::uint32_t> isolated_vertices() const { return isolated_vertices_; }
+  std::span<const std::uint32_t> isolated_vertices() const { return mesh_->isolated_vertices; }
 
   /// The bodies as given; empty when they default to the connected components.
   std::span<const Body> bodies() const { return bodies_; }
   std::span<const std::array<std::uint32_t, 2>> excluded_pairs() const { return excluded_pairs_; }
-  std::uint32_t body_count() const { return body_count_; }
+  std::uint32_t body_count() const { return mesh_->body_count; }
   /// The body of each vertex.
-  std::span<const std::uint32_t> body_of_vertex() const { return body_of_vertex_; }
+  std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
 
   /// The four vertices of a contact: vertex, then the face's three; or edge a's two, then edge b's two.
   std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
@@ -123,18 +124,29 @@ class Scene {
 
   friend class Renumbering;  // makes another Scene of this one
 
-  std::uint32_t vertex_count_ = 0;
-  std::uint32_t body_count_ = 0;
-  std::size_t name_bytes_ = 0;
-  std::vector<Face> faces_;
-  std::vector<Edge> edges_;
-  std::vector<std::array<std::uint32_t, 3>> face_edges_;
-  Csr vertex_faces_;
-  Csr edge_faces_;
-  std::vector<std::uint32_t> isolated_vertices_;
+  // What does not depend on how bodies are described. Copies of a scene share it, so that describing a body
+  // anew costs nothing that grows with the mesh.
+  struct Mesh {
+    std::uint32_t vertex_count = 0;
+    std::uint32_t body_count = 0;
+    std::vector<Face> faces;
+    std::vector<Edge> edges;
+    std::vector<std::array<std::uint32_t, 3>> face_edges;
+    Csr vertex_faces;
+    Csr edge_faces;
+    std::vector<std::uint32_t> isolated_vertices;
+    std::vector<std::uint32_t> body_of_vertex;
+  };
+  // To be written to by the only one that knows it: copied where it is shared.
+  Mesh& own_mesh() {
+    if (mesh_.use_count() != 1) mesh_ = std::make_shared<Mesh>(*mesh_);
+    return *mesh_;
+  }
+
+  std::shared_ptr<Mesh> mesh_ = std::make_shared<Mesh>();
   std::vector<Body> bodies_;
+  std::size_t name_bytes_ = 0;  // of these bodies
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs_;
-  std::vector<std::uint32_t> body_of_vertex_;
 };
 
 /// A range of vertices and of edges, such as a body's.

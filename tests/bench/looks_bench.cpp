@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long the engine goes on between two looks at a caller's stop flag, and what memory it takes, over scenes
-// that ask for much more than they have triangles: prints a line an operation, and passes no verdict.
-//   looks_bench [SECONDS] [NAME]   ends each operation after so many seconds (10); only scenes named like NAME
+// How long the engine goes on between two looks at a caller's stop flag, and what memory it takes, over
+// scenes that ask for much more than they have triangles: prints a line an operation, and passes no verdict.
+//   looks_bench [SECONDS] [NAME]   ends each operation after so many seconds (10); only scenes named like
+//   NAME
 // Its StopSignal::look() takes the engine's place; one thread, so that all looks are in one sequence.
 #include <sys/resource.h>
 
@@ -131,7 +132,7 @@ void run(const std::string& name, const testing::HostileScene& hostile, Collider
   if (scene == nullptr) return;
   std::unique_ptr<Collider> collider;
   measure("create", limit_s, [&]() -> Status {
-    Result<Collider> made = Collider::create(scene, positions, options, workers);
+    Result<Collider> made = Collider::create(scene, positions, options, workers, &looks.flag);
     if (!made) return made.error();
     collider = std::make_unique<Collider>(std::move(made).value());
     return {};
@@ -152,14 +153,14 @@ void run(const std::string& name, const testing::HostileScene& hostile, Collider
   step("at rest", hostile.positions);
   step("moving", moved);
   step("moving back", hostile.positions);
-  measure("self-check", limit_s, [&] { return collider->self_check(); });
+  measure("self-check", limit_s, [&] { return collider->self_check(&looks.flag); });
   if (!scene->bodies().empty()) {
     Body body = scene->bodies()[0];
-    measure("no change", limit_s, [&] { return collider->change_body(0, body); });
+    measure("no change", limit_s, [&] { return collider->change_body(0, body, &looks.flag); });
     body.name = "renamed";
-    measure("renamed", limit_s, [&] { return collider->change_body(0, body); });
+    measure("renamed", limit_s, [&] { return collider->change_body(0, body, &looks.flag); });
     body.mask = 3;
-    measure("mask", limit_s, [&] { return collider->change_body(0, body); });
+    measure("mask", limit_s, [&] { return collider->change_body(0, body, &looks.flag); });
   }
   std::printf("  holds %.1f MiB\n", static_cast<double>(collider->memory_bytes()) / (1 << 20));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/collider.h"
+#include "engine/scene/adjacency.h"
 #include "tests/support/counted_looks.h"
 #include "tests/support/failing_allocations.h"
 #include "tests/support/hostile_scenes.h"
@@ -61,8 +62,7 @@ std::vector<double> spread(const HostileScene& scene) {
 
 // Pairs of parts for which the front has no room are taken in blocks: with the answer of a front that has it.
 class CoincidentParts : public ::testing::TestWithParam<BodyKind> {};
-INSTANTIATE_TEST_SUITE_P(Kinds, CoincidentParts,
-                         ::testing::Values(BodyKind::kDeformable, BodyKind::kRigid));
+INSTANTIATE_TEST_SUITE_P(Kinds, CoincidentParts, ::testing::Values(BodyKind::kDeformable, BodyKind::kRigid));
 
 TEST_P(CoincidentParts, InBlocksTheAnswerIsTheSame) {
   // Of several blocks each, so that a warm front lists neighbours.
@@ -104,6 +104,62 @@ TEST_P(CoincidentParts, TheirPairsTakeBoundedMemory) {
   EXPECT_GT(step.statistics.counts.near_parts, 400'000U);
   EXPECT_LT(most_live_bytes() - before, 40U << 20) << "100 MB before they were taken in blocks";
   EXPECT_LE(live_bytes(), collider.memory_bytes() + (16U << 20)) << "what is held is counted";
+}
+
+// ---- hub vertices ----
+
+HostileScene as_body(HostileScene scene, bool self_collision) {
+  scene.description.bodies = {{"", 0, scene.description.vertex_count}};
+  scene.description.bodies[0].self_collision = self_collision;
+  return scene;
+}
+
+// Every face around a hub is adjacent to every other: what would list their pairs is refused before it does.
+TEST(Hubs, AreRefusedBeforeTheirPairsAreListed) {
+  for (const HostileScene& scene : {fan(2001), fan(9990), book(2001), as_body(fan(9990), true)}) {
+    const auto shared = std::make_shared<const Scene>(Scene::create(scene.description).value());
+    const std::size_t before = live_bytes();
+    forget_most_live_bytes();
+    const auto refused = Collider::create(shared, Doubles(scene.positions), {}, one_thread());
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+    EXPECT_NE(refused.error().message.find("vertex 0 alone is in"), std::string::npos)
+        << refused.error().message;
+    EXPECT_LT(most_live_bytes() - before, 4096U);
+  }
+}
+
+TEST(Hubs, OfBodiesThatAreNotTestedAgainstThemselvesTakeTheRoomOfTheirFaces) {
+  for (const HostileScene& scene : {as_body(fan(50'000), false), as_body(book(50'000), false)}) {
+    const std::size_t before = live_bytes();
+    forget_most_live_bytes();
+    Collider collider = make(scene, {});
+    ASSERT_TRUE(collider.step(Doubles(scene.positions)).ok());
+    EXPECT_LT(most_live_bytes() - before, 100U << 20);
+    Body body = scene.description.bodies[0];
+    body.self_collision = true;
+    const Status refused = collider.change_body(0, body);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+    EXPECT_FALSE(collider.scene().bodies()[0].self_collision);
+    ASSERT_TRUE(collider.step(Doubles(scene.positions)).ok()) << "as before";
+  }
+}
+
+TEST(Hubs, ThatAreTakenHaveTheirPairsOnce) {
+  const HostileScene scene = fan(1000);
+  const std::size_t before = live_bytes();
+  forget_most_live_bytes();
+  Collider collider = make(scene, {});
+  EXPECT_LT(most_live_bytes() - before, 48U << 20) << "2.5 million pairs of features";
+  const StepResult step = collider.step(Doubles(scene.positions)).value();
+  EXPECT_EQ(step.statistics.counts.adjacent_pairs, 1000U * 999 / 2);
+  EXPECT_GT(step.statistics.counts.orphan_tests, 1'000'000U);
+}
+
+TEST(Hubs, PairsOfPagesOfABookAreCountedOnce) {
+  const HostileScene scene = book(30'000);
+  EXPECT_EQ(count_adjacent_pairs(Scene::create(scene.description).value()), 30'000ULL * 29'999 / 2);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that ask for much more work than they have triangles: what bounds on memory and time are tested with.
-// Pure functions.
+// Scenes that ask for much more work than they have triangles: what bounds on memory and time are tested
+// with. Pure functions.
 #pragma once
 
 #include <cstdint>
