@@ -54,7 +54,9 @@ TEST(Scene, NamesCountAsMemory) {
   EXPECT_EQ(scene.with_body_changed(0, {std::string(10, 'n')}).value().memory_bytes(), without + 10);
   EXPECT_EQ(scene.with_bodies({{std::string(20, 'n'), 0, 3}, {"", 3, 3}}).value().memory_bytes(),
             without + 20);
-  const BodyAddition addition{{"", 0, 3}, {{0, 1, 2}}};
+  BodyAddition addition;
+  addition.body.vertex_count = 3;
+  addition.faces = {{0, 1, 2}};
   BodyAddition long_name = addition;
   long_name.body.name = std::string(300, 'n');
   EXPECT_EQ(scene.with_body(long_name).value().memory_bytes(),
