@@ -29,7 +29,7 @@ constexpr std::uint32_t kFrameBytes = 16384;  // as large as gRPC lets a client 
 constexpr std::uint32_t kFieldBytes = 32;     // that a field counts for at least (RFC 9113, 6.5.2)
 constexpr std::uint8_t kIntegerBytes = 5;     // after the first: enough for 32 bits
 constexpr std::chrono::seconds kBlockTime{10};
-constexpr std::uint32_t kSmallData = 32;
+constexpr std::uint32_t kSmallDataBytes = 32;
 
 }  // namespace
 
@@ -135,7 +135,7 @@ void Http2Guard::begin_frame(const std::uint8_t* header) {
     case kData:
       if (payload_left_ == 0 && (flags_ & kEndStream) == 0)
         take(empty_data_, kEmptyData);
-      else if (payload_left_ < kSmallData)
+      else if (payload_left_ < kSmallDataBytes)
         take(small_data_, kSmallData);
       return;
     case kHeaders:

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fault table, row 29: strangers, who reach the daemon and have no token, beside a session that is stepped
 // all the while.
+#include <arpa/inet.h>
+#include <openssl/ssl.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -11,6 +17,7 @@
 
 #include "tests/faults/fault_table.h"
 #include "tests/faults/raw_socket.h"
+#include "tests/unit/server/test_certificates.h"
 
 namespace warmfront::test {
 namespace {
@@ -61,6 +68,13 @@ class FaultTableStrangers : public FaultTable {
     return sent;
   }
 
+  /// In the log, which has a line of it once a second.
+  void expect_reason(const char* reason) const {
+    for (int i = 0; i < 300 && daemon_->log().find(reason) == std::string::npos; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_NE(daemon_->log().find(reason), std::string::npos) << "the log says why";
+  }
+
   std::vector<RawSocket> connections(std::size_t count) const {
     std::vector<RawSocket> sockets;
     for (std::size_t i = 0; i < count; ++i) {
@@ -81,10 +95,7 @@ TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEnd) {
       socket.send(http2::frame(1, 0, 1, http2::header_block(http2::call_headers(kStep))));
     send_until_ended(sockets, 1024, [&] { return part; });
   });
-  // Once a second.
-  for (int i = 0; i < 300 && daemon_->log().find("header_block") == std::string::npos; ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_NE(daemon_->log().find("header_block"), std::string::npos) << "the log says why";
+  expect_reason("header_block");
 }
 
 TEST_F(FaultTableStrangers, Row29_AnIntegerWithoutEnd) {
@@ -94,6 +105,7 @@ TEST_F(FaultTableStrangers, Row29_AnIntegerWithoutEnd) {
     for (const RawSocket& socket : sockets) socket.send(http2::frame(1, 0, 1, "\x7f\x80"));
     send_until_ended(sockets, 64, [&] { return part; });
   });
+  expect_reason("field_coding");
 }
 
 TEST_F(FaultTableStrangers, Row29_RapidReset) {
@@ -107,6 +119,55 @@ TEST_F(FaultTableStrangers, Row29_RapidReset) {
       return bytes;
     });
   });
+  expect_reason("resets");
+}
+
+/// Encrypts what it sends over a socket that is connected.
+class TlsConnection {
+ public:
+  explicit TlsConnection(int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    constexpr std::array<unsigned char, 3> kHttp2{2, 'h', '2'};
+    SSL_set_alpn_protos(ssl_.get(), kHttp2.data(), kHttp2.size());
+    SSL_set_fd(ssl_.get(), socket_);
+    EXPECT_EQ(SSL_connect(ssl_.get()), 1);
+  }
+  ~TlsConnection() { ::close(socket_); }
+  TlsConnection(const TlsConnection&) = delete;
+  TlsConnection& operator=(const TlsConnection&) = delete;
+  bool send(const std::string& bytes) const {
+    return SSL_write(ssl_.get(), bytes.data(), static_cast<int>(bytes.size())) > 0;
+  }
+
+ private:
+  const int socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context_{SSL_CTX_new(TLS_client_method()), SSL_CTX_free};
+  const std::unique_ptr<SSL, void (*)(SSL*)> ssl_{SSL_new(context_.get()), SSL_free};
+};
+
+TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
+  const TemporaryFolder folder;
+  const Certificate mine("localhost", nullptr, "IP:127.0.0.1");
+  std::ofstream(folder.path() / "certificate") << mine.certificate();
+  std::ofstream(folder.path() / "key") << mine.key();
+  begin({"--tls-cert", (folder.path() / "certificate").string(), "--tls-key",
+         (folder.path() / "key").string()});
+  signal(SIGPIPE, SIG_IGN);
+  const std::string part = http2::frame(9, 0, 1, http2::header_block({{"more", std::string(8'000, 'm')}}));
+  while_stepping("CONTINUATION without end under TLS", [&] {
+    const TlsConnection connection(daemon_->port());
+    ASSERT_TRUE(connection.send(http2::hello()));
+    bool open = connection.send(http2::frame(1, 0, 1, http2::header_block(http2::call_headers(kStep))));
+    int sent = 0;
+    for (; open && sent < 50'000; ++sent) open = connection.send(part);
+    EXPECT_FALSE(open) << "the connection is ended";
+    std::printf("%d frames were taken before the end\n", sent);
+  });
+  expect_reason("header_block");
 }
 
 // What honest callers could send too, of empty messages that become objects: refused by its size, whoever

@@ -44,26 +44,37 @@ TEST(Scene, PointsAloneAreRefusedUntilTheyAreModelled) {
 
 // What a client sends is held for it, and counts.
 TEST(Scene, NamesCountAsMemory) {
-  const SceneDescription plain{
-      .vertex_count = 6, .faces = {{0, 1, 2}, {3, 4, 5}}, .bodies = {{"", 0, 3}, {"", 3, 3}}};
-  SceneDescription named = plain;
-  named.bodies[0].name = std::string(1000, 'n');
-  const Scene scene = Scene::create(named).value();
-  const std::size_t without = Scene::create(plain).value().memory_bytes();
+  const auto body = [](std::size_t name_bytes, std::uint32_t first) {
+    Body made;
+    made.name.assign(name_bytes, 'n');
+    made.first_vertex = first;
+    made.vertex_count = 3;
+    return made;
+  };
+  const auto scene_of = [&](std::size_t name_bytes) {
+    SceneDescription description;
+    description.vertex_count = 6;
+    description.faces = {{0, 1, 2}, {3, 4, 5}};
+    description.bodies.push_back(body(name_bytes, 0));
+    description.bodies.push_back(body(0, 3));
+    return Scene::create(std::move(description)).value();
+  };
+  const auto addition = [&](std::size_t name_bytes) {
+    BodyAddition added;
+    added.body = body(name_bytes, 0);
+    added.faces = {{0, 1, 2}};
+    return added;
+  };
+  const Scene scene = scene_of(1000);
+  const std::size_t without = scene_of(0).memory_bytes();
   EXPECT_EQ(scene.memory_bytes(), without + 1000);
-  EXPECT_EQ(scene.with_body_changed(0, {std::string(10, 'n')}).value().memory_bytes(), without + 10);
-  EXPECT_EQ(scene.with_bodies({{std::string(20, 'n'), 0, 3}, {"", 3, 3}}).value().memory_bytes(),
-            without + 20);
-  BodyAddition addition;
-  addition.body.vertex_count = 3;
-  addition.faces = {{0, 1, 2}};
-  BodyAddition long_name = addition;
-  long_name.body.name = std::string(300, 'n');
-  EXPECT_EQ(scene.with_body(long_name).value().memory_bytes(),
-            scene.with_body(addition).value().memory_bytes() + 300);
-  long_name.body.name = std::string(2000, 'n');
-  EXPECT_THAT(scene.with_body(long_name).error().message, HasSubstr("bodies[2].name: is 2000 bytes long"));
-  EXPECT_THAT(scene.with_body_changed(1, long_name.body).error().message, HasSubstr("bodies[1].name"));
+  EXPECT_EQ(scene.with_body_changed(0, body(10, 0)).value().memory_bytes(), without + 10);
+  EXPECT_EQ(scene.with_bodies({body(20, 0), body(0, 3)}).value().memory_bytes(), without + 20);
+  EXPECT_EQ(scene.with_body(addition(300)).value().memory_bytes(),
+            scene.with_body(addition(0)).value().memory_bytes() + 300);
+  EXPECT_THAT(scene.with_body(addition(2000)).error().message,
+              HasSubstr("bodies[2].name: is 2000 bytes long"));
+  EXPECT_THAT(scene.with_body_changed(1, body(2000, 0)).error().message, HasSubstr("bodies[1].name"));
 }
 
 // A face that repeats an index is the segment or the point that it names: each of its sides counts once.

@@ -161,6 +161,11 @@ TEST(Http2GuardTest, WhatHarmsIsToldForWhatItIs) {
   expect_verdict(hello + times(50'001, http2::frame(8, 0, 0, "\0\0\0\1"s)), Http2Guard::kWindowUpdates,
                  "windows");
   expect_verdict(hello + times(50'001, http2::frame(0, 0, 1, "x")), Http2Guard::kSmallData, "data of a byte");
+  const std::string a_little(31, 'x');
+  expect_verdict(hello + times(50'001, http2::frame(0, 0, 1, a_little)), Http2Guard::kSmallData,
+                 "a little data");
+  expect_verdict(hello + times(50'001, http2::frame(0, 0, 1, a_little + "x")), Http2Guard::kGood,
+                 "enough data");
   expect_verdict(hello + times(1'001, http2::frame(0, 0, 1, "")), Http2Guard::kEmptyData, "data of nothing");
   for (const std::uint8_t type : {2, 5, 7, 11, 200})
     expect_verdict(hello + times(101, http2::frame(type, 0, 1, "12345")), Http2Guard::kOtherFrames, "others");
