@@ -360,7 +360,7 @@ std::optional<Fault> Session::check_together(std::span<const SceneChange> change
     Result<Scene> with = scene.with_body_changed(index, body);
     if (!with) return with.error();
     scene = std::move(with).value();
-    return {};
+    return check_hubs(scene);
   };
   for (std::size_t i = 0; i < changes.size(); ++i) {
     if (Status status = check(changes[i]); !status)
@@ -414,7 +414,7 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, N
     }
     without = NoMemory::kLost;
   }
-  auto scene = std::make_shared<const Scene>(collider_.scene());
+  std::shared_ptr<const Scene> scene = collider_.shared_scene();  // nothing after the changes may fail
   StateDigest digest(standing_.now.digest);
   digest.add(kChange);
   digest.add(order.digest);

@@ -162,5 +162,130 @@ TEST(Hubs, PairsOfPagesOfABookAreCountedOnce) {
   EXPECT_EQ(count_adjacent_pairs(Scene::create(scene.description).value()), 30'000ULL * 29'999 / 2);
 }
 
+// ---- looks at the stop flag ----
+
+// Runs `call` with the flag of looks that stop at the n-th, for n spread over all there are, until it is
+// done. Returns how many looks that took.
+template <class Call>
+long stop_at_many_looks(Call&& call) {
+  for (long n = 0;; n += 1 + n / 8) {
+    const CountedLooks looks(n);
+    const auto result = call(CountedLooks::flag());
+    if (!CountedLooks::met()) {
+      EXPECT_TRUE(result.ok());
+      return CountedLooks::count();
+    }
+    EXPECT_TRUE(!result.ok() && result.error().code == ErrorCode::kCancelled) << "look " << n;
+    EXPECT_LE(CountedLooks::count(), n + 2) << "and goes on no further";
+  }
+}
+
+TEST(Looks, CreatingIsStoppedBetweenAFewThousandFaces) {
+  for (const HostileScene& scene : {flat_grid(100), fan(1000), as_body(book(20'000), false)}) {
+    const auto shared = std::make_shared<const Scene>(Scene::create(scene.description).value());
+    const auto create = [&](const std::atomic<bool>* flag) {
+      return Collider::create(shared, Doubles(scene.positions), {}, one_thread(), flag);
+    };
+    EXPECT_GT(stop_at_many_looks(create), static_cast<long>(shared->face_count()) / 64);
+    const std::size_t before = live_bytes();  // with what the arena keeps of its first
+    stop_at_many_looks(create);
+    EXPECT_EQ(live_bytes(), before);
+  }
+}
+
+// Of each kind of call but create() and step(), which other tests stop: the collider is as it was.
+TEST(Looks, ChangesAndChecksThatAreStoppedDidNotHappen) {
+  const HostileScene scene = stacked_sheets(8, 16, BodyKind::kDeformable);
+  Collider collider = make(scene, {});
+  Collider control = make(scene, {});
+  const std::vector<double> apart = spread(scene);
+  const auto expect_alike = [&] {
+    for (const auto* frame : {&apart, &scene.positions}) {
+      for (Collider* one : {&collider, &control}) {
+        std::vector<double> positions = *frame;
+        positions.resize(std::size_t{3} * one->scene().vertex_count(), 0.5);
+        ASSERT_TRUE(one->step(Doubles(positions)).ok());
+      }
+      EXPECT_EQ(collider.positions(), control.positions());
+      EXPECT_TRUE(collider.self_check().ok());
+    }
+  };
+  expect_alike();
+  EXPECT_GT(stop_at_many_looks([&](const std::atomic<bool>* flag) { return collider.self_check(flag); }), 20);
+  expect_alike();
+
+  Body body = scene.description.bodies[3];
+  body.self_collision = false;
+  ASSERT_TRUE(collider.change_body(3, body).ok());
+  ASSERT_TRUE(control.change_body(3, body).ok());
+  body.self_collision = true;
+  EXPECT_GT(
+      stop_at_many_looks([&](const std::atomic<bool>* flag) { return collider.change_body(3, body, flag); }),
+      0);
+  ASSERT_TRUE(control.change_body(3, body).ok());
+  expect_alike();
+
+  const HostileScene added = flat_grid(16);
+  BodyAddition addition;
+  addition.body.vertex_count = added.description.vertex_count;
+  addition.faces = added.description.faces;
+  EXPECT_GT(stop_at_many_looks([&](const std::atomic<bool>* flag) {
+              return collider.add_body(addition, Doubles(added.positions), flag);
+            }),
+            10);
+  ASSERT_TRUE(control.add_body(addition, Doubles(added.positions)).ok());
+  EXPECT_EQ(collider.scene().body_count(), 9U);
+  expect_alike();
+}
+
+// What a step does between two looks is a block of tests, or some thousands of what is quicker.
+TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
+  for (const Report report : {Report::kCount, Report::kAll, Report::kEarliest}) {
+    for (const HostileScene& scene : {collapsed_grid(400), stacked_sheets(100, 1, BodyKind::kRigid)}) {
+      Collider collider = make(scene, {.report = report});
+      for (int step = 0; step < 2; ++step) {
+        const CountedLooks looks(-1);
+        const StepResult result = collider.step(Doubles(scene.positions), CountedLooks::flag()).value();
+        const StepCounts& counts = result.statistics.counts;
+        EXPECT_GE(512 * CountedLooks::count(),
+                  static_cast<long>(counts.elementary_tests + counts.orphan_tests));
+        EXPECT_GE(4096 * CountedLooks::count(), static_cast<long>(counts.bv_tests + counts.primitive_tests));
+        EXPECT_GE(1024 * CountedLooks::count(), static_cast<long>(counts.near_parts));
+        EXPECT_GE((1L << 16) * CountedLooks::count(), static_cast<long>(result.contacts.size()));
+      }
+    }
+  }
+}
+
+// ---- changes ----
+
+// Describing a body anew costs what that body needs, and nothing that grows with the others.
+TEST(Changes, OfOneBodyTakeNothingForTheOthers) {
+  const HostileScene scene = stacked_sheets(100, 10, BodyKind::kDeformable);  // 20,000 triangles
+  Collider collider = make(scene, {});
+  ASSERT_TRUE(collider.step(Doubles(scene.positions)).ok());
+  Body body = collider.scene().bodies()[50];
+  const auto change = [&] {
+    const std::size_t before = live_bytes();
+    forget_most_live_bytes();
+    const CountedLooks looks(-1);
+    EXPECT_TRUE(collider.change_body(50, body, CountedLooks::flag()).ok());
+    EXPECT_LE(CountedLooks::count(), 8);
+    return most_live_bytes() - before;
+  };
+  const std::shared_ptr<const Scene> kept = collider.shared_scene();
+  change();
+  EXPECT_EQ(collider.shared_scene(), kept) << "as it was: nothing is made anew";
+  body.name = "renamed";
+  EXPECT_LT(change(), 32U << 10);
+  body.mask = 3;
+  EXPECT_LT(change(), 64U << 10) << "6 MB when each change copied the scene";
+  body.self_collision = false;
+  EXPECT_LT(change(), 64U << 10);
+  EXPECT_TRUE(collider.self_check().ok());
+  EXPECT_EQ(kept->bodies()[50].name, "") << "who keeps a scene has it as it was";
+  EXPECT_EQ(collider.scene().faces().data(), kept->faces().data()) << "the mesh is shared";
+}
+
 }  // namespace
 }  // namespace warmfront::testing
