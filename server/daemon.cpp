@@ -372,9 +372,11 @@ bool Daemon::drain() {
   }
   context.lifecycle.end_streams();
   // Steps that still run are given up, undone: their clients go on elsewhere, from the frame before.
-  if (context.lifecycle.wait_until_idle(start + impl_->drain_timeout / 4 * 3) > 0)
+  if (context.lifecycle.wait_until_idle(start + impl_->drain_timeout / 4 * 3) > 0) {
     for (const std::shared_ptr<Session>& session : context.store.list())
       session->close(Lifecycle::draining_fault());
+    context.lifecycle.give_up_streams();
+  }
   const std::size_t left = context.lifecycle.wait_until_idle(start + impl_->drain_timeout);
   impl_->server->Shutdown(std::chrono::system_clock::now() + kOthers);
   const auto took = std::chrono::steady_clock::now() - start;

@@ -66,6 +66,11 @@ void Lifecycle::end_quiet_streams(std::chrono::milliseconds quiet) {
   each_stream([&](Drainable& stream) { stream.end_if_quiet(fault, quiet); });
 }
 
+void Lifecycle::give_up_streams() {
+  const Fault fault = draining_fault();
+  each_stream([&](Drainable& stream) { stream.give_up(fault); });
+}
+
 void Lifecycle::enforce_timeouts() {
   const auto now = std::chrono::steady_clock::now();
   each_stream([&](Drainable& stream) { stream.enforce_timeouts(now); });

@@ -26,6 +26,8 @@ class Drainable {
   virtual void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) = 0;
   /// Ends when the client has had its time for what it is to send or to take.
   virtual void enforce_timeouts(std::chrono::steady_clock::time_point now) = 0;
+  /// Ends, and leaves undone what is in hand.
+  virtual void give_up(const Fault& fault) = 0;
   /// Ends as end() does, unless who made the call may still make it.
   virtual void enforce_rights() = 0;
 };
@@ -57,6 +59,8 @@ class Lifecycle {
   /// while.
   void end_streams();
   void end_quiet_streams(std::chrono::milliseconds quiet);
+  /// The same, without what they have in hand.
+  void give_up_streams();
   void enforce_timeouts();
   void enforce_rights();
   /// Waits until no call is in flight, `deadline` at the latest; how many are left.

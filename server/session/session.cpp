@@ -54,10 +54,6 @@ Error too_long(std::size_t bytes) {
               "answers in parts, or raise --max-message-bytes"};
 }
 
-Fault cancelled(std::uint64_t frame) {
-  return {ErrorCode::kCancelled, Reason::kCancelled,
-          name_of(frame) + ": given up by its client; the session is as before it"};
-}
 
 /// Tells a change from a frame, which begins with 0 or 1.
 constexpr std::uint64_t kChange = 2;
@@ -78,8 +74,9 @@ std::string text_of(const SessionState& state) {
 
 class Session::Running {
  public:
-  Running(Session& session, const FramePass& pass)
-      : session_(session), stop_(pass.given_up ? *pass.given_up : session.stop_) {
+  /// `given_up` is by the client; it may be null.
+  Running(Session& session, std::atomic<bool>* given_up)
+      : session_(session), stop_(given_up != nullptr ? *given_up : session.stop_) {
     const MutexLock lock(session_.mutex_);
     session_.running_ = &stop_;
     if (session_.closed_) stop_ = true;
@@ -116,7 +113,7 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
     if (!scene) return fault_from(scene.error());
     auto shared = std::make_shared<const Scene>(std::move(scene).value());
     Result<Collider> collider =
-        Collider::create(shared, positions.view(), spec.options, std::move(host.workers));
+        Collider::create(shared, positions.view(), spec.options, std::move(host.workers), host.given_up);
     if (!collider) return fault_from(collider.error(), {}, kAdjacentFaces);
     if (Status placed = collider.value().place(spec.poses); !placed) return fault_from(placed.error());
     return std::shared_ptr<Session>(new Session(std::move(spec), digest, std::move(shared),
@@ -290,20 +287,31 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request
   });
 }
 
-void Session::check(CheckDone done) {
+void Session::check(CheckDone done, std::shared_ptr<std::atomic<bool>> given_up) {
   auto reply = std::make_shared<CheckDone>(std::move(done));
-  const bool posted = mailbox_->post([in_hand = in_hand(), reply] {
-    (*reply)((*in_hand)->guarded<std::string>("the self-check", NoMemory::kKept,
-                                              [&] { return (*in_hand)->self_check(""); }));
+  const bool posted = mailbox_->post([in_hand = in_hand(), reply, given_up = std::move(given_up)] {
+    Session& self = *in_hand->operator->();
+    (*reply)(self.guarded<std::string>("the self-check", NoMemory::kKept, [&] {
+      const Running running(self, given_up.get());
+      return self.self_check("", running.stop());
+    }));
   });
   if (!posted)
     (*reply)(limit_met("CheckSession: too many frames of this session wait; try again after an answer",
                        "window", true));
 }
 
-Outcome<std::string> Session::self_check(const std::string& where) {
+Fault Session::given_up(const std::string& what) const {
+  if (std::optional<Fault> fault = closed()) return *std::move(fault);
+  return {ErrorCode::kCancelled, Reason::kCancelled,
+          what + ": given up by its client; the session is as before it"};
+}
+
+Outcome<std::string> Session::self_check(const std::string& where, const std::atomic<bool>* stop) {
+  const Status sound = collider_.self_check(stop);
+  if (!sound && sound.error().code == ErrorCode::kCancelled)
+    return given_up(where.empty() ? "CheckSession" : where.substr(0, where.find(':')));
   steps_unchecked_ = 0;
-  const Status sound = collider_.self_check();
   const bool lost = !sound && (sound.error().code == ErrorCode::kDataLoss || was_rebuilt_);
   if (metrics_ != nullptr)
     ++metrics_->self_checks[sound ? Metrics::kPassed : lost ? Metrics::kDataLost : Metrics::kRebuilt];
@@ -340,7 +348,8 @@ std::optional<Fault> Session::too_large_with(std::span<const SceneChange> change
 
 // The checks of the engine, which takes each change whole or not at all: so that it refuses none when others
 // are carried out already.
-std::optional<Fault> Session::check_together(std::span<const SceneChange> changes) const {
+std::optional<Fault> Session::check_together(std::span<const SceneChange> changes,
+                                             const std::atomic<bool>* stop) const {
   if (changes.size() < 2) return std::nullopt;
   Scene scene = collider_.scene();
   const auto check = [&](const SceneChange& change) -> Status {
@@ -363,13 +372,14 @@ std::optional<Fault> Session::check_together(std::span<const SceneChange> change
     return check_hubs(scene);
   };
   for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (stop->load(std::memory_order_relaxed)) return given_up("ChangeScene");
     if (Status status = check(changes[i]); !status)
       return fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
   }
   return std::nullopt;
 }
 
-std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
+std::optional<Fault> Session::refusal_of(const ChangeOrder& order, const std::atomic<bool>* stop) const {
   if (order.expected && *order.expected != standing_.now)
     return Fault{ErrorCode::kAborted, Reason::kStateChanged,
                  "expected_state: the session is not in this state (" + text_of(*order.expected) +
@@ -383,7 +393,7 @@ std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
                  frames_.expected()};
   if (std::optional<Fault> fault = too_large_with(order.changes)) return fault;
   if (std::optional<Fault> refusal = account_->refusal()) return refusal;
-  return check_together(order.changes);
+  return check_together(order.changes, stop);
 }
 
 Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, NoMemory& without) {
@@ -393,18 +403,24 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, N
                  "key: other changes were carried out under this one; choose another for each request"};
   }
   if (before) before();
-  if (std::optional<Fault> refusal = refusal_of(order)) return *std::move(refusal);
+  const Running running(*this, order.given_up.get());
+  if (std::optional<Fault> refusal = refusal_of(order, running.stop())) return *std::move(refusal);
   for (std::size_t i = 0; i < order.changes.size(); ++i) {
+    // Once something was changed, only the end of the session stops the rest.
+    if (i > 0)
+      if (std::optional<Fault> fault = closed()) return *std::move(fault);
+    const std::atomic<bool>* stop = i == 0 ? running.stop() : nullptr;
     const auto carry_out = [&]() -> Status {
       if (auto* add = std::get_if<AddBody>(&order.changes[i])) {
         const Result<std::uint32_t> added =
-            collider_.add_body(std::move(add->addition), std::span<const double>(add->positions));
+            collider_.add_body(std::move(add->addition), std::span<const double>(add->positions), stop);
         return added ? Status{} : Status{added.error()};
       }
       auto& change = std::get<ChangeBody>(order.changes[i]);
-      return collider_.change_body(change.index, std::move(change.body));
+      return collider_.change_body(change.index, std::move(change.body), stop);
     };
     if (Status status = carry_out(); !status) {
+      if (status.error().code == ErrorCode::kCancelled) return given_up("ChangeScene");
       Fault fault = fault_from(status.error(), "changes[" + std::to_string(i) + "]: ", kAdjacentFaces);
       // Checked before: a session that is changed by half is none.
       if (i > 0)
@@ -429,7 +445,7 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, N
 Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   const std::uint64_t frame = request.frame;
   const Scene& scene = collider_.scene();
-  if (request.pass.cancelled()) return cancelled(frame);
+  if (request.pass.cancelled()) return given_up(name_of(frame));
   if (request.pass.refused) return *request.pass.refused;
   switch (frames_.classify(frame)) {
     case FrameSequence::Verdict::kOutOfOrder:
@@ -459,7 +475,9 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     return *std::move(refusal);
   }
   if (check_is_due()) {
-    if (Outcome<std::string> checked = self_check(name_of(frame) + ": "); !checked) return checked.fault();
+    const Running running(*this, request.pass.given_up.get());
+    if (Outcome<std::string> checked = self_check(name_of(frame) + ": ", running.stop()); !checked)
+      return checked.fault();
   }
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
   StateDigest digest(standing_.now.digest);
@@ -478,13 +496,10 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
     return {};
   };
   const Result<StepResult> result = [&] {
-    const Running running(*this, request.pass);
+    const Running running(*this, request.pass.given_up.get());
     return collider_.step(request.contents.view(), running.stop(), accept);
   }();
-  if (!result && result.error().code == ErrorCode::kCancelled) {
-    if (std::optional<Fault> fault = closed()) return *std::move(fault);
-    return cancelled(frame);
-  }
+  if (!result && result.error().code == ErrorCode::kCancelled) return given_up(name_of(frame));
   if (!result) return fault_from(result.error(), name_of(frame) + ": ", limit);
   answer->statistics = result.value().statistics;
   answer->queue_ms = 1e3 * waited.count();

@@ -63,6 +63,8 @@ struct ChangeOrder {
   std::string key = {};                                 ///< empty: none
   std::optional<SessionState> expected = std::nullopt;  ///< none: whatever the session is in
   std::uint64_t digest = 0;                             ///< of the changes as they were sent
+  /// Set when the client has given up; null for one that cannot.
+  std::shared_ptr<std::atomic<bool>> given_up = nullptr;
 };
 
 /// A session as it stands; see SessionInfo on the wire.
@@ -105,6 +107,7 @@ class Session : public std::enable_shared_from_this<Session> {
     Metrics* metrics = nullptr;  ///< where its steps are counted, if anywhere; outlives the session
     std::shared_ptr<SessionRecording> recording = {};  ///< null where it is not recorded
     Rebuilt rebuilt = {};                              ///< if anybody wants to know
+    const std::atomic<bool>* given_up = nullptr;       ///< stops the making of it, CANCELLED
   };
   /// Builds the hierarchy: slow, so call it on the runner. Fails as Scene::create() and Collider::create()
   /// do; RESOURCE_EXHAUSTED when memory runs out.
@@ -145,12 +148,13 @@ class Session : public std::enable_shared_from_this<Session> {
   /// frame expected then, ABORTED unless the session is in the state `expected`. With the key of the last
   /// order that was carried out the answer to that is given again, without `before`; INVALID_ARGUMENT when
   /// its changes were others. `done` is called as in step().
+  /// CANCELLED, with nothing changed, when the client gives up before the first of them is carried out.
   void change(ChangeOrder order, ChangeDone done, Before before = {});
 
   /// Checks, in its turn, what the collider keeps, as step() does by itself every limits.self_check_steps:
   /// what was found broken, which is made anew in the next step, or nothing; DATA_LOSS, and the session is
   /// dropped, where that is not possible, or the second time. `done` is called as in step().
-  void check(CheckDone done);
+  void check(CheckDone done, std::shared_ptr<std::atomic<bool>> given_up = nullptr);
 
   /// Makes a stream the session's only one. ABORTED when another holds it, unless `takeover`: the other is
   /// evicted then. `done` gets where the session stands, on a runner's thread, once all earlier frames are
@@ -196,10 +200,12 @@ class Session : public std::enable_shared_from_this<Session> {
 
   Outcome<std::shared_ptr<const Answer>> compute(Request& request);
   Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request) noexcept;
-  Outcome<std::string> self_check(const std::string& where);
+  Outcome<std::string> self_check(const std::string& where, const std::atomic<bool>* stop);
   std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
-  std::optional<Fault> check_together(std::span<const SceneChange> changes) const;
-  std::optional<Fault> refusal_of(const ChangeOrder& order) const;
+  std::optional<Fault> check_together(std::span<const SceneChange> changes, const std::atomic<bool>* stop) const;
+  std::optional<Fault> refusal_of(const ChangeOrder& order, const std::atomic<bool>* stop) const;
+  /// What a request ends with whose client gave up, or whose session was closed meanwhile.
+  Fault given_up(const std::string& what) const;
 
   void advance(const SessionState& next) { standing_ = {next, standing_.now}; }
   /// What becomes of the session when work on its collider meets std::bad_alloc.
@@ -212,7 +218,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // Runs work on the collider; what it throws becomes a fault, and the session is lost then, but for kKept.
   template <class T, class Work>
   Outcome<T> guarded(const char* what, const NoMemory& without, Work work) noexcept;
-  /// A step that close() can stop, for as long as it lives.
+  /// A request that close() can stop, for as long as it lives.
   class Running;
   void take_stock();
   void plan_next();
@@ -250,7 +256,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::uint32_t steps_unchecked_ = 0;
   bool was_rebuilt_ = false;  // after a self-check
   bool stepped_ = false;      // the last request was a step, and was carried out
-  std::atomic<bool> stop_{false};  // a step whose client cannot give it up
+  std::atomic<bool> stop_{false};  // a request whose client cannot give it up
   double next_ms_;            // step_cost_ms() of the next step, or more when one outgrew that
   double took_ms_ = 0;        // by the last request
   std::shared_ptr<const Answer> last_answer_;
@@ -263,7 +269,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::chrono::steady_clock::time_point last_request_ WARMFRONT_GUARDED_BY(mutex_);
   std::uint32_t in_hand_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // requests
   std::optional<Fault> closed_ WARMFRONT_GUARDED_BY(mutex_);
-  std::atomic<bool>* running_ WARMFRONT_GUARDED_BY(mutex_) = nullptr;  // stops the step being computed
+  std::atomic<bool>* running_ WARMFRONT_GUARDED_BY(mutex_) = nullptr;  // stops the request under way
   std::uint64_t attachments_ WARMFRONT_GUARDED_BY(mutex_) = 0;
   std::optional<Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);
   Evict evict_ WARMFRONT_GUARDED_BY(mutex_);

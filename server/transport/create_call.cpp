@@ -86,6 +86,7 @@ void CreateCall::read_done(bool ok) {
 }
 
 void CreateCall::OnCancel() {
+  given_up_ = true;
   const MutexLock lock(mutex_);
   fail_locked(grpc::Status::CANCELLED);
 }
@@ -120,6 +121,15 @@ void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
 void CreateCall::enforce_rights() {
   if (context_.guard.still_knows(principal_)) return;
   if_memory_allows([&] { end(Guard::revoked()); });
+}
+
+void CreateCall::give_up(const Fault& fault) {
+  if_memory_allows([&] {
+    const MutexLock lock(mutex_);
+    if (!given_up_by_daemon_) given_up_by_daemon_ = fault;
+  });
+  given_up_ = true;
+  end(fault);
 }
 
 grpc::Status CreateCall::status_of(const Fault& fault) const noexcept {
@@ -183,6 +193,10 @@ void CreateCall::build(Lane lane) {
   react(
       [&] {
         Outcome<std::shared_ptr<Session>> made = make(lane);
+        if (!made && made.fault().code == ErrorCode::kCancelled) {
+          const MutexLock lock(mutex_);
+          if (given_up_by_daemon_) made = *given_up_by_daemon_;
+        }
         const grpc::Status status = made ? grpc::Status::OK : context_.refuse(made.fault());
         if (made && !call_.IsCancelled()) {
           made_ = std::move(made).value();
@@ -223,7 +237,7 @@ Outcome<std::shared_ptr<Session>> CreateCall::make(Lane lane) {
   Outcome<std::shared_ptr<Session>> made =
       Session::create(upload_->take_spec(), upload_->take_positions(),
                       {context_.workers, context_.runner, context_.limits, std::move(account_), lost,
-                       principal_.name, tenant_, &context_.metrics, recording_, rebuilt});
+                       principal_.name, tenant_, &context_.metrics, recording_, rebuilt, &given_up_});
   if (made) {
     v1::CreateSessionResponse response;
     *response.mutable_session() = to_proto(*made.value());

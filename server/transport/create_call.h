@@ -6,6 +6,7 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -30,7 +31,8 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
                            grpc::ByteBuffer& response);
 
   void OnReadDone(bool ok) override;
-  /// What was uploaded is freed at once, and a session that its client will not hear of is not kept.
+  /// What was uploaded is freed at once, and a session that its client will not hear of is not made to the end,
+  /// or not kept.
   void OnCancel() override;
   void OnDone() override;
 
@@ -40,6 +42,7 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
   void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
   void enforce_rights() override;
+  void give_up(const Fault& fault) override;
 
  private:
   CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response);
@@ -70,6 +73,8 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   Principal principal_;
   std::shared_ptr<Tenant> tenant_;
 
+  std::atomic<bool> given_up_{false};  // stops the building
+
   // Used by start() and OnDone() only: keeps the call alive in between.
   std::shared_ptr<CreateCall> self_;
   std::optional<Lifecycle::Call> in_flight_;
@@ -87,6 +92,7 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   } state_ WARMFRONT_GUARDED_BY(mutex_) = State::kUploading;
   std::chrono::steady_clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = began_;
   std::optional<Gate::Ticket> ticket_;  // while it is uploaded
+  std::optional<Fault> given_up_by_daemon_ WARMFRONT_GUARDED_BY(mutex_);
   std::optional<Upload> upload_;
   std::shared_ptr<Account> account_;
   std::optional<Store::Reservation> reservation_;

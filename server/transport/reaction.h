@@ -7,6 +7,8 @@
 #include <grpcpp/support/server_callback.h>
 #include <grpcpp/support/status.h>
 
+#include <atomic>
+#include <memory>
 #include <new>
 #include <string>
 #include <utility>
@@ -51,6 +53,18 @@ void finish_call(Reactor& reactor, grpc::Status status) noexcept {
   }
   reactor.Finish(std::move(status));
 }
+
+/// The reactor of a unary call whose client may give up, which sets a flag that the work looks at. Lives until
+/// gRPC calls OnDone().
+class CancellableCall final : public grpc::ServerUnaryReactor {
+ public:
+  void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }
+  void OnDone() override { delete this; }
+  const std::shared_ptr<std::atomic<bool>>& given_up() const { return given_up_; }
+
+ private:
+  const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
+};
 
 /// Ends a reactor's call with what `respond` returns, having filled the response, or throws.
 template <class Reactor, class Respond>

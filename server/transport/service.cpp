@@ -4,6 +4,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <memory>
 #include <utility>
 
 #include "proto/byte_buffer.h"
@@ -85,14 +86,17 @@ class CollisionService final : public Base {
   grpc::ServerUnaryReactor* ChangeScene(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                         grpc::ByteBuffer* response) override {
     return found<v1::ChangeSceneRequest>(
-        *call, *request, "ChangeScene", [&](std::shared_ptr<Session> session, const auto& message) {
+        *call, *request, "ChangeScene",
+        [&](std::shared_ptr<Session> session, const auto& message) -> grpc::ServerUnaryReactor* {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
           if (!begun) return finish(call, context_.refuse(begun.fault()));
           Outcome<ChangeOrder> order = change_order_from(message, session->dtype());
           if (!order) return finish(call, context_.refuse(order.fault()));
-          grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
           // Shared, because a std::function must be copyable; released after the reactor was finished.
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
+          auto call_made = std::make_unique<CancellableCall>();
+          CancellableCall* reactor = call_made.get();
+          order.value().given_up = reactor->given_up();
           auto [before, done] = recorded(session->recording(), message,
                                          [&context = context_, reactor, response, session,
                                           in_flight](const Outcome<SessionState>& state) {
@@ -106,18 +110,20 @@ class CollisionService final : public Base {
                                            });
                                          });
           session->change(std::move(order).value(), std::move(done), std::move(before));
-          return reactor;
+          return call_made.release();
         });
   }
 
   grpc::ServerUnaryReactor* CheckSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override {
     return found<v1::CheckSessionRequest>(
-        *call, *request, "CheckSession", [&](const std::shared_ptr<Session>& session, const auto&) {
+        *call, *request, "CheckSession",
+        [&](const std::shared_ptr<Session>& session, const auto&) -> grpc::ServerUnaryReactor* {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
           if (!begun) return finish(call, context_.refuse(begun.fault()));
-          grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
+          auto call_made = std::make_unique<CancellableCall>();
+          CancellableCall* reactor = call_made.get();
           session->check(
               [&context = context_, reactor, response, in_flight](const Outcome<std::string>& outcome) {
                 answer(*reactor, [&] {
@@ -127,8 +133,9 @@ class CollisionService final : public Base {
                   *response = serialize(reply);
                   return grpc::Status::OK;
                 });
-              });
-          return reactor;
+              },
+              reactor->given_up());
+          return call_made.release();
         });
   }
 

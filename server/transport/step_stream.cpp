@@ -292,6 +292,11 @@ void StepStream::enforce_rights() {
   guarded([&] { end(Guard::revoked()); });
 }
 
+void StepStream::give_up(const Fault& fault) {
+  given_up_->store(true, std::memory_order_relaxed);
+  end(fault);
+}
+
 // Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
 // ends with.
 void StepStream::cut_off_locked() {

@@ -48,6 +48,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) override;
   void enforce_timeouts(std::chrono::steady_clock::time_point now) override;
   void enforce_rights() override;
+  void give_up(const Fault& fault) override;
 
  private:
   using Clock = std::chrono::steady_clock;
