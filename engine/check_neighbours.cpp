@@ -57,8 +57,8 @@ class Ends {
 template <class Bounds>
 std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bounds>& tree,
                               const Scene& scene, std::span<const PointBounds> vertex_bounds,
-                              std::uint64_t turn) {
-  if (!std::ranges::equal(kept, list_neighbours(tree), same_lists))
+                              std::uint64_t turn, StopSignal stop) {
+  if (!std::ranges::equal(kept, list_neighbours(tree, stop), same_lists))
     return "does not list the neighbouring blocks";
   if (std::ranges::any_of(kept, &NeighbourChunk::tested))
     return "has neighbours that were tested for a step which did not come";
@@ -67,6 +67,7 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
   const auto check = [&](std::size_t turns) {
     const std::size_t c = turns * kBudgetTurns + turn % kBudgetTurns;
     if (c >= kept.size()) return;
+    stop.check();
     for (const NeighbourPair& pair : kept[c].pairs) {
       const bool lasts =
           !pair.budget.spent(tree.block_travel[pair.a], tree.block_travel[pair.b], 2 * tree.travel_slack);
@@ -79,8 +80,8 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
 }
 
 template std::string broken_neighbours(std::span<const NeighbourChunk>, const Bvh<Aabb>&, const Scene&,
-                                       std::span<const PointBounds>, std::uint64_t);
+                                       std::span<const PointBounds>, std::uint64_t, StopSignal);
 template std::string broken_neighbours(std::span<const NeighbourChunk>, const Bvh<KDop18>&, const Scene&,
-                                       std::span<const PointBounds>, std::uint64_t);
+                                       std::span<const PointBounds>, std::uint64_t, StopSignal);
 
 }  // namespace warmfront

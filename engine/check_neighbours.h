@@ -10,16 +10,18 @@
 #include "engine/bvh/bvh.h"
 #include "engine/front/neighbours.h"
 #include "engine/scene/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
 /// What is wrong first, empty where nothing is: that `kept` lists the neighbours of `tree` as they are, and
 /// that those whose budgets last are apart at the end of the step. Budgets are looked at in one chunk of
-/// kBudgetTurns, another one in each turn. Parallel.
+/// kBudgetTurns, another one in each turn. Parallel. Throws Stopped when told to
+/// stop.
 template <class Bounds>
 std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bounds>& tree,
                               const Scene& scene, std::span<const PointBounds> vertex_bounds,
-                              std::uint64_t turn);
+                              std::uint64_t turn, StopSignal stop = {});
 inline constexpr std::uint64_t kBudgetTurns = 16;
 
 }  // namespace warmfront

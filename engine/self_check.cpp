@@ -283,8 +283,9 @@ class SelfCheck {
 
   void check_neighbours(const FrontSegment& segment) {
     if (segment.neighbours.empty()) return;  // where the front is not lazy, or has no room
-    const std::string wrong = broken_neighbours(segment.neighbours, kept_.trees[segment.parts.a],
-                                                core_.topology->scene, core_.vertex_bounds, kept_.turn);
+    const std::string wrong =
+        broken_neighbours(segment.neighbours, kept_.trees[segment.parts.a], core_.topology->scene,
+                          core_.vertex_bounds, kept_.turn, kept_.stop);
     if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
   }
 
