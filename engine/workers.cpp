@@ -7,8 +7,11 @@
 
 #include <atomic>
 #include <cfenv>
+#include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace warmfront {
 namespace {
@@ -48,41 +51,48 @@ int thread_count(int asked) {
 }  // namespace
 
 struct Workers::Impl {
-  explicit Impl(int threads) : more_than_cores(allow(threads)), arena(threads), environment(arena) {}
+  Impl(int the_threads, Bounds bounds) : in_all(allow(the_threads, bounds)), threads(the_threads) {}
 
   // oneTBB starts no more threads than the machine has cores unless told to, before the arena starts; the
   // least of what it was told counts.
-  static std::optional<tbb::global_control> allow(int threads) {
-    if (static_cast<unsigned>(threads) <= std::thread::hardware_concurrency()) return std::nullopt;
+  static std::optional<tbb::global_control> allow(int threads, Bounds bounds) {
+    if (bounds == Bounds::kOneCall && static_cast<unsigned>(threads) <= std::thread::hardware_concurrency())
+      return std::nullopt;
     return std::optional<tbb::global_control>(std::in_place, tbb::global_control::max_allowed_parallelism,
                                               static_cast<std::size_t>(threads));
   }
 
-  std::optional<tbb::global_control> more_than_cores;
-  tbb::task_arena arena;
-  DefaultFloatingPoint environment;
+  const std::optional<tbb::global_control> in_all;
+  const int threads;
 };
 
-// oneTBB hands the environment in which an arena was made to every task, so it is made in the default one.
-Workers::Workers(int threads) {
-  const CallerEnvironment environment;
-  impl_ = std::make_unique<Impl>(thread_count(threads));
-}
+Workers::Workers(int threads, Bounds bounds)
+    : impl_(std::make_unique<Impl>(thread_count(threads), bounds)) {}
 Workers::~Workers() = default;
 
 namespace {
 
-// The calling thread's own arena of one slot; made when it is first needed.
-Workers& own_arena() {
-  thread_local Workers workers(1);
-  return workers;
+struct Arena {
+  explicit Arena(int threads) : arena(threads), environment(arena) {}
+  tbb::task_arena arena;
+  DefaultFloatingPoint environment;
+};
+
+// The calling thread's own arena of so many slots; made when it is first needed. oneTBB hands the environment
+// in which an arena was made to every task, so it is made in the default one.
+Arena& own_arena(int threads) {
+  thread_local std::vector<std::pair<int, std::unique_ptr<Arena>>> arenas;
+  for (const auto& [count, arena] : arenas)
+    if (count == threads) return *arena;
+  const CallerEnvironment environment;
+  return *arenas.emplace_back(threads, std::make_unique<Arena>(threads)).second;
 }
 thread_local int alone = 0;  // OneThreads alive
 
 }  // namespace
 
 Workers::OneThread::OneThread() {
-  static_cast<void>(own_arena());
+  static_cast<void>(own_arena(1));
   ++alone;
 }
 Workers::OneThread::~OneThread() {
@@ -90,14 +100,14 @@ Workers::OneThread::~OneThread() {
 }
 
 int Workers::threads() const {
-  return alone > 0 ? 1 : impl_->arena.max_concurrency();
+  return alone > 0 ? 1 : impl_->threads;
 }
 
 void Workers::run(const std::function<void()>& work) {
   // Another thread of the arena may do the work. oneTBB orders it before the return; the flag says so in code
   // that the thread sanitizer can see.
   std::atomic<bool> done{false};
-  (alone > 0 ? *own_arena().impl_ : *impl_).arena.execute([&] {
+  own_arena(threads()).arena.execute([&] {
     const CallerEnvironment environment;
     // Tasks of another collider in the same arena must not run inside a wait of this one: it may hold
     // thread-local state.

@@ -3,6 +3,8 @@
 // a brief turn. Thread-safe.
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -21,12 +23,11 @@ namespace warmfront::server {
 
 /// Runs tasks by their shares, and each share's first come, first served within their lane, each lane on
 /// threads of its own, so that a short task never waits for long ones. Tasks do not throw. They share the
-/// arena of Workers for their inner loops, so a few threads here are enough: one more runs one more step at a
-/// time, not one more core.
+/// threads of Workers for their inner loops, so a few threads here are enough.
 class Runner {
  public:
-  /// How long a task may take its lane's thread while others wait; then another thread takes its place in the
-  /// lane, and the system divides the cores among them.
+  /// How long a task may take its lane's thread; then another thread takes its place in the lane, and it goes
+  /// on behind all others that the cores are wanted for.
   struct Patience {
     std::array<std::chrono::milliseconds, 2> by_lane;
     int most = 32;  ///< threads beyond those of the lanes
@@ -57,16 +58,15 @@ class Runner {
   /// Tasks that have ended.
   std::uint64_t done() const { return done_.load(std::memory_order_relaxed); }
   /// Whether a task of this lane, which is being run, takes one thread of Workers: a short one, beside
-  /// others, and any beside one that was relieved. It would wait for as many as a long one holds.
-  bool takes_one_thread(Lane lane) const {
-    return (lane == Lane::kShort && busy() > 1) || relieved_.load(std::memory_order_relaxed) > 0;
-  }
+  /// others, to whom the other threads are worth more.
+  bool takes_one_thread(Lane lane) const { return lane == Lane::kShort && busy() > 1; }
 
  private:
   struct Thread {
     Lane lane;
     std::thread thread;
     double began_ms = -1;   ///< of the task under way; < 0: none
+    pid_t id = 0;           ///< by which the system knows it; 0: not yet
     bool relieved = false;  ///< another has its place: it ends with its task
     bool ended = false;
   };
@@ -82,7 +82,7 @@ class Runner {
 
   void work(Thread& self);
   void watch();
-  /// Puts threads in the place of those that keep others waiting. Whether it is to be asked again soon.
+  /// Puts threads in the place of those whose tasks take long. Whether it is to be asked again soon.
   bool relieve() WARMFRONT_REQUIRES(mutex_);
   void start(Lane lane) WARMFRONT_REQUIRES(mutex_);
   void queue(Tasks& one, Lane lane) noexcept WARMFRONT_REQUIRES(mutex_);

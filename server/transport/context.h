@@ -30,7 +30,7 @@ struct Context {
       : limits(limits_in),
         log(log_in),
         guard(guard_in),
-        workers(std::make_shared<Workers>(threads)),
+        workers(std::make_shared<Workers>(threads, Workers::Bounds::kProcess)),
         budget(limits.max_total_bytes),
         streams(limits.max_open_streams),
         frames(limits.max_frames_in_flight),
