@@ -84,6 +84,15 @@ std::optional<Fault> Account::refusal() const {
   return std::nullopt;
 }
 
+bool Account::over(std::size_t more) const {
+  const std::size_t held = this->held();
+  if (held > limit_ || more > limit_ - held) return true;
+  if (held + more <= reserved_) return false;
+  const std::size_t extra = charge(held + more) - charge(held);
+  const auto exceeds = [extra](const Budget& budget) { return budget.used() + extra > budget.limit(); };
+  return exceeds(budget_) || (of_principal_ && exceeds(*of_principal_));
+}
+
 Holding::Holding(std::shared_ptr<Account> account, std::size_t bytes) : account_(std::move(account)) {
   set(bytes);
 }

@@ -260,8 +260,7 @@ void Session::take_stock() {
 }
 
 // Only what follows a step is foreseen to be brief: the first of a changed scene, or of one whose warmth is
-// gone, may take long, and so may the frame again that was given up. A check takes a time of its own, and the
-// disk of a recording what it likes.
+// gone, may take long, and so may the frame again that was given up. A check takes a time of its own.
 void Session::plan_next() {
   const std::uint64_t faces = collider_.scene().face_count();
   next_ms_ = step_cost_ms(faces, last_answer_ ? last_answer_->statistics.counts : StepCounts{});
@@ -272,7 +271,7 @@ void Session::plan_next() {
   constexpr double kOutgrown = 10, kLeastMs = 100;
   const bool outgrown = took_ms_ > std::max(kLeastMs, kOutgrown * next_ms_);
   if (outgrown) next_ms_ = took_ms_;
-  const bool foreseen = stepped_ && !outgrown && !check_is_due() && !recording_;
+  const bool foreseen = stepped_ && !outgrown && !check_is_due();
   mailbox_->foresee(lane_of(next_ms_), foreseen ? next_ms_ : Mailbox::kUnforeseen);
 }
 

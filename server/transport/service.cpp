@@ -93,7 +93,7 @@ class CollisionService final : public Base {
           grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
           // Shared, because a std::function must be copyable; released after the reactor was finished.
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-          auto [before, done] = recorded(session->recording(), message,
+          auto [before, done] = recorded(session->recording(), message, session->account(),
                                          [&context = context_, reactor, response, session,
                                           in_flight](const Outcome<SessionState>& state) {
                                            answer(*reactor, [&] {

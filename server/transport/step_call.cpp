@@ -46,12 +46,13 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
   pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;
   // An overflow is kept in the buffer, for the session to answer by its rules.
   append(request, contents);
-  std::vector<v1::StepFrame> parts;
+  RecordedParts parts(session.account());
   if (session.recording()) {
-    v1::StepFrame& part = parts.emplace_back();
+    v1::StepFrame part;
     part.set_frame(request.frame());
     part.set_positions(request.positions());
     if (request.has_moved()) *part.mutable_moved() = request.moved();
+    parts.add(std::move(part), RecordedParts::kOneMessage);
   }
   auto [before, done] = recorded(session.recording(), request.frame(), std::move(parts),
                                  [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {

@@ -20,6 +20,7 @@
 #include "server/annotations.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
+#include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
 #include "warmfront/v1/step.pb.h"
 
@@ -56,7 +57,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
     std::uint64_t frame;
     FrameBuffer contents;
     FramePass pass;
-    std::vector<v1::StepFrame> parts = {};  // as they came, where the session is recorded
+    RecordedParts parts;  // where the session is recorded
   };
   /// What is to be written: a message, or an answer's chunks one after the other.
   struct Outgoing {
