@@ -192,7 +192,8 @@ struct Daemon::Impl {
 
 Daemon::Daemon(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
+Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
+  Config config = wanted;
   if (config.listen.empty()) return invalid_argument("listen: at least one address is expected");
   std::vector<SocketLock> sockets;
   for (const std::string& address : config.listen)
@@ -225,6 +226,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
     certificates = std::move(read).value();
   }
 
+  for (const std::string& reason : fit_to_memory(config.limits))
+    log.write(LogLevel::kWarning, "limits_beside_memory", {{"reason", reason}});
   enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
   auto impl = std::make_unique<Impl>(config, log, std::move(guard).value(), std::move(certificates),

@@ -184,7 +184,8 @@ const Setting kSettings[] = {
      [](Config& c, const Values& v) { return set_bytes(c.limits.max_front_bytes, v.back(), 1); },
      [](const Config& c) { return Values{format_bytes(c.limits.max_front_bytes)}; }},
     {"max-session-bytes", Kind::kValue,
-     "Memory of a session: scene, hierarchy, front, waiting frames and answers",
+     "Memory of a session: scene, hierarchy, front, waiting frames and answers; by default 8GiB, and never more "
+     "than --max-total-bytes or than this process may use, to which it is lowered, with a line in the log",
      [](Config& c, const Values& v) { return set_bytes(c.limits.max_session_bytes, v.back(), 1 << 16); },
      [](const Config& c) { return Values{format_bytes(c.limits.max_session_bytes)}; }},
     {"max-total-bytes", Kind::kValue,
