@@ -192,6 +192,7 @@ std::shared_ptr<const Scene> Session::scene() const {
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
                    StepDone done, Before before) {
+  pass.hold(contents.memory_bytes());
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
   auto request = std::make_shared<Request>(
@@ -453,6 +454,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   }
   if (Status complete = request.contents.complete(scene); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
+  request.pass.hold(request.contents.memory_bytes());
   if (std::optional<Fault> refusal = account_->refusal()) {
     refusal->message = name_of(frame) + ": " + refusal->message;
     return *std::move(refusal);

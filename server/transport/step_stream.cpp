@@ -136,6 +136,7 @@ void StepStream::attach(const v1::Attach& request) {
   {
     const MutexLock lock(mutex_);
     session_ = session.value();
+    current_bytes_ = Holding(session_->account());
     attaching_ = true;
     awaited_since_.reset();
   }
@@ -369,6 +370,7 @@ void StepStream::write_locked() {
     current_ = std::move(std::get<grpc::ByteBuffer>(next.what));
     writes_.pop_front();
   }
+  current_bytes_.set(current_.Length());
   writing_ = true;
   write_began_ = Clock::now();
   StartWrite(&current_);
@@ -406,6 +408,7 @@ void StepStream::OnWriteDone(bool ok) {
     last_moved_ = Clock::now();
     if (current_ends_frame_) --in_flight_;
     current_.Clear();
+    current_bytes_.set(0);
     if (!ok) break_locked();
     advance_locked();
   });

@@ -125,6 +125,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
       false;  // a message was read and is not yet counted in what follows from it
   bool writing_ WARMFRONT_GUARDED_BY(mutex_) = false;
   grpc::ByteBuffer current_ WARMFRONT_GUARDED_BY(mutex_);  // must outlive its write
+  Holding current_bytes_ WARMFRONT_GUARDED_BY(mutex_);     // of it, on the session's account
   bool current_ends_frame_ WARMFRONT_GUARDED_BY(mutex_) = false;
   Clock::time_point write_began_ WARMFRONT_GUARDED_BY(mutex_);
   std::deque<Outgoing> writes_ WARMFRONT_GUARDED_BY(mutex_);

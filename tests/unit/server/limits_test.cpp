@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/session/account.h"
+#include "server/session/answer.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace warmfront::test {
@@ -156,7 +157,7 @@ TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
   v1::GetSessionResponse response;
   ASSERT_TRUE(stub_->GetSession(&context, request, &response).ok());
   EXPECT_LE(response.session().options().max_front_bytes(), 150u << 10);
-  EXPECT_LE(response.session().options().max_contacts() * 26, 150u << 10);
+  EXPECT_LE(response.session().options().max_contacts() * server::held_per_contact({}), 150u << 10);
 
   // To explain takes a front and contacts twice.
   v1::SessionHeader explaining = header(kOther);
@@ -166,7 +167,7 @@ TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
   request.set_session_id(kOther);
   ASSERT_TRUE(stub_->GetSession(&again, request, &response).ok());
   EXPECT_LE(response.session().options().max_front_bytes(), 75u << 10);
-  EXPECT_LE(response.session().options().max_contacts() * 26, 75u << 10);
+  EXPECT_LE(response.session().options().max_contacts() * server::held_per_contact({}), 75u << 10);
 }
 
 class FewStreamsTest : public ServiceTest {
