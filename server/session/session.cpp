@@ -338,6 +338,42 @@ std::optional<Fault> Session::too_large_with(std::span<const SceneChange> change
   return std::nullopt;
 }
 
+std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
+  const std::uint64_t vertices = collider_.scene().vertex_count(), faces = collider_.scene().face_count();
+  std::uint64_t more_vertices = 0, more_faces = 0;
+  for (const SceneChange& change : changes) {
+    const auto* add = std::get_if<AddBody>(&change);
+    if (add == nullptr) continue;
+    more_vertices += add->addition.body.vertex_count;
+    more_faces += add->addition.faces.size();
+  }
+  const auto estimate = [&](std::uint64_t v, std::uint64_t f) {
+    return estimate_bytes(v, f, size_of(dtype_), options_.explain, limits_);
+  };
+  return estimate(vertices + more_vertices, faces + more_faces) - estimate(vertices, faces);
+}
+
+Fault Session::with_removed(Fault refusal) const {
+  const Scene& scene = collider_.scene();
+  const std::span<const Body> bodies = scene.bodies();
+  std::uint64_t count = 0, vertices = 0, faces = 0;
+  for (const Body& body : bodies) {
+    if (body.kind != BodyKind::kRemoved) continue;
+    ++count;
+    vertices += body.vertex_count;
+  }
+  if (count == 0) return refusal;
+  for (const Face& face : scene.faces())
+    faces += bodies[scene.body_of_vertex()[face[0]]].kind == BodyKind::kRemoved;
+  constexpr std::uint64_t kGoodPart = 4;  // one of so many
+  if (kGoodPart * vertices <= scene.vertex_count() && kGoodPart * faces <= scene.face_count()) return refusal;
+  refusal.message += "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) +
+                     " vertices and " + std::to_string(faces) + " of its " + std::to_string(scene.face_count()) +
+                     " faces are of " + std::to_string(count) +
+                     " removed bodies, which are kept: creating the session again without them frees these";
+  return refusal;
+}
+
 // The checks of the engine, which takes each change whole or not at all: so that it refuses none when others
 // are carried out already.
 std::optional<Fault> Session::check_together(std::span<const SceneChange> changes) const {
@@ -381,8 +417,9 @@ std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
                  "next_frame: " + name_of(order.next_frame) + " is out of order: frame " +
                      std::to_string(frames_.expected()) + " is expected",
                  frames_.expected()};
-  if (std::optional<Fault> fault = too_large_with(order.changes)) return fault;
-  if (std::optional<Fault> refusal = account_->refusal()) return refusal;
+  if (std::optional<Fault> fault = too_large_with(order.changes)) return with_removed(*std::move(fault));
+  if (std::optional<Fault> refusal = account_->refusal(growth_with(order.changes)))
+    return with_removed(*std::move(refusal));
   return check_together(order.changes);
 }
 
@@ -394,6 +431,8 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, N
   }
   if (before) before();
   if (std::optional<Fault> refusal = refusal_of(order)) return *std::move(refusal);
+  // Charged before it grows, so that others who ask meanwhile see it; take_stock() knows what it became.
+  const Holding growth(account_, growth_with(order.changes));
   for (std::size_t i = 0; i < order.changes.size(); ++i) {
     const auto carry_out = [&]() -> Status {
       if (auto* add = std::get_if<AddBody>(&order.changes[i])) {
@@ -457,7 +496,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   request.pass.hold(request.contents.memory_bytes());
   if (std::optional<Fault> refusal = account_->refusal()) {
     refusal->message = name_of(frame) + ": " + refusal->message;
-    return *std::move(refusal);
+    return with_removed(*std::move(refusal));
   }
   if (check_is_due()) {
     if (Outcome<std::string> checked = self_check(name_of(frame) + ": "); !checked) return checked.fault();
