@@ -66,7 +66,7 @@ void SessionRecording::upload(const v1::CreateSessionRequest& part) {
 }
 
 void SessionRecording::frame(RecordedParts parts) {
-  if (parts.too_large_) return disk_->stop(file_, "a frame has more bytes than any of its scene");
+  if (parts.too_large_) return disk_->stop(file_, "a frame came in too many parts, or with more bytes than its scene has");
   for (v1::StepFrame& part : parts.parts_)
     write([&](v1::RecordedMessage& message) { *message.mutable_step() = std::move(part); });
 }

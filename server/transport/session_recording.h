@@ -23,7 +23,8 @@ class RecordedParts {
   /// What is kept is charged to `account`, which may be null.
   explicit RecordedParts(std::shared_ptr<Account> account) : memory_(std::move(account)) {}
 
-  /// Parts that hold more than `most` bytes together are not kept: no frame of the scene has so many.
+  /// Parts that hold more than `most` bytes together are not kept, and the recording stops in the frame's turn: a
+  /// client could send them for ever.
   void add(v1::StepFrame part, std::size_t most);
   /// The bound of those that came in one message, which has its own.
   static constexpr std::size_t kOneMessage = std::numeric_limits<std::size_t>::max();
