@@ -32,6 +32,7 @@ struct Config {
   std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none
   std::string record_dir;           ///< where sessions are recorded; empty: nowhere
   std::size_t record_max_bytes = std::size_t{1} << 30;  ///< that recordings in it may hold
+  std::size_t record_queue_bytes = std::size_t{64} << 20;  ///< of recordings, that wait for the disk
   int threads = 0;                                      ///< that steps run on; 0: as many as the machine has
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;

@@ -192,7 +192,8 @@ struct Daemon::Impl {
 
 Daemon::Daemon(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
+Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
+  Config config = wanted;
   if (config.listen.empty()) return invalid_argument("listen: at least one address is expected");
   std::vector<SocketLock> sockets;
   for (const std::string& address : config.listen)
@@ -225,6 +226,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
     certificates = std::move(read).value();
   }
 
+  for (const std::string& reason : fit_to_memory(config.limits))
+    log.write(LogLevel::kWarning, "limits_beside_memory", {{"reason", reason}});
   enable_plugins(config.reflection, config.channelz);
   refuse_connections_without_files();
   auto impl = std::make_unique<Impl>(config, log, std::move(guard).value(), std::move(certificates),
@@ -232,7 +235,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& config, Log& log) {
   impl->sockets = std::move(sockets);
   impl->set_quotas();
   if (!config.record_dir.empty()) {
-    auto recordings = Recordings::open(config.record_dir, config.record_max_bytes, log);
+    auto recordings = Recordings::open(
+        config.record_dir, config.record_max_bytes, log,
+        {.queue_bytes = config.record_queue_bytes, .flush_timeout = config.drain_timeout});
     if (!recordings) return recordings.error();
     impl->context.recordings = std::move(recordings).value();
   }
@@ -380,6 +385,11 @@ bool Daemon::drain() {
   const std::size_t left = context.lifecycle.wait_until_idle(start + impl_->drain_timeout);
   impl_->server->Shutdown(std::chrono::system_clock::now() + kOthers);
   const auto took = std::chrono::steady_clock::now() - start;
+  // Recordings end with their sessions, which go with the daemon.
+  constexpr milliseconds kAtLeast{1000};
+  if (context.recordings)
+    context.recordings->finish_by(
+        std::max(start + impl_->drain_timeout, std::chrono::steady_clock::now() + kAtLeast));
   context.log.write(left == 0 ? LogLevel::kInfo : LogLevel::kError, "drained",
                     {{"calls_cut_off", std::uint64_t{left}},
                      {"took_ms", std::int64_t{std::chrono::duration_cast<milliseconds>(took).count()}}});

@@ -36,25 +36,33 @@ std::string reason_of(int code) {
 
 }  // namespace
 
+Result<std::string> record_of(const v1::RecordedMessage& message) {
+  const std::size_t bytes = message.ByteSizeLong();
+  if (bytes > kMostRecordBytes)
+    return Error{ErrorCode::kResourceExhausted,
+                 "a record of " + std::to_string(bytes) + " bytes is too large"};
+  return framed(message);
+}
+
 Result<std::unique_ptr<Writer>> Writer::create(const std::string& path, const std::string& program,
                                                WriterOptions options) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (file < 0) return invalid_argument(path + ": cannot create: " + reason_of(errno));
+  const auto began = options.began.value_or(std::chrono::system_clock::now());
   std::unique_ptr<Writer> writer(new Writer(file, path, std::move(options)));
   v1::RecordedMessage message;
   v1::RecordingHeader& header = *message.mutable_header();
   header.set_version(kVersion);
   header.set_writer(program);
-  header.set_started_unix_ms(std::chrono::duration_cast<std::chrono::milliseconds>(
-                                 std::chrono::system_clock::now().time_since_epoch())
-                                 .count());
+  header.set_started_unix_ms(
+      std::chrono::duration_cast<std::chrono::milliseconds>(began.time_since_epoch()).count());
   if (!writer->put(std::string(kMagic))) {
     const int code = errno;
     writer->stopped_ = "nothing is written";
     unlink(path.c_str());
     return invalid_argument(path + ": cannot write: " + reason_of(code));
   }
-  writer->write(std::move(message));
+  writer->append(framed(message));
   return writer;
 }
 
@@ -72,7 +80,9 @@ Writer::~Writer() {
 
 bool Writer::put(const std::string& bytes) {
   for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t done = ::write(file_, bytes.data() + at, bytes.size() - at);
+    const char* const from = bytes.data() + at;
+    const std::size_t count = bytes.size() - at;
+    const ssize_t done = options_.put ? options_.put(file_, from, count) : ::write(file_, from, count);
     if (done < 0 && errno == EINTR) continue;
     if (done <= 0) {
       if (done == 0) errno = ENOSPC;
@@ -89,16 +99,20 @@ void Writer::write(v1::RecordedMessage message) {
   message.set_at_us(static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start_)
           .count()));
-  if (message.ByteSizeLong() > kMostRecordBytes)
-    return stop("a record of " + std::to_string(message.ByteSizeLong()) + " bytes is too large");
   try {
-    const std::string bytes = framed(message);
-    if (options_.admit && !options_.admit(bytes.size())) return stop("the bound on recordings is met");
-    admitted_ += bytes.size();
-    if (!put(bytes)) stop(reason_of(errno));
+    const Result<std::string> record = record_of(message);
+    if (!record) return stop(record.error().message);
+    append(record.value());
   } catch (const std::bad_alloc&) {
     stop("out of memory");
   }
+}
+
+void Writer::append(const std::string& record) {
+  if (!stopped_.empty()) return;
+  if (options_.admit && !options_.admit(record.size())) return stop("the bound on recordings is met");
+  admitted_ += record.size();
+  if (!put(record)) stop(reason_of(errno));
 }
 
 void Writer::stop(const std::string& reason) {

@@ -3,11 +3,14 @@
 // at a time.
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/result.h"
@@ -22,7 +25,15 @@ struct WriterOptions {
   std::function<void(std::size_t)> give_back = {};
   /// Told once, when the recording stops before its end.
   std::function<void(const std::string& reason)> stopped = {};
+  /// When what is recorded began; none: now.
+  std::optional<std::chrono::system_clock::time_point> began = std::nullopt;
+  /// Writes as write(2) does, with errno; empty: that itself. For tests, of a disk that hangs.
+  std::function<ssize_t(int file, const char* bytes, std::size_t count)> put = {};
 };
+
+/// A message as it stands in a file, its length before its bytes, for Writer::append(). kResourceExhausted
+/// for one that no reader takes.
+Result<std::string> record_of(const v1::RecordedMessage& message);
 
 class Writer {
  public:
@@ -35,8 +46,11 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// Never fails: what cannot be written stops the recording, with a marker behind its last whole record.
+  /// Never fails: what cannot be written stops the recording, with a marker behind its last whole record. The
+  /// message is given its time, since this was created.
   void write(v1::RecordedMessage message);
+  /// The same for what record_of() made of a message, which has its time already.
+  void append(const std::string& record);
   /// Why it stopped; empty while it goes on.
   const std::string& stop_reason() const { return stopped_; }
   /// Stops it, as what cannot be written does.

@@ -71,17 +71,33 @@ void Account::remove(std::size_t bytes) {
   if (of_principal_) of_principal_->give(less);
 }
 
-std::optional<Fault> Account::refusal() const {
+std::optional<Fault> Account::refusal(std::size_t more) const {
   const std::size_t held = this->held();
   if (held > limit_)
     return limit_met("the session holds " + describe_bytes(held) + " and may hold " + describe_bytes(limit_) +
                          "; take the answers that wait, or create it again with less, or raise "
                          "--max-session-bytes",
                      "max-session-bytes", true);
-  if (held <= reserved_) return std::nullopt;
-  if (budget_.used() > budget_.limit()) return budget_.exceeded();
-  if (of_principal_ && of_principal_->used() > of_principal_->limit()) return of_principal_->exceeded();
+  if (more > limit_ - held)
+    return limit_met("the session holds " + describe_bytes(held) + ", would hold some " + describe_bytes(more) +
+                         " more, and may hold " + describe_bytes(limit_) +
+                         "; create it again with less, or raise --max-session-bytes",
+                     "max-session-bytes", false);
+  if (held + more <= reserved_) return std::nullopt;
+  const std::size_t extra = charge(held + more) - charge(held);
+  const auto exceeds = [extra](const Budget& budget) { return budget.used() + extra > budget.limit(); };
+  if (exceeds(budget_)) return budget_.exceeded();
+  if (of_principal_ && exceeds(*of_principal_)) return of_principal_->exceeded();
   return std::nullopt;
+}
+
+bool Account::over(std::size_t more) const {
+  const std::size_t held = this->held();
+  if (held > limit_ || more > limit_ - held) return true;
+  if (held + more <= reserved_) return false;
+  const std::size_t extra = charge(held + more) - charge(held);
+  const auto exceeds = [extra](const Budget& budget) { return budget.used() + extra > budget.limit(); };
+  return exceeds(budget_) || (of_principal_ && exceeds(*of_principal_));
 }
 
 Holding::Holding(std::shared_ptr<Account> account, std::size_t bytes) : account_(std::move(account)) {

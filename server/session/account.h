@@ -57,9 +57,11 @@ class Account {
   void remove(std::size_t bytes);
   std::size_t held() const { return held_.load(std::memory_order_relaxed); }
 
-  /// Why the session may not do what makes it grow: it holds more than its limit, or more than it reserved
-  /// while its principal or the daemon is beyond theirs.
-  std::optional<Fault> refusal() const;
+  /// Why the session may not do what makes it grow, by `more` bytes where that is known: it would hold more than
+  /// its limit, or more than it reserved while its principal or the daemon is beyond theirs.
+  std::optional<Fault> refusal(std::size_t more = 0) const;
+  /// Whether it would refuse with so many bytes more.
+  bool over(std::size_t more = 0) const;
 
  private:
   Account(Budget& budget, std::shared_ptr<Budget> of_principal, std::size_t limit, std::size_t reserved)
@@ -87,6 +89,8 @@ class Holding {
 
   void set(std::size_t bytes);
   std::size_t bytes() const { return bytes_; }
+  /// Null for one that charges nobody.
+  const Account* account() const { return account_.get(); }
 
  private:
   std::shared_ptr<Account> account_;

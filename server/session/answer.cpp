@@ -24,6 +24,9 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
     answer.vertices.push_back(scene.vertices_of(contact));
     answer.toi.push_back(contact.toi);
   }
+  if (fields.weights) answer.weights.reserve(rows);
+  if (fields.normal) answer.normal.reserve(rows);
+  if (fields.points) answer.points.reserve(rows);
   for (const ContactGeometry& geometry : result.geometry) {
     if (fields.weights) answer.weights.push_back(geometry.weights);
     if (fields.normal) answer.normal.push_back(geometry.normal);
@@ -32,9 +35,25 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   return answer;
 }
 
+namespace {
+
+std::size_t bytes_per_row(const ContactFields& fields) {
+  return Answer::kBytesPerRow + (fields.weights ? 32 : 0) + (fields.normal ? 24 : 0) + (fields.points ? 48 : 0);
+}
+
+}  // namespace
+
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields) {
-  return result.contacts.size() * (Answer::kBytesPerRow + (fields.weights ? 32 : 0) +
-                                   (fields.normal ? 24 : 0) + (fields.points ? 48 : 0));
+  return result.contacts.size() * bytes_per_row(fields);
+}
+
+std::size_t held_per_contact(const ContactFields& fields) {
+  // Vectors that grow as contacts are found have room for twice as many at most: those of the threads, and the
+  // one that they are put together in; and so has that of what is told of each. The answer's columns are made
+  // in one piece, and encoded in another.
+  constexpr std::size_t kGrown = 2;
+  const std::size_t found = 2 * sizeof(Contact) + (fields.any() ? sizeof(ContactGeometry) : 0);
+  return kGrown * found + 2 * bytes_per_row(fields);
 }
 
 }  // namespace warmfront::server

@@ -57,6 +57,10 @@ struct Answer {
 /// Contact bytes of an answer, in memory and on the wire.
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields);
 
+/// The most that a session holds for one contact of a step, from its being found until its answer is sent, what a
+/// front keeps of it apart.
+std::size_t held_per_contact(const ContactFields& fields);
+
 Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result,
                    const ContactFields& fields);
 

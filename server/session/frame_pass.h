@@ -27,6 +27,10 @@ struct FramePass {
   /// does not count.
   std::size_t max_answer_bytes = std::numeric_limits<std::size_t>::max();
 
+  /// Its positions turned out to take so much: pieces of a frame have more room than they use.
+  void hold(std::size_t bytes) {
+    if (bytes > memory.bytes()) memory.set(bytes);
+  }
   /// The frame is computed: it takes no one's place any more.
   void give_back() {
     ticket.reset();

@@ -2,9 +2,12 @@
 // What the daemon allows, with its defaults. Constant once the daemon runs.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "server/session/usable_memory.h"
 
@@ -17,7 +20,8 @@ struct Limits {
   std::uint64_t max_triangles = 16'000'000;                     ///< in a session
   std::size_t max_contacts = 50'000'000;                        ///< in an answer
   std::size_t max_front_bytes = std::size_t{4} << 30;           ///< in a session
-  std::size_t max_session_bytes = std::size_t{8} << 30;         ///< held for a session, everything counted
+  /// Held for a session, everything counted; at most max_total_bytes (fit_to_memory()).
+  std::size_t max_session_bytes = std::min(std::size_t{8} << 30, usable_memory_bytes() / 4 * 3);
   std::size_t max_total_bytes = usable_memory_bytes() / 4 * 3;  ///< held for all sessions
   std::size_t max_principal_bytes = 0;                          ///< held for all sessions of a principal
   std::uint32_t max_streams = 128;                              ///< calls at once on a connection
@@ -36,5 +40,10 @@ struct Limits {
       std::chrono::minutes(5);  ///< of a scene, a frame's parts, an attach
   std::chrono::milliseconds write_stall_timeout = std::chrono::minutes(1);  ///< of one message of an answer
 };
+
+/// Lowers max_session_bytes to what all sessions together may hold, and to `usable`, the memory that there is: a
+/// session that may hold more would be ended by the system, and all others with it, before it met its limit.
+/// What was lowered, and what exceeds `usable` and is left as it is, in words for the log.
+std::vector<std::string> fit_to_memory(Limits& limits, std::size_t usable = usable_memory_bytes());
 
 }  // namespace warmfront::server

@@ -189,6 +189,7 @@ std::shared_ptr<const Scene> Session::scene() const {
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
                    StepDone done, Before before) {
+  pass.hold(contents.memory_bytes());
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
   auto request = std::make_shared<Request>(
@@ -257,8 +258,7 @@ void Session::take_stock() {
 }
 
 // Only what follows a step is foreseen to be brief: the first of a changed scene, or of one whose warmth is
-// gone, may take long, and so may the frame again that was given up. A check takes a time of its own, and the
-// disk of a recording what it likes.
+// gone, may take long, and so may the frame again that was given up. A check takes a time of its own.
 void Session::plan_next() {
   const std::uint64_t faces = collider_.scene().face_count();
   next_ms_ = step_cost_ms(faces, last_answer_ ? last_answer_->statistics.counts : StepCounts{});
@@ -269,7 +269,7 @@ void Session::plan_next() {
   constexpr double kOutgrown = 10, kLeastMs = 100;
   const bool outgrown = took_ms_ > std::max(kLeastMs, kOutgrown * next_ms_);
   if (outgrown) next_ms_ = took_ms_;
-  const bool foreseen = stepped_ && !outgrown && !check_is_due() && !recording_;
+  const bool foreseen = stepped_ && !outgrown && !check_is_due();
   mailbox_->foresee(lane_of(next_ms_), foreseen ? next_ms_ : Mailbox::kUnforeseen);
 }
 
@@ -346,6 +346,42 @@ std::optional<Fault> Session::too_large_with(std::span<const SceneChange> change
   return std::nullopt;
 }
 
+std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
+  const std::uint64_t vertices = collider_.scene().vertex_count(), faces = collider_.scene().face_count();
+  std::uint64_t more_vertices = 0, more_faces = 0;
+  for (const SceneChange& change : changes) {
+    const auto* add = std::get_if<AddBody>(&change);
+    if (add == nullptr) continue;
+    more_vertices += add->addition.body.vertex_count;
+    more_faces += add->addition.faces.size();
+  }
+  const auto estimate = [&](std::uint64_t v, std::uint64_t f) {
+    return estimate_bytes(v, f, size_of(dtype_), options_.explain, limits_);
+  };
+  return estimate(vertices + more_vertices, faces + more_faces) - estimate(vertices, faces);
+}
+
+Fault Session::with_removed(Fault refusal) const {
+  const Scene& scene = collider_.scene();
+  const std::span<const Body> bodies = scene.bodies();
+  std::uint64_t count = 0, vertices = 0, faces = 0;
+  for (const Body& body : bodies) {
+    if (body.kind != BodyKind::kRemoved) continue;
+    ++count;
+    vertices += body.vertex_count;
+  }
+  if (count == 0) return refusal;
+  for (const Face& face : scene.faces())
+    faces += bodies[scene.body_of_vertex()[face[0]]].kind == BodyKind::kRemoved;
+  constexpr std::uint64_t kGoodPart = 4;  // one of so many
+  if (kGoodPart * vertices <= scene.vertex_count() && kGoodPart * faces <= scene.face_count()) return refusal;
+  refusal.message += "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) +
+                     " vertices and " + std::to_string(faces) + " of its " + std::to_string(scene.face_count()) +
+                     " faces are of " + std::to_string(count) +
+                     " removed bodies, which are kept: creating the session again without them frees these";
+  return refusal;
+}
+
 // The checks of the engine, which takes each change whole or not at all: so that it refuses none when others
 // are carried out already.
 std::optional<Fault> Session::check_together(std::span<const SceneChange> changes,
@@ -391,8 +427,9 @@ std::optional<Fault> Session::refusal_of(const ChangeOrder& order, const std::at
                  "next_frame: " + name_of(order.next_frame) + " is out of order: frame " +
                      std::to_string(frames_.expected()) + " is expected",
                  frames_.expected()};
-  if (std::optional<Fault> fault = too_large_with(order.changes)) return fault;
-  if (std::optional<Fault> refusal = account_->refusal()) return refusal;
+  if (std::optional<Fault> fault = too_large_with(order.changes)) return with_removed(*std::move(fault));
+  if (std::optional<Fault> refusal = account_->refusal(growth_with(order.changes)))
+    return with_removed(*std::move(refusal));
   return check_together(order.changes, stop);
 }
 
@@ -405,6 +442,8 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, N
   if (before) before();
   const Running running(*this, order.given_up.get());
   if (std::optional<Fault> refusal = refusal_of(order, running.stop())) return *std::move(refusal);
+  // Charged before it grows, so that others who ask meanwhile see it; take_stock() knows what it became.
+  const Holding growth(account_, growth_with(order.changes));
   for (std::size_t i = 0; i < order.changes.size(); ++i) {
     // Once something was changed, only the end of the session stops the rest.
     if (i > 0)
@@ -470,9 +509,10 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   }
   if (Status complete = request.contents.complete(scene); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
+  request.pass.hold(request.contents.memory_bytes());
   if (std::optional<Fault> refusal = account_->refusal()) {
     refusal->message = name_of(frame) + ": " + refusal->message;
-    return *std::move(refusal);
+    return with_removed(*std::move(refusal));
   }
   if (check_is_due()) {
     const Running running(*this, request.pass.given_up.get());

@@ -202,6 +202,10 @@ class Session : public std::enable_shared_from_this<Session> {
   Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request) noexcept;
   Outcome<std::string> self_check(const std::string& where, const std::atomic<bool>* stop);
   std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
+  /// Growth that the changes bring, as estimate_bytes() estimates it.
+  std::size_t growth_with(std::span<const SceneChange> changes) const;
+  /// The same refusal, which says so where bodies that were removed hold a good part of the scene.
+  Fault with_removed(Fault refusal) const;
   std::optional<Fault> check_together(std::span<const SceneChange> changes, const std::atomic<bool>* stop) const;
   std::optional<Fault> refusal_of(const ChangeOrder& order, const std::atomic<bool>* stop) const;
   /// What a request ends with whose client gave up, or whose session was closed meanwhile.

@@ -240,7 +240,7 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   options.max_front_bytes = std::min({options.max_front_bytes, limits.max_front_bytes, half});
   options.max_contacts =
       std::min({options.max_contacts, limits.max_contacts,
-                std::max<std::size_t>(half / (sizeof(Contact) + Answer::kBytesPerRow), 1)});
+                std::max<std::size_t>(half / held_per_contact(options.fields), 1)});
   if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
   return options;
 }

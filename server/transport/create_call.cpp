@@ -180,7 +180,7 @@ std::optional<Fault> CreateCall::reserve() {
   if (!account) return account.fault();
   account_ = std::move(account).value();
   reservation_.emplace(std::move(place).value());
-  if (context_.recordings) recording_ = Recordings::begin(context_.recordings, *upload_->id());
+  if (context_.recordings) recording_ = context_.recordings->begin(*upload_->id(), account_);
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -20,22 +21,22 @@ class Recordings {
   /// `folder` exists and may be written to, else kInvalidArgument. Recordings that are in it already count
   /// towards `max_bytes`. `log` outlives this and every recording.
   static Result<std::shared_ptr<Recordings>> open(const std::string& folder, std::uint64_t max_bytes,
-                                                  Log& log);
+                                                  Log& log, RecordingOptions options = {});
 
-  /// A new file of the folder, SESSION-TIME-NUMBER.wfrec. Null, with a line in the log, where there is no
-  /// room or it cannot be made.
-  static std::shared_ptr<SessionRecording> begin(const std::shared_ptr<Recordings>& recordings,
-                                                 const SessionId& session);
+  /// A new file of the folder, SESSION-TIME-NUMBER.wfrec, which is made soon; what waits for that is charged
+  /// to `account`, which may be null. Null, with a line in the log, where there is no room.
+  std::shared_ptr<SessionRecording> begin(const SessionId& session, std::shared_ptr<Account> account);
+
+  /// See RecordingDisk.
+  void finish_by(std::chrono::steady_clock::time_point deadline) { disk_->finish_by(deadline); }
+  std::size_t queued_bytes() const { return disk_->queued_bytes(); }
 
  private:
-  Recordings(std::string folder, std::uint64_t max_bytes, std::uint64_t held, Log& log)
-      : folder_(std::move(folder)), held_(max_bytes), log_(log) {
-    held_.take(held);
-  }
+  Recordings(std::string folder, std::shared_ptr<RecordingDisk> disk)
+      : folder_(std::move(folder)), disk_(std::move(disk)) {}
 
   const std::string folder_;
-  Budget held_;
-  Log& log_;
+  const std::shared_ptr<RecordingDisk> disk_;  // its recordings' too
   std::atomic<std::uint64_t> count_{0};
 };
 

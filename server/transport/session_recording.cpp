@@ -28,18 +28,36 @@ std::uint64_t hash_of(const Answer& answer) {
 
 }  // namespace
 
+void RecordedParts::add(v1::StepFrame part, std::size_t most) {
+  if (too_large_) return;
+  const std::size_t bytes = memory_.bytes() + part.SpaceUsedLong();
+  if (bytes > most) {
+    too_large_ = true;
+    parts_ = {};
+    return memory_.set(0);
+  }
+  parts_.push_back(std::move(part));
+  memory_.set(bytes);
+}
+
 SessionRecording::~SessionRecording() {
-  if (!kept_) writer_->discard();
+  disk_->close(file_, kept_);
 }
 
 template <class Fill>
 void SessionRecording::write(Fill fill) {
+  if (file_->stopped()) return;
   try {
     v1::RecordedMessage message;
     fill(message);
-    writer_->write(std::move(message));
+    message.set_at_us(static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start_)
+            .count()));
+    Result<std::string> record = recording::record_of(message);
+    if (!record) return disk_->stop(file_, "a record is too large for the format");
+    disk_->append(file_, std::move(record).value());
   } catch (const std::bad_alloc&) {
-    if_memory_allows([&] { writer_->stop("out of memory"); });
+    disk_->stop(file_, "out of memory");
   }
 }
 
@@ -47,8 +65,9 @@ void SessionRecording::upload(const v1::CreateSessionRequest& part) {
   write([&](v1::RecordedMessage& message) { *message.mutable_create() = part; });
 }
 
-void SessionRecording::frame(std::vector<v1::StepFrame> parts) {
-  for (v1::StepFrame& part : parts)
+void SessionRecording::frame(RecordedParts parts) {
+  if (parts.too_large_) return disk_->stop(file_, "a frame came in too many parts, or with more bytes than its scene has");
+  for (v1::StepFrame& part : parts.parts_)
     write([&](v1::RecordedMessage& message) { *message.mutable_step() = std::move(part); });
 }
 
@@ -79,11 +98,11 @@ void SessionRecording::changed(const Outcome<SessionState>& outcome) {
 }
 
 Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording, std::uint64_t frame,
-                                  std::vector<v1::StepFrame> parts, Session::StepDone done) {
+                                  RecordedParts parts, Session::StepDone done) {
   if (!recording) return {{}, std::move(done)};
   // Shared by both hooks, which the session calls one after the other.
   struct Call {
-    std::vector<v1::StepFrame> parts;
+    RecordedParts parts;
     bool begun = false;
   };
   auto call = std::make_shared<Call>(Call{std::move(parts)});
@@ -98,19 +117,26 @@ Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recor
 }
 
 Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& recording,
-                                    const v1::ChangeSceneRequest& request, Session::ChangeDone done) {
+                                    const v1::ChangeSceneRequest& request, std::shared_ptr<Account> account,
+                                    Session::ChangeDone done) {
   if (!recording) return {{}, std::move(done)};
-  auto begun = std::make_shared<bool>(false);
-  return {[recording, begun, request] {
-            *begun = true;
-            // Meant for the states of the session that was recorded, not of one that replays it.
-            v1::ChangeSceneRequest meant_for_any = request;
-            meant_for_any.clear_expected_state();
-            meant_for_any.clear_key();
-            recording->change(meant_for_any);
+  struct Call {
+    v1::ChangeSceneRequest request;
+    Holding memory;
+    bool begun = false;
+  };
+  auto call = std::make_shared<Call>(Call{request, Holding(std::move(account))});
+  // Meant for the states of the session that was recorded, not of one that replays it.
+  call->request.clear_expected_state();
+  call->request.clear_key();
+  call->memory.set(call->request.SpaceUsedLong());
+  return {[recording, call] {
+            call->begun = true;
+            recording->change(std::exchange(call->request, {}));
+            call->memory.set(0);
           },
-          [recording, begun, done = std::move(done)](const Outcome<SessionState>& outcome) {
-            if (*begun) if_memory_allows([&] { recording->changed(outcome); });
+          [recording, call, done = std::move(done)](const Outcome<SessionState>& outcome) {
+            if (call->begun) if_memory_allows([&] { recording->changed(outcome); });
             done(outcome);
           }};
 }

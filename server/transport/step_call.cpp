@@ -43,15 +43,17 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
                                context_.frames, session.account(), contents.expected_bytes());
   if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused));
   pass.given_up = given_up_;
+  response_bytes_ = Holding(session.account());
   pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;
   // An overflow is kept in the buffer, for the session to answer by its rules.
   append(request, contents);
-  std::vector<v1::StepFrame> parts;
+  RecordedParts parts(session.account());
   if (session.recording()) {
-    v1::StepFrame& part = parts.emplace_back();
+    v1::StepFrame part;
     part.set_frame(request.frame());
     part.set_positions(request.positions());
     if (request.has_moved()) *part.mutable_moved() = request.moved();
+    parts.add(std::move(part), RecordedParts::kOneMessage);
   }
   auto [before, done] = recorded(session.recording(), request.frame(), std::move(parts),
                                  [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
@@ -70,6 +72,7 @@ void StepCall::respond(const Answer& answer) {
   fill_columns(answer, 0, answer.rows(), *response.mutable_contacts());
   *response.mutable_summary() = summary_of(answer);
   response_ = serialize(response);
+  response_bytes_.set(response_.Length());
 }
 
 }  // namespace warmfront::server

@@ -40,6 +40,9 @@ class StepCall final : public grpc::ServerUnaryReactor {
 
   // Used by start(), and given back when the call is done.
   std::optional<Lifecycle::Call> in_flight_;
+
+  // Used by whoever answers: the response, on the session's account.
+  Holding response_bytes_;
 };
 
 }  // namespace warmfront::server

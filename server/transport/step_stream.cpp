@@ -20,6 +20,8 @@
 namespace warmfront::server {
 namespace {
 
+constexpr std::size_t kRestOfFrameBytes = std::size_t{1} << 20;
+
 Fault out_of_place(std::string message) {
   return {ErrorCode::kFailedPrecondition, Reason::kProtocol, "StreamSteps: " + std::move(message)};
 }
@@ -134,6 +136,7 @@ void StepStream::attach(const v1::Attach& request) {
   {
     const MutexLock lock(mutex_);
     session_ = session.value();
+    current_bytes_ = Holding(session_->account());
     attaching_ = true;
     awaited_since_.reset();
   }
@@ -169,7 +172,7 @@ void StepStream::take(const StreamRequest& request) {
     FrameBuffer contents(session->dtype(), *session->scene());
     FramePass pass = admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
     pass.given_up = given_up_;
-    assembly_.emplace(Assembly{part.frame(), std::move(contents), std::move(pass)});
+    assembly_.emplace(Assembly{part.frame(), std::move(contents), std::move(pass), RecordedParts(session->account())});
   }
   if (assembly_->frame != part.frame())
     return end(out_of_place("frame " + std::to_string(part.frame()) + " begins within frame " +
@@ -192,7 +195,9 @@ void StepStream::take(const StreamRequest& request) {
   }
   const std::uint64_t frame = part.frame();
   const bool more = part.more();
-  if (session->recording()) assembly_->parts.push_back(request.whole_step());
+  // Twice what a frame's positions take, for one that says which vertices moved, and what else it may say.
+  if (session->recording())
+    assembly_->parts.add(request.whole_step(), 2 * assembly_->contents.expected_bytes() + kRestOfFrameBytes);
   if (more) return;
 
   auto [before, done] =
@@ -370,6 +375,7 @@ void StepStream::write_locked() {
     current_ = std::move(std::get<grpc::ByteBuffer>(next.what));
     writes_.pop_front();
   }
+  current_bytes_.set(current_.Length());
   writing_ = true;
   write_began_ = Clock::now();
   StartWrite(&current_);
@@ -407,6 +413,7 @@ void StepStream::OnWriteDone(bool ok) {
     last_moved_ = Clock::now();
     if (current_ends_frame_) --in_flight_;
     current_.Clear();
+    current_bytes_.set(0);
     if (!ok) break_locked();
     advance_locked();
   });

@@ -20,6 +20,7 @@
 #include "server/annotations.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
+#include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
 #include "warmfront/v1/step.pb.h"
 
@@ -57,7 +58,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
     std::uint64_t frame;
     FrameBuffer contents;
     FramePass pass;
-    std::vector<v1::StepFrame> parts = {};  // as they came, where the session is recorded
+    RecordedParts parts;  // where the session is recorded
   };
   /// What is to be written: a message, or an answer's chunks one after the other.
   struct Outgoing {
@@ -125,6 +126,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
       false;  // a message was read and is not yet counted in what follows from it
   bool writing_ WARMFRONT_GUARDED_BY(mutex_) = false;
   grpc::ByteBuffer current_ WARMFRONT_GUARDED_BY(mutex_);  // must outlive its write
+  Holding current_bytes_ WARMFRONT_GUARDED_BY(mutex_);     // of it, on the session's account
   bool current_ends_frame_ WARMFRONT_GUARDED_BY(mutex_) = false;
   Clock::time_point write_began_ WARMFRONT_GUARDED_BY(mutex_);
   std::deque<Outgoing> writes_ WARMFRONT_GUARDED_BY(mutex_);

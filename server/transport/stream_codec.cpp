@@ -95,6 +95,9 @@ Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer) {
 
 v1::StepFrame StreamRequest::whole_step() const {
   v1::StepFrame step = message.step();
+  std::size_t bytes = 0;
+  for (const std::string_view piece : positions) bytes += piece.size();
+  if (bytes > 0) step.mutable_positions()->reserve(bytes);
   for (const std::string_view piece : positions) step.mutable_positions()->append(piece);
   return step;
 }

@@ -11,12 +11,13 @@
 #include <future>
 #include <latch>
 #include <memory>
+#include <sstream>
 #include <thread>
 #include <vector>
 
-#include "proto/recording/writer.h"
 #include "server/transport/context.h"
 #include "server/transport/session_recording.h"
+#include "tests/unit/server/hanging_disk.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace warmfront::test {
@@ -165,14 +166,22 @@ TEST_F(WhereAStepRunsTest, ElsewhereWhenASecondColliderMakesItLong) {
   EXPECT_FALSE(stays(explained));
 }
 
-TEST_F(WhereAStepRunsTest, ElsewhereWhenItIsRecordedAndADiskMayBeSlow) {
+TEST_F(WhereAStepRunsTest, OnThisThreadWhenItIsRecordedToADiskThatHangs) {
   const TemporaryFolder folder;
-  auto writer = recording::Writer::create(folder.path() / "recording.wfrec", "test");
-  ASSERT_TRUE(writer.ok()) << writer.error().message;
-  Made made =
-      make(MovingGrids(3), false, {}, std::make_shared<server::SessionRecording>(std::move(writer).value()));
-  EXPECT_FALSE(stays(made));
-  EXPECT_FALSE(stays(made));
+  const auto disk = std::make_shared<HangingDisk>();
+  std::ostringstream text;
+  server::Log log(server::LogLevel::kInfo, server::LogFormat::kText, &text);
+  const auto recordings =
+      server::Recordings::open(folder.path(), 1 << 30, log, {.put = HangingDisk::put(disk)}).value();
+  {
+    Made made = make(MovingGrids(3), false, {},
+                     recordings->begin(server::SessionId::parse(kId).value(), nullptr));
+    EXPECT_FALSE(stays(made)) << "nobody knows of the first";
+    EXPECT_TRUE(stays(made));
+    EXPECT_TRUE(stays(made));
+    EXPECT_EQ(made.session->snapshot().steps, 3u);
+  }
+  disk->go_on();
 }
 
 /// Triangles that lie apart, so that a step of theirs is brief, and then pass through one another, all

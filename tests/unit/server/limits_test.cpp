@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/session/account.h"
+#include "server/session/answer.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace warmfront::test {
@@ -86,6 +87,32 @@ TEST_F(MemoryTest, WhatIsHeldIsCountedWithAnswers) {
   EXPECT_GE(held(), before + 26 * response.summary().rows());
 }
 
+TEST(LimitsTest, NoSessionMayHoldMoreThanAllTogetherOrThanThereIs) {
+  const server::Limits defaults;
+  EXPECT_LE(defaults.max_session_bytes, defaults.max_total_bytes);
+  EXPECT_LE(defaults.max_session_bytes, server::usable_memory_bytes());
+  EXPECT_LE(defaults.max_session_bytes, std::size_t{8} << 30);
+  constexpr std::size_t kGiB = std::size_t{1} << 30;
+  server::Limits limits;
+  limits.max_session_bytes = 8 * kGiB;
+  limits.max_total_bytes = 3 * kGiB;
+  EXPECT_THAT(server::fit_to_memory(limits, 4 * kGiB),
+              ::testing::ElementsAre(HasSubstr("lowered from 8.0 GiB to 3.0 GiB, which is max-total-bytes")));
+  EXPECT_EQ(limits.max_session_bytes, 3 * kGiB);
+  EXPECT_THAT(server::fit_to_memory(limits, 4 * kGiB), ::testing::IsEmpty());
+  limits.max_total_bytes = 16 * kGiB;
+  limits.max_session_bytes = 8 * kGiB;
+  EXPECT_THAT(server::fit_to_memory(limits, 4 * kGiB),
+              ::testing::ElementsAre(HasSubstr("max-total-bytes is 16.0 GiB"), HasSubstr("this process may use")));
+  EXPECT_EQ(limits.max_session_bytes, 4 * kGiB);
+  EXPECT_EQ(limits.max_total_bytes, 16 * kGiB) << "as it was set";
+}
+
+TEST_F(MemoryTest, ADaemonSaysOfItsSessionsWhatTheyMayHold) {
+  EXPECT_EQ(info().limits().max_session_bytes(), 300u << 10) << "a mebibyte was set, of 300 KiB in all";
+  EXPECT_THAT(daemon_.log(), HasSubstr("max-session-bytes is lowered"));
+}
+
 class ExplainTest : public ServiceTest {
  protected:
   static std::size_t estimate(bool explain) {
@@ -130,7 +157,7 @@ TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
   v1::GetSessionResponse response;
   ASSERT_TRUE(stub_->GetSession(&context, request, &response).ok());
   EXPECT_LE(response.session().options().max_front_bytes(), 150u << 10);
-  EXPECT_LE(response.session().options().max_contacts() * 26, 150u << 10);
+  EXPECT_LE(response.session().options().max_contacts() * server::held_per_contact({}), 150u << 10);
 
   // To explain takes a front and contacts twice.
   v1::SessionHeader explaining = header(kOther);
@@ -140,7 +167,7 @@ TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
   request.set_session_id(kOther);
   ASSERT_TRUE(stub_->GetSession(&again, request, &response).ok());
   EXPECT_LE(response.session().options().max_front_bytes(), 75u << 10);
-  EXPECT_LE(response.session().options().max_contacts() * 26, 75u << 10);
+  EXPECT_LE(response.session().options().max_contacts() * server::held_per_contact({}), 75u << 10);
 }
 
 class FewStreamsTest : public ServiceTest {

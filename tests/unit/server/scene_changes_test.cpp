@@ -58,6 +58,89 @@ std::optional<Fault> change_twice(const server::Limits& limits) {
   return fault;
 }
 
+/// A body that is added and removed again and again, until the session refuses: how often it was added.
+struct Churn {
+  explicit Churn(std::size_t session_bytes) {
+    scene.vertex_count = 6;
+    scene.faces = testing::octahedron();
+    scene.bodies = {{"", 0, 6}};
+    account = server::Account::open(budget, session_bytes, 0).value();
+    server::PositionBuffer positions(server::Dtype::kFloat64, 6);
+    EXPECT_TRUE(positions.append(bytes_of(octahedron().positions)).ok());
+    session = server::Session::create(
+                  {server::SessionId::parse(kId).value(), scene, {}, server::Dtype::kFloat64, 0, {}}, positions,
+                  {std::make_shared<Workers>(1), runner, limits, account, [](server::Session&, const Fault&) {}})
+                  .value();
+  }
+  std::optional<Fault> change(server::SceneChange change) {
+    std::promise<std::optional<Fault>> done;
+    session->change({1, {std::move(change)}}, [&](const server::Outcome<server::SessionState>& outcome) {
+      done.set_value(outcome ? std::nullopt : std::optional(outcome.fault()));
+    });
+    return done.get_future().get();
+  }
+  std::optional<Fault> add(std::uint32_t octahedra) {
+    server::AddBody body;
+    for (std::uint32_t i = 0; i < octahedra; ++i) {
+      server::AddBody one = octahedron();
+      for (auto face : one.addition.faces) {
+        for (auto& vertex : face) vertex += static_cast<std::int32_t>(6 * i);
+        body.addition.faces.push_back(face);
+      }
+      for (std::size_t k = 0; k < one.positions.size(); ++k)
+        body.positions.push_back(one.positions[k] + (k % 3 == 0 ? 10.0 * (i + 1) : 0));
+    }
+    body.addition.body.vertex_count = 6 * octahedra;
+    return change(std::move(body));
+  }
+  std::optional<Fault> remove(std::uint32_t index) {
+    server::ChangeBody removed{index, {}};
+    removed.body.vertex_count = session->scene()->bodies()[index].vertex_count;
+    removed.body.kind = BodyKind::kRemoved;
+    return change(std::move(removed));
+  }
+  server::Limits limits;
+  server::Budget budget{1 << 30};
+  server::Runner runner{2};
+  SceneDescription scene;
+  std::shared_ptr<server::Account> account;
+  std::shared_ptr<server::Session> session;
+};
+
+TEST(SceneChangesTest, WhoIsFullOfRemovedBodiesIsToldSo) {
+  Churn churn(4 << 20);
+  std::optional<Fault> fault;
+  std::uint32_t bodies = 1;
+  for (; bodies < 100; ++bodies) {
+    fault = churn.add(100);
+    if (fault) break;
+    fault = churn.remove(bodies);
+    ASSERT_FALSE(fault) << fault->message;
+  }
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->code, ErrorCode::kResourceExhausted);
+  EXPECT_STREQ(fault->limit, "max-session-bytes");
+  EXPECT_FALSE(fault->retry_after) << "waiting does not help";
+  const std::string removed = std::to_string(600 * (bodies - 1));
+  EXPECT_THAT(fault->message, HasSubstr("; " + removed + " of its " + std::to_string(600 * (bodies - 1) + 6)));
+  EXPECT_THAT(fault->message, HasSubstr(std::to_string(bodies - 1) + " removed bodies"));
+  EXPECT_THAT(fault->message, HasSubstr("creating the session again"));
+  EXPECT_GE(bodies, 3u);
+}
+
+TEST(SceneChangesTest, ABodyThatDoesNotFitIsRefusedBeforeAnythingIsBuilt) {
+  Churn churn(4 << 20);
+  const std::size_t before = churn.account->held();
+  const std::optional<Fault> fault = churn.add(1000);  // some 8 MiB
+  ASSERT_TRUE(fault);
+  EXPECT_STREQ(fault->limit, "max-session-bytes");
+  EXPECT_THAT(fault->message, HasSubstr("would hold some"));
+  EXPECT_THAT(fault->message, ::testing::Not(HasSubstr("removed")));
+  EXPECT_EQ(churn.session->scene()->vertex_count(), 6u);
+  EXPECT_LE(churn.account->held(), before + 4096) << "nothing has grown";
+  EXPECT_FALSE(churn.add(10)) << "the session goes on";
+}
+
 TEST(SceneChangesTest, TwoThatMeetDoNotExceedALimitTogether) {
   server::Limits limits;
   EXPECT_FALSE(change_twice(limits).has_value());

@@ -117,6 +117,9 @@ TEST_F(ReplayTest, WhatADaemonRecordsReplaysThroughEngineAndDaemon) {
   Client client = Client::connect(daemon_.address()).value();
   stream_everything<float>(client);
   stream_everything<double>(client);
+  // Files are made by a thread of their own.
+  for (int i = 0; i < 2000 && recordings().size() < 4; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   const auto files = recordings();
   ASSERT_EQ(files.size(), 4u) << "two sessions, each made twice";
   std::uint64_t steps = 0, changes = 0;
@@ -214,6 +217,7 @@ TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
       ASSERT_TRUE(another.step(std::span<const double>(heap.x)).ok());
     }
   }
+  daemon.stop();  // all is written by then
   EXPECT_THAT(daemon.log(), HasSubstr("recording_stopped"));
   EXPECT_THAT(daemon.log(), HasSubstr("recording_refused"));
   std::uintmax_t bytes = 0;
@@ -232,6 +236,7 @@ TEST(DaemonRecording, AnUploadThatFailsLeavesNoFileAndABadFolderNoDaemon) {
   Heap<double> heap;
   heap.description.faces[0] = {0, 1, 1'000'000};
   EXPECT_FALSE(client.create_session(heap.description, std::span<const double>(heap.x)).ok());
+  daemon.stop();  // all is done by then
   for (const auto& file : std::filesystem::directory_iterator(folder.path()))
     EXPECT_NE(file.path().extension(), ".wfrec");
   config.record_dir = folder.path() / "none";
