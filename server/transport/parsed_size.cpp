@@ -31,6 +31,12 @@ constexpr std::size_t kPointer = kPlaces * sizeof(void*);
 constexpr std::size_t kUnknownField = kPlaces * 16 + 2 * kBlock + 24;
 constexpr int kDeepest = 100;
 
+/// The bytes of a string: a large one may have pages of its own, of which malloc rounds up the number.
+constexpr std::size_t string_bytes(std::size_t size) {
+  constexpr std::size_t kLarge = 64 << 10, kPages = 8 << 10;
+  return size + (size >= kLarge ? kPages : 0);
+}
+
 unsigned char width_of(const FieldDescriptor& field) {
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_INT64:
@@ -148,14 +154,14 @@ class Walk {
         return whole;
       }
       case Field::Kind::kString:
-        return add(kString + size + (field.repeated ? kPointer : 0)) && in_.Skip(length);
+        return add(kString + string_bytes(size) + (field.repeated ? kPointer : 0)) && in_.Skip(length);
       case Field::Kind::kNumber:  // packed: a byte each at least
-        return add(field.repeated ? kPlaces * field.width * size : kUnknownField + kString + size) &&
+        return add(field.repeated ? kPlaces * field.width * size : kUnknownField + kString + string_bytes(size)) &&
                in_.Skip(length);
       case Field::Kind::kUnknown:
         break;
     }
-    return add(kUnknownField + kString + size) && in_.Skip(length);
+    return add(kUnknownField + kString + string_bytes(size)) && in_.Skip(length);
   }
 
   CodedInputStream& in_;
