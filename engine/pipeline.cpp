@@ -46,6 +46,12 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+Error too_many_contacts(const ColliderOptions& options) {
+  return {ErrorCode::kResourceExhausted,
+          "max_contacts: the step has more than " + std::to_string(options.max_contacts) +
+              " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
+}
+
 template <class Bounds>
 class PipelineWith final : public Pipeline {
  public:
@@ -59,12 +65,12 @@ class PipelineWith final : public Pipeline {
     } catch (const Stopped&) {
       attempt.hierarchies_hold = arranged_;
       return Error{ErrorCode::kCancelled, "the step was cancelled; the frame may be sent again"};
+    } catch (const TooManyContacts&) {
+      attempt.hierarchies_hold = arranged_;
+      return too_many_contacts(core.options);
     }
     attempt.hierarchies_hold = true;
-    if (output.over_limit)
-      return Error{ErrorCode::kResourceExhausted,
-                   "max_contacts: the step has more than " + std::to_string(core.options.max_contacts) +
-                       " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
+    if (output.over_limit) return too_many_contacts(core.options);
     result.vf = output.vf;
     result.ee = output.ee;
     result.possible = output.possible;

@@ -37,6 +37,9 @@ struct NarrowPhaseInput {
   StopSignal stop;
 };
 
+/// Thrown where more contacts are found than options.max_contacts allows to list: the step is refused at once.
+struct TooManyContacts {};
+
 /// A step's answer and what it cost.
 struct NarrowPhaseOutput {
   std::uint64_t vf = 0;
@@ -45,7 +48,7 @@ struct NarrowPhaseOutput {
   double earliest = 2;            ///< least toi; 2 without contacts
   double elementary_seconds = 0;  ///< that all threads spent in the cascade
   StepCounts counts;              ///< only what the narrow phase counts
-  bool over_limit = false;        ///< more contacts than options.max_contacts: the answer is incomplete
+  bool over_limit = false;        ///< of Report::kEarliest, more ties than options.max_contacts
 
   void add(const NarrowPhaseOutput& more);
 };

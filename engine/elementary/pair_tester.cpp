@@ -196,12 +196,10 @@ void PairTester::report(const Contact& contact) {
   output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   output_.earliest = std::min(output_.earliest, contact.toi);
   const Report wanted = input_->options.report;
-  // Past the limit the answer is refused as a whole, so there is no point in keeping more of it.
+  // Past the limit the answer is refused as a whole, so there is no point in looking for more of it.
   if (wanted == Report::kAll &&
-      shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts) {
-    output_.over_limit = true;
-    return;
-  }
+      shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts)
+    throw TooManyContacts();
   if (recorder_ != nullptr) recorder_->push_back(contact);
   if (wanted == Report::kCount) return;
   if (wanted == Report::kEarliest) {

@@ -32,7 +32,7 @@ from .errors import (
     Unimplemented,
     WarmfrontError,
 )
-from .info import Limits, ServerInfo, SessionInfo
+from .info import Limits, PrincipalUse, ServerInfo, SessionInfo
 from .options import Options, Patience, Security
 from .scene import Body
 from .session import Session
@@ -40,6 +40,6 @@ from .session import Session
 __all__ = [
     "Aborted", "AllDeformable", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DataLoss",
     "DeadlineExceeded", "FailedPrecondition", "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience",
-    "PermissionDenied", "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics",
+    "PermissionDenied", "PrincipalUse", "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics",
     "Status", "StepCounts", "Unauthenticated", "Unavailable", "Unimplemented", "WarmfrontError", "connect",
 ]

@@ -8,6 +8,7 @@ from typing import Any
 
 import grpc
 
+from .errors import FailedPrecondition
 from .v1 import admin_service_pb2_grpc, collision_service_pb2_grpc, session_pb2
 
 # Where no daemon has said how many calls a connection carries: half of what daemons allow by default, and below what
@@ -44,10 +45,11 @@ class ChannelPool:
         self._closed = False
 
     def take(self) -> Channel:
-        """A channel with room for a call, to be given back when the call is over. ValueError once closed, as gRPC's own."""
+        """A channel with room for a call, to be given back when the call is over. FailedPrecondition once
+        closed."""
         with self._lock:
             if self._closed:
-                raise ValueError("Cannot invoke RPC on closed channel!")
+                raise FailedPrecondition("the client is closed; connect again")
             for channel in self._channels:
                 if channel.calls < self._most_calls:
                     break

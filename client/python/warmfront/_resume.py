@@ -76,8 +76,10 @@ class Link:
             raise
 
     def resume(self, why: WarmfrontError) -> None:
-        """After the stream was lost. Raises when the session has failed for good."""
+        """After the stream was lost. Raises when the session has failed for good, or was closed by another thread."""
         self.drop_stream()
+        if self.failed is not None:
+            raise self.failed
         if not may_resume(why):
             self.fail(why)
         if self.resumes_without_answer >= self.connection.patience.resumes_without_answer:
@@ -100,9 +102,14 @@ class Link:
                 # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
                 self.connection.server_info(max(deadline - time.monotonic(), 0.001), self.session_id)
                 self._try_establish()
+                if self.failed is not None:  # closed meanwhile, by another thread: nothing is left behind
+                    self.remove()
+                    self.fail(self.failed)
                 return
             except WarmfrontError as error:
                 self.drop_stream()
+                if self.failed is not None:
+                    raise self.failed from None
                 if not may_resume(error) or (error.retry_after is not None and not waits):
                     self.fail(error)
                 wait = max(backoff, error.retry_after or 0)
@@ -124,6 +131,12 @@ class Link:
         if self.stream is not None:
             self.stream.close()
         self.stream = None
+
+    def cancel_stream(self) -> None:
+        """From any thread: a read that waits raises."""
+        stream = self.stream
+        if stream is not None:
+            stream.close()
 
     def remove(self) -> None:
         """Deletes the session in the daemon; gone is gone."""

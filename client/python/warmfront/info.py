@@ -18,6 +18,10 @@ class Limits:
     answer_chunk_bytes: int
     max_sessions: int
     max_sessions_per_principal: int
+    max_principal_bytes: int
+    max_streams_per_principal: int
+    max_frames_per_principal: int
+    max_uploads_per_principal: int
     max_vertices: int
     max_triangles: int
     max_contacts: int
@@ -33,8 +37,22 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class PrincipalUse:
+    """What who asks has in the daemon, of what the limits per principal allow. name: empty where callers are not told apart.
+    weight: its share of the cores beside others that wait for them."""
+
+    name: str
+    sessions: int
+    charged_bytes: int
+    open_streams: int
+    frames_in_flight: int
+    weight: int
+
+
+@dataclass(frozen=True)
 class ServerInfo:
-    """A daemon: its version, limits and load. charged_bytes: of max_total_bytes, what its sessions hold or reserved."""
+    """A daemon: its version, limits and load. charged_bytes: of max_total_bytes, what its sessions hold or reserved.
+    principal: who asks."""
 
     version: str
     limits: Limits
@@ -45,12 +63,14 @@ class ServerInfo:
     charged_bytes: int
     open_streams: int
     frames_in_flight: int
+    principal: PrincipalUse
 
     @staticmethod
     def read_from(message: Any) -> ServerInfo:
         """Of a v1.GetServerInfoResponse."""
         values = {name: getattr(message, name) for name in ServerInfo.__dataclass_fields__}
         values["limits"] = Limits(**{name: getattr(message.limits, name) for name in Limits.__dataclass_fields__})
+        values["principal"] = PrincipalUse(**{name: getattr(message.principal, name) for name in PrincipalUse.__dataclass_fields__})
         return ServerInfo(**values)
 
 

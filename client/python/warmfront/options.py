@@ -68,7 +68,7 @@ class Options:
         for option in fields_of(self):
             name, value = option.name, getattr(self, option.name)
             if name == "fields":
-                for wanted in value:
+                for wanted in [value] if isinstance(value, str) else value:
                     if wanted not in _FIELDS:
                         raise InvalidArgument(f"options.fields: '{wanted}' is none of {', '.join(_FIELDS)}")
                     setattr(message.fields, wanted, True)
@@ -119,7 +119,7 @@ class Security:
 
 @dataclass(frozen=True)
 class Patience:
-    """How long to wait for what, in seconds, all positive.
+    """How long to wait for what, in seconds, all positive, and how often to try.
 
     call: connecting, and small calls. create: uploading and building a scene. answer: one frame; then the session is
     resumed. resume: finding a daemon again after losing it.

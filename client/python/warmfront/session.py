@@ -141,6 +141,7 @@ class Session:
         if not link.unanswered:
             raise FailedPrecondition("no frame is unanswered; submit one first")
         while True:
+            link = self._alive()
             self._send_frames()
             lost: WarmfrontError = Unavailable("the daemon is draining")
             if link.stream is None:
@@ -158,6 +159,7 @@ class Session:
                 except WarmfrontError as error:
                     lost = error
                 else:
+                    self._alive()
                     answer = self._take(response)
                     if answer is not None:
                         return answer
@@ -187,13 +189,14 @@ class Session:
 
     def close(self) -> None:
         """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
-        nothing."""
+        nothing. May be called from any thread: a step that another one waits for is stopped in the daemon, and raises
+        FailedPrecondition."""
         link = self._link
         if link.failed is not None:
             return
         link.failed = FailedPrecondition("the session is closed")
-        link.drop_stream()
-        link.unanswered.clear()
+        # The stream and the frames are the waiting thread's, which may be in the middle of them.
+        link.cancel_stream()
         link.remove()
 
     def __enter__(self) -> Session:

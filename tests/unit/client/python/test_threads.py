@@ -3,7 +3,9 @@
 import os
 import random
 import threading
+import time
 
+import numpy as np
 import pytest
 from support import bits
 
@@ -30,6 +32,44 @@ def test_sessions_in_threads_over_a_daemon_that_is_killed(daemon, client, cloth,
         thread.join()
     assert [together[k] == alone[k % 2] for k in range(4)] == [True] * 4
     assert client.list_sessions() == []
+
+
+def test_a_step_is_given_up_by_closing_its_session_from_another_thread(client):
+    # A grid whose vertices all move to one place: minutes of work.
+    n = 120
+    row, column = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    corner = (row * n + column)[:-1, :-1].ravel()
+    faces = np.concatenate([np.stack([corner, corner + 1, corner + n], 1), np.stack([corner + 1, corner + n + 1, corner + n], 1)])
+    start = np.stack([row.ravel(), column.ravel(), np.zeros(n * n)], 1).astype(float)
+    session = client.session(start, faces.astype(np.int32), options=Options(report="count"))
+    raised = []
+
+    def step():
+        try:
+            session.step(np.zeros_like(start))
+        except warmfront.WarmfrontError as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=step)
+    thread.start()
+    while client.server_info().frames_in_flight == 0:
+        time.sleep(0.01)
+    session.close()
+    thread.join(60)
+    assert not thread.is_alive()
+    assert isinstance(raised[0], warmfront.FailedPrecondition) and "closed" in raised[0].message
+    deadline = time.monotonic() + 60
+    while client.server_info().frames_in_flight > 0 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    info = client.server_info()
+    assert (info.frames_in_flight, info.sessions, info.principal.sessions) == (0, 0, 0)
+
+
+def test_a_client_that_is_closed_says_so(daemon):
+    other = warmfront.connect(daemon.address)
+    other.close()
+    with pytest.raises(warmfront.FailedPrecondition, match="the client is closed"):
+        other.list_sessions()
 
 
 @pytest.mark.filterwarnings("ignore:Unexpected end-group tag")
