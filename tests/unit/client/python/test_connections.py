@@ -52,7 +52,7 @@ def test_sessions_in_threads_whose_calls_are_more_than_a_connection_carries(star
 
 def test_a_closed_client_says_so(client):
     client.close()
-    with pytest.raises(ValueError, match="closed"):
+    with pytest.raises(warmfront.FailedPrecondition, match="the client is closed"):
         client.server_info()
 
 

@@ -65,13 +65,6 @@ def test_a_step_is_given_up_by_closing_its_session_from_another_thread(client):
     assert (info.frames_in_flight, info.sessions, info.principal.sessions) == (0, 0, 0)
 
 
-def test_a_client_that_is_closed_says_so(daemon):
-    other = warmfront.connect(daemon.address)
-    other.close()
-    with pytest.raises(warmfront.FailedPrecondition, match="the client is closed"):
-        other.list_sessions()
-
-
 @pytest.mark.filterwarnings("ignore:Unexpected end-group tag")
 def test_bytes_that_are_no_message_are_an_error():
     draw = random.Random(1)
