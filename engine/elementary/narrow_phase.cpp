@@ -23,7 +23,6 @@ void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
   possible += more.possible;
   earliest = std::min(earliest, more.earliest);
   elementary_seconds += more.elementary_seconds;
-  over_limit |= more.over_limit;
   warmfront::add(counts, more.counts);
 }
 

@@ -6,14 +6,12 @@
 // 1. A header block is B bytes long at most, in B / 16 KiB + 8 frames (CVE-2024-27316): gRPC keeps no more of
 //    one than its limit for metadata in each frame, and never more than B of one that is unfinished.
 // 2. No integer in it has more than 5 bytes after its first, no string is longer than B, and there are at
-// most
-//    B / 32 fields: what gRPC holds back of a field that is unfinished, and reads again as more comes, ends.
+//    most B / 32 fields: what gRPC holds back of a field that is unfinished, and reads again as more comes, ends.
 // 3. A block that is begun ends within 10 seconds, or the next byte of it is the connection's last. When no
 //    byte comes, gRPC's keepalive ends it: nothing may stand between a block's frames, no answer to a ping
 //    either.
 // 4. Of calls that are reset (CVE-2023-44487), over any time of t seconds, at most 2,000 + 200 t are begun
-// and
-//    left to gRPC to end; the others are no more than the streams that gRPC allows at once.
+//    and left to gRPC to end; the others are no more than the streams that gRPC allows at once.
 // 5. Every other frame that costs gRPC work and its sender nothing comes so and so often at most: over t
 //    seconds twice what is stated first in http2_guard.cpp, and t times what is stated second. DATA with
 //    something in it is left to gRPC's flow control, messages' limit and quota.

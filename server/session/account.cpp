@@ -83,21 +83,21 @@ std::optional<Fault> Account::refusal(std::size_t more) const {
                          " more, and may hold " + describe_bytes(limit_) +
                          "; create it again with less, or raise --max-session-bytes",
                      "max-session-bytes", false);
-  if (held + more <= reserved_) return std::nullopt;
-  const std::size_t extra = charge(held + more) - charge(held);
-  const auto exceeds = [extra](const Budget& budget) { return budget.used() + extra > budget.limit(); };
-  if (exceeds(budget_)) return budget_.exceeded();
-  if (of_principal_ && exceeds(*of_principal_)) return of_principal_->exceeded();
+  if (const Budget* budget = exceeded_by(held, more)) return budget->exceeded();
   return std::nullopt;
 }
 
 bool Account::over(std::size_t more) const {
   const std::size_t held = this->held();
-  if (held > limit_ || more > limit_ - held) return true;
-  if (held + more <= reserved_) return false;
+  return held > limit_ || more > limit_ - held || exceeded_by(held, more) != nullptr;
+}
+
+const Budget* Account::exceeded_by(std::size_t held, std::size_t more) const {
+  if (held + more <= reserved_) return nullptr;
   const std::size_t extra = charge(held + more) - charge(held);
   const auto exceeds = [extra](const Budget& budget) { return budget.used() + extra > budget.limit(); };
-  return exceeds(budget_) || (of_principal_ && exceeds(*of_principal_));
+  if (exceeds(budget_)) return &budget_;
+  return of_principal_ && exceeds(*of_principal_) ? of_principal_.get() : nullptr;
 }
 
 Holding::Holding(std::shared_ptr<Account> account, std::size_t bytes) : account_(std::move(account)) {

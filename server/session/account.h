@@ -66,6 +66,8 @@ class Account {
  private:
   Account(Budget& budget, std::shared_ptr<Budget> of_principal, std::size_t limit, std::size_t reserved)
       : budget_(budget), of_principal_(std::move(of_principal)), limit_(limit), reserved_(reserved) {}
+  /// The budget that cannot bear so much more than is held; null when all can.
+  const Budget* exceeded_by(std::size_t held, std::size_t more) const;
   std::size_t charge(std::size_t held) const { return held > reserved_ ? held : reserved_; }
 
   // Constant after construction.
