@@ -14,6 +14,7 @@
 #include <thread>
 #include <variant>
 
+#include "server/admin/free_memory.h"
 #include "server/admin/grpc_log.h"
 #include "server/admin/guarded_receive.h"
 #include "server/admin/systemd.h"
@@ -48,6 +49,7 @@ void force_exit_later(const sigset_t& signals, std::chrono::milliseconds timeout
 
 int main(int argc, char** argv) {
   using namespace warmfront::server;
+  bound_free_memory();
   const auto resolved = resolve_config(
       argc, argv, [](const char* name) { return std::getenv(name); }, std::cout, std::cerr);
   if (const int* exit_code = std::get_if<int>(&resolved)) return *exit_code;

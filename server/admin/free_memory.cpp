@@ -17,6 +17,15 @@ std::int64_t signed_size(std::size_t bytes) {
 
 }  // namespace
 
+void bound_free_memory() {
+#ifdef __GLIBC__
+  // Messages of up to 8 MiB come and go without a page fault. To set either threshold fixes the other as it
+  // is, too low for us: arrays below 32 MiB, glibc's own limit, are served by the arenas.
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 8 << 20);
+#endif
+}
+
 std::optional<MemoryUse> memory_use() {
 #ifdef __GLIBC__
   std::ifstream file("/proc/self/statm");

@@ -9,6 +9,11 @@
 
 namespace warmfront::server {
 
+/// Bounds what the end of each of glibc's arenas may keep: malloc_trim(3) gives that back for the main arena
+/// alone, and by itself the bound grows up to 64 MiB an arena, several of them a core. To be called before any
+/// thread is started.
+void bound_free_memory();
+
 /// In bytes.
 struct MemoryUse {
   std::size_t resident = 0;   ///< of this process, in RAM
