@@ -36,11 +36,12 @@ class CreateCancelTest : public ServiceTest {
 
 TEST_F(CreateCancelTest, LeavesNothingThoughItsTurnHasNotCome) {
   // The daemon's threads for short work, its fixture's two, are taken.
-  std::latch taken(2), go(1);
+  std::latch taken(2), go(1), gone(2);
   for (int i = 0; i < 2; ++i)
     daemon_->when_runner_moves([&] {
       taken.count_down();
       go.wait();
+      gone.count_down();
     });
   taken.wait();
   {
@@ -64,6 +65,7 @@ TEST_F(CreateCancelTest, LeavesNothingThoughItsTurnHasNotCome) {
   }
   EXPECT_TRUE(holds_nothing()) << "its memory is free at once";
   go.count_down();
+  gone.wait();
   expect_healthy();
   EXPECT_TRUE(holds_nothing()) << "and it was not built afterwards";
   EXPECT_EQ(daemon_.log().find("\"event\":\"session_created\",\"session\":\"" + std::string(kId)),

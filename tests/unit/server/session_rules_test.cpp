@@ -91,9 +91,9 @@ TEST(MailboxTest, JobsRunOneAtATimeInOrderAndAreBounded) {
   std::vector<int> order;
   std::atomic<int> running{0}, overlaps{0};
   {
+    std::latch begun(1), go(1);  // outlive the runner, whose threads may still be about to leave them
     Runner runner(4);
     auto mailbox = std::make_shared<Mailbox>(runner, 3);
-    std::latch begun(1), go(1);
     mailbox->post_always([&] {
       begun.count_down();
       go.wait();
@@ -117,6 +117,7 @@ TEST(MailboxTest, ABriefJobRunsOnTheThreadThatHandsItOverUnlessOthersAreBeforeIt
   const auto note = [&] { threads.push_back(std::this_thread::get_id()); };
   const std::thread::id here = std::this_thread::get_id();
   {
+    std::latch go(1), done(1);
     Runner runner(1, 1);
     auto mailbox = std::make_shared<Mailbox>(runner, 3);
     mailbox->foresee(Lane::kShort, 1.5);
@@ -124,7 +125,6 @@ TEST(MailboxTest, ABriefJobRunsOnTheThreadThatHandsItOverUnlessOthersAreBeforeIt
     ASSERT_EQ(threads.size(), 1u) << "it has run";
     EXPECT_EQ(threads.back(), here);
     // What a job posts to its own mailbox comes after it, and on another thread.
-    std::latch go(1), done(1);
     mailbox->run_or_post([&] {
       note();
       mailbox->run_or_post([&] {
@@ -246,6 +246,7 @@ bool run_here(Runner& runner, const std::function<void()>& work, Lane lane) {
 }
 
 TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
+  std::latch begun(1), go(1), done(2);
   Runner runner(1, 1);
   int ran = 0;
   EXPECT_TRUE(run_here(
@@ -259,7 +260,6 @@ TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
       },
       Lane::kShort));
   EXPECT_EQ(ran, 1);
-  std::latch begun(1), go(1), done(2);
   runner.post(
       [&] {
         begun.count_down();
@@ -294,8 +294,8 @@ TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
 TEST(RunnerTest, AShortTaskDoesNotWaitForLongOnesAndNothingIsLeftAtTheEnd) {
   std::atomic<int> ran{0};
   {
-    Runner runner(1);
     std::latch begun(1), go(1), done(1);
+    Runner runner(1);
     runner.post([&] {
       begun.count_down();
       go.wait();
@@ -351,10 +351,10 @@ TEST(RunnerTest, WhoseTasksTookLessTimeByTheirWeightComesFirst) {
 
 TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
-    Runner runner(1, 0,
-                  Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
     std::latch go(1), last(1);
     std::atomic<int> ended{0};
+    Runner runner(1, 0,
+                  Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
     const auto hog = [&] {
       go.wait();
       ++ended;
@@ -377,9 +377,9 @@ TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
 }
 
 TEST(RunnerTest, ThreadsThatTakeTheirPlaceAreBounded) {
-  Runner runner(1, 0, Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
   std::latch go(1), begun(3);
   std::atomic<bool> fourth{false};
+  Runner runner(1, 0, Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
   for (int i = 0; i < 3; ++i)
     runner.post([&] {
       begun.count_down();
@@ -458,13 +458,20 @@ TEST_F(StoreTest, ASessionWithARequestInHandDoesNotExpire) {
   Store store(1);
   const std::shared_ptr<Session> session = make(id_);
   store.reserve(id_).value().fill(session);
-  std::latch begun(1), go(1);
+  // The runner outlives the latches: nobody may be about to leave `go` when the test ends.
+  std::latch begun(1), go(1), gone(2);
   std::promise<void> checked;
   runner_.post([&] {
     begun.count_down();
     go.wait();
+    gone.count_down();
   });
-  runner_.post([&] { go.wait(); }, Lane::kShort);
+  runner_.post(
+      [&] {
+        go.wait();
+        gone.count_down();
+      },
+      Lane::kShort);
   begun.wait();
   session->check([&](const Outcome<std::string>& found) {
     EXPECT_TRUE(found.ok());
@@ -472,6 +479,7 @@ TEST_F(StoreTest, ASessionWithARequestInHandDoesNotExpire) {
   });
   const bool stayed = store.remove_idle(std::chrono::milliseconds(0)).empty();
   go.count_down();
+  gone.wait();
   ASSERT_TRUE(stayed) << "its runner is busy with others";
   checked.get_future().wait();
   // The request is done a moment after it was answered.
