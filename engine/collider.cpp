@@ -5,17 +5,11 @@
 #include <optional>
 #include <utility>
 
-#include "engine/all_deformable.h"
-#include "engine/auto_bounds.h"
-#include "engine/pipeline.h"
-#include "engine/scene/found_bodies.h"
+#include "engine/step/all_deformable.h"
+#include "engine/step/warm_scene.h"
 
 namespace warmfront {
 namespace {
-
-Status check(const Positions& positions, std::uint32_t vertex_count) {
-  return std::visit([&](auto values) { return check_positions(values, vertex_count); }, positions);
-}
 
 bool tests_itself(const Body& body) {
   return body.kind == BodyKind::kDeformable && body.self_collision;
@@ -31,26 +25,17 @@ Error was_cancelled() {
   return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
 }
 
-// The scene, with the bodies that are found where it declares none.
-std::shared_ptr<const Scene> model_of(std::shared_ptr<const Scene> scene, const ColliderOptions& options) {
-  if (!options.find_bodies || !scene->bodies().empty()) return scene;
-  std::vector<Body> bodies = found_bodies(*scene);
-  if (bodies.empty()) return scene;
-  return std::make_shared<const Scene>(scene->with_bodies(std::move(bodies)).value());
-}
-
 }  // namespace
 
 struct Collider::Impl {
-  Core core;
-  std::unique_ptr<Pipeline> pipeline;
+  WarmScene warm;
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
 
   // The scene is another one from now on.
   void take(std::shared_ptr<const Scene> scene, Core::Parts parts) noexcept {
-    core.scene = std::move(scene);
-    core.take(std::move(parts));
-    pipeline->parts_changed();
+    warm.core.scene = std::move(scene);
+    warm.core.take(std::move(parts));
+    warm.pipeline->parts_changed();
     compare_anew();
   }
 
@@ -67,16 +52,12 @@ Collider& Collider::operator=(Collider&&) noexcept = default;
 Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Positions& positions,
                                   const ColliderOptions& options, std::shared_ptr<Workers> workers,
                                   const std::atomic<bool>* cancelled) try {
-  if (Status status = validate(options); !status) return status.error();
-  if (Status status = check_hubs(*scene); !status) return status.error();
-  if (Status status = check(positions, scene->vertex_count()); !status) return status.error();
-  const std::shared_ptr<const Scene> modelled = model_of(scene, options);
-  Core core(std::move(scene), *modelled, positions, options, std::move(workers), StopSignal(cancelled));
-  std::unique_ptr<Pipeline> pipeline =
-      options.bounds == BoundsKind::kAuto ? make_auto_pipeline() : make_pipeline(options.bounds);
-  Collider collider(std::make_unique<Impl>(Impl{std::move(core), std::move(pipeline)}));
+  Result<WarmScene> made =
+      WarmScene::create(std::move(scene), positions, options, std::move(workers), StopSignal(cancelled));
+  if (!made) return made.error();
+  Collider collider(std::make_unique<Impl>(Impl{std::move(made).value()}));
   if (options.explain)
-    collider.impl_->all_deformable = std::make_unique<AllDeformable>(collider.impl_->core.workers);
+    collider.impl_->all_deformable = std::make_unique<AllDeformable>(collider.impl_->warm.core.workers);
   return collider;
 } catch (const Stopped&) {
   return was_cancelled();
@@ -84,17 +65,18 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
                                   const AcceptStep& accept) {
-  Core& core = impl_->core;
+  Core& core = impl_->warm.core;
+  const StopSignal stop(cancelled);
   if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
-  if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(*this, cancelled);
-  Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled), accept);
+  if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
+  Result<StepResult> result = impl_->warm.step(frame, stop, accept);
   if (result && impl_->all_deformable != nullptr)
-    result.value().all_deformable = impl_->all_deformable->follow(*this, cancelled);
+    result.value().all_deformable = impl_->all_deformable->follow(core, stop);
   return result;
 }
 
 Status Collider::place(std::span<const BodyPose> poses) {
-  Core& core = impl_->core;
+  Core& core = impl_->warm.core;
   Frame frame;
   frame.poses = poses;
   if (Status status = core.motion.check(*core.scene, frame); !status) return status;
@@ -105,12 +87,12 @@ Status Collider::place(std::span<const BodyPose> poses) {
 
 Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
                                          const std::atomic<bool>* cancelled) try {
-  Core& core = impl_->core;
+  Core& core = impl_->warm.core;
   const StopSignal stop(cancelled);
   Result<Scene> extended = core.scene->with_body(std::move(addition));
   if (!extended) return extended.error();
   if (Status status = check_hubs(extended.value()); !status) return status.error();
-  if (Status status = check(positions, extended.value().bodies().back().vertex_count); !status)
+  if (Status status = check_positions(positions, extended.value().bodies().back().vertex_count); !status)
     return status.error();
   const std::uint32_t first = core.scene->vertex_count();
   auto scene = std::make_shared<const Scene>(std::move(extended).value());
@@ -131,7 +113,7 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
 }
 
 Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) try {
-  Core& core = impl_->core;
+  Core& core = impl_->warm.core;
   const StopSignal stop(cancelled);
   if (index < core.scene->bodies().size() && core.scene->bodies()[index].kind == BodyKind::kRemoved)
     return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
@@ -162,37 +144,29 @@ Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<b
 }
 
 Status Collider::self_check(const std::atomic<bool>* cancelled) try {
-  return impl_->pipeline->self_check(impl_->core, StopSignal(cancelled));
+  return impl_->warm.pipeline->self_check(impl_->warm.core, StopSignal(cancelled));
 } catch (const Stopped&) {
   return was_cancelled();
 }
 void Collider::forget_warmth() {
-  impl_->pipeline->forget(impl_->core);
+  impl_->warm.pipeline->forget(impl_->warm.core);
 }
 
 const Scene& Collider::scene() const {
-  return *impl_->core.scene;
+  return *impl_->warm.core.scene;
 }
 std::shared_ptr<const Scene> Collider::shared_scene() const {
-  return impl_->core.scene;
+  return impl_->warm.core.scene;
 }
 const ColliderOptions& Collider::options() const {
-  return impl_->core.options;
+  return impl_->warm.core.options;
 }
 std::vector<double> Collider::positions() const {
-  return impl_->core.motion.positions();
+  return impl_->warm.core.motion.positions();
 }
 
 std::size_t Collider::memory_bytes() const {
-  const Core& core = impl_->core;
-  std::size_t bytes = core.scene->memory_bytes() + core.topology->memory_bytes() +
-                      core.motion.memory_bytes() + core.vertex_bounds.capacity() * sizeof(PointBounds) +
-                      core.contacts.capacity() * sizeof(Contact) +
-                      core.geometry.capacity() * sizeof(ContactGeometry) + core.rigid_parts.memory_bytes() +
-                      impl_->pipeline->memory_bytes();
-  for (const auto& orphans : core.orphans) {
-    if (orphans != nullptr) bytes += orphans->memory_bytes();
-  }
+  std::size_t bytes = impl_->warm.memory_bytes();
   if (impl_->all_deformable != nullptr) bytes += impl_->all_deformable->memory_bytes();
   return bytes;
 }

@@ -5,42 +5,18 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "engine/contact.h"
-#include "engine/elementary/contact_geometry.h"
 #include "engine/frame.h"
 #include "engine/options.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
-#include "engine/statistics.h"
+#include "engine/scene.h"
+#include "engine/step_result.h"
 #include "engine/workers.h"
 
 namespace warmfront {
-
-/// One step's answer. `contacts` stays valid until the next step of the same collider.
-struct StepResult {
-  std::uint64_t vf = 0;                ///< vertex-face contacts
-  std::uint64_t ee = 0;                ///< edge-edge contacts
-  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded (kPossible, kBudget)
-  std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
-  /// Sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge). Empty for Report::kCount.
-  std::span<const Contact> contacts;
-  /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
-  std::span<const ContactGeometry> geometry = {};
-  StepStatistics statistics;
-  /// With options.explain: of the same step with everything deformable; see all_deformable.h.
-  std::optional<StepStatistics> all_deformable = std::nullopt;
-};
-
-/// Called with a step's answer before the step is taken, on the thread that steps. An error that it returns,
-/// or an exception, refuses the step, which then did not happen. The statistics' times and front state may
-/// still change. Empty: every answer is accepted.
-using AcceptStep = std::function<Status(const StepResult&)>;
 
 /// Incremental continuous collision detection (Tang, Manocha, Tong 2009): each step tests the linear motion
 /// from the positions last given to the new ones. A step's contacts are the same bits for any number of

@@ -2,6 +2,7 @@
 // What a step reports. Plain values, free to copy between threads.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 namespace warmfront {
@@ -26,6 +27,21 @@ struct Contact {
   double toi;       ///< in [0, 1]: a lower bound of the first time of contact; in tier fast an estimate of it
 
   friend bool operator==(const Contact&, const Contact&) = default;
+};
+
+/// Where and how a contact touches: a description in floating point, not a proof.
+struct ContactGeometry {
+  /// Of the contact's four vertices at the time of impact: vertex-face 1, then the barycentric coordinates of
+  /// the face's closest point; edge-edge those of either edge's closest point. Each in [0, 1].
+  std::array<double, 4> weights{};
+  /// Unit normal of the face, or common normal of the edges, at the time of impact, towards the side that the
+  /// vertex or first edge comes from. Where that is degenerate, the direction that it comes from; zero if
+  /// none. It is the features' own: where two things are apart (with a separation) and the closest point lies
+  /// on the face's rim or at an edge's end, the direction between the closest points is another one; take
+  /// that from `points`.
+  std::array<double, 3> normal{};
+  /// The closest point of the vertex or first edge, then of the face or second edge, in the scene's unit.
+  std::array<double, 6> points{};
 };
 
 }  // namespace warmfront

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "engine/contact.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

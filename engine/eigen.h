@@ -7,7 +7,7 @@
 #include <span>
 
 #include "engine/collider.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <variant>
 
-#include "engine/motion/pose.h"
+#include "engine/pose.h"
 
 namespace warmfront {
 

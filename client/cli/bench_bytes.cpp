@@ -4,8 +4,8 @@
 #include "engine/bounds/kdop.h"
 #include "engine/bvh/bvh.h"
 #include "engine/contact.h"
-#include "engine/elementary/feature_block.h"
 #include "engine/motion/motion.h"
+#include "engine/narrow_phase/feature_block.h"
 
 namespace warmfront::client {
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string_view>
 
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 #include "engine/workers.h"
 
 #define WARMFRONT_AS_TEXT(...) #__VA_ARGS__

@@ -9,7 +9,7 @@
 
 #include "engine/frame.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client {
 

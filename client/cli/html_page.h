@@ -13,7 +13,7 @@
 #include "client/io/contact_record.h"
 #include "client/io/mesh.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client {
 

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "engine/motion/pose.h"
+#include "engine/pose.h"
 
 namespace warmfront::client {
 

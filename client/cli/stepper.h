@@ -15,7 +15,7 @@
 #include "engine/collider.h"
 #include "engine/options.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 #include "engine/statistics.h"
 
 namespace warmfront::client {

@@ -10,7 +10,7 @@
 
 #include "client/io/mesh.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client {
 

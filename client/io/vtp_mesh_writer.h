@@ -12,7 +12,7 @@
 #include "client/io/vtp.h"
 #include "engine/frame.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client {
 

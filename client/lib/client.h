@@ -14,7 +14,7 @@
 #include "engine/collider.h"
 #include "engine/options.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client {
 

@@ -11,7 +11,7 @@
 
 #include "engine/frame.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 #include "warmfront/v1/session.pb.h"
 #include "warmfront/v1/step.pb.h"
 

@@ -10,16 +10,16 @@
 
 #include "client/lib/answer.h"
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
+#include "proto/wire/options.h"
+#include "proto/wire/scene.h"
+#include "proto/wire/statistics.h"
 #include "warmfront/v1/session.pb.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::client {
 
-v1::ColliderOptions to_proto(const ColliderOptions& options);
-/// Of a message with every field set.
-ColliderOptions options_from(const v1::ColliderOptions& message);
-v1::Body to_proto(const Body& body);
+using wire::to_proto;
 
 ServerInfo server_info_from(const v1::GetServerInfoResponse& message);
 SessionInfo session_info_from(const v1::SessionInfo& message);

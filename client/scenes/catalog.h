@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "engine/result.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client::scenes {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/scenes/math.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::client::scenes {
 

@@ -8,10 +8,12 @@ if(PROJECT_IS_TOP_LEVEL)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/warmfront)
   set(libraries warmfront_engine)
   # Headers keep their paths from the root, so that #include "engine/collider.h" reads the same here and there.
-  install(DIRECTORY engine DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront FILES_MATCHING PATTERN "*.h")
+  # Only the engine's own: they include none of its rooms.
+  file(GLOB public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/engine/*.h)
+  install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/engine)
   if(WARMFRONT_SERVICE)
     # A static library needs what it is made of at link time: the contract comes along, gRPC is found again.
-    list(APPEND libraries warmfront_proto warmfront_client)
+    list(APPEND libraries warmfront_proto warmfront_wire warmfront_client)
     install(TARGETS warmfrontd warmfront RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT service)
     install(FILES deploy/systemd/warmfrontd.service DESTINATION lib/systemd/system COMPONENT service)
     install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT service)

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "engine/bounds/lanes.h"
+#include "engine/bounds/bounds_lanes.h"
 
 namespace warmfront {
 

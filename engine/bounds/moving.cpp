@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "engine/motion/local_lanes.h"
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 namespace {
@@ -96,7 +96,6 @@ class PointMaker {
   }
 
  private:
-  using Float4 = float __attribute__((vector_size(16)));
   static constexpr float kFarthest = 0x1p100F;
   static constexpr float kRounding = 0x1p-21F;
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "engine/vec3.h"
+#include "engine/elementary/vec3.h"
 
 namespace warmfront {
 namespace {

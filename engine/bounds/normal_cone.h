@@ -9,7 +9,7 @@
 #include <span>
 
 #include "engine/motion/motion.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/bounds/overlap.h"
 
-#include "engine/bounds/lanes.h"
+#include "engine/bounds/bounds_lanes.h"
 
 namespace warmfront {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "engine/bounds/kdop.h"
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 

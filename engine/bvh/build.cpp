@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/bvh/bvh.h"
-#include "engine/stoppable_loops.h"
+#include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 namespace {

@@ -19,9 +19,8 @@
 #include "engine/bvh/shared_vertices.h"
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
-#include "engine/scene/csr.h"
-#include "engine/scene/scene.h"
-#include "engine/stop.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

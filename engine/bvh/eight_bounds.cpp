@@ -5,12 +5,10 @@
 #include <cstring>
 #include <limits>
 
-#include "engine/bounds/lanes.h"
+#include "engine/bounds/bounds_lanes.h"
 
 namespace warmfront {
 namespace {
-
-using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
 constexpr Int8 kSlot{0, 1, 2, 3, 4, 5, 6, 7};
 constexpr std::int16_t kFarthest = std::numeric_limits<std::int16_t>::max();

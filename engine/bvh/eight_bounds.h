@@ -9,7 +9,7 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bvh/leaf_grid.h"
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 

@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "engine/bounds/kdop.h"
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 

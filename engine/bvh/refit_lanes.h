@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "engine/bounds/eight_points.h"
-#include "engine/bounds/lanes.h"
+#include "engine/bounds/bounds_lanes.h"
 #include "engine/bvh/bvh.h"
 
 namespace warmfront {

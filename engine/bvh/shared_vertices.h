@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/scene/scene.h"
-#include "engine/stop.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

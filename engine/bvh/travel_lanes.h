@@ -10,7 +10,7 @@
 #include <limits>
 #include <span>
 
-#include "engine/bounds/lanes.h"
+#include "engine/bounds/bounds_lanes.h"
 #include "engine/bvh/bvh.h"
 
 namespace warmfront {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "engine/vec3.h"
+#include "engine/elementary/vec3.h"
 
 namespace warmfront {
 

@@ -21,7 +21,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/elementary/exact_roots.h"
+#include "engine/elementary/exact/exact_roots.h"
 #include "engine/elementary/query.h"
 
 namespace warmfront {

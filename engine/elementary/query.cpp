@@ -8,7 +8,7 @@
 #include <span>
 
 #include "engine/elementary/closest.h"
-#include "engine/target_clones.h"
+#include "engine/simd/lanes.h"
 
 namespace warmfront {
 namespace {
@@ -142,9 +142,6 @@ bool trim(Window& window, const SeparatedTimes& separated) {
 }
 
 namespace {
-
-using Double4 = double __attribute__((vector_size(32)));
-using Long4 = long long __attribute__((vector_size(32)));
 
 // The gaps projected on the nine axes, three vectors of three and a lane of padding that never separates:
 // (x, y, z), (x+y, y+z, z+x), (x-y, y-z, z-x); and their extremes over the gaps.

@@ -6,8 +6,8 @@
 #include <array>
 
 #include "engine/contact.h"
+#include "engine/elementary/vec3.h"
 #include "engine/motion/motion.h"
-#include "engine/vec3.h"
 
 namespace warmfront {
 

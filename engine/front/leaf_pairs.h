@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <span>
 
+#include "engine/broad_phase/part_pair.h"
+#include "engine/bvh/bvtt.h"
 #include "engine/front/neighbours.h"
-#include "engine/front/node_pair.h"
 #include "engine/front/rest_answer.h"
 
 namespace warmfront {

@@ -4,14 +4,10 @@
 #include <algorithm>
 #include <iterator>
 
-#include "engine/bounds/lanes.h"
-#include "engine/target_clones.h"
+#include "engine/simd/lanes.h"
 
 namespace warmfront {
 namespace {
-
-using Int4 = std::int32_t __attribute__((vector_size(16)));
-using UInt4 = std::uint32_t __attribute__((vector_size(16)));
 
 // Rows of four as columns.
 template <class Vector>

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/broad_phase/part_pair.h"
 #include "engine/contact.h"
 #include "engine/front/descend.h"
 #include "engine/front/neighbours.h"
@@ -72,13 +73,6 @@ struct FrontChunk {
   std::size_t memory_bytes() const {
     return sizeof(*this) + pairs.capacity() * sizeof(FrontPair) + kept.memory_bytes();
   }
-};
-
-/// Two parts that are near each other, or one that is tested against itself.
-struct NearPair {
-  PartPair parts;
-  /// Neither part changed: what was found between them last time holds.
-  bool rests = false;
 };
 
 struct FrontSegment {

@@ -3,11 +3,9 @@
 #pragma once
 
 #include "engine/motion/motion.h"
-#include "engine/target_clones.h"
+#include "engine/simd/lanes.h"
 
 namespace warmfront {
-
-using Double4 = double __attribute__((vector_size(32)));
 
 /// The same bits as LocalFrame::to_local() of a position less that of the origin; the fourth lane stays 0.
 class LocalLanes {

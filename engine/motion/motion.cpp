@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "engine/motion/local_lanes.h"
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 namespace {
@@ -129,8 +129,6 @@ Moved over_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, OfV
     for (std::uint32_t v = begin; v < stop; ++v) of_vertex(v, moved);
   });
 }
-
-using Long4 = long long __attribute__((vector_size(32)));
 
 // Where vertices go, and what it takes to bring that into the local frame.
 template <class Real>

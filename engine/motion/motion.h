@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/motion/pose.h"
+#include "engine/pose.h"
 #include "engine/result.h"
 
 namespace warmfront {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/target_clones.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/motion/motion.h"
-#include "engine/motion/pose.h"
+#include "engine/pose.h"
 
 namespace warmfront {
 

@@ -10,7 +10,7 @@
 
 #include "engine/motion/motion.h"
 #include "engine/motion/moving_points.h"
-#include "engine/motion/pose.h"
+#include "engine/pose.h"
 
 namespace warmfront {
 

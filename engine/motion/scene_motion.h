@@ -13,8 +13,8 @@
 #include "engine/motion/moving_points.h"
 #include "engine/motion/reference_shape.h"
 #include "engine/result.h"
+#include "engine/scene.h"
 #include "engine/scene/renumbering.h"
-#include "engine/scene/scene.h"
 
 namespace warmfront {
 

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "engine/scene/scene.h"
-#include "engine/stop.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

@@ -6,7 +6,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/scene/scene.h"
-#include "engine/stop.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
 
 namespace warmfront {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "engine/stoppable_loops.h"
+#include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
 #include "engine/scene/patches.h"
-#include "engine/scene/scene.h"
-#include "engine/stop.h"
 
 namespace warmfront {
 

@@ -16,102 +16,6 @@ Fault bad_enum(const std::string& field, int value) {
               " is unknown to this daemon; see its enum in warmfront.v1"};
 }
 
-v1::FrontState to_proto(FrontState state) {
-  switch (state) {
-    case FrontState::kNone:
-      return v1::FRONT_STATE_NONE;
-    case FrontState::kBuilt:
-      return v1::FRONT_STATE_BUILT;
-    case FrontState::kUpdated:
-      return v1::FRONT_STATE_UPDATED;
-    case FrontState::kRebuilt:
-      return v1::FRONT_STATE_REBUILT;
-    case FrontState::kCapped:
-      return v1::FRONT_STATE_CAPPED;
-  }
-  return v1::FRONT_STATE_UNSPECIFIED;
-}
-
-v1::BoundsKind to_proto(BoundsKind kind) {
-  switch (kind) {
-    case BoundsKind::kAabb:
-      return v1::BOUNDS_KIND_AABB;
-    case BoundsKind::kKDop18:
-      return v1::BOUNDS_KIND_KDOP18;
-    case BoundsKind::kAuto:
-      return v1::BOUNDS_KIND_AUTO;
-  }
-  return v1::BOUNDS_KIND_UNSPECIFIED;
-}
-
-v1::StepStatistics to_proto(const StepStatistics& statistics) {
-  v1::StepStatistics message;
-  v1::StageTimes& ms = *message.mutable_ms();
-  ms.set_total(statistics.ms.total);
-  ms.set_refit(statistics.ms.refit);
-  ms.set_front(statistics.ms.front);
-  ms.set_elementary(statistics.ms.elementary);
-  ms.set_adjacent(statistics.ms.adjacent);
-  v1::StepCounts& counts = *message.mutable_counts();
-  counts.set_bv_tests(statistics.counts.bv_tests);
-  counts.set_front_pairs(statistics.counts.front_pairs);
-  counts.set_front_bytes(statistics.counts.front_bytes);
-  counts.set_front_skipped(statistics.counts.front_skipped);
-  counts.set_front_sprouted(statistics.counts.front_sprouted);
-  counts.set_front_pruned(statistics.counts.front_pruned);
-  counts.set_triangle_pairs(statistics.counts.triangle_pairs);
-  counts.set_adjacent_pairs(statistics.counts.adjacent_pairs);
-  counts.set_cone_culled_pairs(statistics.counts.cone_culled_pairs);
-  counts.set_cone_patches(statistics.counts.cone_patches);
-  counts.set_elementary_tests(statistics.counts.elementary_tests);
-  counts.set_orphan_tests(statistics.counts.orphan_tests);
-  counts.set_coplanarity_passed(statistics.counts.coplanarity_passed);
-  counts.set_exact_tests(statistics.counts.exact_tests);
-  counts.set_primitive_tests(statistics.counts.primitive_tests);
-  counts.set_front_rested(statistics.counts.front_rested);
-  counts.set_contacts_kept(statistics.counts.contacts_kept);
-  counts.set_vertices_moved(statistics.counts.vertices_moved);
-  counts.set_nodes_refit(statistics.counts.nodes_refit);
-  counts.set_parts_moved(statistics.counts.parts_moved);
-  counts.set_near_parts(statistics.counts.near_parts);
-  counts.set_parts_apart(statistics.counts.parts_apart);
-  counts.set_part_pairs_excluded(statistics.counts.part_pairs_excluded);
-  counts.set_parts(statistics.counts.parts);
-  counts.set_parts_rigid(statistics.counts.parts_rigid);
-  message.set_front_state(to_proto(statistics.front_state));
-  message.set_bounds(to_proto(statistics.bounds));
-  return message;
-}
-
-Outcome<Body> body_from(const v1::Body& message, const std::string& where) {
-  // Before the scene is built, which may be minutes after this was sent.
-  if (message.name().size() > kMaxNameBytes)
-    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-                 where + ".name: is " + std::to_string(message.name().size()) + " bytes long, and may be " +
-                     std::to_string(kMaxNameBytes)};
-  Body body{message.name(), message.first_vertex(), message.vertex_count()};
-  switch (message.kind()) {
-    case v1::BODY_KIND_UNSPECIFIED:
-    case v1::BODY_KIND_DEFORMABLE:
-      break;
-    case v1::BODY_KIND_RIGID:
-      body.kind = BodyKind::kRigid;
-      break;
-    case v1::BODY_KIND_STATIC:
-      body.kind = BodyKind::kStatic;
-      break;
-    case v1::BODY_KIND_REMOVED:
-      body.kind = BodyKind::kRemoved;
-      break;
-    default:
-      return bad_enum(where + ".kind", message.kind());
-  }
-  if (message.has_self_collision()) body.self_collision = message.self_collision();
-  if (message.has_group()) body.group = message.group();
-  if (message.has_mask()) body.mask = message.mask();
-  return body;
-}
-
 Fault bad_bytes(const std::string& field, std::size_t bytes, std::size_t expected, const std::string& of) {
   return {ErrorCode::kInvalidArgument, Reason::kInvalidInput,
           field + ": " + std::to_string(bytes) + " bytes, but " + std::to_string(expected) +
@@ -135,8 +39,8 @@ Outcome<std::vector<BodyPose>> poses_from(const v1::SessionHeader& header) {
 }
 
 Outcome<SceneChange> addition_from(const v1::BodyAddition& message, Dtype dtype, const std::string& where) {
-  Outcome<Body> body = body_from(message.body(), where + ".body");
-  if (!body) return body.fault();
+  Result<Body> body = wire::body_from(message.body(), where + ".body");
+  if (!body) return fault_from(body.error());
   if (message.faces().size() % 12 != 0)
     return bad_bytes(where + ".faces", message.faces().size(), message.faces().size() / 12 * 12,
                      "a whole number of faces");
@@ -159,81 +63,9 @@ void set_bytes(std::string& bytes, const std::vector<T>& column, std::size_t fir
 }  // namespace
 
 Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const Limits& limits) {
-  ColliderOptions options;
-  switch (message.tier()) {
-    case v1::TIER_UNSPECIFIED:
-      break;
-    case v1::TIER_FAST:
-      options.tier = Tier::kFast;
-      break;
-    case v1::TIER_CERTIFIED:
-      options.tier = Tier::kCertified;
-      break;
-    case v1::TIER_EXACT:
-      options.tier = Tier::kExact;
-      break;
-    default:
-      return bad_enum("options.tier", message.tier());
-  }
-  switch (message.report()) {
-    case v1::REPORT_UNSPECIFIED:
-      break;
-    case v1::REPORT_ALL:
-      options.report = Report::kAll;
-      break;
-    case v1::REPORT_EARLIEST:
-      options.report = Report::kEarliest;
-      break;
-    case v1::REPORT_COUNT:
-      options.report = Report::kCount;
-      break;
-    default:
-      return bad_enum("options.report", message.report());
-  }
-  switch (message.front()) {
-    case v1::FRONT_MODE_UNSPECIFIED:
-      break;
-    case v1::FRONT_MODE_NONE:
-      options.front = FrontMode::kNone;
-      break;
-    case v1::FRONT_MODE_PAPER:
-      options.front = FrontMode::kPaper;
-      break;
-    case v1::FRONT_MODE_WARM:
-      options.front = FrontMode::kWarm;
-      break;
-    default:
-      return bad_enum("options.front", message.front());
-  }
-  switch (message.bounds()) {
-    case v1::BOUNDS_KIND_UNSPECIFIED:
-    case v1::BOUNDS_KIND_AUTO:
-      options.bounds = BoundsKind::kAuto;
-      break;
-    case v1::BOUNDS_KIND_AABB:
-      options.bounds = BoundsKind::kAabb;
-      break;
-    case v1::BOUNDS_KIND_KDOP18:
-      options.bounds = BoundsKind::kKDop18;
-      break;
-    default:
-      return bad_enum("options.bounds", message.bounds());
-  }
-  if (message.has_find_bodies()) options.find_bodies = message.find_bodies();
-  if (message.has_find_rigid()) options.find_rigid = message.find_rigid();
-  if (message.has_separate_parts()) options.separate_parts = message.separate_parts();
-  options.explain = message.explain();
-  if (message.has_tolerance()) options.tolerance = message.tolerance();
-  if (message.has_min_separation()) options.min_separation = message.min_separation();
-  if (message.has_normal_cones()) options.normal_cones = message.normal_cones();
-  if (message.has_lazy_front()) options.lazy_front = message.lazy_front();
-  options.fields = {message.fields().weights(), message.fields().normal(), message.fields().points()};
-  if (message.has_leaf_size()) options.leaf_size = message.leaf_size();
-  if (message.has_rebuild_after_stalled_steps())
-    options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();
-  if (message.has_rebuild_every_steps()) options.rebuild_every_steps = message.rebuild_every_steps();
-  if (message.has_max_front_bytes()) options.max_front_bytes = message.max_front_bytes();
-  if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
+  Result<ColliderOptions> read = wire::options_from(message);
+  if (!read) return fault_from(read.error());
+  ColliderOptions options = std::move(read).value();
   // The two parts of a session that grow with its motion: each may take up a part of what a session may hold,
   // so that a step knows its bound before it begins. What runs beside it to explain takes its part of that.
   const std::size_t half = limits.max_session_bytes / 2 / (options.explain ? 2 : 1);
@@ -243,61 +75,6 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
                 std::max<std::size_t>(half / held_per_contact(options.fields), 1)});
   if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
   return options;
-}
-
-v1::ColliderOptions to_proto(const ColliderOptions& options) {
-  v1::ColliderOptions message;
-  switch (options.tier) {
-    case Tier::kFast:
-      message.set_tier(v1::TIER_FAST);
-      break;
-    case Tier::kCertified:
-      message.set_tier(v1::TIER_CERTIFIED);
-      break;
-    case Tier::kExact:
-      message.set_tier(v1::TIER_EXACT);
-      break;
-  }
-  switch (options.report) {
-    case Report::kAll:
-      message.set_report(v1::REPORT_ALL);
-      break;
-    case Report::kEarliest:
-      message.set_report(v1::REPORT_EARLIEST);
-      break;
-    case Report::kCount:
-      message.set_report(v1::REPORT_COUNT);
-      break;
-  }
-  switch (options.front) {
-    case FrontMode::kNone:
-      message.set_front(v1::FRONT_MODE_NONE);
-      break;
-    case FrontMode::kPaper:
-      message.set_front(v1::FRONT_MODE_PAPER);
-      break;
-    case FrontMode::kWarm:
-      message.set_front(v1::FRONT_MODE_WARM);
-      break;
-  }
-  message.set_bounds(to_proto(options.bounds));
-  message.set_find_bodies(options.find_bodies);
-  message.set_find_rigid(options.find_rigid);
-  message.set_separate_parts(options.separate_parts);
-  message.set_explain(options.explain);
-  message.set_tolerance(options.tolerance);
-  message.set_min_separation(options.min_separation);
-  message.set_normal_cones(options.normal_cones);
-  message.set_lazy_front(options.lazy_front);
-  message.set_leaf_size(options.leaf_size);
-  message.mutable_fields()->set_weights(options.fields.weights);
-  message.mutable_fields()->set_normal(options.fields.normal);
-  message.mutable_fields()->set_points(options.fields.points);
-  message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
-  message.set_rebuild_every_steps(options.rebuild_every_steps);
-  message.set_max_front_bytes(options.max_front_bytes);
-  message.set_max_contacts(options.max_contacts);
-  return message;
 }
 
 Outcome<Dtype> dtype_from(v1::Dtype dtype) {
@@ -333,8 +110,8 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
   spec.scene.vertex_count = header.vertex_count();
   spec.scene.bodies.reserve(static_cast<std::size_t>(header.bodies_size()));
   for (int i = 0; i < header.bodies_size(); ++i) {
-    Outcome<Body> body = body_from(header.bodies(i), "bodies[" + std::to_string(i) + "]");
-    if (!body) return body.fault();
+    Result<Body> body = wire::body_from(header.bodies(i), "bodies[" + std::to_string(i) + "]");
+    if (!body) return fault_from(body.error());
     spec.scene.bodies.push_back(std::move(body).value());
   }
   for (const v1::BodyPair& pair : header.excluded_pairs())
@@ -375,8 +152,8 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
       if (!change) return change.fault();
       changes.push_back(std::move(change).value());
     } else if (message.has_change()) {
-      Outcome<Body> body = body_from(message.change().body(), where + ".change.body");
-      if (!body) return body.fault();
+      Result<Body> body = wire::body_from(message.change().body(), where + ".change.body");
+      if (!body) return fault_from(body.error());
       changes.emplace_back(ChangeBody{message.change().index(), std::move(body).value()});
     } else {
       return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,

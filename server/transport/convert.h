@@ -4,6 +4,9 @@
 
 #include <cstddef>
 
+#include "proto/wire/options.h"
+#include "proto/wire/scene.h"
+#include "proto/wire/statistics.h"
 #include "server/session/answer.h"
 #include "server/session/limits.h"
 #include "server/session/session.h"
@@ -12,12 +15,12 @@
 
 namespace warmfront::server {
 
+using wire::to_proto;
+
 /// INVALID_ARGUMENT for a value that this build does not know; what is left out gets its default. Capacities
 /// are lowered to the daemon's limits. Ranges are checked here too, so that a bad value is refused before a
 /// mesh is uploaded.
 Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const Limits& limits);
-/// Every field set.
-v1::ColliderOptions to_proto(const ColliderOptions& options);
 
 /// INVALID_ARGUMENT for DTYPE_UNSPECIFIED and for values unknown.
 Outcome<Dtype> dtype_from(v1::Dtype dtype);

@@ -20,7 +20,7 @@
 #include <thread>
 
 #include "engine/collider.h"
-#include "engine/stop.h"
+#include "engine/parallel/stop.h"
 #include "tests/support/hostile_scenes.h"
 
 namespace warmfront {

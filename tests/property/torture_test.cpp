@@ -15,7 +15,8 @@
 
 #include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
-#include "engine/elementary/feature_block.h"
+#include "engine/narrow_phase/coplanarity_filter.h"
+#include "engine/narrow_phase/feature_block.h"
 #include "tests/support/distance.h"
 #include "tests/support/exact_oracle.h"
 

@@ -11,7 +11,7 @@
 #include "engine/contact.h"
 #include "engine/elementary/certified.h"
 #include "engine/motion/motion.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::testing {
 

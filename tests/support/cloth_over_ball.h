@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::testing {
 

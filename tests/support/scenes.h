@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 namespace warmfront::testing {
 

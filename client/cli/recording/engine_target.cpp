@@ -5,6 +5,7 @@
 #include "client/cli/recording/from_wire.h"
 #include "client/cli/recording/replay_target.h"
 #include "engine/contact_hash.h"
+#include "proto/wire/scene.h"
 
 namespace warmfront::client {
 namespace {
@@ -32,7 +33,7 @@ class EngineTarget final : public ReplayTarget {
 
  private:
   Status carry_out(const v1::SceneChange& change) {
-    Result<Body> body = body_of(change.has_add() ? change.add().body() : change.change().body());
+    Result<Body> body = wire::body_from(change.has_add() ? change.add().body() : change.change().body(), "body");
     if (!body) return body.error();
     if (change.has_change()) return collider_.change_body(change.change().index(), std::move(body).value());
     auto faces = faces_of(change.add().faces(), "add.faces");

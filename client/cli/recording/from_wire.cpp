@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "client/lib/wire.h"
+#include "proto/wire/options.h"
+#include "proto/wire/scene.h"
 
 namespace warmfront::client {
 namespace {
@@ -49,40 +51,20 @@ v1::MovedParts joined(std::span<const v1::StepFrame> parts) {
 
 }  // namespace
 
-int rpc_code(ErrorCode code) {
-  constexpr std::array kCodes{3, 9, 8, 12, 1, 13, 15, 5, 6, 10, 4, 16, 7, 14};
-  static_assert(kCodes.size() == static_cast<std::size_t>(ErrorCode::kUnavailable) + 1);
-  return kCodes[static_cast<std::size_t>(code)];
-}
-
 Result<ColliderOptions> options_of(const v1::ColliderOptions& message) {
-  const ColliderOptions defaults;
-  v1::ColliderOptions all = to_proto(defaults);
-  all.MergeFrom(message);
-  ColliderOptions options = options_from(all);
+  Result<ColliderOptions> read = wire::options_from(message);
+  if (!read) return read.error();
+  ColliderOptions options = std::move(read).value();
   options.explain = false;  // what the model saved is no part of an answer
   if (Status valid = validate(options); !valid) return valid.error();
   return options;
-}
-
-Result<Body> body_of(const v1::Body& message) {
-  Body body{message.name(), message.first_vertex(), message.vertex_count()};
-  if (message.kind() > v1::BODY_KIND_REMOVED || message.kind() < v1::BODY_KIND_UNSPECIFIED)
-    return invalid_argument("body \"" + message.name() + "\": kind " + std::to_string(message.kind()) +
-                            " is not known");
-  if (message.kind() != v1::BODY_KIND_UNSPECIFIED)
-    body.kind = static_cast<BodyKind>(static_cast<int>(message.kind()) - 1);
-  if (message.has_self_collision()) body.self_collision = message.self_collision();
-  if (message.has_group()) body.group = message.group();
-  if (message.has_mask()) body.mask = message.mask();
-  return body;
 }
 
 Result<SceneDescription> scene_of(const v1::SessionHeader& header) {
   SceneDescription scene;
   scene.vertex_count = header.vertex_count();
   for (const v1::Body& message : header.bodies()) {
-    Result<Body> body = body_of(message);
+    Result<Body> body = wire::body_from(message, "body \"" + message.name() + "\"");
     if (!body) return body.error();
     scene.bodies.push_back(std::move(body).value());
   }

@@ -19,8 +19,6 @@ namespace warmfront::client {
 
 /// What is not set takes the engine's default; kInvalidArgument for options that do not go together.
 Result<ColliderOptions> options_of(const v1::ColliderOptions& message);
-/// kInvalidArgument for a kind that is not known.
-Result<Body> body_of(const v1::Body& message);
 /// Everything but the faces.
 Result<SceneDescription> scene_of(const v1::SessionHeader& header);
 /// Of rigid bodies that are not at rest when the session begins.
@@ -30,9 +28,6 @@ Result<std::vector<BodyPose>> poses_of(const v1::SessionHeader& header);
 Result<std::vector<std::array<std::int32_t, 3>>> faces_of(const std::string& bytes, const std::string& where);
 Result<PositionBuffer> positions_of(const std::string& bytes, bool float32, std::uint64_t vertices,
                                     const std::string& where);
-
-/// google.rpc.Code of an error.
-int rpc_code(ErrorCode code);
 
 /// A frame from the parts that it was sent in.
 class WireFrame {

@@ -10,6 +10,7 @@
 #include "client/cli/recording/from_wire.h"
 #include "client/lib/uuid.h"
 #include "client/lib/wire.h"
+#include "proto/wire/codes.h"
 
 namespace warmfront::client {
 namespace {
@@ -97,7 +98,7 @@ void Recorder::refusal(std::uint64_t number, const Error& error) {
   v1::RecordedMessage message;
   v1::RecordedAnswer& answer = *message.mutable_answer();
   answer.set_frame(number);
-  answer.mutable_outcome()->set_code(rpc_code(error.code));
+  answer.mutable_outcome()->set_code(wire::canonical_code(error.code));
   answer.mutable_outcome()->set_message(error.message);
   writer_->write(std::move(message));
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cli/recording/from_wire.h"
+#include "proto/wire/codes.h"
 
 namespace warmfront::client {
 namespace {
@@ -28,7 +29,7 @@ class Replay {
   Status step(const RecordedStep& step) {
     // A recording that ends within a step ends with the frame that the daemon died of, maybe.
     const int code = step.answer ? step.answer->outcome().code() : 0;
-    if (code != 0 && code != rpc_code(ErrorCode::kInvalidArgument)) {
+    if (code != 0 && code != wire::canonical_code(ErrorCode::kInvalidArgument)) {
       ++result_.left_out;
       return {};
     }
@@ -55,7 +56,7 @@ class Replay {
 
   Status change(const RecordedChange& change) {
     const int code = change.outcome ? change.outcome->code() : 0;
-    if (code != 0 && code != rpc_code(ErrorCode::kInvalidArgument)) {
+    if (code != 0 && code != wire::canonical_code(ErrorCode::kInvalidArgument)) {
       ++result_.left_out;
       return {};
     }

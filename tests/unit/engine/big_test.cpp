@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Integers of any size: every operation held to GMP's own integers, at lengths from none to what operands of
 // all of double's range lead to.
-#include "engine/elementary/big.h"
+#include "engine/elementary/exact/big.h"
 
 #include <gmpxx.h>
 #include <gtest/gtest.h>

@@ -9,7 +9,8 @@
 #include <iostream>
 #include <random>
 
-#include "engine/elementary/feature_block.h"
+#include "engine/narrow_phase/coplanarity_filter.h"
+#include "engine/narrow_phase/feature_block.h"
 #include "tests/support/data.h"
 #include "tests/support/feature_case.h"
 #include "tests/support/query_file.h"
@@ -70,7 +71,7 @@ TEST(Certified, NothingMoves) {
   EXPECT_TRUE(Case(ContactKind::kVertexFace, flat, flat).test().contact);
 }
 
-// What bodies that a plane keeps apart rely on (engine/apart_parts.h), near its limits.
+// What bodies that a plane keeps apart rely on (engine/broad_phase/apart_parts.h), near its limits.
 TEST(Certified, NothingIsReportedOfWhatADirectionKeepsApart) {
   std::mt19937_64 random(11);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
@@ -144,7 +145,7 @@ TEST(Certified, NothingIsReportedOfEdgesThatTurnSideBySide) {
   EXPECT_TRUE(turning_side_by_side(0x1p-24).test({.tolerance = 1e-9}).contact);
 }
 
-// What parts that move rigidly rely on (engine/rigid_parts.h), near its limits: their pairs turn as one, and
+// What parts that move rigidly rely on (engine/state/rigid_parts.h), near its limits: their pairs turn as one, and
 // shrink on the way.
 TEST(Certified, NothingIsReportedOfWhatStaysApartAndTurnsAsOne) {
   std::mt19937_64 random(12);

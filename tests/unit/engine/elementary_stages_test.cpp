@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "engine/elementary/exact.h"
+#include "engine/elementary/exact/exact_roots.h"
 #include "engine/elementary/exact_polygon.h"
-#include "engine/elementary/exact_roots.h"
-#include "engine/elementary/feature_block.h"
 #include "engine/elementary/inside.h"
+#include "engine/narrow_phase/feature_block.h"
+#include "engine/narrow_phase/separation_filter.h"
 #include "tests/support/exact_oracle.h"
 #include "tests/support/feature_case.h"
 #include "tests/support/torture.h"

@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "engine/auto_bounds.h"
 #include "engine/collider.h"
 #include "engine/motion/rigid_fit.h"
-#include "engine/rigid_parts.h"
 #include "engine/scene/found_bodies.h"
+#include "engine/state/rigid_parts.h"
+#include "engine/step/auto_bounds.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront {

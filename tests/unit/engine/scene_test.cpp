@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

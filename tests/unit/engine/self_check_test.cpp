@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each thing that a self-check is to find, broken on purpose: it is found, and named for what it is.
-#include "engine/self_check.h"
+#include "engine/check/self_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "engine/check_neighbours.h"
-#include "engine/front/near_parts.h"
+#include "engine/broad_phase/near_parts.h"
+#include "engine/check/check_neighbours.h"
 #include "tests/support/hierarchy.h"
 #include "tests/support/scenes.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts' vertices side by side, their bounds, and directions between two parts.
-#include "engine/bounds/separating_direction.h"
+#include "engine/broad_phase/separating_direction.h"
 
 #include <gtest/gtest.h>
 

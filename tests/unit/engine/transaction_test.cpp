@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engine/collider.h"
-#include "engine/core.h"
+#include "engine/state/core.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Planes may part only what has no contact: held to exact algebra on all fifteen feature pairs.
-#include "engine/elementary/triangle_filter.h"
+#include "engine/narrow_phase/triangle_filter.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/frame.h"
-#include "engine/scene/scene.h"
+#include "engine/scene.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::test {

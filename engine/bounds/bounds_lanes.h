@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bounds in lanes: the inlined core of all overlap tests. Only for sources that dispatch by instruction set.
+#pragma once
+
+#include <array>
+
+#include "engine/bounds/kdop.h"
+#include "engine/bounds/point_bounds.h"
+#include "engine/simd/lanes.h"
+
+namespace warmfront {
+
+// Eight axes of an 18-DOP at one end of the step.
+struct EightAxes {
+  Float8 lower;
+  Float8 upper;
+};
+
+WARMFRONT_INLINE EightAxes eight_axes(const KDop18& k, int begin) {
+  return {load<Float8>(&k.lane[begin]), load<Float8>(&k.lane[begin + 9])};
+}
+
+// Those of a vertex, as slab_ends().
+WARMFRONT_INLINE EightAxes eight_axes(const PointBounds& point, std::size_t t) {
+  constexpr Float8 kSign{0, 0, 0, 1, -1, 1, -1, 1};
+  constexpr float kDiagonal = PointBounds::kDiagonal;
+  constexpr Float8 kBeyond{1, 1, 1, kDiagonal, kDiagonal, kDiagonal, kDiagonal, kDiagonal};
+  const auto p = load<Float4>(point.at[t].data());
+  const Float8 at = __builtin_shufflevector(p, p, 0, 1, 2, 0, 0, 1, 1, 2) +
+                    kSign * __builtin_shufflevector(p, p, 1, 1, 1, 1, 1, 2, 2, 0);
+  const Float8 beyond = kBeyond * __builtin_shufflevector(p, p, 3, 3, 3, 3, 3, 3, 3, 3);
+  return {at - beyond, -at - beyond};
+}
+
+WARMFRONT_INLINE EightAxes merged(const EightAxes& a, const EightAxes& b) {
+  return {lesser(a.lower, b.lower), lesser(a.upper, b.upper)};
+}
+
+// From a gap at t = 0 and at t = 1, positive where it stays open throughout the step.
+struct Throughout {
+  WARMFRONT_INLINE Float8 operator()(Float8 at0, Float8 at1) const { return lesser(at0, at1); }
+};
+
+// The same up to a time below 1. A gap between bounds is no smaller in between than interpolated, because the
+// vertices' gaps are linear; four roundings of values up to |at0| + |at1| are far below 2^-20 of that.
+struct Until {
+  float time;
+  WARMFRONT_INLINE Float8 operator()(Float8 at0, Float8 at1) const {
+    const Float8 then = at0 + time * (at1 - at0) - 0x1p-20F * (magnitude(at0) + magnitude(at1));
+    return lesser(at0, then);
+  }
+};
+
+// Positive in the lanes of axes that keep a and b apart, on one side.
+template <class When>
+WARMFRONT_INLINE Float8 gap(When open, const EightAxes& a0, const EightAxes& a1, const EightAxes& b0,
+                            const EightAxes& b1) {
+  return greater(open(a0.lower + b0.upper, a1.lower + b1.upper),
+                 open(a0.upper + b0.lower, a1.upper + b1.lower));
+}
+
+// The same for one axis.
+template <class Bounds>
+WARMFRONT_INLINE bool apart_along(const Bounds& a, const Bounds& b, int axis) {
+  constexpr int kAxes = Bounds::kAxes;
+  constexpr int kEnd = Bounds::kEnd;
+  const auto sums = [&](int end) {
+    return std::array{a.lane[end + axis] + b.lane[end + axis + kAxes],
+                      a.lane[end + axis + kAxes] + b.lane[end + axis]};
+  };
+  const auto at0 = sums(0);
+  const auto at1 = sums(kEnd);
+  return ((at0[0] > 0) & (at1[0] > 0)) | ((at0[1] > 0) & (at1[1] > 0));
+}
+
+WARMFRONT_INLINE bool meet(const Aabb& a, const Aabb& b) {
+  return !(apart_along(a, b, 0) | apart_along(a, b, 1) | apart_along(a, b, 2));
+}
+
+WARMFRONT_INLINE bool meet(const KDop18& a, const KDop18& b) {
+  const auto apart = (Int8)(gap(Throughout{}, eight_axes(a, 0), eight_axes(a, 18), eight_axes(b, 0),
+                                eight_axes(b, 18)) > 0.0F);
+  return !any(apart) && !apart_along(a, b, 8);
+}
+
+// The wider of an axis' two gaps at t = 1.
+template <class Bounds>
+WARMFRONT_INLINE float end_gap_along(const Bounds& a, const Bounds& b, int axis) {
+  constexpr int kLower = Bounds::kEnd;
+  constexpr int kUpper = Bounds::kEnd + Bounds::kAxes;
+  return greater(a.lane[kLower + axis] + b.lane[kUpper + axis],
+                 a.lane[kUpper + axis] + b.lane[kLower + axis]);
+}
+
+// As separation() of overlap.h.
+WARMFRONT_INLINE float gap_at_end(const Aabb& a, const Aabb& b) {
+  if (meet(a, b)) return -1;
+  return greater(greater(end_gap_along(a, b, 0), end_gap_along(a, b, 1)), end_gap_along(a, b, 2));
+}
+
+WARMFRONT_INLINE float gap_at_end(const KDop18& a, const KDop18& b) {
+  if (meet(a, b)) return -1;
+  constexpr Float8 kWeight{1, 1, 1, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F};
+  const EightAxes a1 = eight_axes(a, KDop18::kEnd);
+  const EightAxes b1 = eight_axes(b, KDop18::kEnd);
+  const Float8 gaps = kWeight * greater(a1.lower + b1.upper, a1.upper + b1.lower);
+  return greater(largest(gaps), 0.5F * end_gap_along(a, b, 8));
+}
+
+}  // namespace warmfront

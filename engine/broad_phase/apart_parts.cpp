@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/broad_phase/apart_parts.h"
+
+#include <algorithm>
+
+#include "engine/elementary/certified.h"
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+/// Near pairs a part. Where there are more, bodies are not side by side but in one place: nothing separates
+/// them, and lists of their pairs would be long.
+constexpr std::size_t kMostNear = 64;
+
+// How far apart along one direction two parts must be, so that nothing between them is reported, however far
+// they move: the certified tier's promise of certified.h. Only for the tiers certified and exact.
+WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame) {
+  if (options.tier == Tier::kExact) return {};
+  return {.least = frame.to_local(options.min_separation),
+          .share_of_size = certified_reach(options.tolerance)};
+}
+
+}  // namespace
+
+bool ApartParts::begin(const SceneMotion& motion, const ColliderOptions& options) {
+  ++step_;
+  const bool looks = options.separate_parts && options.tier != Tier::kFast && motion.part_count() > 1;
+  if (looks) points_.resize(motion.part_count());
+  return looks;
+}
+
+const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t part) {
+  PartPoints& of = points_[part];
+  if (of.step != step_) motion.points(part, of.points);
+  of.step = step_;
+  return of.points;
+}
+
+void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool anew, StopSignal stop,
+                      std::vector<NearPair>& near) {
+  if (near.size() > kMostNear * motion.part_count()) {
+    apart_.clear();
+    return;
+  }
+  choose(motion, anew, stop, near);
+  look(motion, options, stop, near);
+  apart_.clear();
+  auto candidate = candidates_.begin();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const bool chosen = candidate != candidates_.end() && candidate->place == i;
+    if (chosen && candidate->direction) {
+      apart_.push_back({near[i].parts, *candidate->direction});
+    } else {
+      near[kept++] = near[i];
+    }
+    if (chosen) ++candidate;
+  }
+  near.resize(kept);
+}
+
+// Pairs of small parts, but for those at rest that were not shown to be apart: they are as near as they were.
+void ApartParts::choose(const SceneMotion& motion, bool anew, StopSignal stop,
+                        std::span<const NearPair> near) {
+  candidates_.clear();
+  auto last = apart_.begin();
+  PacedStop paced(stop);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    paced.check();
+    const auto [a, b] = near[i].parts;
+    if (a == b || !small(motion, a) || !small(motion, b)) continue;
+    const bool rests = near[i].rests && !anew;
+    while (last != apart_.end() && last->parts < near[i].parts) ++last;
+    if (last != apart_.end() && last->parts == near[i].parts) {
+      candidates_.push_back({i, last->direction, rests});
+    } else if (!rests) {
+      candidates_.push_back({i, std::nullopt, false});
+    }
+  }
+}
+
+void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
+                      std::span<const NearPair> near) {
+  parts_.clear();
+  for (const Candidate& candidate : candidates_) {
+    const PartPair& parts = near[candidate.place].parts;
+    if (!candidate.holds) parts_.insert(parts_.end(), {parts.a, parts.b});
+  }
+  std::ranges::sort(parts_);
+  parts_.erase(std::unique(parts_.begin(), parts_.end()), parts_.end());
+  constexpr std::size_t kAtOnce = 16;
+  const auto in_parallel = [&](std::size_t count, auto&& body) {
+    for_each_index(0, count, stop, body, kAtOnce);
+  };
+  in_parallel(parts_.size(), [&](std::size_t i) { points(motion, parts_[i]); });
+  const LocalFrame& frame = motion.vertices().frame();
+  const WantedGap wanted = wanted_gap(options, frame);
+  in_parallel(candidates_.size(), [&](std::size_t i) {
+    Candidate& candidate = candidates_[i];
+    if (candidate.holds) return;
+    const PartPair& parts = near[candidate.place].parts;
+    candidate.direction = separating_direction(points_[parts.a].points, points_[parts.b].points, frame,
+                                               wanted, candidate.direction);
+  });
+}
+
+std::size_t ApartParts::memory_bytes() const {
+  std::size_t bytes = apart_.capacity() * sizeof(ApartPair) + candidates_.capacity() * sizeof(Candidate) +
+                      points_.capacity() * sizeof(PartPoints) + parts_.capacity() * sizeof(std::uint32_t);
+  for (const PartPoints& of : points_) bytes += of.points.memory_bytes();
+  return bytes;
+}
+
+}  // namespace warmfront

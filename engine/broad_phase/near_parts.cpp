@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/broad_phase/near_parts.h"
+
+#include <algorithm>
+
+#include "engine/bounds/overlap.h"
+
+namespace warmfront {
+namespace {
+
+template <class Bounds>
+double middle(const Bounds& bounds, int axis) {
+  return double{bounds.lower(axis)} + double{bounds.upper(axis)};
+}
+
+}  // namespace
+
+// The static ones apart first, then by the widest axis of the middles, as the parts' own hierarchies.
+template <class Bounds>
+void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node,
+                              StopSignal stop) {
+  if (shape_.is_leaf(node)) return;
+  stop.check();
+  PacedStop paced(stop);
+  const NodeId first = TreeShape::left(node);
+  const auto begin = order_.begin() + shape_.begin(node);
+  const auto half = order_.begin() + shape_.end(first);
+  const auto end = order_.begin() + shape_.end(node);
+  const auto is_static = [&](std::uint32_t part) {
+    paced.check();
+    return model.is_static(part);
+  };
+  if (std::any_of(begin, end, is_static) && !std::all_of(begin, end, is_static)) {
+    std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
+      return is_static(p) != is_static(q) ? is_static(p) : p < q;
+    });
+  } else {
+    int widest = 0;
+    double width = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [lo, hi] = std::minmax_element(begin, end, [&](std::uint32_t p, std::uint32_t q) {
+        paced.check();
+        return middle(roots[p], axis) < middle(roots[q], axis);
+      });
+      const double extent = middle(roots[*hi], axis) - middle(roots[*lo], axis);
+      if (extent > width) {
+        width = extent;
+        widest = axis;
+      }
+    }
+    std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
+      paced.check();
+      const double x = middle(roots[p], widest);
+      const double y = middle(roots[q], widest);
+      return x != y ? x < y : p < q;
+    });
+  }
+  order(model, roots, first, stop);
+  order(model, roots, first + 1, stop);
+}
+
+template <class Bounds>
+void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bounds> roots,
+                                StopSignal stop) {
+  order_.clear();
+  for (std::uint32_t p = 0; p < model.part_count(); ++p) {
+    // Bounds that hold everything have no middle: their parts meet all others, wherever they are put.
+    if (!model.is_removed(p)) order_.push_back(p);
+  }
+  shape_ = TreeShape(static_cast<std::uint32_t>(order_.size()), 1);
+  nodes_.resize(order_.empty() ? 0 : shape_.node_count());
+  const bool placed = std::ranges::all_of(order_, [&](std::uint32_t p) {
+    const double sum = middle(roots[p], 0) + middle(roots[p], 1) + middle(roots[p], 2);
+    return sum - sum == 0;
+  });
+  if (!order_.empty() && placed) order(model, roots, 0, stop);
+}
+
+template <class Bounds>
+void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bounds> roots,
+                              std::span<const std::uint8_t> changed) {
+  for (NodeId node = static_cast<NodeId>(nodes_.size()); node-- > 0;) {
+    Node& to = nodes_[node];
+    if (!shape_.is_leaf(node)) {
+      const Node& left = nodes_[TreeShape::left(node)];
+      const Node& right = nodes_[TreeShape::left(node) + 1];
+      to = left;
+      to.bounds.merge(right.bounds);
+      to.set.add(right.set);
+      to.changed |= right.changed;
+    } else {
+      const std::uint32_t part = order_[shape_.begin(node)];
+      to = {roots[part], model.set_of(part), changed[part] != 0};
+    }
+  }
+}
+
+template <class Bounds>
+double NearParts<Bounds>::looseness() const {
+  double sum = 0;
+  for (NodeId node = 0; node < shape_.first_leaf() && node < nodes_.size(); ++node)
+    sum += nodes_[node].bounds.extent();
+  const double root = nodes_.empty() ? 0 : nodes_[0].bounds.extent();
+  return root > 0 ? sum / root : 0;
+}
+
+template <class Bounds>
+void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const std::uint8_t> changed,
+                                 bool anew, std::size_t most, StopSignal stop, std::uint64_t& bv_tests) {
+  const Bvtt bvtt(shape_, shape_, true);
+  PacedStop paced(stop);
+  while (!stack_.empty() && near_.size() <= most) {
+    paced.check();
+    const NodePair pair = stack_.back();
+    stack_.pop_back();
+    const Node& a = nodes_[pair.a];
+    const Node& b = nodes_[pair.b];
+    if ((!anew && !a.changed && !b.changed) || !a.set.may_meet(b.set)) continue;
+    const bool self = pair.a == pair.b;
+    if (self && shape_.is_leaf(pair.a)) continue;
+    if (!self) {
+      ++bv_tests;
+      if (!overlap(a.bounds, b.bounds)) continue;
+    }
+    if (!bvtt.is_leaf(pair)) {
+      bvtt.for_children(pair, [&](const NodePair& child) { stack_.push_back(child); });
+      continue;
+    }
+    const std::uint32_t p = order_[shape_.begin(pair.a)];
+    const std::uint32_t q = order_[shape_.begin(pair.b)];
+    if (model.may_meet(p, q))
+      near_.push_back({{std::min(p, q), std::max(p, q)}, changed[p] == 0 && changed[q] == 0});
+  }
+}
+
+template <class Bounds>
+void NearParts<Bounds>::sort(StopSignal stop) {
+  PacedStop paced(stop);
+  std::ranges::sort(near_, [&](const NearPair& x, const NearPair& y) {
+    paced.check();
+    return x.parts < y.parts;
+  });
+}
+
+template <class Bounds>
+std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, std::span<const Bounds> roots,
+                                                  std::span<const std::uint8_t> changed, bool anew,
+                                                  std::uint64_t& bv_tests, std::size_t most,
+                                                  StopSignal stop) {
+  constexpr double kLoosenessLimit = 1.5;
+  last_.clear();
+  if (!anew) last_.swap(near_);
+  near_.clear();
+  overflowed_ = false;
+  const bool first = anew || nodes_.empty();
+  if (first) arrange(model, roots, stop);
+  refit(model, roots, changed);
+  if (first || looseness() > kLoosenessLimit * built_looseness_) {
+    arrange(model, roots, stop);
+    refit(model, roots, changed);
+    built_looseness_ = looseness();
+  }
+
+  for (const NearPair& pair : last_) {
+    if (changed[pair.parts.a] == 0 && changed[pair.parts.b] == 0) near_.push_back({pair.parts, true});
+  }
+  for (const std::uint32_t p : order_) {
+    if (model.self_collision(p) && (anew || changed[p] != 0)) near_.push_back({{p, p}, changed[p] == 0});
+  }
+  stack_.clear();
+  if (!nodes_.empty()) stack_.push_back(Bvtt::root());
+  const std::uint64_t tests_before = bv_tests;
+  // A part with itself is no more than the part takes anyway.
+  const std::size_t allowed = most < ~std::size_t{0} - order_.size() ? most + order_.size() : most;
+  traverse(model, changed, anew, allowed, stop, bv_tests);
+  if (near_.size() > allowed) {
+    overflowed_ = true;
+    bv_tests = tests_before;  // they are made again
+    std::vector<NearPair>().swap(near_);
+    std::vector<NearPair>().swap(last_);
+    stack_.assign(1, Bvtt::root());
+    next_self_ = 0;
+    return {};
+  }
+  sort(stop);
+  return near_;
+}
+
+template <class Bounds>
+std::span<const NearPair> NearParts<Bounds>::next_block(const CollisionModel& model,
+                                                        std::span<const std::uint8_t> changed,
+                                                        std::uint64_t& bv_tests, StopSignal stop) {
+  near_.clear();
+  near_.reserve(kBlock + 1);
+  for (; next_self_ < order_.size() && near_.size() < kBlock; ++next_self_) {
+    const std::uint32_t p = order_[next_self_];
+    if (model.self_collision(p)) near_.push_back({{p, p}, changed[p] == 0});
+  }
+  traverse(model, changed, true, kBlock - 1, stop, bv_tests);
+  sort(stop);
+  return near_;
+}
+
+template class NearParts<Aabb>;
+template class NearParts<KDop18>;
+
+}  // namespace warmfront

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which parts of a scene are near each other: a small hierarchy over the parts' own. Used by one thread at a
+// time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/broad_phase/part_pair.h"
+#include "engine/bvh/bvtt.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene/collision_model.h"
+
+namespace warmfront {
+
+template <class Bounds>
+class NearParts {
+ public:
+  /// The parts' bounds in this step, and which of them are other than in the last. The pairs that may meet
+  /// and overlap, sorted, parts that are tested against themselves with themselves among them; valid until
+  /// the next call. Pairs of which neither part changed are taken from the last step, unless `anew`. Adds its
+  /// overlap tests to `bv_tests`. Throws Stopped when told to stop, and is good for a find() with `anew` then.
+  ///
+  /// Where there are more than `most` pairs of two parts, none is returned, overflowed() is true, and
+  /// next_block() tells of all of them; the next find() is `anew`.
+  std::span<const NearPair> find(const CollisionModel& model, std::span<const Bounds> roots,
+                                 std::span<const std::uint8_t> changed, bool anew, std::uint64_t& bv_tests,
+                                 std::size_t most = ~std::size_t{0}, StopSignal stop = {});
+
+  bool overflowed() const { return overflowed_; }
+  /// After a find() that overflowed, in the same step: the next pairs, about kBlock of them, sorted; in all
+  /// blocks together each pair is once. None when there are no more. Valid until the next call.
+  std::span<const NearPair> next_block(const CollisionModel& model, std::span<const std::uint8_t> changed,
+                                       std::uint64_t& bv_tests, StopSignal stop);
+  static constexpr std::size_t kBlock = std::size_t{1} << 16;
+
+  std::size_t memory_bytes() const {
+    return (near_.capacity() + last_.capacity()) * sizeof(NearPair) + stack_.capacity() * sizeof(NodePair) +
+           nodes_.size() * (sizeof(Node) + sizeof(std::uint32_t));
+  }
+
+ private:
+  struct Node {
+    Bounds bounds;
+    CollisionModel::Set set;
+    bool changed;
+  };
+
+  void arrange(const CollisionModel& model, std::span<const Bounds> roots, StopSignal stop);
+  void order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node, StopSignal stop);
+  void refit(const CollisionModel& model, std::span<const Bounds> roots,
+             std::span<const std::uint8_t> changed);
+  double looseness() const;
+  // Goes on from `stack_` until it is empty, or there are more than `most` pairs in `near_`.
+  void traverse(const CollisionModel& model, std::span<const std::uint8_t> changed, bool anew,
+                std::size_t most, StopSignal stop, std::uint64_t& bv_tests);
+  void sort(StopSignal stop);
+
+  TreeShape shape_;
+  std::vector<std::uint32_t> order_;  // part by position
+  std::vector<Node> nodes_;
+  double built_looseness_ = 0;
+  std::vector<NearPair> near_;
+  std::vector<NearPair> last_;
+  std::vector<NodePair> stack_;  // what is to be traversed yet
+  std::size_t next_self_ = 0;    // of `order_`: the parts against themselves that blocks tell of next
+  bool overflowed_ = false;
+};
+
+}  // namespace warmfront

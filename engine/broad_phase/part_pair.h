@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pairs of parts. Plain values.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+
+namespace warmfront {
+
+/// Two parts of a scene, a <= b; a part against itself (a == b).
+struct PartPair {
+  std::uint32_t a;
+  std::uint32_t b;
+  friend auto operator<=>(const PartPair&, const PartPair&) = default;
+};
+
+/// Two parts that are near each other, or one that is tested against itself.
+struct NearPair {
+  PartPair parts;
+  /// Neither part changed: what was found between them last time holds.
+  bool rests = false;
+};
+
+}  // namespace warmfront

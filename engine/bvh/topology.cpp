@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/bvh/topology.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "engine/scene/adjacency.h"
+
+namespace warmfront {
+namespace {
+
+/// Rings of faces in a patch whose self-collision the normal cone can rule out: few enough to be flat often,
+/// enough that most near pairs of faces lie in one patch.
+constexpr int kPatchRings = 3;
+
+// The primitives of vertices [first, end), in the numbers given; faces of one body are not always a range.
+std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std::size_t first_part,
+                                                        std::size_t parts, std::uint32_t first_face,
+                                                        StopSignal stop) {
+  std::vector<std::vector<Primitive>> primitives(parts);
+  const auto part_of = [&](std::uint32_t v) {
+    return given.bodies().empty() ? 0 : given.body_of_vertex()[v];
+  };
+  PacedStop paced(stop);
+  for (std::uint32_t f = first_face; f < given.face_count(); ++f) {
+    paced.check();
+    primitives[part_of(given.faces()[f][0])].push_back(f);
+  }
+  for (const std::uint32_t v : given.isolated_vertices()) {
+    if (part_of(v) >= first_part) primitives[part_of(v)].push_back(kPoint | v);
+  }
+  return primitives;
+}
+
+}  // namespace
+
+Topology::Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones,
+                   StopSignal stop)
+    : leaf_size_(leaf_size), ownership(scene) {
+  add_parts(given, motion, stop);
+  // Found in the numbers first given, so that they are the same whatever the first positions.
+  if (cones) patches = numbering.apply(find_patches(given, kPatchRings, stop));
+  patches.of_face.resize(given.face_count(), Patches::kNone);
+}
+
+void Topology::extend(const Scene& given, const Motion& motion, StopSignal stop) {
+  add_parts(given, motion, stop);
+  patches.of_face.resize(given.face_count(), Patches::kNone);
+}
+
+void Topology::truncate(const Extent& extent) noexcept {
+  while (parts.size() > extent.parts) parts.pop_back();
+  numbering.truncate(extent.scene, scene);
+  ownership.truncate(extent.scene.faces);
+  patches.of_face.resize(std::min<std::size_t>(extent.scene.faces, patches.of_face.size()));
+  adjacent_pairs = extent.adjacent_pairs;
+}
+
+void Topology::add_parts(const Scene& given, const Motion& motion, StopSignal stop) {
+  const std::size_t first = parts.size();
+  const std::size_t count = given.bodies().empty() ? 1 : given.bodies().size();
+  std::vector<std::vector<Primitive>> primitives =
+      primitives_of_parts(given, first, count, scene.face_count(), stop);
+  parts.resize(count);
+  tbb::parallel_for(first, count, [&](std::size_t p) {
+    stop.check();
+    PartTopology& part = parts[p];
+    part.features = given.bodies().empty()
+                        ? whole(given)
+                        : features_of(given, given.bodies()[p].first_vertex,
+                                      given.bodies()[p].first_vertex + given.bodies()[p].vertex_count);
+    part.shape = TreeShape(static_cast<std::uint32_t>(primitives[p].size()), leaf_size_);
+    part.order = build_order(given, motion, part.shape, primitives[p], stop);
+  });
+  std::vector<Primitive> order;
+  for (std::size_t p = first; p < count; ++p)
+    order.insert(order.end(), parts[p].order.begin(), parts[p].order.end());
+  numbering.extend(given, order, stop);
+  numbering.extend(given, scene, stop);
+  ownership.extend(stop);
+  for (std::size_t p = first; p < count; ++p) {
+    stop.check();
+    for (Primitive& primitive : parts[p].order) primitive = numbering.apply(primitive);
+    adjacent_pairs += count_adjacent_pairs(scene, parts[p].features, stop);
+  }
+}
+
+void Topology::need_adjacent(std::uint32_t index, StopSignal stop) {
+  PartTopology& part = parts[index];
+  if (part.has_adjacent) return;
+  part.orphans = enumerate_orphans(scene, part.features, stop);
+  part.shared = shared_vertices(scene, part.shape, part.order, stop);
+  part.has_adjacent = true;
+}
+
+std::size_t Topology::memory_bytes() const {
+  std::size_t bytes =
+      numbering.memory_bytes() + scene.memory_bytes() + patches.memory_bytes() + ownership.memory_bytes();
+  for (const PartTopology& part : parts) {
+    bytes += sizeof(part) + part.order.size() * sizeof(Primitive) +
+             (part.orphans.vertex_face.size() + part.orphans.edge_edge.size()) * sizeof(FeatureIds);
+  }
+  return bytes;
+}
+
+}  // namespace warmfront

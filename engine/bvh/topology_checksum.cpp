@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/bvh/topology_checksum.h"
+
+#include <array>
+#include <cstring>
+#include <span>
+#include <vector>
+
+namespace warmfront {
+namespace {
+
+/// A word at a time, each place with a weight of its own (after MurmurHash3's finaliser, Appleby 2011).
+class Checksum {
+ public:
+  explicit Checksum(StopSignal stop) : paced_(stop, 1U << 16) {}
+
+  template <class T>
+  void add(std::span<const T> values) {
+    static_assert(sizeof(T) % 4 == 0 && std::has_unique_object_representations_v<T>);
+    add_word(values.size());
+    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+    for (std::size_t at = 0; at < values.size_bytes(); at += 4) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, bytes + at, 4);
+      add_word(word);
+      paced_.check();
+    }
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(std::span<const T>(values));
+  }
+  template <class T, std::size_t N>
+  void add(const std::array<T, N>& values) {
+    add(std::span<const T>(values));
+  }
+  void add(const Csr& lists) {
+    add(lists.begin);
+    add(lists.items);
+  }
+  void add(const Scene& scene) {
+    add(scene.faces());
+    add(scene.edges());
+    add(scene.face_edges());
+    add(scene.vertex_faces());
+    add(scene.edge_faces());
+    add(scene.isolated_vertices());
+    add(scene.body_of_vertex());
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  void add_word(std::uint64_t word) {
+    value_ = (value_ ^ word) * 0xff51afd7ed558ccdULL;
+    value_ ^= value_ >> 33;
+  }
+  std::uint64_t value_ = 0;
+  PacedStop paced_;
+};
+
+}  // namespace
+
+std::uint64_t topology_checksum(const Scene& given, const Topology& topology, StopSignal stop) {
+  Checksum sum(stop);
+  sum.add(given);
+  sum.add(topology.scene);
+  sum.add(topology.numbering.vertices());
+  for (const PartTopology& part : topology.parts) sum.add(part.order);
+  return sum.value();
+}
+
+std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop) {
+  Checksum sum(stop);
+  sum.add(part.orphans.vertex_face);
+  sum.add(part.orphans.edge_edge);
+  // Whose they are: two parts whose sets are swapped are not what they were.
+  sum.add(std::array<std::uint32_t, 2>{part.features.first_vertex, part.features.first_edge});
+  return sum.value();
+}
+
+}  // namespace warmfront

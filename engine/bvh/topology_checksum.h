@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checksums of what must not change between steps, for the self-check. Thread-safe.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/bvh/topology.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
+
+namespace warmfront {
+
+/// Of the scene in both numberings and the order of each part's primitives. O(scene). Throws Stopped when
+/// told to stop, as orphans_checksum() does.
+std::uint64_t topology_checksum(const Scene& given, const Topology& topology, StopSignal stop);
+/// Of a part's orphan sets.
+std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop);
+
+}  // namespace warmfront

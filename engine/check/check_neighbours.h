@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checking what a front keeps of a part's neighbouring blocks: a part of the self-check (self_check.h).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/bounds/point_bounds.h"
+#include "engine/bvh/bvh.h"
+#include "engine/front/neighbours.h"
+#include "engine/parallel/stop.h"
+#include "engine/scene.h"
+
+namespace warmfront {
+
+/// What is wrong first, empty where nothing is: that `kept` lists the neighbours of `tree` as they are, and
+/// that those whose budgets last are apart at the end of the step. Budgets are looked at in one chunk of
+/// kBudgetTurns, another one in each turn. Parallel. Throws Stopped when told to
+/// stop.
+template <class Bounds>
+std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bounds>& tree,
+                              const Scene& scene, std::span<const PointBounds> vertex_bounds,
+                              std::uint64_t turn, StopSignal stop = {});
+inline constexpr std::uint64_t kBudgetTurns = 16;
+
+}  // namespace warmfront

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checking, part by part and segment by segment. Thread safety as stated in the header.
+#include "engine/check/self_check.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "engine/bounds/moving.h"
+#include "engine/bvh/topology_checksum.h"
+#include "engine/check/check_neighbours.h"
+#include "engine/front/descend.h"
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+std::string text(const NodePair& pair) {
+  return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")";
+}
+
+/// The first thing that any thread found.
+class Finding {
+ public:
+  explicit operator bool() const { return found_.load(std::memory_order_relaxed); }
+  void report(ErrorCode code, const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    if (!found_.exchange(true)) error_ = Error{code, "self-check: " + what};
+  }
+  Status status() const { return error_ ? Status(*error_) : Status(); }
+
+ private:
+  std::atomic<bool> found_{false};
+  std::mutex mutex_;
+  std::optional<Error> error_;
+};
+
+template <class Bounds>
+bool holds(const Bounds& outer, const Bounds& inner) {
+  bool all = true;
+  for (std::size_t k = 0; k < outer.lane.size(); ++k) all &= outer.lane[k] <= inner.lane[k];
+  return all;
+}
+
+template <class Bounds>
+class SelfCheck {
+ public:
+  explicit SelfCheck(const KeptState<Bounds>& kept) : kept_(kept), core_(kept.core) {}
+
+  Status run() {
+    if (checksum(core_, kept_.stop) != core_.checksum())
+      found_.report(ErrorCode::kDataLoss, "the scene's topology is not what it was");
+    if (kept_.trees.size() != core_.topology->parts.size())
+      found_.report(ErrorCode::kInternal, "parts and hierarchies differ in number");
+    if (!found_) {
+      tbb::parallel_for(std::size_t{0}, kept_.trees.size(),
+                        [&](std::size_t p) { check_part(static_cast<std::uint32_t>(p)); });
+    }
+    if (!found_) check_near();
+    if (!found_) check_apart();
+    if (!found_ && kept_.front != nullptr) check_front();
+    return found_.status();
+  }
+
+ private:
+  void broken(const std::string& what) { found_.report(ErrorCode::kInternal, what); }
+
+  // A part whose bounds are those of the last step.
+  bool current(std::uint32_t p) const {
+    return !core_.model.is_removed(p) && kept_.refit_in[p] == kept_.step && !kept_.trees[p].nodes.empty() &&
+           !kept_.trees[p].order.empty();
+  }
+
+  void check_part(std::uint32_t p) {
+    kept_.stop.check();
+    if (!current(p)) return;
+    const std::string of_part = " of part " + std::to_string(p);
+    if (!holds_each_once(p)) return broken("the hierarchy" + of_part + " does not hold each primitive once");
+    if (!leaves_agree(p)) return broken("the leaves" + of_part + " are not those of its order");
+    const FeatureRange& features = core_.topology->parts[p].features;
+    for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
+      const auto v = static_cast<std::uint32_t>(i);
+      const Motion& motion = core_.motion.vertices();
+      const PointBounds bounds =
+          point_bounds(motion.vertices()[v], motion.frame(), core_.options.min_separation, kept_.magnitude);
+      if (!(core_.vertex_bounds[v] == bounds))
+        found_.report(ErrorCode::kDataLoss, "vertex " +
+                                                std::to_string(core_.topology->numbering.vertices()[v]) +
+                                                " is not within its bounds");
+    });
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    for_each_index(
+        0, tree.shape.node_count(), kept_.stop,
+        [&](std::size_t i) {
+          const auto node = static_cast<NodeId>(i);
+          if (!node_holds(tree, node))
+            broken("node " + std::to_string(node) + of_part + " does not hold what is below it");
+        },
+        kNodesAtOnce);
+  }
+
+  bool holds_each_once(std::uint32_t p) const {
+    const PartTopology& part = core_.topology->parts[p];
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    if (tree.order.size() != part.order.size() || tree.nodes.size() != tree.shape.node_count() ||
+        tree.shape.primitive_count() != part.shape.primitive_count() ||
+        tree.shape.leaf_count() != part.shape.leaf_count())
+      return false;
+    // The first order is the hierarchy's own at first, and the same set ever after.
+    if (std::ranges::equal(tree.order, part.order)) return true;
+    std::vector<Primitive> order(tree.order), first(part.order);
+    std::ranges::sort(order);
+    std::ranges::sort(first);
+    return order == first;
+  }
+
+  bool leaves_agree(std::uint32_t p) const {
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    const TreeShape& shape = tree.shape;
+    if (!tree.blocks.empty() &&
+        (tree.blocks.size() != shape.block_count() || tree.corners.size() != shape.block_count() ||
+         tree.grids.size() != shape.leaf_count() || tree.blocks_of.size() != shape.leaf_count()))
+      return false;
+    if (!tree.wide.empty() && tree.wide.size() != shape.leaf_count()) return false;
+    PacedStop paced(kept_.stop, kNodesAtOnce);
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+      paced.check();
+      for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
+        if ((tree.order[i] & kPoint) != 0) continue;
+        const std::uint32_t at = tree.order[i] - tree.first_face;
+        if (at >= tree.leaf_of_face.size() || tree.leaf_of_face[at] != leaf) return false;
+      }
+      if (!tree.blocks.empty() && !blocks_agree(tree, leaf)) return false;
+    }
+    return tree.shared == nullptr ||
+           *tree.shared == *shared_vertices(core_.topology->scene, shape, tree.order, kept_.stop);
+  }
+
+  bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
+    const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
+    const NodeId l = leaf - tree.shape.first_leaf();
+    if (tree.grids[l].begin_at_1 != 0 && tree.grids[l].begin_at_1 != Bounds::kAxes) return false;
+    if (!(tree.blocks_of[l] == blocks)) return false;
+    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
+      const std::uint32_t begin = tree.shape.begin_of_block(block);
+      const std::uint32_t size = tree.shape.size_of_block(block);
+      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+        const Face vertices =
+            primitive_vertices(core_.topology->scene, tree.order[begin + (i < size ? i : 0)]);
+        for (std::size_t k = 0; k < 3; ++k)
+          if (tree.corners[block].vertex[k][i] != vertices[k]) return false;
+      }
+    }
+    return true;
+  }
+
+  bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
+    const Bounds& bounds = tree.nodes[node];
+    if (!tree.shape.is_leaf(node)) {
+      const NodeId left = TreeShape::left(node);
+      return holds(bounds, tree.nodes[left]) && holds(bounds, tree.nodes[left + 1]);
+    }
+    const auto holds_primitive = [&](std::uint32_t position, auto&& holds_bounds) {
+      const Face vertices = primitive_vertices(core_.topology->scene, tree.order[position]);
+      return std::ranges::all_of(vertices, [&](std::uint32_t v) {
+        const Bounds inner = narrow<Bounds>(bounds_of(core_.vertex_bounds[v]));
+        return holds(bounds, inner) && holds_bounds(inner);
+      });
+    };
+    if (tree.blocks.empty())
+      return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
+    const NodeId leaf = node - tree.shape.first_leaf();
+    const BlockRange blocks = tree.blocks_of[leaf];
+    const LeafGrid<Bounds>& grid = tree.grids[leaf];
+    LeafGrid<Bounds> own;
+    own.set(bounds, 0);
+    own.set(bounds, 1);
+    if (!(own == grid)) return false;
+    for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
+      const std::uint32_t begin = tree.shape.begin_of_block(block);
+      const std::uint32_t size = tree.shape.size_of_block(block);
+      for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+        const bool held = holds_primitive(begin + (i < size ? i : 0), [&](const Bounds& inner) {
+          return holds_numbers(grid, tree.blocks[block], i, inner) &&
+                 (tree.wide.empty() || holds_numbers(grid, tree.wide[leaf], block - blocks.begin, inner));
+        });
+        if (!held) return false;
+      }
+    }
+    return true;
+  }
+
+  static bool holds_numbers(const LeafGrid<Bounds>& grid, const EightBounds<Bounds>& eight,
+                            std::uint32_t slot, const Bounds& inner) {
+    constexpr std::size_t kAxes = Bounds::kAxes;
+    for (std::size_t t = 0; t < 2; ++t) {
+      const auto& end = grid.end[t];
+      const double unit = std::ldexp(1.0, end.exponent);
+      for (std::size_t k = 0; k < kAxes; ++k) {
+        const std::int16_t* number = OneOfLeaf::of(eight, grid.begin_at_1, slot)(t, k);
+        const float* lower = &inner.lane[t * Bounds::kEnd + k];
+        if (end.none() ? number[0] != grid.kNever || number[1] != grid.kNever
+                       : !(end.origin[k] + number[0] * unit <= lower[0]) ||
+                             !(number[1] * unit - end.origin[k] <= lower[kAxes]))
+          return false;
+      }
+    }
+    return true;
+  }
+
+  // Parts that may meet and whose bounds overlap are looked at.
+  void check_near() {
+    const auto parts = static_cast<std::uint32_t>(kept_.roots.size());
+    constexpr std::uint64_t kTests = 1U << 20;
+    const std::uint64_t rows = std::clamp<std::uint64_t>(kTests / std::max(parts, 1U), 1, parts);
+    tbb::parallel_for(std::uint64_t{0}, rows, [&](std::uint64_t row) {
+      PacedStop paced(kept_.stop);
+      kept_.stop.check();
+      const auto p = static_cast<std::uint32_t>((kept_.turn * rows + row) % parts);
+      for (std::uint32_t q = 0; q < parts; ++q) {
+        paced.check();
+        const PartPair pair{std::min(p, q), std::max(p, q)};
+        if (core_.model.is_removed(p) || core_.model.is_removed(q)) continue;
+        if (p == q ? !core_.tests_itself(p)
+                   : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
+          continue;
+        if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&
+            !std::ranges::binary_search(kept_.apart, pair, {}, &ApartPair::parts))
+          return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
+                        " are near and are not looked at");
+      }
+    });
+  }
+
+  // All of b lies beyond all of a, at both ends.
+  void check_apart() {
+    for_each_index(0, kept_.apart.size(), kept_.stop, [&](std::size_t i) {
+      const ApartPair& pair = kept_.apart[i];
+      const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
+      for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
+        const auto along = [&](std::uint32_t part, std::uint32_t v) {
+          const VertexMotion vertex = core_.motion.vertex(part, v);
+          double sum = 0;
+          for (std::size_t k = 0; k < 3; ++k) sum += pair.direction[k] * ((vertex.*end)[k] - (base.*end)[k]);
+          return sum;
+        };
+        double most = 0;
+        for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.a); ++v)
+          most = std::max(most, along(pair.parts.a, v));
+        for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
+          if (!(along(pair.parts.b, v) - most > core_.options.min_separation))
+            return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
+                          " are not apart along the direction that was found");
+        }
+      }
+    });
+  }
+
+  void check_front() {
+    const std::span<const FrontSegment> segments = kept_.front->segments();
+    if (!std::ranges::equal(segments, kept_.near, {}, &FrontSegment::parts, &NearPair::parts))
+      return broken("the front's segments are not those of the parts that are near");
+    std::size_t size = 0;
+    for (const FrontSegment& segment : segments) size += segment.size;
+    if (size != kept_.front->size()) return broken("the front counts other pairs than it holds");
+    tbb::parallel_for(std::size_t{0}, segments.size(), [&](std::size_t s) {
+      const FrontSegment& segment = segments[s];
+      if (!current(segment.parts.a) || !current(segment.parts.b)) return;
+      check_cut(segment);
+      check_neighbours(segment);
+      tbb::parallel_for(std::size_t{0}, segment.chunks.size(),
+                        [&](std::size_t c) { check_chunk(segment, segment.chunks[c]); });
+    });
+  }
+
+  void check_neighbours(const FrontSegment& segment) {
+    if (segment.neighbours.empty()) return;  // where the front is not lazy, or has no room
+    const std::string wrong =
+        broken_neighbours(segment.neighbours, kept_.trees[segment.parts.a], core_.topology->scene,
+                          core_.vertex_bounds, kept_.turn, kept_.stop);
+    if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
+  }
+
+  static std::string of(const FrontSegment& segment) {
+    return " of parts " + std::to_string(segment.parts.a) + " and " + std::to_string(segment.parts.b);
+  }
+
+  // Walking down the test tree meets the front's pairs in order: each path from the root ends at one of them.
+  void check_cut(const FrontSegment& segment) {
+    const Bvtt bvtt(kept_.trees[segment.parts.a].shape, kept_.trees[segment.parts.b].shape,
+                    segment.parts.a == segment.parts.b);
+    std::size_t pairs = 0;
+    std::vector<NodePair> stack{Bvtt::root()};
+    for (const FrontChunk& chunk : segment.chunks) {
+      pairs += chunk.pairs.size();
+      for (const FrontPair& pair : chunk.pairs) {
+        for (;;) {
+          if (stack.empty() || stack.size() > kDeepest)
+            return broken("the front" + of(segment) + " has pair " + text(pair.nodes) + " out of place");
+          const NodePair at = stack.back();
+          stack.pop_back();
+          if (at == pair.nodes) break;
+          if (bvtt.is_leaf(at)) return broken("the front" + of(segment) + " lacks pair " + text(at));
+          const auto children = static_cast<std::ptrdiff_t>(stack.size());
+          bvtt.for_children(at, [&](const NodePair& child) { stack.push_back(child); });
+          std::reverse(stack.begin() + children, stack.end());
+        }
+      }
+    }
+    if (!stack.empty())
+      return broken("the front" + of(segment) + " lacks what is below " + text(stack.back()));
+    if (pairs != segment.size) broken("the front" + of(segment) + " counts other pairs than it holds");
+  }
+
+  void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
+    if (found_) return;
+    kept_.stop.check();
+    const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b]);
+    const Bvtt bvtt = trees.bvtt();
+    std::uint64_t tests = 0;
+    for (const FrontPair& pair : chunk.pairs) {
+      if (!bvtt.is_leaf(pair.nodes) && !(trees.gap(pair.nodes, tests) > 0))
+        return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for disjoint");
+      if (pair.adjacent && trees.gap(pair.nodes, tests) > 0)
+        return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for adjacent");
+    }
+    std::size_t contacts = 0;
+    for (std::size_t i = 0; i < chunk.kept.pairs.size(); ++i) {
+      contacts += chunk.kept.pairs[i].contacts;
+      if (chunk.kept.pairs[i].pair >= chunk.pairs.size() ||
+          (i > 0 && chunk.kept.pairs[i].pair <= chunk.kept.pairs[i - 1].pair))
+        return broken("the front" + of(segment) + " keeps answers of pairs that it does not hold");
+    }
+    if (contacts != chunk.kept.contacts.size())
+      broken("the front" + of(segment) + " counts other contacts than it keeps");
+  }
+
+  static constexpr std::size_t kNodesAtOnce = 64;
+
+  // Two nodes of 31 levels at most, and two siblings left behind at each.
+  static constexpr std::size_t kDeepest = 192;
+
+  const KeptState<Bounds>& kept_;
+  const Core& core_;
+  Finding found_;
+};
+
+}  // namespace
+
+std::uint64_t checksum(const Core& core, StopSignal stop) {
+  std::uint64_t sum = topology_checksum(*core.scene, *core.topology, stop);
+  // Those of other parts may have been found for a change that came to nothing.
+  for (std::size_t p = 0; p < core.orphans.size(); ++p) {
+    if (core.orphans[p] != nullptr) sum += orphans_checksum(core.topology->parts[p], stop);
+  }
+  return sum;
+}
+
+template <class Bounds>
+Status self_check(const KeptState<Bounds>& kept) {
+  return SelfCheck<Bounds>(kept).run();
+}
+template Status self_check(const KeptState<Aabb>&);
+template Status self_check(const KeptState<KDop18>&);
+
+}  // namespace warmfront

@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real roots in (0, 1] of a polynomial of degree 3 or less with integer coefficients: each isolated, and
+// found as the largest double not above it. Over Fixed without allocation, where a rare root may stay
+// unknown; over Big always. Pure functions.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+#include "engine/elementary/exact/exact_polynomial.h"
+
+namespace warmfront {
+
+/// kUnknown comes from Fixed only: the question is then asked again over Big.
+enum class Answer { kNo, kYes, kUnknown };
+
+/// A root of f, the only one in (begin, end], and none at begin; f is not zero at `end` unless the root is.
+template <class Int>
+struct Root {
+  typename Int::Dyadic begin;
+  typename Int::Dyadic end;
+  double floor;  ///< the largest double not above the root
+  bool exact;    ///< the root is `floor`
+};
+
+namespace roots {
+
+/// The greatest double not above the dyadic in [0, 1].
+inline double floor_of(const SmallDyadic& t) {
+  return std::ldexp(static_cast<double>(t.numerator), -t.shift);
+}
+inline double floor_of(const BigDyadic& t) {
+  return t.numerator.floor_scaled(t.shift);
+}
+
+/// The coefficients, divided by a power of two so that the largest is in [1/2, 1), rounded.
+template <int kDegree>
+struct Approximation {
+  std::array<double, kDegree + 1> c;
+  int scale;
+
+  template <class Int>
+  explicit Approximation(const Polynomial<Int, kDegree>& f) : scale(0) {
+    for (const Int& x : f.c) scale = std::max(scale, x.bits());
+    for (int i = 0; i <= kDegree; ++i) c[i] = f.c[i].scaled(scale);
+  }
+  double at(double t) const {
+    double value = c[kDegree];
+    for (int i = kDegree; i-- > 0;) value = value * t + c[i];
+    return value;
+  }
+  double slope(double t) const {
+    double value = kDegree * c[kDegree];
+    for (int i = kDegree - 1; i > 0; --i) value = value * t + i * c[i];
+    return value;
+  }
+  /// A root of the approximation between `begin` and `end`, where it has the sign `sign` before the root.
+  double root(double begin, double end, int sign) const {
+    double t = 0.5 * (begin + end);
+    for (int i = 0; i < 100; ++i) {
+      const double value = at(t);
+      ((value > 0 ? 1 : -1) == sign ? begin : end) = t;
+      double next = t - value / slope(t);
+      if (!(next > begin && next < end)) next = 0.5 * (begin + end);
+      if (std::fabs(next - t) <= 0x1p-53 * t) return next;
+      t = next;
+    }
+    return t;
+  }
+};
+
+inline int variations_in(const int* sign, int count) {
+  int variations = 0;
+  int last = 0;
+  for (int i = 0; i < count; ++i) {
+    variations += sign[i] * last < 0;
+    if (sign[i] != 0) last = sign[i];
+  }
+  return variations;
+}
+
+/// Sign variations of f and its derivatives at t. Budan and Fourier: f has V(l) - V(r) roots in (l, r], or an
+/// even number less; exactly that many if all its roots are real.
+template <class Int, int kDegree>
+int variations(const Polynomial<Int, kDegree>& f, const typename Int::Dyadic& t) {
+  std::array<int, kDegree + 1> sign;
+  sign[0] = evaluate(f, t).sign();
+  sign[kDegree] = f.c[kDegree].sign();
+  if constexpr (kDegree == 3) {
+    const std::uint64_t two = 2;
+    const std::uint64_t three = 3;
+    sign[1] = evaluate(Polynomial<Int, 2>{{f.c[1], f.c[2] * two, f.c[3] * three}}, t).sign();
+    sign[2] = evaluate(Polynomial<Int, 1>{{f.c[2], f.c[3] * three}}, t).sign();
+  } else {
+    sign[1] = evaluate(Polynomial<Int, 1>{{f.c[1], f.c[2] * std::uint64_t{2}}}, t).sign();
+  }
+  return variations_in(sign.data(), kDegree + 1);
+}
+
+template <class Int, int kDegree>
+int variations_at_zero(const Polynomial<Int, kDegree>& f) {
+  std::array<int, kDegree + 1> sign;
+  for (int i = 0; i <= kDegree; ++i) sign[i] = f.c[i].sign();
+  return variations_in(sign.data(), kDegree + 1);
+}
+
+/// By sums of coefficients: the Taylor coefficients at 1, by Horner's scheme. Over Fixed these fit
+/// (FixedWidth), and what a sum on the way there carries beyond the highest limb comes back.
+template <class Int, int kDegree>
+int variations_at_one(Polynomial<Int, kDegree> f) {
+  std::array<int, kDegree + 1> sign;
+  for (int i = 0; i <= kDegree; ++i) {
+    for (int j = kDegree; j-- > i;) f.c[j] = f.c[j] + f.c[j + 1];
+    sign[i] = f.c[i].sign();
+  }
+  return variations_in(sign.data(), kDegree + 1);
+}
+
+/// The discriminant's sign. Degree 3: 18 abcd - 4 b^3 d + b^2 c^2 - 4 a c^3 - 27 a^2 d^2; with a = 0 it is
+/// b^2 times that of the quadratic. Over Fixed<N>, coefficients below 2^(64 N - 1.8) keep it below 2^(256 N -
+/// 1).
+template <class Int>
+int discriminant_sign(const Polynomial<Int, 3>& f) {
+  const auto& [d, c, b, a] = f.c;
+  const auto ad = a * d;
+  const auto bc = b * c;
+  const auto bb = b * b;
+  const auto cc = c * c;
+  const auto first = ad * bc * std::uint64_t{18} + bb * cc;
+  const auto second = bb * (b * d) * std::uint64_t{4} + (a * c) * cc * std::uint64_t{4};
+  return (first - second - ad * ad * std::uint64_t{27}).sign();
+}
+template <class Int>
+int discriminant_sign(const Polynomial<Int, 2>& f) {
+  const auto& [c, b, a] = f.c;
+  return (b * b - a * c * std::uint64_t{4}).sign();
+}
+
+/// Points in (0, 1) near f's critical points, ascending, at which f is not zero: all of them at a `precision`
+/// of so many bits after the point, or fewer.
+template <class Int, int kDegree>
+struct SplitPoints {
+  std::array<typename Int::Dyadic, 2> at;
+  int count = 0;
+};
+
+/// Over Fixed: doubles, whatever the precision.
+template <int kLimbs, int kDegree>
+SplitPoints<Fixed<kLimbs>, kDegree> split_points(const Polynomial<Fixed<kLimbs>, kDegree>& f,
+                                                 int /*precision*/) {
+  const Approximation<kDegree> approximation(f);
+  const double c1 = approximation.c[1];
+  const double c2 = approximation.c[2];
+  const double c3 = kDegree == 3 ? approximation.c[kDegree] : 0;
+  const double root = std::sqrt(std::max(0.0, c2 * c2 - 3 * c3 * c1));
+  const double q = -(c2 + std::copysign(root, c2));
+  std::array<double, 2> times{q / (3 * c3), c1 / q};
+  if (times[0] > times[1]) std::swap(times[0], times[1]);
+  SplitPoints<Fixed<kLimbs>, kDegree> points;
+  for (const double t : times) {
+    if (!(t > 0x1p-70 && t < 1)) continue;
+    points.at[points.count] = dyadic_of<SmallDyadic>(t);
+    points.count += evaluate(f, points.at[points.count]).sign() != 0;
+  }
+  return points;
+}
+SplitPoints<Big, 3> split_points(const Polynomial<Big, 3>& f, int precision);
+SplitPoints<Big, 2> split_points(const Polynomial<Big, 2>& f, int precision);
+
+/// Polynomials with one root each, ascending, which are f's roots, for an f with a multiple root: rational
+/// ones then.
+struct LinearFactors {
+  std::array<std::array<Big, 2>, 2> c;  ///< c[0] + c[1] t
+  int count = 0;
+};
+LinearFactors linear_factors(const Polynomial<Big, 3>& f);
+LinearFactors linear_factors(const Polynomial<Big, 2>& f);
+
+/// Tarski's query: the sum, over f's roots in (root.begin, root.end), of the sign of g there; there is one
+/// root.
+int tarski_query(const Polynomial<Big, 3>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
+int tarski_query(const Polynomial<Big, 2>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
+
+/// The largest double not above f's root near t, from f(t) and f'(t), where that is certain. For an f with
+/// coefficients of at most 1: `value` with a relative error below 2^-49, and an absolute one of `value_error`
+/// besides, `slope` from coefficients within 2^-52.
+///
+/// The slope is within 6 (2^-52 + 4 u) < 2^-48 of f'(t), and f' changes by at most 2 + 6 = 8 a unit of time.
+/// With reach = |step| + value_error / |slope|: up to 2 reach away from t it is within e = (2^-48 + 16 reach)
+/// / |slope|, relatively. For e < 2^-10 there is a root there, the only one, and by the mean value theorem it
+/// is t - step up to reach (1.01 e + 2^-48) + 1.01 value_error / |slope|.
+inline std::optional<double> floor_by_newton(double t, double value, double slope, double value_error = 0) {
+  const double step = value / slope;
+  const double blur = value_error / std::fabs(slope);
+  const double reach = std::fabs(step) + blur;
+  const double relative = (0x1p-48 + 16 * reach) / std::fabs(slope);
+  if (!(relative < 0x1p-10 && reach <= 0.25 * t)) return {};
+  const double nearest = t - step;
+  const double above = (t - nearest) - step;  // the root - nearest; the first difference is exact
+  const double margin = reach * (2 * relative + 0x1p-47) + 2 * blur;
+  if (std::fabs(above) <= margin) return {};
+  return above > 0 ? nearest : std::bit_cast<double>(std::bit_cast<std::uint64_t>(nearest) - 1);
+}
+
+/// floor_by_newton() at t, with f(t) in fixed point of 128 bits: the coefficients times a power of two, so
+/// that all are below 2^124, and Horner's rule rounded down to integers. Each of the three products errs by
+/// less than 1 and t <= 1 lets no error grow: f(t) is within 3 units, below 2^-122 of the largest coefficient
+/// allowed. None for t below 2^-10, whose bits reach below 2^-62, for a t that is not in (0, 1], and for
+/// coefficients that fill the 128 bits.
+inline std::optional<double> floor_in_fixed_point(const Polynomial<Fixed<2>, 3>& f, double t) {
+  if (!(t >= 0x1p-10 && t <= 1)) return {};
+  const auto numerator = static_cast<std::uint64_t>(t * 0x1p62);
+  Fixed<2>::Whole all = 0;
+  for (const Fixed<2>& c : f.c) all |= c.magnitude();
+  const auto high = static_cast<std::uint64_t>(all >> 64);
+  const int zeros =
+      high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(all));
+  if (zeros < 4 || zeros == 128) return {};
+  std::array<Fixed<2>::SignedWhole, 4> c;
+  std::array<double, 4> rounded;  // in units of 2^124, within 2^-60
+  for (int i = 0; i < 4; ++i) {
+    c[i] = f.c[i].value() << (zeros - 4);
+    rounded[i] = static_cast<double>(static_cast<std::int64_t>(c[i] >> 64)) * 0x1p-60;
+  }
+  Fixed<2>::SignedWhole value = c[3];
+  for (int i = 3; i-- > 0;) {
+    const auto upper = static_cast<Fixed<2>::SignedWhole>(static_cast<std::int64_t>(value >> 64)) *
+                       static_cast<std::int64_t>(numerator);
+    const auto lower = static_cast<Fixed<2>::Whole>(static_cast<std::uint64_t>(value)) * numerator;
+    value = upper * 4 + static_cast<Fixed<2>::SignedWhole>(lower >> 62) + c[i];
+  }
+  const double slope = rounded[1] + t * (2 * rounded[2] + t * (3 * rounded[3]));
+  return floor_by_newton(t, static_cast<double>(value) * 0x1p-124, slope, 0x1p-122);
+}
+
+/// The largest double not above the only root in (begin, end], by exact signs at doubles: at the guess (or
+/// where floating point finds the root), where Newton's steps lead from there, and then in steps that double
+/// and in the end halve what is left: some 3 signs as a rule, at most 140. None where Fixed has no room for a
+/// double.
+template <class Int, int kDegree>
+std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typename Int::Dyadic& begin,
+                                const typename Int::Dyadic& end, int sign_before, const double* guess) {
+  using Dyadic = typename Int::Dyadic;
+  // Doubles are ordered as their bits. The answer is in [low, high): f has sign_before at each double above
+  // `begin` and below the root.
+  const double begin_floor = floor_of(begin);
+  const double end_floor = floor_of(end);
+  auto low = std::bit_cast<std::uint64_t>(begin_floor);
+  auto high = std::bit_cast<std::uint64_t>(end_floor) + 1;
+  // The least double whose lowest bit is within the room that Fixed has.
+  constexpr std::uint64_t kLeast = Int::kUnbounded ? 0 : std::bit_cast<std::uint64_t>(0x1p-73);
+  const Approximation<kDegree> approximation(f);
+
+  double next = guess != nullptr ? *guess : approximation.root(begin_floor, end_floor, sign_before);
+  std::uint64_t bits = next > 0 ? std::bit_cast<std::uint64_t>(next) : 0;
+  std::uint64_t reach = 1;
+  for (int newton = 6; high - low > 1;) {
+    bits = std::max(std::clamp(bits, low + 1, high - 1), kLeast);
+    if (bits >= high) return {};
+    const double at = std::bit_cast<double>(bits);
+    const Dyadic t = dyadic_of<Dyadic>(at);
+    const auto value = evaluate(f, t);
+    const int sign = value.sign();
+    if (sign == 0) return Root<Int>{begin, end, at, true};
+    const bool before = sign == sign_before;
+    (before ? low : high) = bits;
+    if (newton > 0) {
+      --newton;
+      const double approximate = value.scaled(kDegree * t.shift + approximation.scale);
+      const double slope = approximation.slope(at);
+      if constexpr (!Int::kUnbounded) {  // Big's values may underflow as doubles
+        if (const auto floor = floor_by_newton(at, approximate, slope)) {
+          const auto floor_bits = std::bit_cast<std::uint64_t>(*floor);
+          if (floor_bits >= std::max(low, kLeast) && floor_bits + 1 < high)
+            return Root<Int>{begin, end, *floor, false};
+        }
+      }
+      next = at - approximate / slope;
+      if (next > 0 && next <= 1) {
+        const auto next_bits = std::bit_cast<std::uint64_t>(next);
+        const std::uint64_t ulps = next_bits > bits ? next_bits - bits : bits - next_bits;
+        if (ulps > 1) {
+          bits = next_bits;
+          continue;
+        }
+      }
+      newton = 0;
+    }
+    const std::uint64_t step = std::min(reach, (high - low) / 2);
+    bits = before ? low + step : high - step;
+    reach = std::min(2 * reach, std::uint64_t{1} << 62);
+  }
+  return Root<Int>{begin, end, std::bit_cast<double>(low), false};
+}
+
+}  // namespace roots
+
+/// Calls visit(f, root) for the roots of f in (0, 1], ascending, with f or a factor of it that has the root
+/// as its only one there, until an answer is not kNo; gives that answer. f is not zero everywhere.
+template <class Int, int kDegree, class Visit>
+Answer visit_roots(Polynomial<Int, kDegree> f, Visit&& visit) {
+  using Dyadic = typename Int::Dyadic;
+  // Roots at 0 are of no interest: divided out.
+  while (f.c[0].sign() == 0) {
+    for (int i = 0; i < kDegree; ++i) f.c[i] = f.c[i + 1];
+    f.c[kDegree] = Int(0);
+  }
+  const Dyadic zero = dyadic_of<Dyadic>(0);
+  const Dyadic one = dyadic_of<Dyadic>(1);
+  const auto visit_only = [&](const Dyadic& begin, const Dyadic& end, int sign_before) {
+    const auto root = roots::locate(f, begin, end, sign_before, nullptr);
+    return root ? visit(f, *root) : Answer::kUnknown;
+  };
+  const int at_begin = roots::variations_at_zero(f);
+  const int at_end = roots::variations_at_one(f);
+  int count = at_begin - at_end;
+  if (count == 0) return Answer::kNo;
+  if (count > 1) {
+    const int discriminant = roots::discriminant_sign(f);
+    if (discriminant == 0) {
+      if constexpr (Int::kUnbounded) {
+        const roots::LinearFactors factors = roots::linear_factors(f);
+        Answer answer = Answer::kNo;
+        for (int i = 0; i < factors.count && answer == Answer::kNo; ++i) {
+          Polynomial<Int, kDegree> factor;
+          factor.c[0] = factors.c[i][0];
+          factor.c[1] = factors.c[i][1];
+          if (factor.c[0].sign() != 0) answer = visit_roots(std::move(factor), visit);
+        }
+        return answer;
+      }
+      return Answer::kUnknown;
+    }
+    // Two roots of a cubic, or of a quadratic, are complex: Budan and Fourier's count is right but for them.
+    if (discriminant < 0) count %= 2;
+    if (count == 0) return Answer::kNo;
+  }
+  if (count == 1) return visit_only(zero, one, f.c[0].sign());
+
+  // All roots are real and simple, and f's critical points keep them apart: near enough to those, it shows.
+  for (int precision = 64;; precision *= 2) {
+    const auto points = roots::split_points(f, precision);
+    std::array<int, 4> count_at{at_begin, at_end};
+    for (int i = 0; i < points.count; ++i) count_at[i + 1] = roots::variations(f, points.at[i]);
+    count_at[points.count + 1] = at_end;
+    bool apart = true;
+    for (int i = 0; i <= points.count; ++i) apart = apart && count_at[i] - count_at[i + 1] <= 1;
+    if (!apart) {
+      if constexpr (!Int::kUnbounded) return Answer::kUnknown;
+      continue;
+    }
+    int sign = f.c[0].sign();
+    for (int i = 0; i <= points.count; ++i) {
+      if (count_at[i] == count_at[i + 1]) continue;
+      const Answer answer =
+          visit_only(i == 0 ? zero : points.at[i - 1], i == points.count ? one : points.at[i], sign);
+      if (answer != Answer::kNo) return answer;
+      sign = -sign;
+    }
+    return Answer::kNo;
+  }
+}
+
+/// The sign of g at the root of f; kUnknownSign from Fixed only.
+template <class Int, int kDegree, class Coefficient>
+int sign_at(const Polynomial<Int, kDegree>& f, const Root<Int>& root, const Polynomial<Coefficient, 2>& g) {
+  if (g.is_zero()) return 0;
+  if (root.exact) return evaluate(g, dyadic_of<typename Coefficient::Dyadic>(root.floor)).sign();
+  const int sign = sign_over_ulp(g, root.floor);
+  if constexpr (Int::kUnbounded) {
+    if (sign == kUnknownSign) return roots::tarski_query(f, g, root);
+  }
+  return sign;
+}
+
+}  // namespace warmfront

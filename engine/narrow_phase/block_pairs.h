@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// From two blocks of leaves to the primitive pairs between them. Used by one thread at a time.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "engine/bounds/overlap.h"
+#include "engine/bvh/bvh.h"
+#include "engine/narrow_phase/pair_tester.h"
+
+namespace warmfront {
+
+template <class Bounds>
+class BlockPairs {
+ public:
+  /// Takes what it finds to `tester`.
+  explicit BlockPairs(PairTester& tester) : tester_(tester) {}
+
+  void begin(const NarrowPhaseInput& input) {
+    scene_ = &input.scene;
+    vertex_bounds_ = input.vertex_bounds;
+  }
+
+  /// The next blocks are of leaves of these hierarchies, which stand to each other as `between` says; that
+  /// outlives their tests.
+  void begin_leaves(const Bvh<Bounds>& a, const Bvh<Bounds>& b, const GridPair<Bounds>& between) {
+    between_ = &between;
+    brought_ = nullptr;
+    always_empty_ = no_pairs(a.shape.largest_block(), b.shape.largest_block(), false);
+  }
+
+  /// Tests all primitives of two blocks against each other, but for the pairs `without` (Bvh::without()).
+  /// `whole_b` bounds the second one as a whole; null where they are one block. Returns the gap of
+  /// primitive_overlaps().
+  float test(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
+             std::uint64_t without, const OneOfLeaf* whole_b) {
+    without |= always_empty_;
+    const EightBounds<Bounds>& eight_a = a.blocks[block_a];
+    if (std::exchange(brought_, &eight_a) != &eight_a) bring_over(eight_a, *between_, over_);
+    const EightOverlaps pairs =
+        primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, without, tester_.until());
+    tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~without));
+    if (pairs.to_test != 0) test_found(a, block_a, b, block_b, pairs);
+    return pairs.gap;
+  }
+
+  /// What is not to be tested of any two blocks.
+  static std::uint64_t without(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b,
+                               std::uint32_t block_b) {
+    return &a == &b ? a.without(block_a, block_b) : 0;  // two hierarchies have no vertex in common
+  }
+
+ private:
+  void test_found(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
+                  const EightOverlaps& pairs) {
+    const std::uint32_t first_a = a.shape.begin_of_block(block_a);
+    const std::uint32_t first_b = b.shape.begin_of_block(block_b);
+    // What `without` need not say: the first of a block stands in its empty slots.
+    const std::uint64_t none = no_pairs(b.shape.begin_of_block(block_b + 1) - first_b,
+                                        a.shape.begin_of_block(block_a + 1) - first_a, false);
+    for (std::uint64_t bits = pairs.to_test & ~none; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      const Primitive p = a.order[first_a + bit % 8];
+      const Primitive q = b.order[first_b + bit / 8];
+      // So that which pairs are counted does not depend on the leaves that they are in.
+      if ((bits & -bits & pairs.unsure) != 0 && !bounds_overlap(p, q)) continue;
+      tester_.primitive_pair(p, q);
+    }
+  }
+
+  // In float32.
+  bool bounds_overlap(Primitive p, Primitive q) const {
+    const auto bounds = [this](Primitive primitive) {
+      const auto [a, b, c] = primitive_vertices(*scene_, primitive);
+      return TriangleBounds{{&vertex_bounds_[a], &vertex_bounds_[b], &vertex_bounds_[c]}};
+    };
+    return overlap<Bounds>(bounds(p), bounds(q));
+  }
+
+  PairTester& tester_;
+  const Scene* scene_ = nullptr;
+  std::span<const PointBounds> vertex_bounds_;
+  const GridPair<Bounds>* between_ = nullptr;
+  std::uint64_t always_empty_ = 0;                // in all blocks of these hierarchies
+  const EightBounds<Bounds>* brought_ = nullptr;  // the block that is in `over_`
+  BroughtOver<Bounds> over_;
+};
+
+}  // namespace warmfront

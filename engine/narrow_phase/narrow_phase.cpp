@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/narrow_phase/narrow_phase.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "engine/narrow_phase/block_pairs.h"
+#include "engine/narrow_phase/pair_tester.h"
+#include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/adjacency.h"
+
+namespace warmfront {
+
+void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
+  vf += more.vf;
+  ee += more.ee;
+  possible += more.possible;
+  earliest = std::min(earliest, more.earliest);
+  elementary_seconds += more.elementary_seconds;
+  warmfront::add(counts, more.counts);
+}
+
+/// Opens leaf pairs into primitive pairs.
+template <class Bounds>
+class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
+  using Blocks = BlockPairs<Bounds>;
+
+ public:
+  void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input, NarrowPhaseShared& shared,
+             std::uint64_t step) {
+    if (step_ == step) return;
+    step_ = step;
+    trees_ = trees;
+    scene_ = &input.scene;
+    stop_ = input.stop;
+    tester.begin(input, shared);
+    blocks_.begin(input);
+  }
+
+  LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which) override {
+    // One pair of the front may be all the work there is, when what was far apart comes together.
+    stop_.check();
+    const Bvh<Bounds>& a = trees_[parts.a];
+    const Bvh<Bounds>& b = trees_[parts.b];
+    const bool same = parts.a == parts.b && leaves.a == leaves.b;
+    // Adjacent primitives never come apart and are never tested here.
+    constexpr float kFar = std::numeric_limits<float>::max();
+    if (a.blocks.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
+      if (same) return {kFar, true};
+      const Primitive p = a.order[a.shape.begin(leaves.a)];
+      const Primitive q = b.order[b.shape.begin(leaves.b)];
+      if (adjacent(primitive_vertices(*scene_, p), primitive_vertices(*scene_, q))) return {kFar, true};
+      tester.primitive_pair(p, q);
+      return {-1, false};
+    }
+    const NodeId leaf_a = leaves.a - a.shape.first_leaf();
+    const NodeId leaf_b = leaves.b - b.shape.first_leaf();
+    const BlockRange blocks_a = a.blocks_of[leaf_a];
+    const BlockRange blocks_b = b.blocks_of[leaf_b];
+    const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
+    const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
+    blocks_.begin_leaves(a, b, between);
+    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours) {
+      const std::uint64_t without = Blocks::without(a, blocks_a.begin, b, blocks_b.begin);
+      return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, without, same ? nullptr : &whole_b),
+              without != 0};
+    }
+    const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
+    const EightOverlaps pairs = block_overlaps(
+        a.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between, whole_b, tester.until());
+    const std::uint64_t near = transposed(pairs.to_test);
+    LeafGap nearest{pairs.gap, false};
+    if (which.but_neighbours)
+      nearest.neighbours = neighbours_among(near, which, a, blocks_a.begin, blocks_b.begin);
+    nearest.adjacent = nearest.neighbours != 0;
+    // By blocks of a, so that each is brought over once.
+    for (std::uint64_t bits = near & ~nearest.neighbours; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      const std::uint32_t i = bit / 8;
+      const std::uint32_t j = bit % 8;
+      const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
+      const std::uint32_t block_a = blocks_a.begin + i;
+      const std::uint32_t block_b = blocks_b.begin + j;
+      const std::uint64_t without = which.but_neighbours ? a.without_of_no_place(block_a, block_b)
+                                                         : Blocks::without(a, block_a, b, block_b);
+      const float gap = blocks_.test(a, block_a, b, block_b, without, same && i == j ? nullptr : &block);
+      nearest.gap = std::min(nearest.gap, gap);
+      nearest.adjacent |= without != 0;
+    }
+    return nearest;
+  }
+
+  LeafGap leaf_pair_at_rest(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which,
+                            RestAnswer& answer) override {
+    LeafGap gap{};
+    tester.recording(answer, [&] { gap = leaf_pair(parts, leaves, which); });
+    return gap;
+  }
+
+  void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
+    const Bvh<Bounds>& tree = trees_[part];
+    const std::span<const NodeTravel> travel = tree.block_travel;
+    due_.resize(chunk.pairs.size());
+    due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel_slack, due_.data()));
+    chunk.restless = false;
+    auto due = due_.cbegin();
+    for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
+      if (due == due_.cend()) break;
+      if (*due >= leaves.end) continue;
+      stop_.check();
+      const GridPair<Bounds> between = grid_pair(tree.grids[leaves.a], tree.grids[leaves.b]);
+      const EightBounds<Bounds>& wide_b = tree.wide[leaves.b];
+      const std::uint32_t first_b = tree.blocks_of[leaves.b].begin;
+      blocks_.begin_leaves(tree, tree, between);
+      for (; due != due_.cend() && *due < leaves.end; ++due) {
+        // What is due lies anywhere: it is asked for some pairs ahead.
+        constexpr std::ptrdiff_t kAhead = 4;
+        if (due_.cend() - due > kAhead) prefetch(tree, chunk.pairs[due[kAhead]]);
+        NeighbourPair& pair = chunk.pairs[*due];
+        const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
+        const float gap =
+            blocks_.test(tree, pair.a, tree, pair.b, pair.without, pair.a == pair.b ? nullptr : &whole_b);
+        pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
+        chunk.restless |= !(gap > 0);
+      }
+    }
+  }
+
+  void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override {
+    NeighbourChunk::AtRest& found = chunk.at_rest;
+    found.answer.clear();
+    tester.recording(found.answer, [&] { neighbours(part, chunk); });
+    found.known = true;
+  }
+
+  void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
+            std::span<const Contact> contacts) override {
+    tester.output().counts.triangle_pairs += triangle_pairs;
+    tester.keep(tally);
+    for (const Contact& contact : contacts) tester.keep(contact);
+  }
+
+  PairTester tester;
+
+ private:
+  // Those of the near blocks that are listed as neighbours: as they share a vertex, all that are.
+  static std::uint64_t neighbours_among(std::uint64_t near, const LeafBlocks& which, const Bvh<Bounds>& tree,
+                                        std::uint32_t first_a, std::uint32_t first_b) {
+    if (which.neighbours != 0) return which.neighbours;
+    std::uint64_t neighbours = 0;
+    for (std::uint64_t bits = near; bits != 0; bits &= bits - 1) {
+      const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+      if (tree.shared->has_place(first_a + bit / 8, first_b + bit % 8)) neighbours |= bits & -bits;
+    }
+    return neighbours;
+  }
+
+  static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
+    prefetch(tree.blocks[pair.a]);
+    if (pair.b != pair.a) prefetch(tree.blocks[pair.b]);
+  }
+  static void prefetch(const EightBounds<Bounds>& eight) {
+    constexpr std::size_t kRowsInALine = 2;
+    for (std::size_t row = 0; row < eight.kRows; row += kRowsInALine)
+      __builtin_prefetch(eight.row[row].data());
+  }
+
+  std::span<const Bvh<Bounds>> trees_;
+  const Scene* scene_ = nullptr;
+  StopSignal stop_;
+  std::uint64_t step_ = 0;
+  Blocks blocks_{tester};
+  std::vector<std::uint32_t> due_;
+};
+
+template <class Bounds>
+struct NarrowPhase<Bounds>::Impl {
+  tbb::enumerable_thread_specific<Sink> sinks;
+  NarrowPhaseShared shared;
+  std::span<const Bvh<Bounds>> trees;
+  const NarrowPhaseInput* input = nullptr;
+  std::uint64_t step = 0;
+
+  Sink& local_sink() {
+    Sink& sink = sinks.local();
+    sink.begin(trees, *input, shared, step);
+    return sink;
+  }
+};
+
+template <class Bounds>
+NarrowPhase<Bounds>::NarrowPhase() : impl_(std::make_unique<Impl>()) {}
+template <class Bounds>
+NarrowPhase<Bounds>::~NarrowPhase() = default;
+
+template <class Bounds>
+void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input) {
+  impl_->trees = trees;
+  impl_->input = &input;
+  impl_->shared.earliest.store(2, std::memory_order_relaxed);
+  impl_->shared.contacts.store(0, std::memory_order_relaxed);
+  ++impl_->step;
+  for (Sink& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
+}
+
+template <class Bounds>
+LeafPairSink& NarrowPhase<Bounds>::local() {
+  return impl_->local_sink();
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::flush() {
+  tbb::parallel_for(impl_->sinks.range(1), [](const auto& range) {
+    for (Sink& sink : range) sink.tester.flush();
+  });
+}
+
+template <class Bounds>
+double NarrowPhase<Bounds>::elementary_seconds() const {
+  double sum = 0;
+  for (Sink& sink : impl_->sinks) sum += sink.tester.output().elementary_seconds;
+  return sum;
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, bool retest) {
+  std::vector<std::size_t> begin{0};  // of each part's blocks
+  for (const OrphanBlocks* part : parts) begin.push_back(begin.back() + part->count());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, begin.back(), 2), [&](const auto& range) {
+    PairTester& tester = impl_->local_sink().tester;
+    auto part = static_cast<std::size_t>(std::ranges::upper_bound(begin, range.begin()) - begin.begin()) - 1;
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      impl_->input->stop.check();
+      while (i >= begin[part + 1]) ++part;
+      parts[part]->test(i - begin[part], *parts[part]->range, impl_->input->states, retest, tester);
+    }
+  });
+  flush();
+}
+
+/// Contacts that are copied between two looks at the stop flag.
+constexpr std::size_t kPiece = std::size_t{1} << 16;
+
+template <class Bounds>
+NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
+  NarrowPhaseOutput sum;
+  const StopSignal stop = impl_->input->stop;
+  contacts.clear();
+  for (Sink& sink : impl_->sinks) {
+    const NarrowPhaseOutput& output = sink.tester.output();
+    sum.add(output);
+    const std::span<const Contact> some = sink.tester.contacts();
+    for (std::size_t i = 0; i < some.size(); i += kPiece) {
+      stop.check();
+      const auto piece = some.subspan(i, std::min(kPiece, some.size() - i));
+      contacts.insert(contacts.end(), piece.begin(), piece.end());
+    }
+  }
+  if (impl_->input->options.report == Report::kEarliest) {
+    std::erase_if(contacts, [&](const Contact& c) { return c.toi > sum.earliest; });
+    sum.vf =
+        static_cast<std::uint64_t>(std::ranges::count(contacts, ContactKind::kVertexFace, &Contact::kind));
+    sum.ee = contacts.size() - sum.vf;
+    sum.over_limit = contacts.size() > impl_->input->options.max_contacts;
+    sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [](const Contact& c) {
+      return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;
+    }));
+  }
+  sort_in_parallel(contacts, stop, [](const Contact& x, const Contact& y) {
+    return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
+  });
+  return sum;
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::release() noexcept {
+  for (Sink& sink : impl_->sinks) sink.tester.release();
+}
+
+template <class Bounds>
+std::size_t NarrowPhase<Bounds>::memory_bytes() const {
+  std::size_t bytes = 0;
+  for (const Sink& sink : impl_->sinks) bytes += sink.tester.memory_bytes();
+  return bytes;
+}
+
+template class NarrowPhase<Aabb>;
+template class NarrowPhase<KDop18>;
+
+}  // namespace warmfront

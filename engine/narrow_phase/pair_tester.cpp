@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/narrow_phase/pair_tester.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "engine/bounds/overlap.h"
+#include "engine/elementary/certified.h"
+#include "engine/elementary/elementary_test.h"
+#include "engine/narrow_phase/coplanarity_filter.h"
+#include "engine/narrow_phase/separation_filter.h"
+
+namespace warmfront {
+namespace {
+
+FeaturePair vertex_face(const Scene& scene, const FeatureIds& ids) {
+  const Face& face = scene.faces()[ids.b];
+  return {{ids.a, face[0], face[1], face[2]}, ids.a, ids.b, ContactKind::kVertexFace};
+}
+
+FeaturePair edge_edge(const Scene& scene, const FeatureIds& ids) {
+  const Edge& a = scene.edges()[ids.a];
+  const Edge& b = scene.edges()[ids.b];
+  return {{a[0], a[1], b[0], b[1]}, ids.a, ids.b, ContactKind::kEdgeEdge};
+}
+
+}  // namespace
+
+void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared) {
+  input_ = &input;
+  shared_ = &shared;
+  contacts_.clear();
+  output_ = {};
+  block_.size = 0;
+  face_pairs_ = 0;
+  recorder_ = nullptr;
+}
+
+void PairTester::primitive_pair(Primitive p, Primitive q) {
+  const bool point_p = (p & kPoint) != 0;
+  const bool point_q = (q & kPoint) != 0;
+  if (!point_p && !point_q) {
+    face_pair(p, q);
+  } else if (!point_p) {
+    vertex_against_face(q & ~kPoint, p);
+  } else if (!point_q) {
+    vertex_against_face(p & ~kPoint, q);
+  }
+}
+
+void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
+  const Scene& scene = input_->scene;
+  if (g < f) std::swap(f, g);
+  const Face& face_f = scene.faces()[f];
+  const Face& face_g = scene.faces()[g];
+  const std::uint32_t patch = input_->patches.of_face[f];
+  if (patch != Patches::kNone && patch == input_->patches.of_face[g] && input_->patch_culled[patch] != 0) {
+    ++output_.counts.cone_culled_pairs;
+    return;
+  }
+  ++output_.counts.triangle_pairs;
+  faces_[face_pairs_] = {f, g};
+  for (int k = 0; k < 3; ++k) {
+    corners_.vertex[k][face_pairs_] = face_f[k];
+    corners_.vertex[k + 3][face_pairs_] = face_g[k];
+  }
+  if (++face_pairs_ == faces_.size()) filter_faces();
+}
+
+void PairTester::filter_faces() {
+  const std::size_t count = std::exchange(face_pairs_, 0);
+  if (count == 0) return;
+  for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
+  const std::uint32_t apart =
+      triangles_apart(corners_, input_->vertex_bounds, certified_reach(input_->options.tolerance));
+  for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
+    const auto [f, g] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
+    feature_pairs(f, g);
+  }
+}
+
+void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
+  const Scene& scene = input_->scene;
+  const Face& face_f = scene.faces()[f];
+  const Face& face_g = scene.faces()[g];
+  // Whether a near pair owns a feature is dear to find out: only where the features' moving bounds overlap.
+  const auto [owned, perhaps] = input_->ownership.candidates(f, g);
+  if ((owned | perhaps) == 0) return;
+  const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
+  const float latest = until();
+  const std::uint32_t wanted = owned | perhaps;
+  std::uint32_t bits = latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest)
+                                  : overlapping_features(bounds(face_f), bounds(face_g), wanted);
+  for (; bits != 0; bits &= bits - 1) {
+    const int feature = std::countr_zero(bits);
+    if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
+    if (feature < 3) {
+      push(vertex_face(scene, {face_f[feature], g}));
+    } else if (feature < 6) {
+      push(vertex_face(scene, {face_g[feature - 3], f}));
+    } else {
+      const auto [a, b] =
+          std::minmax(scene.face_edges()[f][(feature - 6) / 3], scene.face_edges()[g][(feature - 6) % 3]);
+      push(edge_edge(scene, {a, b}));
+    }
+  }
+}
+
+float PairTester::until() const {
+  if (input_->options.report != Report::kEarliest) return 1;
+  return std::nextafter(static_cast<float>(shared_->earliest.load(std::memory_order_relaxed)), 2.0F);
+}
+
+TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const auto& of = input_->vertex_bounds;
+  return {{&of[a], &of[b], &of[c]}};
+}
+
+void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
+  const Face& face = input_->scene.faces()[f];
+  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2])))
+    push(vertex_face(input_->scene, {v, f}));
+}
+
+void PairTester::orphan_vf(const FeatureIds& ids) {
+  ++output_.counts.orphan_tests;
+  vertex_against_face(ids.a, ids.b);
+}
+
+void PairTester::orphan_ee(const FeatureIds& ids) {
+  ++output_.counts.orphan_tests;
+  const Edge& a = input_->scene.edges()[ids.a];
+  const Edge& b = input_->scene.edges()[ids.b];
+  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1])))
+    push(edge_edge(input_->scene, ids));
+}
+
+void PairTester::push(const FeaturePair& pair) {
+  ++output_.counts.elementary_tests;
+  block_.push(pair);
+  if (block_.full()) test_features();
+}
+
+void PairTester::flush() {
+  filter_faces();
+  test_features();
+}
+
+void PairTester::test_features() {
+  if (block_.size == 0) return;
+  input_->stop.check();
+  const auto start = std::chrono::steady_clock::now();
+  const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+  const ColliderOptions& options = input_->options;
+  std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
+  std::size_t count = coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
+  output_.counts.coplanarity_passed += count;
+  if (options.min_separation == 0)
+    count = separation_filter(pairs, input_->vertices, survivors.data(), count);
+  ElementaryOptions elementary{
+      .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+  ElementaryCounts counts;
+  for (std::size_t i = 0; i < count; ++i) {
+    const FeaturePair& pair = pairs[survivors[i]];
+    FeatureVertices features{pair.kind, {}};
+    for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
+    if (options.report == Report::kEarliest)
+      elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
+    if (const Verdict verdict = elementary_test(features, elementary, counts); verdict.contact) {
+      report(input_->numbering.original({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
+    }
+  }
+  output_.counts.exact_tests += counts.exact_tests;
+  block_.size = 0;
+  output_.elementary_seconds +=
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void PairTester::keep(const Contact& contact) {
+  ++output_.counts.contacts_kept;
+  report(contact);
+}
+
+void PairTester::keep(const ContactTally& tally) {
+  output_.counts.contacts_kept += tally.vf + tally.ee;
+  output_.vf += tally.vf;
+  output_.ee += tally.ee;
+  output_.possible += tally.possible;
+  output_.earliest = std::min(output_.earliest, tally.earliest);
+}
+
+void PairTester::report(const Contact& contact) {
+  (contact.kind == ContactKind::kVertexFace ? output_.vf : output_.ee) += 1;
+  output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
+  output_.earliest = std::min(output_.earliest, contact.toi);
+  const Report wanted = input_->options.report;
+  // Past the limit the answer is refused as a whole, so there is no point in looking for more of it.
+  if (wanted == Report::kAll &&
+      shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts)
+    throw TooManyContacts();
+  if (recorder_ != nullptr) recorder_->push_back(contact);
+  if (wanted == Report::kCount) return;
+  if (wanted == Report::kEarliest) {
+    double earliest = shared_->earliest.load(std::memory_order_relaxed);
+    while (contact.toi < earliest &&
+           !shared_->earliest.compare_exchange_weak(earliest, contact.toi, std::memory_order_relaxed)) {
+    }
+    // Ties with the earliest are kept; what was kept before it came is dropped at the end, or here before it
+    // grows.
+    if (contact.toi > earliest) return;
+    if (!contacts_.empty() && contact.toi < contacts_.back().toi) contacts_.clear();
+    // One more than allowed is enough to refuse the answer, if these ties turn out to be the earliest.
+    if (contacts_.size() > input_->options.max_contacts) return;
+  }
+  contacts_.push_back(contact);
+}
+
+}  // namespace warmfront

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// One thread's way from triangle pairs to contacts. Used by one thread at a time; `Shared` by all of them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "engine/bounds/overlap.h"
+#include "engine/front/rest_answer.h"
+#include "engine/narrow_phase/feature_block.h"
+#include "engine/narrow_phase/narrow_phase.h"
+#include "engine/narrow_phase/triangle_filter.h"
+
+namespace warmfront {
+
+/// What the threads of a step share besides the constant input.
+struct NarrowPhaseShared {
+  std::atomic<double> earliest{2};       ///< least toi found so far; prunes for Report::kEarliest
+  std::atomic<std::size_t> contacts{0};  ///< contacts kept by all threads
+};
+
+class PairTester {
+ public:
+  /// Starts a step; buffers are kept.
+  void begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared);
+
+  /// Two primitives whose moving bounds overlap and that share no vertex.
+  void primitive_pair(Primitive p, Primitive q);
+
+  /// Elementary tests of the orphan sets; ids as in Orphans.
+  void orphan_vf(const FeatureIds& ids);
+  void orphan_ee(const FeatureIds& ids);
+
+  /// Later contacts are of no interest (Report::kEarliest); rounded up, 1 or more when all are.
+  float until() const;
+
+  /// Tests what was taken so far to the end.
+  void flush();
+
+  /// Runs `test`, and appends the contacts that it leads to to `found` as well, as far as max_contacts
+  /// allows. Not nested.
+  template <class Test>
+  void recording_contacts(std::vector<Contact>& found, Test&& test) {
+    flush();
+    recorder_ = &found;
+    test();
+    flush();
+    recorder_ = nullptr;
+  }
+  /// Runs `test`, and puts what it finds into `answer` as well: for Report::kCount how many, else which.
+  template <class Test>
+  void recording(RestAnswer& answer, Test&& test) {
+    const std::uint64_t before = output_.counts.triangle_pairs;
+    if (input_->options.report == Report::kCount)
+      tallying(answer.tally, test);
+    else
+      recording_contacts(answer.contacts, test);
+    answer.triangle_pairs += static_cast<std::uint32_t>(output_.counts.triangle_pairs - before);
+  }
+  /// Counts and reports a contact that was found before and still holds.
+  void keep(const Contact& contact);
+  /// Counts contacts that were found before and still hold.
+  void keep(const ContactTally& tally);
+
+  /// Gives back what a step that failed has grown.
+  void release() noexcept { std::vector<Contact>().swap(contacts_); }
+
+  std::vector<Contact>& contacts() { return contacts_; }
+  NarrowPhaseOutput& output() { return output_; }
+  std::size_t memory_bytes() const { return sizeof(*this) + contacts_.capacity() * sizeof(Contact); }
+
+ private:
+  template <class Test>
+  void tallying(ContactTally& tally, Test&& test) {
+    flush();
+    const NarrowPhaseOutput before = std::exchange(output_, {});
+    test();
+    flush();
+    tally.vf += static_cast<std::uint32_t>(output_.vf);
+    tally.ee += static_cast<std::uint32_t>(output_.ee);
+    tally.possible += static_cast<std::uint32_t>(output_.possible);
+    tally.earliest = std::min(tally.earliest, output_.earliest);
+    output_.add(before);
+  }
+
+  void face_pair(std::uint32_t f, std::uint32_t g);
+  // Goes on with those of the face pairs in hand that no plane keeps apart.
+  void filter_faces();
+  void feature_pairs(std::uint32_t f, std::uint32_t g);
+  // Runs the elementary cascade over the block and empties it.
+  void test_features();
+  void vertex_against_face(std::uint32_t v, std::uint32_t f);
+  TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  void push(const FeaturePair& pair);
+  void report(const Contact& contact);
+
+  const NarrowPhaseInput* input_ = nullptr;
+  NarrowPhaseShared* shared_ = nullptr;
+  std::vector<Contact> contacts_;
+  std::vector<Contact>* recorder_ = nullptr;
+  NarrowPhaseOutput output_;
+  std::array<std::array<std::uint32_t, 2>, 8> faces_;  // face pairs in hand
+  std::size_t face_pairs_ = 0;
+  EightTrianglePairs corners_;  // theirs
+  FeatureBlock block_;
+};
+
+}  // namespace warmfront

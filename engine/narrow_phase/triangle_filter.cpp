@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/narrow_phase/triangle_filter.h"
+
+#include "engine/bounds/eight_points.h"
+#include "engine/simd/lanes3.h"
+
+namespace warmfront {
+namespace {
+
+using Eight3 = Lanes3<Float8>;
+
+// Eight pairs of triangles, by end of the step and corner, seen from the first corner.
+struct Corners {
+  Eight3 at[2][6];
+  Float8 margin{};  // of the first triangle's vertices and of the second one's, together
+  Float8 size{};    // the largest coordinate
+
+  WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points) {
+    Float8 most[2]{};
+    for (std::size_t t = 0; t < 2; ++t) {
+      Eight3 origin{};
+      for (std::size_t k = 0; k < 6; ++k) {
+        const EightPoints p(points, pairs.vertex[k], t);
+        if (k == 0) origin = {p.x, p.y, p.z};
+        const Eight3 q = Eight3{p.x, p.y, p.z} - origin;
+        at[t][k] = q;
+        size = greater(largest_of(magnitudes(q)), size);
+        most[k / 3] = greater(p.margin, most[k / 3]);
+      }
+    }
+    margin = most[0] + most[1];
+  }
+};
+
+// The length of a vector with these magnitudes, or up to a twelfth more: in order, x + (sqrt(2) - 1) y +
+// (sqrt(3) - sqrt(2)) z, which is linear where a length is convex, and right at (1, 0, 0), (1, 1, 0) and
+// (1, 1, 1).
+WARMFRONT_INLINE Float8 length_above(const Eight3& size, Float8 largest) {
+  const Float8 least = lesser(lesser(size.x, size.y), size.z);
+  const Float8 middle = ((size.x + size.y) + size.z) - largest - least;
+  return (largest + 0.41422F * middle + 0.31785F * least) * (1 + 0x1p-20F);
+}
+
+// Where `direction` d keeps the triangles of a pair apart at both ends of the step. Corners move linearly, so
+// does what is between them along d: beyond 0 at both ends, beyond 0 throughout.
+//
+// Error bound, u = 2^-24, with |d| and |p| the largest coordinates. A vertex lies within its margin of its
+// place, in whatever direction (point_bounds(): the margin holds eight roundings of it, of which three
+// coordinates need less than two). A corner carries one rounding, a product of three terms three more a term,
+// 12 u |d| |p|; so two of them and their difference are within 30 u |d| |p|. Products that underflow are far
+// below 2^-110. As to the reach that a contact may be reported from: a pair of features is at most 2 |p| in
+// size and d at most sqrt(3) |d| long, so 4 reaches of |d| |p| are beyond it, and are 2^8 u at least.
+WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& direction, float closest) {
+  const Eight3 size = magnitudes(direction);
+  const Float8 largest = largest_of(size);
+  const Float8 slack =
+      length_above(size, largest) * corners.margin + closest * largest * corners.size + 0x1p-110F;
+  Float8 above[2];  // the second triangle above the first one
+  Float8 below[2];
+#pragma GCC unroll 2
+  for (int t = 0; t < 2; ++t) {
+    const auto along = [&](int k) { return dot(direction, corners.at[t][k]); };
+    const Float8 a = along(0);
+    const Float8 b = along(1);
+    const Float8 c = along(2);
+    const Float8 d = along(3);
+    const Float8 e = along(4);
+    const Float8 f = along(5);
+    above[t] = lesser(lesser(d, e), f) - greater(greater(a, b), c);
+    below[t] = lesser(lesser(a, b), c) - greater(greater(d, e), f);
+  }
+  return (Int8)(greater(lesser(above[0], above[1]), lesser(below[0], below[1])) > slack);
+}
+
+// Where some plane does.
+WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
+  Eight3 place[6];  // twice the mean over the step
+#pragma GCC unroll 6
+  for (int k = 0; k < 6; ++k) place[k] = corners.at[0][k] + corners.at[1][k];
+  const auto way = [&](int k) { return corners.at[1][k] - corners.at[0][k]; };
+  const Eight3 motion = ((way(3) - way(0)) + (way(4) - way(1))) + (way(5) - way(2));
+  Eight3 edge[6];
+#pragma GCC unroll 6
+  for (int k = 0; k < 6; ++k) edge[k] = place[k % 3 == 2 ? k - 2 : k + 1] - place[k];
+  Int8 apart = keeps_apart(corners, cross(edge[0], edge[1]), closest);
+  apart |= keeps_apart(corners, cross(edge[3], edge[4]), closest);
+  for (int k = 0; k < 6; ++k) {
+    if (bits_of(apart) == 0xff) break;
+    apart |= keeps_apart(corners, cross(edge[k], motion), closest);
+  }
+  return apart & (corners.size < 0x1p30F);  // where nothing overflows
+}
+
+}  // namespace
+
+WARMFRONT_TARGET_CLONES
+std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
+                              double reach) {
+  return bits_of(certainly_apart(Corners(pairs, points), static_cast<float>(4.001 * reach)));
+}
+
+}  // namespace warmfront

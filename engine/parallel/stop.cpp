@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nothing else may be defined here: see StopSignal::look().
+#include "engine/parallel/stop.h"
+
+namespace warmfront {
+
+void StopSignal::look() const {
+  if (flag_->load(std::memory_order_relaxed)) throw Stopped{};
+}
+
+}  // namespace warmfront

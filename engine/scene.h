@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is modelled: triangles, edges, incidence and bodies. Immutable once built, so free to share between
+// threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/contact.h"
+#include "engine/result.h"
+
+namespace warmfront {
+
+/// Lists of lists in two arrays (compressed rows). Immutable once built.
+struct Csr {
+  std::vector<std::uint32_t> begin;  ///< rows + 1 offsets into `items`
+  std::vector<std::uint32_t> items;
+
+  std::span<const std::uint32_t> operator[](std::size_t row) const {
+    return {items.data() + begin[row], items.data() + begin[row + 1]};
+  }
+  std::size_t rows() const { return begin.empty() ? 0 : begin.size() - 1; }
+  std::size_t memory_bytes() const { return (begin.size() + items.size()) * sizeof(std::uint32_t); }
+};
+
+/// How a body moves, which says what need not be tested (DESIGN 5).
+enum class BodyKind : std::uint8_t {
+  kDeformable,  ///< any way; tested against itself unless that is switched off
+  kRigid,       ///< as a whole, by poses or positions; never tested against itself
+  kStatic,      ///< not at all; never tested against itself or another static body
+  kRemoved,     ///< gone: its vertices and faces keep their numbers and are tested against nothing
+};
+
+/// The longest name that a body may have.
+inline constexpr std::size_t kMaxNameBytes = 1024;
+
+/// A range of vertices that belong together.
+struct Body {
+  std::string name;  ///< any text, of at most kMaxNameBytes
+  std::uint32_t first_vertex = 0;
+  std::uint32_t vertex_count = 0;
+  BodyKind kind = BodyKind::kDeformable;
+  bool self_collision = true;  ///< of a deformable body; the others have none
+  /// Two bodies are tested against each other when the group of either has a bit in the mask of the other.
+  std::uint32_t group = 1;
+  std::uint32_t mask = 0xffffffff;
+
+  friend bool operator==(const Body&, const Body&) = default;
+};
+
+/// What a caller says of a scene.
+struct SceneDescription {
+  std::uint32_t vertex_count = 0;
+  /// (m, 3) vertex indices, each in [0, vertex_count). A face may repeat an index: it is the segment or the
+  /// point that it names.
+  std::vector<std::array<std::int32_t, 3>> faces;
+  /// Disjoint ranges that cover all vertices, in order; each face lies within one. Empty: all is deformable,
+  /// and its connected components count as the bodies.
+  std::vector<Body> bodies;
+  /// Pairs of bodies, by index, that are not tested against each other.
+  std::vector<std::array<std::uint32_t, 2>> excluded_pairs = {};
+};
+
+/// A body to be added to a scene: its faces count its own vertices from 0.
+struct BodyAddition {
+  Body body;  ///< the range's beginning is not looked at: it is appended
+  std::vector<std::array<std::int32_t, 3>> faces;
+};
+
+using Face = std::array<std::uint32_t, 3>;
+using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in the numbers first given
+
+/// What the hierarchy holds: a face, by its number, or an isolated vertex, by its number and this bit.
+using Primitive = std::uint32_t;
+inline constexpr Primitive kPoint = 0x80000000;
+
+/// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated
+/// vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
+/// A face (a, a, b) has the sides (a, a) and (a, b), each once: the former is an edge that is a point.
+class Scene {
+ public:
+  /// An empty scene.
+  Scene() = default;
+
+  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, when bodies
+  /// overlap or leave a gap, a face joins two bodies, or a group, mask or excluded pair says nothing; and
+  /// with kUnimplemented for vertices without any face, unless declared bodies let faces be added later:
+  /// nothing could ever touch. O((n + m) log m).
+  static Result<Scene> create(SceneDescription description);
+
+  /// The scene with one more body, whose vertices, faces and edges come after all others; what was there
+  /// keeps its numbers. Fails as create() does, and with kFailedPrecondition for a scene without declared
+  /// bodies. O(n + m), and O(k log k) for a body of k faces.
+  Result<Scene> with_body(BodyAddition addition) const;
+  /// The scene with these bodies instead of its own, and no excluded pairs. Fails as create() does.
+  Result<Scene> with_bodies(std::vector<Body> bodies) const;
+  /// The scene with body `index` described anew: its range stays as it is. Fails as create() does.
+  Result<Scene> with_body_changed(std::uint32_t index, Body body) const;
+
+  std::uint32_t vertex_count() const { return mesh_->vertex_count; }
+  std::uint32_t face_count() const { return static_cast<std::uint32_t>(mesh_->faces.size()); }
+  std::uint32_t edge_count() const { return static_cast<std::uint32_t>(mesh_->edges.size()); }
+
+  std::span<const Face> faces() const { return mesh_->faces; }
+  std::span<const Edge> edges() const { return mesh_->edges; }
+  /// The edges (v0 v1), (v1 v2), (v2 v0) of each face; where the face repeats an index, two of them may be
+  /// one.
+  std::span<const std::array<std::uint32_t, 3>> face_edges() const { return mesh_->face_edges; }
+  /// Faces around a vertex and along an edge, each once, ascending in the numbers first given.
+  const Csr& vertex_faces() const { return mesh_->vertex_faces; }
+  const Csr& edge_faces() const { return mesh_->edge_faces; }
+  /// Vertices of no face, ascending: they are tested as points against faces, and against nothing else.
+  std::span<const std::uint32_t> isolated_vertices() const { return mesh_->isolated_vertices; }
+
+  /// The bodies as given; empty when they default to the connected components.
+  std::span<const Body> bodies() const { return bodies_; }
+  std::span<const std::array<std::uint32_t, 2>> excluded_pairs() const { return excluded_pairs_; }
+  std::uint32_t body_count() const { return mesh_->body_count; }
+  /// The body of each vertex.
+  std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
+
+  /// The four vertices of a contact: vertex, then the face's three; or edge a's two, then edge b's two.
+  std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
+
+  /// Bytes held, names included.
+  std::size_t memory_bytes() const;
+
+ private:
+  // Takes checked bodies.
+  Status take_bodies(SceneDescription& description);
+
+  friend class Renumbering;  // makes another Scene of this one
+
+  // What does not depend on how bodies are described. Copies of a scene share it, so that describing a body
+  // anew costs nothing that grows with the mesh.
+  struct Mesh {
+    std::uint32_t vertex_count = 0;
+    std::uint32_t body_count = 0;
+    std::vector<Face> faces;
+    std::vector<Edge> edges;
+    std::vector<std::array<std::uint32_t, 3>> face_edges;
+    Csr vertex_faces;
+    Csr edge_faces;
+    std::vector<std::uint32_t> isolated_vertices;
+    std::vector<std::uint32_t> body_of_vertex;
+  };
+  // To be written to by the only one that knows it: copied where it is shared.
+  Mesh& own_mesh() {
+    if (mesh_.use_count() != 1) mesh_ = std::make_shared<Mesh>(*mesh_);
+    return *mesh_;
+  }
+
+  std::shared_ptr<Mesh> mesh_ = std::make_shared<Mesh>();
+  std::vector<Body> bodies_;
+  std::size_t name_bytes_ = 0;  // of these bodies
+  std::vector<std::array<std::uint32_t, 2>> excluded_pairs_;
+};
+
+/// A range of vertices and of edges, such as a body's.
+struct FeatureRange {
+  std::uint32_t first_vertex = 0;
+  std::uint32_t end_vertex = 0;
+  std::uint32_t first_edge = 0;
+  std::uint32_t end_edge = 0;
+};
+
+inline FeatureRange whole(const Scene& scene) {
+  return {0, scene.vertex_count(), 0, scene.edge_count()};
+}
+/// Vertices [first, end) and the edges between them, which are a range when the vertices are a body's.
+FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex);
+
+}  // namespace warmfront

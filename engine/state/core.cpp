@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/state/core.h"
+
+#include <utility>
+
+#include "engine/bvh/topology_checksum.h"
+
+namespace warmfront {
+
+std::vector<double> to_doubles(const Positions& positions) {
+  std::vector<double> values;
+  std::visit([&](auto span) { values.assign(span.begin(), span.end()); }, positions);
+  return values;
+}
+
+Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const Positions& positions,
+           const ColliderOptions& the_options, std::shared_ptr<Workers> the_workers, StopSignal stop)
+    : scene(std::move(the_scene)),
+      options(the_options),
+      workers(std::move(the_workers)),
+      motion(modelled, to_doubles(positions)),
+      model(modelled) {
+  // The cone theorem rules out meeting, not what other tiers report: what is near, or seems to meet.
+  const bool cones = options.normal_cones && options.tier == Tier::kExact;
+  workers->run([&] {
+    topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones, stop);
+    motion.renumber(topology->numbering);
+    motion.hold(motion.vertices().frame().to_local(options.min_separation));
+    take(make_parts(modelled, *scene, true, stop));
+  });
+}
+
+Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
+  Parts parts{CollisionModel(modelled), 0, {}, topology_sum, orphans_sum};
+  if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
+  parts.excluded_pairs = parts.model.excluded_pairs();
+  // Room that is not needed after all does no harm.
+  rigid_parts.make_room(parts.model);
+  vertex_bounds.resize(topology->scene.vertex_count());
+  patch_culled.resize(topology->patches.count());
+  orphans.resize(topology->parts.size());
+  parts.orphans.resize(topology->parts.size());
+  for (std::uint32_t p = 0; p < parts.orphans.size(); ++p) {
+    const bool needed = parts.model.self_collision(p);
+    if (needed == (orphans[p] != nullptr)) continue;
+    stop.check();
+    if (!needed) {
+      parts.orphans_sum -= orphans_checksum(topology->parts[p], stop);
+      continue;
+    }
+    topology->need_adjacent(p, stop);
+    parts.orphans_sum += orphans_checksum(topology->parts[p], stop);
+    parts.orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
+  }
+  return parts;
+}
+
+void Core::take(Parts parts) noexcept {
+  model = std::move(parts.model);
+  rigid_parts.take(model);
+  excluded_pairs = parts.excluded_pairs;
+  for (std::uint32_t p = 0; p < orphans.size(); ++p) {
+    if (!model.self_collision(p)) {
+      orphans[p].reset();
+    } else if (orphans[p] == nullptr) {
+      orphans[p] = std::move(parts.orphans[p]);
+    }
+  }
+  topology_sum = parts.topology_sum;
+  orphans_sum = parts.orphans_sum;
+}
+
+std::size_t Core::memory_bytes() const {
+  std::size_t bytes = scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
+                      vertex_bounds.capacity() * sizeof(PointBounds) + contacts.capacity() * sizeof(Contact) +
+                      geometry.capacity() * sizeof(ContactGeometry) + rigid_parts.memory_bytes();
+  for (const auto& of_part : orphans) {
+    if (of_part != nullptr) bytes += of_part->memory_bytes();
+  }
+  return bytes;
+}
+
+}  // namespace warmfront

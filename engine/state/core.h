@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a collider keeps between steps whatever its bounds: the scene, its motion, and what was made of both.
+// Used by one thread at a time; read by all threads during a step.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/bvh/topology.h"
+#include "engine/contact.h"
+#include "engine/frame.h"
+#include "engine/motion/scene_motion.h"
+#include "engine/narrow_phase/orphan_blocks.h"
+#include "engine/options.h"
+#include "engine/scene/collision_model.h"
+#include "engine/state/rigid_parts.h"
+
+namespace warmfront {
+
+struct Core {
+  /// At rest at `positions`, which were checked. `modelled` is the scene itself, or the same with bodies
+  /// found in it. Parallel. Throws Stopped when told to stop.
+  Core(std::shared_ptr<const Scene> scene, const Scene& modelled, const Positions& positions,
+       const ColliderOptions& options, std::shared_ptr<Workers> workers, StopSignal stop = {});
+
+  /// Makes what the model that a scene describes needs; nothing of this is in use before take(). Parallel;
+  /// call it inside Workers::run(). `given` is the scene in the numbers first given; `extended`: the topology
+  /// is another one than take() last knew. Throws Stopped when told to stop.
+  struct Parts {
+    CollisionModel model;
+    std::uint64_t excluded_pairs;
+    std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
+    std::uint64_t topology_sum;
+    std::uint64_t orphans_sum;
+  };
+  Parts make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop);
+  void take(Parts parts) noexcept;
+
+  /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
+  bool tests_itself(std::uint32_t part) const {
+    return model.self_collision(part) && !rigid_parts.rigid(part);
+  }
+
+  /// Bytes held, the scene included.
+  std::size_t memory_bytes() const;
+
+  std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
+  ColliderOptions options;
+  std::shared_ptr<Workers> workers;
+  SceneMotion motion;
+  CollisionModel model;
+  std::uint64_t excluded_pairs = 0;
+  std::unique_ptr<Topology> topology;
+  RigidParts rigid_parts;
+  std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // by part; null where it is not tested against itself
+  std::vector<PointBounds> vertex_bounds;
+  std::vector<std::uint8_t> patch_culled;
+  std::vector<Contact> contacts;
+  std::vector<ContactGeometry> geometry;  // of these, when asked for
+  std::uint64_t topology_sum = 0;         // see topology_checksum()
+  std::uint64_t orphans_sum = 0;          // see orphans_checksum()
+  std::uint64_t checksum() const { return topology_sum + orphans_sum; }
+};
+
+/// What grows when a body is added, and shrinks back to what it was unless the body is kept.
+class Growth {
+ public:
+  explicit Growth(Core& core)
+      : core_(core),
+        topology_(core.topology->extent()),
+        parts_(core.motion.part_count()),
+        vertices_(core.scene->vertex_count()) {}
+  ~Growth() {
+    if (kept_) return;
+    core_.motion.truncate(parts_, vertices_);
+    core_.topology->truncate(topology_);
+  }
+  Growth(const Growth&) = delete;
+  Growth& operator=(const Growth&) = delete;
+
+  void keep() noexcept { kept_ = true; }
+
+ private:
+  Core& core_;
+  const Topology::Extent topology_;
+  const std::uint32_t parts_;
+  const std::uint32_t vertices_;
+  bool kept_ = false;
+};
+
+/// Row-major (n, 3), converted exactly.
+std::vector<double> to_doubles(const Positions& positions);
+
+}  // namespace warmfront

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/state/part_trees.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/bounds/moving.h"
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+/// Vertices whose bounds are worth a task of their own.
+constexpr std::uint32_t kGrain = 4096;
+
+/// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
+constexpr double kLoosenessLimit = 2.0;
+constexpr std::int64_t kLoosenessSteps = 4;
+
+}  // namespace
+
+template <class Bounds>
+std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool anew, StopSignal stop) {
+  const auto& parts = core.topology->parts;
+  const Scene& scene = core.topology->scene;
+  refit_in_.resize(parts.size(), kNever);
+  states_.resize(parts.size());
+  roots_.resize(parts.size());
+  if (anew) {
+    for (std::size_t p = 0; p < trees_.size(); ++p) {
+      if (trees_[p].shared == nullptr && parts[p].shared != nullptr)
+        trees_[p].shared = shared_vertices(scene, trees_[p].shape, trees_[p].order, stop);
+    }
+  }
+  const std::size_t first = trees_.size();
+  trees_.resize(parts.size());
+  tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
+    trees_[p].arrange(scene, parts[p].shape, parts[p].order, parts[p].shared, is_lazy(core.options), stop);
+  });
+  std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
+  return parts.size() - first;
+}
+
+template <class Bounds>
+std::span<const std::uint32_t> PartTrees<Bounds>::rearrange_loose(const Core& core, StopSignal stop) {
+  rearranged_.clear();
+  if (step_ % kLoosenessSteps != 0) return {};
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+    Bvh<Bounds>& tree = trees_[p];
+    const bool known = refit_in_[p] == step_ - 1 && tree.built_looseness > 0;
+    if (!known || core.model.is_removed(p) || (core.motion.state(p) & kMoving) == 0) continue;
+    if (!(looseness(tree) > kLoosenessLimit * tree.built_looseness)) continue;  // or is not a number
+    const Scene& scene = core.topology->scene;
+    std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order, stop);
+    auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order, stop);
+    tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options), stop);
+    refit_in_[p] = kNever;
+    rearranged_.push_back(p);
+  }
+  return rearranged_;
+}
+
+template <class Bounds>
+bool PartTrees<Bounds>::take_magnitude(double magnitude) {
+  if (std::exchange(magnitude_, magnitude) == magnitude) return false;
+  forget_bounds();  // which have the smaller margin
+  return true;
+}
+
+// Bounds of a part's vertices: of all, or of those that changed.
+template <class Bounds>
+void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop) {
+  const Motion& motion = core.motion.vertices();
+  const FeatureRange& features = core.topology->parts[part].features;
+  const RangeMotion& range = core.motion.range(part);
+  const auto bound = [&](std::size_t begin, std::size_t end) {
+    point_bounds(motion.vertices().subspan(begin, end - begin), motion.states().subspan(begin, end - begin),
+                 motion.frame(), core.options.min_separation, magnitude_, known,
+                 core.vertex_bounds.data() + begin);
+  };
+  if (range.listed && known != Known::kNothing) {
+    for (const std::uint32_t v : range.changed) bound(v, v + 1);
+  } else if (features.end_vertex - features.first_vertex <= kGrain) {
+    bound(features.first_vertex, features.end_vertex);
+  } else {
+    for_pieces(features.first_vertex, features.end_vertex, kGrain, stop, bound);
+  }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then) {
+  const Known known = refit_in_[part] == kNever      ? Known::kNothing
+                      : refit_in_[part] == step_ - 1 ? Known::kLastStep
+                                                     : Known::kOlder;
+  refit_in_[part] = step_;
+  bound_vertices(core, part, known, stop);
+  const RefitInput input{core.topology->scene,
+                         core.vertex_bounds,
+                         core.motion.vertices().states(),
+                         core.motion.range(part),
+                         magnitude_,
+                         known,
+                         stop};
+  const auto then_of_part = [&](std::uint32_t subtree) { then(part, subtree); };
+  Bvh<Bounds>& tree = trees_[part];
+  // By reference, which a std::function holds without memory of its own.
+  refit_nodes_ += refit(input, tree, std::cref(then_of_part));
+  states_[part] = tree.states.empty() ? 0 : tree.states[0];
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool anew, StopSignal stop,
+                                     const Then& then) {
+  refit_nodes_ = 0;
+  const SceneMotion& motion = core.motion;
+  const auto root = [&](const auto&... what) {
+    return narrow<Bounds>(
+        moving_bounds(what..., motion.vertices().frame(), core.options.min_separation, magnitude_));
+  };
+  tbb::parallel_for(std::uint32_t{0}, motion.part_count(), [&](std::uint32_t p) {
+    stop.check();
+    if (core.model.is_removed(p)) {
+      states_[p] = 0;
+      roots_[p] = Bounds::empty();
+      trees_[p] = {};
+    } else if (apart != nullptr && apart->small(motion, p) && !core.tests_itself(p)) {
+      states_[p] = motion.state(p);
+      if (states_[p] != 0 || anew) roots_[p] = root(apart->points(motion, p));
+    } else if (motion.unplaced(p)) {
+      states_[p] = motion.state(p);
+      const SceneMotion::Ball ball = motion.ball(p);
+      roots_[p] = root(ball.centre, ball.radius);
+    } else {
+      refit_part(core, p, stop, then);
+      if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
+    }
+  });
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::refit_near(Core& core, std::span<const NearPair> near, StopSignal stop,
+                                   const Then& then) {
+  late_.clear();
+  PacedStop paced(stop);
+  for (const NearPair& pair : near) {
+    paced.check();
+    for (const std::uint32_t p : {pair.parts.a, pair.parts.b}) {
+      if (waits(p)) late_.push_back(p);
+    }
+  }
+  std::ranges::sort(late_);
+  late_.erase(std::unique(late_.begin(), late_.end()), late_.end());
+  // Their roots stay those by which they were found near: a hierarchy's may be looser, and then others would
+  // seem to be near that were not looked at.
+  tbb::parallel_for(std::size_t{0}, late_.size(), [&](std::size_t i) {
+    stop.check();
+    if (core.motion.unplaced(late_[i])) core.motion.place(late_[i]);
+    refit_part(core, late_[i], stop, then);
+  });
+  // What changed unseen is made anew when it is needed.
+  for (std::uint32_t p = 0; p < states_.size(); ++p) {
+    if (waits(p) && states_[p] != 0) refit_in_[p] = kNever;
+  }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::take_looseness() {
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+    if (trees_[p].built_looseness == 0 && !trees_[p].nodes.empty() && !waits(p))
+      trees_[p].built_looseness = looseness(trees_[p]);
+  }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::forget_bounds() {
+  std::ranges::fill(refit_in_, kNever);
+}
+
+template <class Bounds>
+std::size_t PartTrees<Bounds>::memory_bytes() const {
+  std::size_t bytes = roots_.capacity() * sizeof(Bounds);
+  for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
+  return bytes;
+}
+
+template class PartTrees<Aabb>;
+template class PartTrees<KDop18>;
+
+}  // namespace warmfront

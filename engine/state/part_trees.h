@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts' hierarchies from step to step: which of them a step refits, which may wait, and which are
+// arranged anew. Used by one thread at a time; steps run inside Workers::run().
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "engine/broad_phase/apart_parts.h"
+#include "engine/bvh/bvh.h"
+#include "engine/broad_phase/part_pair.h"
+#include "engine/state/core.h"
+
+namespace warmfront {
+
+/// Does a step keep what lasts for several: travel, and budgets?
+inline bool is_lazy(const ColliderOptions& options) {
+  return options.front == FrontMode::kWarm && options.lazy_front;
+}
+
+template <class Bounds>
+class PartTrees {
+ public:
+  /// Called with each subtree of a part that changed, by the task that has just made it: see refit().
+  using Then = std::function<void(std::uint32_t part, std::uint32_t subtree)>;
+
+  /// Begins a step, whose motion has begun.
+  void begin_step() { ++step_; }
+  /// Parts without a hierarchy get one; with `anew` those that are tested against themselves, and were not,
+  /// learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and is
+  /// good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
+  /// it, too, and is good for forget_bounds() then.
+  std::size_t arrange_new(const Core& core, bool anew, StopSignal stop);
+  /// Gives parts that move and whose hierarchies had decayed by the last step new ones. Returns these parts,
+  /// until the next call.
+  std::span<const std::uint32_t> rearrange_loose(const Core& core, StopSignal stop);
+  /// Takes the magnitude that this step's bounds are made with. Returns whether it is another one: then all
+  /// bounds are made anew.
+  bool take_magnitude(double magnitude);
+
+  /// Refits all parts but those that wait until something comes near, whose roots are made alone: those that
+  /// only their poses are known of, and those that `apart` (which may be null) looks at and that are not
+  /// tested against themselves. `anew`: roots of what rests are made, too.
+  void refit_placed(Core& core, ApartParts* apart, bool anew, StopSignal stop, const Then& then);
+  /// Refits those of `near` that waited.
+  void refit_near(Core& core, std::span<const NearPair> near, StopSignal stop, const Then& then);
+  /// Measures hierarchies that are new in this step.
+  void take_looseness();
+
+  /// All bounds are made anew in the next step.
+  void forget_bounds();
+  /// All hierarchies are arranged anew in the next step.
+  void clear() { trees_.clear(); }
+
+  std::span<const Bvh<Bounds>> trees() const { return trees_; }    ///< by part
+  std::span<const Bounds> roots() const { return roots_; }         ///< by part: what holds it in this step
+  std::span<const MotionState> states() const { return states_; }  ///< by part
+  std::span<const std::int64_t> refit_in() const { return refit_in_; }  ///< by part: the step of its bounds
+  std::int64_t step() const { return step_; }
+  double magnitude() const { return magnitude_; }
+  std::uint64_t refit_nodes() const { return refit_nodes_; }  ///< in this step
+  std::size_t memory_bytes() const;
+
+ private:
+  // The step of bounds that are to be made anew as a whole.
+  static constexpr std::int64_t kNever = -1;
+
+  void refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then);
+  void bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop);
+  // Is the part's hierarchy not of this step?
+  bool waits(std::uint32_t part) const { return refit_in_[part] != step_; }
+
+  std::vector<Bvh<Bounds>> trees_;
+  std::vector<Bounds> roots_;
+  std::vector<MotionState> states_;
+  std::vector<std::int64_t> refit_in_;
+  std::vector<std::uint32_t> late_;        // parts that waited
+  std::vector<std::uint32_t> rearranged_;  // as rearrange_loose() returned
+  double magnitude_ = 0;
+  std::int64_t step_ = 0;
+  std::atomic<std::uint64_t> refit_nodes_{0};
+};
+
+}  // namespace warmfront

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/state/rigid_parts.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/elementary/certified.h"
+
+namespace warmfront {
+namespace {
+
+/// The clearances to be shown, as shares of the mean edge: a part that fails one is measured again for the
+/// next.
+constexpr std::array<double, 4> kLadder{1.0 / 8, 1.0 / 32, 1.0 / 128, 1.0 / 512};
+/// A part that does not move rigidly is looked at ever more seldom, up to this many steps apart.
+constexpr std::uint32_t kMostPatience = 256;
+/// Primitives that one step measures, or else one part: a crowd does not make a step as long as the first.
+constexpr std::size_t kMeasuredAtOnce = 20'000;
+/// Less than cos(45 degrees).
+constexpr double kLeastStretch = 0.7;
+
+// The length of a vector, rounded up. Squares serve where they are well within double's range.
+double length_above(double x, double y, double z) {
+  const double square = x * x + y * y + z * z;
+  const bool within = square > 0x1p-900 && square < 0x1p900;
+  return (within ? std::sqrt(square) : std::hypot(x, y, z)) * (1 + 0x1p-50);
+}
+
+// Of the edges at t = 0.
+RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,
+                                     std::span<const VertexMotion> vertices) {
+  RigidParts::EdgeLengths lengths;
+  for (std::uint32_t e = features.first_edge; e < features.end_edge; ++e) {
+    const auto& a = vertices[scene.edges()[e][0]].t0;
+    const auto& b = vertices[scene.edges()[e][1]].t0;
+    const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    lengths.mean += length;
+    lengths.longest = std::max(lengths.longest, length);
+  }
+  if (features.end_edge > features.first_edge) lengths.mean /= features.end_edge - features.first_edge;
+  return lengths;
+}
+
+// May nothing within the part be reported, if it moves from one fit to the next? Where the tier may report
+// what is near, by its promise of certified.h (kSurelyDecided): pairs stay farther apart than it reports at,
+// and what they have beyond that separation is not too little beside how they move.
+bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidReference::Fit& from,
+           const RigidReference::Fit& to, const ColliderOptions& options) {
+  const double cosine = cosine_between(from.rotation, to.rotation);
+  const double off = 2 * std::max(from.residual, to.residual);
+  const double gap = kLeastStretch * clearance - off;
+  if (!(cosine >= 0)) return false;
+  if (options.tier == Tier::kExact) return gap > 0;
+  // What the certified tier may report at, of pairs at the clearance, which are no larger than two edges and
+  // the clearance; of pairs farther apart the gap grows faster than the size.
+  const double share = certified_reach(options.tolerance);
+  const double size = 2 * edges.longest + clearance + 3 * off;
+  // A chord's square is 2 - 2 cosine, of which rounding takes some 2^-49.
+  const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine) + 0x1p-46) * size + 2 * off;
+  const double beyond = gap - options.min_separation;
+  return share < 0.5 * kLeastStretch && beyond > share * size && motion < kSurelyDecided * beyond;
+}
+
+}  // namespace
+
+void RigidParts::take(const CollisionModel& model) noexcept {
+  for (std::uint32_t p = 0; p < model.part_count(); ++p) {
+    if (!model.self_collision(p)) parts_[p] = {};
+  }
+}
+
+void RigidParts::give_up(Part& part) {
+  const std::uint32_t patience = std::min(2 * part.patience, kMostPatience);
+  const std::uint32_t wait = part.patience;
+  const std::uint32_t interruptions = part.interruptions;
+  part = {};
+  part.patience = patience;
+  part.wait = wait;
+  part.interruptions = interruptions;
+}
+
+void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& scene,
+                         const SceneMotion& motion, MotionState state, const ColliderOptions& options) {
+  if ((state & kMoving) == 0) return;  // it rests as it was
+  part.rigid = false;
+  if (part.wait > 0) {
+    --part.wait;
+    part.follows = false;
+    return;
+  }
+  const FeatureRange& features = topology.features;
+  const std::span<const VertexMotion> all = motion.vertices().vertices();
+  const auto vertices = all.subspan(features.first_vertex, features.end_vertex - features.first_vertex);
+  if (part.reference == nullptr) {
+    part.edges = edge_lengths(scene, features, all);
+    part.reference = std::make_unique<RigidReference>(vertices);
+    part.follows = false;
+  }
+  const double shown = part.clearance.value_or(kLadder[part.rung] * part.edges.mean);
+  const double limit = 0.25 * kLeastStretch * shown;
+  if (!part.follows) part.last = part.reference->fit(vertices, true, limit);
+  const RigidReference::Fit now = part.reference->fit(vertices, false, limit);
+  if (!(std::max(part.last.residual, now.residual) <= limit)) {
+    give_up(part);
+    return;
+  }
+  part.rigid = part.clearance && apart(part.edges, *part.clearance, part.last, now, options);
+  part.last = now;
+  part.follows = true;
+  ++part.fitted;
+}
+
+void RigidParts::look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
+                      const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
+                      BodiesWithin bodies_within, StopSignal stop) {
+  count_ = 0;
+  if (!options.find_rigid || options.tier == Tier::kFast) return;
+  tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
+    stop.check();
+    if (model.self_collision(p))
+      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options);
+  });
+  for (const Part& part : parts_) count_ += part.rigid ? 1 : 0;
+  const std::vector<std::uint32_t> parts = due(topology, motion);
+  if (!parts.empty()) measure(parts, topology, workers, bodies_within, stop);
+}
+
+void RigidParts::postpone(Part& part) {
+  constexpr std::uint32_t kMostDoublings = 22;
+  part.wait = kMostPatience << std::min(part.interruptions, kMostDoublings);
+  ++part.interruptions;
+}
+
+double RigidParts::wanted_clearance(std::uint32_t part) const {
+  return kLadder[parts_[part].rung] * parts_[part].edges.mean;
+}
+
+// Of about one size: those of much longer edges would be measured by too short a length, and wait.
+std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const SceneMotion& motion) const {
+  std::vector<std::uint32_t> due;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+    const Part& part = parts_[p];
+    const bool looked_at = part.wait == 0 && (motion.state(p) & kMoving) != 0;
+    if (!looked_at || part.fitted < kSteps || part.clearance) continue;
+    due.push_back(p);
+    least = std::min(least, wanted_clearance(p));
+  }
+  std::erase_if(due, [&](std::uint32_t p) { return wanted_clearance(p) > 4 * least; });
+  std::size_t primitives = 0;
+  const auto enough = std::ranges::find_if(due, [&](std::uint32_t p) {
+    primitives += topology.parts[p].order.size();
+    return primitives > kMeasuredAtOnce && p != due.front();
+  });
+  due.erase(enough, due.end());
+  return due;
+}
+
+// The references side by side, none tested against another.
+void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& topology,
+                         const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within,
+                      StopSignal stop) {
+  for (const std::uint32_t p : parts) postpone(parts_[p]);  // in case this ends before its time
+  double clearance = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t p : parts) clearance = std::min(clearance, wanted_clearance(p));
+  SceneDescription description;
+  std::vector<double> positions;
+  for (const std::uint32_t p : parts) {
+    const PartTopology& from = topology.parts[p];
+    Body body;
+    body.first_vertex = description.vertex_count;
+    body.vertex_count = from.features.end_vertex - from.features.first_vertex;
+    body.group = 1;
+    body.mask = 2;
+    for (const Primitive primitive : from.order) {
+      if ((primitive & kPoint) != 0) continue;
+      std::array<std::int32_t, 3> face;
+      for (int k = 0; k < 3; ++k)
+        face[k] = static_cast<std::int32_t>(topology.scene.faces()[primitive][k] -
+                                            from.features.first_vertex + body.first_vertex);
+      description.faces.push_back(face);
+    }
+    description.vertex_count += body.vertex_count;
+    description.bodies.push_back(body);
+    const std::span<const double> reference = parts_[p].reference->positions();
+    positions.insert(positions.end(), reference.begin(), reference.end());
+  }
+  // A failure, of which there is none to expect but too many contacts, shows no clearance.
+  std::vector<std::uint8_t> meets(parts.size(), 1);
+  if (Result<Scene> scene = Scene::create(std::move(description)); scene) {
+    const auto shared = std::make_shared<const Scene>(std::move(scene).value());
+    if (const auto near = bodies_within(shared, positions, clearance, workers, stop)) {
+      std::ranges::fill(meets, std::uint8_t{0});
+      for (const std::uint32_t body : *near) meets[body] = 1;
+    }
+  }
+  stop.check();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    Part& part = parts_[parts[i]];
+    part.wait = part.interruptions = 0;
+    if (meets[i] == 0) {
+      part.clearance = clearance;
+    } else if (++part.rung == static_cast<int>(kLadder.size())) {
+      give_up(part);
+      part.patience = part.wait = kMostPatience;
+    }
+  }
+}
+
+void RigidParts::undo() noexcept {
+  for (Part& part : parts_) {
+    part.follows = false;
+    part.rigid = false;
+  }
+  count_ = 0;
+}
+
+std::size_t RigidParts::memory_bytes() const {
+  std::size_t bytes = parts_.capacity() * sizeof(Part);
+  for (const Part& part : parts_) {
+    if (part.reference != nullptr) bytes += sizeof(RigidReference) + part.reference->memory_bytes();
+  }
+  return bytes;
+}
+
+}  // namespace warmfront

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step, from a frame to its contacts, stage by stage. Used by one thread at a time.
+#pragma once
+
+#include <memory>
+
+#include "engine/frame.h"
+#include "engine/parallel/stop.h"
+#include "engine/result.h"
+#include "engine/state/core.h"
+#include "engine/step_result.h"
+
+namespace warmfront {
+
+/// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds. One may take
+/// over from another between steps.
+class Pipeline {
+ public:
+  virtual ~Pipeline() = default;
+  /// Carries out a frame that was checked, if `accept` accepts its answer.
+  virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+                                  const AcceptStep& accept) = 0;
+  /// Parts were added or changed: which are near each other is found anew.
+  virtual void parts_changed() = 0;
+  /// The kind that the next step uses.
+  virtual BoundsKind bounds() const = 0;
+  /// See self_check(); passes when the next step will make all of it anew anyway. Throws Stopped when told to
+  /// stop.
+  virtual Status self_check(const Core& core, StopSignal stop) = 0;
+  /// Forgets all that is kept for speed: the next step is a cold one.
+  virtual void forget(Core& core) = 0;
+  virtual std::size_t memory_bytes() const = 0;
+};
+
+/// For kAabb and kKDop18; see auto_bounds.h.
+std::unique_ptr<Pipeline> make_pipeline(BoundsKind bounds);
+
+}  // namespace warmfront

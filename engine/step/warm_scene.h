@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene that is kept warm: what lasts from step to step, and the pipeline that steps it. Used by one thread
+// at a time.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "engine/frame.h"
+#include "engine/options.h"
+#include "engine/result.h"
+#include "engine/state/core.h"
+#include "engine/step/pipeline.h"
+#include "engine/step_result.h"
+#include "engine/workers.h"
+
+namespace warmfront {
+
+struct WarmScene {
+  Core core;
+  std::unique_ptr<Pipeline> pipeline;
+
+  /// At rest at `positions`, which are checked. As Collider::create(), whose work this is; throws Stopped when
+  /// told to stop.
+  static Result<WarmScene> create(std::shared_ptr<const Scene> scene, const Positions& positions,
+                                  const ColliderOptions& options, std::shared_ptr<Workers> workers,
+                                  StopSignal stop);
+
+  /// As Collider::step(), but that `frame` is not checked.
+  Result<StepResult> step(const Frame& frame, StopSignal stop, const AcceptStep& accept = {}) {
+    return pipeline->step(core, frame, stop, accept);
+  }
+
+  std::size_t memory_bytes() const { return core.memory_bytes() + pipeline->memory_bytes(); }
+};
+
+/// kInvalidArgument for a wrong length or a coordinate that is not finite; the message names the first.
+Status check_positions(const Positions& positions, std::uint32_t vertex_count);
+
+}  // namespace warmfront

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a step answers. Plain views: as valid as each says.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "engine/contact.h"
+#include "engine/result.h"
+#include "engine/statistics.h"
+
+namespace warmfront {
+
+/// One step's answer. `contacts` stays valid until the next step of the same collider.
+struct StepResult {
+  std::uint64_t vf = 0;                ///< vertex-face contacts
+  std::uint64_t ee = 0;                ///< edge-edge contacts
+  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded (kPossible, kBudget)
+  std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
+  /// Sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge). Empty for Report::kCount.
+  std::span<const Contact> contacts;
+  /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
+  std::span<const ContactGeometry> geometry = {};
+  StepStatistics statistics;
+  /// With options.explain: of the same step with everything deformable; what the scene's model saves is the difference.
+  std::optional<StepStatistics> all_deformable = std::nullopt;
+};
+
+/// Called with a step's answer before the step is taken, on the thread that steps. An error that it returns,
+/// or an exception, refuses the step, which then did not happen. The statistics' times and front state may
+/// still change. Empty: every answer is accepted.
+using AcceptStep = std::function<Status(const StepResult&)>;
+
+}  // namespace warmfront

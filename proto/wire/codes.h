@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine's error codes and the canonical ones of gRPC (google.rpc.Code). Pure functions.
+#pragma once
+
+#include "engine/result.h"
+
+namespace warmfront::wire {
+
+/// In [1, 16].
+int canonical_code(ErrorCode code);
+/// OUT_OF_RANGE counts as kInvalidArgument; UNKNOWN and what is no code as kInternal.
+ErrorCode error_code(int canonical);
+
+}  // namespace warmfront::wire

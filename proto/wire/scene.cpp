@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/wire/scene.h"
+
+#include "proto/wire/enums.h"
+
+namespace warmfront::wire {
+
+v1::Body to_proto(const Body& body) {
+  v1::Body message;
+  message.set_name(body.name);
+  message.set_first_vertex(body.first_vertex);
+  message.set_vertex_count(body.vertex_count);
+  message.set_kind(to_proto(body.kind));
+  message.set_self_collision(body.self_collision);
+  message.set_group(body.group);
+  message.set_mask(body.mask);
+  return message;
+}
+
+Result<Body> body_from(const v1::Body& message, const std::string& where) {
+  // Before the scene is built, which may be minutes after this was sent.
+  if (message.name().size() > kMaxNameBytes)
+    return invalid_argument(where + ".name: is " + std::to_string(message.name().size()) +
+                            " bytes long, and may be " + std::to_string(kMaxNameBytes));
+  Body body{message.name(), message.first_vertex(), message.vertex_count()};
+  if (Status known = read(message.kind(), where + ".kind", body.kind); !known) return known.error();
+  if (message.has_self_collision()) body.self_collision = message.self_collision();
+  if (message.has_group()) body.group = message.group();
+  if (message.has_mask()) body.mask = message.mask();
+  return body;
+}
+
+}  // namespace warmfront::wire

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step's statistics on the wire. Thread-safe.
+#pragma once
+
+#include "engine/statistics.h"
+#include "warmfront/v1/step.pb.h"
+
+namespace warmfront::wire {
+
+v1::StepStatistics to_proto(const StepStatistics& statistics);
+/// What a newer daemon adds to an enum is kNone or kAuto here. Why a front was rebuilt is not on the wire.
+StepStatistics statistics_from(const v1::StepStatistics& message);
+
+}  // namespace warmfront::wire
