@@ -6,7 +6,6 @@
 #include <grpcpp/ext/channelz_service_plugin.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
-#include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/impl/codegen/service_type.h>
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/security/server_credentials.h>
@@ -33,6 +32,7 @@
 #include "server/session/expiry.h"
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
+#include "server/transport/health_service.h"
 #include "server/transport/service.h"
 
 namespace warmfront::server {
@@ -80,7 +80,6 @@ void enable_plugins(bool reflection, bool channelz) {
   static Mutex mutex;
   static bool reflecting = false, channels = false;
   const MutexLock lock(mutex);
-  grpc::EnableDefaultHealthCheckService(true);
   // It writes what clients send wrong to standard error in lines of its own; the status that they get says it
   // all.
   google::protobuf::SetLogHandler(nullptr);
@@ -157,6 +156,7 @@ struct Daemon::Impl {
   std::unique_ptr<Ticker> memory;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Service> admin_service;
+  HealthService health{kServiceName};
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Http> http;
 
@@ -258,6 +258,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
                              &ports[i]);
   builder.RegisterService(impl->service.get());
   builder.RegisterService(impl->admin_service.get());
+  builder.RegisterService(&impl->health);
   impl->server = builder.BuildAndStart();
   if (!impl->server) {
     // gRPC does not say why; the first port that it did not get is the reason.
@@ -323,7 +324,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
                             "the monitoring's network through"}});
   }
   log.write(LogLevel::kInfo, "serving", {{"threads", std::int64_t{impl->context.workers->threads()}}});
-  impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
+  impl->health.serve();
   return std::unique_ptr<Daemon>(new Daemon(std::move(impl)));
 }
 
@@ -366,7 +367,7 @@ bool Daemon::drain() {
   context.log.write(LogLevel::kInfo, "draining",
                     {{"sessions", std::uint64_t{context.store.size()}},
                      {"timeout_ms", std::int64_t{impl_->drain_timeout.count()}}});
-  impl_->server->GetHealthCheckService()->SetServingStatus(false);
+  impl_->health.stop();
   context.lifecycle.begin_drain(std::chrono::system_clock::now() + impl_->drain_timeout);
   // A client that has seen the notice stops sending and goes; one that has not is heard out while it sends,
   // for half of the time at most, so that what it sent before it could know is answered.

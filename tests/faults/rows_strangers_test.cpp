@@ -179,9 +179,11 @@ TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
 }
 
 /// Rounds of calls without a message on connections that live, and are allowed 128 calls at once: where those
-/// of a round are not ended, the next round ends the connection.
+/// of a round are not ended, the next round ends the connection. False then.
 template <class Connection>
-bool silent_rounds(const std::vector<std::unique_ptr<Connection>>& connections) {
+bool silent_rounds(int port, std::chrono::seconds wait, std::vector<std::unique_ptr<Connection>>& connections) {
+  connections.clear();
+  for (int i = 0; i < 4; ++i) connections.push_back(std::make_unique<Connection>(port));
   const auto send = [&](const std::string& bytes) {
     return std::ranges::all_of(connections, [&](const auto& one) { return one->send(bytes); });
   };
@@ -193,23 +195,32 @@ bool silent_rounds(const std::vector<std::unique_ptr<Connection>>& connections) 
       if (!send(http2::headers(stream, http2::call_headers(kStep)) +
                 (i % 2 == 0 ? "" : http2::frame(0, 0, stream, std::string("\0\0\0\0\x09 12", 8)))))
         return false;
-    for (int i = 0; i < 80; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    constexpr std::chrono::milliseconds kPause{50};
+    for (std::chrono::milliseconds waited{0}; waited < wait; waited += kPause) {
+      std::this_thread::sleep_for(kPause);
       if (!send(http2::frame(8, 0, 0, std::string("\0\0\0\1", 4)))) return false;
     }
   }
   return true;
 }
 
+/// A daemon on a machine that is busy is given more time.
+template <class Connection>
+std::vector<std::unique_ptr<Connection>> expect_silent_calls_end(int port) {
+  std::vector<std::unique_ptr<Connection>> connections;
+  EXPECT_TRUE(silent_rounds(port, std::chrono::seconds(3), connections) ||
+              silent_rounds(port, std::chrono::seconds(20), connections))
+      << "a round's calls are ended before the next round";
+  return connections;
+}
+
 TEST_F(FaultTableStrangers, Row29_SilentCalls) {
   begin({"--upload-timeout", "500ms"});
   allowed_growth_ = 16 * kMiB;
   while_stepping("calls without a message", [&] {
-    std::vector<std::unique_ptr<RawSocket>> sockets;
-    for (int i = 0; i < 4; ++i) sockets.push_back(std::make_unique<RawSocket>(daemon_->port()));
-    EXPECT_TRUE(silent_rounds(sockets)) << "a round's calls are ended before the next round";
+    const auto connections = expect_silent_calls_end<RawSocket>(daemon_->port());
     // They are still there when memory is looked at.
-    EXPECT_LE(growth_once_within(allowed_growth_), allowed_growth_);
+    EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
   });
 }
 
@@ -218,10 +229,8 @@ TEST_F(FaultTableStrangers, Row29_SilentCallsUnderTls) {
   begin(certified(folder, {"--upload-timeout", "500ms"}));
   allowed_growth_ = 16 * kMiB;
   while_stepping("calls without a message under TLS", [&] {
-    std::vector<std::unique_ptr<TlsConnection>> connections;
-    for (int i = 0; i < 4; ++i) connections.push_back(std::make_unique<TlsConnection>(daemon_->port()));
-    EXPECT_TRUE(silent_rounds(connections)) << "a round's calls are ended before the next round";
-    EXPECT_LE(growth_once_within(allowed_growth_), allowed_growth_);
+    const auto connections = expect_silent_calls_end<TlsConnection>(daemon_->port());
+    EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
   });
 }
 
@@ -254,6 +263,25 @@ TEST_F(FaultTableStrangers, Row29_SilentCallsBehindAFrameThatDrips) {
     EXPECT_FALSE(open) << "the connection is ended";
   });
   expect_reason("silent_calls");
+}
+
+/// A watch of the whole daemon, as a call of this number.
+std::string watch(std::uint32_t stream) {
+  return http2::headers(stream, http2::call_headers("/grpc.health.v1.Health/Watch")) +
+         http2::frame(0, 1, stream, std::string(5, '\0'));
+}
+
+// Each holds memory for as long as it lasts, and asks nobody's leave.
+TEST_F(FaultTableStrangers, Row29_HealthWatches) {
+  allowed_growth_ = 24 * kMiB;
+  while_stepping("health watches", [&] {
+    std::vector<RawSocket> sockets = connections(20);
+    for (const RawSocket& socket : sockets)
+      for (std::uint32_t stream = 1; stream < 200; stream += 2) EXPECT_TRUE(socket.send(watch(stream)));
+    for (const RawSocket& socket : sockets) socket.read_all(200);
+    EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
+    EXPECT_EQ(health(), 1);
+  });
 }
 
 // What honest callers could send too, of empty messages that become objects: refused by its size, whoever
