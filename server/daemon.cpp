@@ -148,8 +148,8 @@ struct Daemon::Impl {
   // Thread-safe. In this order: the server uses the service, which uses the context.
   const std::unique_ptr<Guard> guard;
   const std::shared_ptr<Certificates> certificates;  // null: no TLS
-  std::unique_ptr<Ticker> certificate_files;
   Context context;
+  std::unique_ptr<Ticker> certificate_files;
   std::unique_ptr<Expiry> expiry;
   Liveness liveness;
   std::unique_ptr<Ticker> timeouts;
@@ -186,6 +186,7 @@ struct Daemon::Impl {
                                           .frames_in_flight = context.frames.inside(),
                                           .threads = static_cast<std::uint64_t>(context.workers->threads()),
                                           .draining = context.lifecycle.draining(),
+                                          .certificate_expiry = certificates ? certificates->expiry() : 0,
                                           .tenants = std::move(tenants)});
   }
 };
@@ -251,7 +252,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   if (impl->certificates) {
     encrypted = encrypted_by(impl->certificates->in_force());
     impl->certificate_files =
-        std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates] { files->look(); });
+        std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates, &metrics = impl->context.metrics] {
+          if (!files->look()) ++metrics.reload_failures[Metrics::kCertificates];
+        });
   }
   for (std::size_t i = 0; i < ports.size(); ++i)
     builder.AddListeningPort(config.listen[i], uses_tls(config.listen[i], config.tls) ? encrypted : plain,
@@ -351,8 +354,15 @@ void Daemon::when_runner_moves(std::function<void()> task) {
 }
 
 bool Daemon::reload() {
+  auto& failures = impl_->context.metrics.reload_failures;
   Status reloaded = impl_->guard->reload();
-  if (reloaded && impl_->certificates) reloaded = impl_->certificates->reload();
+  if (!reloaded) ++failures[Metrics::kTokenFile];
+  if (impl_->certificates) {
+    // Whatever became of the token file.
+    const Status certificates = impl_->certificates->reload();
+    if (!certificates) ++failures[Metrics::kCertificates];
+    if (reloaded) reloaded = certificates;
+  }
   impl_->set_quotas();
   // Who lost its rights loses its streams, too; whatever became of the rest.
   impl_->context.lifecycle.enforce_rights();
