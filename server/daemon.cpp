@@ -6,7 +6,6 @@
 #include <grpcpp/ext/channelz_service_plugin.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
-#include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/impl/codegen/service_type.h>
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/security/server_credentials.h>
@@ -33,6 +32,7 @@
 #include "server/session/expiry.h"
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
+#include "server/transport/health_service.h"
 #include "server/transport/service.h"
 
 namespace warmfront::server {
@@ -80,7 +80,6 @@ void enable_plugins(bool reflection, bool channelz) {
   static Mutex mutex;
   static bool reflecting = false, channels = false;
   const MutexLock lock(mutex);
-  grpc::EnableDefaultHealthCheckService(true);
   // It writes what clients send wrong to standard error in lines of its own; the status that they get says it
   // all.
   google::protobuf::SetLogHandler(nullptr);
@@ -149,14 +148,15 @@ struct Daemon::Impl {
   // Thread-safe. In this order: the server uses the service, which uses the context.
   const std::unique_ptr<Guard> guard;
   const std::shared_ptr<Certificates> certificates;  // null: no TLS
-  std::unique_ptr<Ticker> certificate_files;
   Context context;
+  std::unique_ptr<Ticker> certificate_files;
   std::unique_ptr<Expiry> expiry;
   Liveness liveness;
   std::unique_ptr<Ticker> timeouts;
   std::unique_ptr<Ticker> memory;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Service> admin_service;
+  HealthService health{kServiceName};
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Http> http;
 
@@ -186,6 +186,7 @@ struct Daemon::Impl {
                                           .frames_in_flight = context.frames.inside(),
                                           .threads = static_cast<std::uint64_t>(context.workers->threads()),
                                           .draining = context.lifecycle.draining(),
+                                          .certificate_expiry = certificates ? certificates->expiry() : 0,
                                           .tenants = std::move(tenants)});
   }
 };
@@ -251,13 +252,16 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   if (impl->certificates) {
     encrypted = encrypted_by(impl->certificates->in_force());
     impl->certificate_files =
-        std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates] { files->look(); });
+        std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates, &metrics = impl->context.metrics] {
+          if (!files->look()) ++metrics.reload_failures[Metrics::kCertificates];
+        });
   }
   for (std::size_t i = 0; i < ports.size(); ++i)
     builder.AddListeningPort(config.listen[i], uses_tls(config.listen[i], config.tls) ? encrypted : plain,
                              &ports[i]);
   builder.RegisterService(impl->service.get());
   builder.RegisterService(impl->admin_service.get());
+  builder.RegisterService(&impl->health);
   impl->server = builder.BuildAndStart();
   if (!impl->server) {
     // gRPC does not say why; the first port that it did not get is the reason.
@@ -323,7 +327,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
                             "the monitoring's network through"}});
   }
   log.write(LogLevel::kInfo, "serving", {{"threads", std::int64_t{impl->context.workers->threads()}}});
-  impl->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
+  impl->health.serve();
   return std::unique_ptr<Daemon>(new Daemon(std::move(impl)));
 }
 
@@ -350,8 +354,15 @@ void Daemon::when_runner_moves(std::function<void()> task) {
 }
 
 bool Daemon::reload() {
+  auto& failures = impl_->context.metrics.reload_failures;
   Status reloaded = impl_->guard->reload();
-  if (reloaded && impl_->certificates) reloaded = impl_->certificates->reload();
+  if (!reloaded) ++failures[Metrics::kTokenFile];
+  if (impl_->certificates) {
+    // Whatever became of the token file.
+    const Status certificates = impl_->certificates->reload();
+    if (!certificates) ++failures[Metrics::kCertificates];
+    if (reloaded) reloaded = certificates;
+  }
   impl_->set_quotas();
   // Who lost its rights loses its streams, too; whatever became of the rest.
   impl_->context.lifecycle.enforce_rights();
@@ -366,7 +377,7 @@ bool Daemon::drain() {
   context.log.write(LogLevel::kInfo, "draining",
                     {{"sessions", std::uint64_t{context.store.size()}},
                      {"timeout_ms", std::int64_t{impl_->drain_timeout.count()}}});
-  impl_->server->GetHealthCheckService()->SetServingStatus(false);
+  impl_->health.stop();
   context.lifecycle.begin_drain(std::chrono::system_clock::now() + impl_->drain_timeout);
   // A client that has seen the notice stops sending and goes; one that has not is heard out while it sends,
   // for half of the time at most, so that what it sent before it could know is answered.

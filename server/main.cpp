@@ -76,7 +76,10 @@ int main(int argc, char** argv) {
   Log& log = *new Log(config.log_level, config.log_format);
   log_what_grpc_says(log);
   log.write(LogLevel::kInfo, "starting", {{"version", kVersion}});
-  guard_connections(config.max_metadata_bytes);
+  // Later than the daemon itself ends calls that it has begun: it tells the client.
+  guard_connections({.max_metadata_bytes = config.max_metadata_bytes,
+                     .max_streams = config.limits.max_streams,
+                     .first_message = config.limits.upload_timeout * 3 / 2 + std::chrono::seconds(1)});
   auto daemon = Daemon::start(config, log);
   if (!daemon) {
     log.write(LogLevel::kError, "failed", {{"reason", daemon.error().message}});

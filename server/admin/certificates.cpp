@@ -79,7 +79,7 @@ Status Certificates::reload() {
   return {};
 }
 
-void Certificates::look() {
+bool Certificates::look() {
   std::string look = look_of(files_);
   const bool due = [&] {
     const MutexLock lock(mutex_);
@@ -87,8 +87,10 @@ void Certificates::look() {
     looked_ = std::move(look);
     return still && looked_ != read_;
   }();
+  bool usable = true;
   if (due) {
     const Result<bool> swapped = read();
+    usable = swapped.ok();
     if (!swapped)
       log_.write(
           LogLevel::kError, "certificates",
@@ -97,6 +99,12 @@ void Certificates::look() {
       log_.write(LogLevel::kInfo, "certificates", {{"swapped", true}, {"reason", "the files changed"}});
   }
   warn_of_the_end();
+  return usable;
+}
+
+std::time_t Certificates::expiry() const {
+  const MutexLock lock(mutex_);
+  return in_force_.not_after;
 }
 
 void Certificates::warn_of_the_end() {

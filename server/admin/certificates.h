@@ -24,8 +24,12 @@ class Certificates {
   Status reload();
   /// Reads them again when they have changed since they were last read and then stood still from one call to
   /// the next: nobody replaces two files at once. To be called every half second or so; says in the log what
-  /// came of it, once for each change, and once a day of a certificate that expires within two weeks.
-  void look();
+  /// came of it, once for each change, and once a day of a certificate that expires within two weeks. False
+  /// when they were read and could not be used.
+  bool look();
+
+  /// When what is in force expires.
+  std::time_t expiry() const;
 
   /// Files of this process that hold what is in force, always whole and proved: one of certificate and key,
   /// whose two halves can never be of different pairs, and one of the client CA, if there is one.

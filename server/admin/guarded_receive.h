@@ -15,7 +15,7 @@ namespace warmfront::server {
 /// From now on every connection that accept4() accepts in this process is guarded: what it sends, plain or,
 /// as a TLS server, decrypted. One whose client does what the guard forbids is ended as if the client had
 /// closed it. To be called once, before a server is started.
-void guard_connections(std::size_t max_metadata_bytes);
+void guard_connections(const Http2Guard::Bounds& bounds);
 
 /// accept4() tells of each connection. False when there is no memory for a guard: close it.
 [[nodiscard]] bool guard_connection(int connection) noexcept;

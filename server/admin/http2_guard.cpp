@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
 namespace warmfront::server {
 namespace {
@@ -23,23 +24,27 @@ enum Type : std::uint8_t {
   kWindowUpdate,
   kContinuation
 };
-enum Flag : std::uint8_t { kEndStream = 1, kEndHeaders = 4, kPadded = 8, kHasPriority = 32 };
+enum Flag : std::uint8_t { kEndStream = 1, kAcknowledged = 1, kEndHeaders = 4, kPadded = 8, kHasPriority = 32 };
 
 constexpr std::uint32_t kFrameBytes = 16384;  // as large as gRPC lets a client make one at first
 constexpr std::uint32_t kFieldBytes = 32;     // that a field counts for at least (RFC 9113, 6.5.2)
 constexpr std::uint8_t kIntegerBytes = 5;     // after the first: enough for 32 bits
 constexpr std::chrono::seconds kBlockTime{10};
 constexpr std::uint32_t kSmallDataBytes = 32;
+constexpr std::uint32_t kLeastStreams = 100;  // that a server should allow (RFC 9113, 6.5.2)
+constexpr std::size_t kResetBytes = 13;
 
 }  // namespace
 
 // Honest clients: one that streams small frames sends some 20,000 messages a second on one connection; one
 // that receives a GB a second allows for it in windows of 32 KiB or more; Go measures the round trip by a
 // ping as often as it takes; the settings change with the measured bandwidth, a few times.
-Http2Guard::Http2Guard(std::size_t max_metadata_bytes, Now now)
+Http2Guard::Http2Guard(const Bounds& bounds, Now now)
     : now_(now),
-      max_block_bytes_(static_cast<std::uint32_t>(4 * max_metadata_bytes + 16384)),
+      max_block_bytes_(static_cast<std::uint32_t>(4 * bounds.max_metadata_bytes + 16384)),
       max_block_frames_(max_block_bytes_ / kFrameBytes + 8),
+      max_calls_at_first_(std::max(bounds.max_streams, kLeastStreams)),
+      silent_(bounds.max_streams, bounds.first_message),
       resets_(1000, 200, now()),
       calls_(50'000, 50'000, now()),
       pings_(10'000, 10'000, now()),
@@ -72,6 +77,7 @@ Http2Guard::Verdict Http2Guard::receive(std::span<const std::uint8_t> bytes) {
   if (state_ == State::kEncrypted) return kGood;
   if (block_began_ != Clock::time_point{} && now_() - block_began_ > kBlockTime)
     return verdict_ = kSlowHeaders;
+  if (stalled_) return verdict_ = kSilentCalls;
   while (verdict_ == kGood && !bytes.empty()) {
     if (state_ == State::kFrame) {
       if (header_read_ == 0 && bytes.size() >= header_.size()) {
@@ -94,6 +100,8 @@ Http2Guard::Verdict Http2Guard::receive(std::span<const std::uint8_t> bytes) {
         if (priority_left_ == 0) state_ = State::kFields;
       } else if (state_ == State::kFields) {
         read_fields(bytes.first(part));
+      } else if (state_ == State::kMessage) {
+        if (!silent_.read(bytes.first(part))) state_ = State::kPayload;
       }
       payload_left_ -= static_cast<std::uint32_t>(part);
       bytes = bytes.subspan(part);
@@ -101,7 +109,52 @@ Http2Guard::Verdict Http2Guard::receive(std::span<const std::uint8_t> bytes) {
     if (verdict_ == kGood && state_ != State::kFrame && payload_left_ == 0) end_payload();
   }
   if (verdict_ == kGood && in_block_ && block_began_ == Clock::time_point{}) block_began_ = now_();
+  if (call_began_) {
+    call_began_ = false;
+    // Of calls that are silent no more nobody asks when they began.
+    if (!silent_.empty()) silent_.note_time(now_());
+  }
   return verdict_;
+}
+
+Http2Guard::NextRead Http2Guard::next_read(std::size_t space) {
+  NextRead read{0, space};
+  if (silent_.empty() || verdict_ != kGood) return read;
+  const Clock::time_point now = now_();
+  const std::size_t overdue = silent_.overdue(now);
+  if (overdue == 0) return read;
+  if (state_ == State::kFrame && header_read_ == 0 && !in_block_) {
+    const std::size_t room = space == 0 ? 0 : (space - 1) / kResetBytes;
+    read.resets = std::min(overdue, room) * kResetBytes;
+    read.most -= read.resets;
+    return read;
+  }
+  // Up to the end of what has begun, so that the next read is between two frames.
+  const std::size_t left = state_ == State::kFrame ? header_.size() - header_read_ : payload_left_;
+  read.most = std::min(space, left);
+  stalled_ = silent_.long_overdue(now);
+  return read;
+}
+
+void Http2Guard::write_resets(std::span<std::uint8_t> resets) {
+  constexpr std::uint8_t kCancel = 8;
+  for (; resets.size() >= kResetBytes && !silent_.empty(); resets = resets.subspan(kResetBytes)) {
+    const std::uint32_t stream = silent_.take_oldest();
+    const std::array<std::uint8_t, kResetBytes> frame{0,
+                                                      0,
+                                                      4,
+                                                      kResetStream,
+                                                      0,
+                                                      static_cast<std::uint8_t>(stream >> 24),
+                                                      static_cast<std::uint8_t>(stream >> 16),
+                                                      static_cast<std::uint8_t>(stream >> 8),
+                                                      static_cast<std::uint8_t>(stream),
+                                                      0,
+                                                      0,
+                                                      0,
+                                                      kCancel};
+    std::ranges::copy(frame, resets.begin());
+  }
 }
 
 bool Http2Guard::read_preface(std::span<const std::uint8_t>& bytes) {
@@ -125,6 +178,8 @@ void Http2Guard::begin_frame(const std::uint8_t* header) {
   payload_left_ =
       static_cast<std::uint32_t>(header[0]) << 16 | static_cast<std::uint32_t>(header[1]) << 8 | header[2];
   flags_ = header[4];
+  stream_ = static_cast<std::uint32_t>(header[5] & 127) << 24 | static_cast<std::uint32_t>(header[6]) << 16 |
+            static_cast<std::uint32_t>(header[7]) << 8 | header[8];
   state_ = State::kPayload;
   const std::uint8_t type = header[3];
   if (in_block_ != (type == kContinuation)) {
@@ -133,17 +188,15 @@ void Http2Guard::begin_frame(const std::uint8_t* header) {
   }
   switch (type) {
     case kData:
-      if (payload_left_ == 0 && (flags_ & kEndStream) == 0)
-        take(empty_data_, kEmptyData);
-      else if (payload_left_ < kSmallDataBytes)
-        take(small_data_, kSmallData);
-      return;
+      return begin_data();
     case kHeaders:
     case kContinuation:
       return begin_headers(type == kContinuation);
     case kResetStream:
+      silent_.end(stream_);
       return take(resets_, kResets);
     case kSettingsFrame:
+      if ((flags_ & kAcknowledged) != 0) settings_acknowledged_ = true;
       return take(settings_, kSettings, 1 + payload_left_ / 60);
     case kPing:
       return take(pings_, kPings);
@@ -154,10 +207,32 @@ void Http2Guard::begin_frame(const std::uint8_t* header) {
   }
 }
 
+void Http2Guard::begin_data() {
+  if (payload_left_ == 0 && (flags_ & kEndStream) == 0)
+    take(empty_data_, kEmptyData);
+  else if (payload_left_ < kSmallDataBytes)
+    take(small_data_, kSmallData);
+  // gRPC knows nothing of padding here either, and ends the call.
+  ends_call_ = (flags_ & kEndStream) != 0;
+  if (silent_.begin_data(stream_)) state_ = State::kMessage;
+}
+
+void Http2Guard::begin_call() {
+  take(calls_, kCalls);
+  if ((flags_ & kEndStream) != 0) silent_.end(stream_);
+  // What gRPC takes for a new call. Others it overlooks, or they end one.
+  if ((stream_ & 1) == 0 || stream_ <= last_call_) return;
+  last_call_ = stream_;
+  if (!settings_acknowledged_ && ++calls_at_first_ > max_calls_at_first_) verdict_ = kCalls;
+  if ((flags_ & kEndStream) != 0) return;
+  call_began_ = true;
+  if (!silent_.begin(stream_)) verdict_ = kSilentCalls;
+}
+
 void Http2Guard::begin_headers(bool continuation) {
   state_ = State::kFields;
   if (!continuation) {
-    take(calls_, kCalls);
+    begin_call();
     in_block_ = true;
     block_bytes_ = block_frames_ = block_fields_ = 0;
     coding_ = Coding::kField;
@@ -175,6 +250,8 @@ void Http2Guard::begin_headers(bool continuation) {
 void Http2Guard::end_payload() {
   const bool fields = state_ == State::kFields || state_ == State::kPriority;
   state_ = State::kFrame;
+  // Not before: its last frame may be long in coming.
+  if (std::exchange(ends_call_, false)) silent_.end(stream_);
   if (!fields || (flags_ & kEndHeaders) == 0) return;
   if (coding_ != Coding::kField) verdict_ = kFieldCoding;
   in_block_ = false;

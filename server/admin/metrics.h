@@ -44,6 +44,9 @@ struct Metrics {
   static constexpr std::array<const char*, kSelfChecks> kSelfCheckNames{"passed", "rebuilt", "data_loss"};
   enum End : std::size_t { kDeleted, kExpired, kFailed, kEnds };
   static constexpr std::array<const char*, kEnds> kEndNames{"deleted", "expired", "failed"};
+  /// Of files that are read again while the daemon runs.
+  enum Reload : std::size_t { kTokenFile, kCertificates, kReloads };
+  static constexpr std::array<const char*, kReloads> kReloadNames{"token_file", "certificates"};
   /// Of refused requests: each limit by its setting, everything else by its kind.
   static constexpr std::array<const char*, 31> kRefusals{"other",
                                                          "invalid_input",
@@ -93,6 +96,7 @@ struct Metrics {
   Counter sessions_created{0};
   std::array<Counter, kEnds> sessions_ended{};
   std::array<Counter, kRefusals.size()> refused{};
+  std::array<Counter, kReloads> reload_failures{};  ///< what was read before serves on
   Counter memory_given_back{0};  ///< bytes that FreeMemory gave back
 };
 

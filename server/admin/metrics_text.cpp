@@ -38,6 +38,13 @@ class Families {
     metric.gauge.value = value;
     add(name, help, MetricType::Gauge, {std::move(metric)});
   }
+  /// Its name alone where there is no value.
+  void gauge_if(bool there, const char* name, const char* help, double value) {
+    if (there)
+      gauge(name, help, value);
+    else
+      add(name, help, MetricType::Gauge, {});
+  }
   void gauges(const char* name, const char* help, const char* label,
               std::span<const std::pair<std::string, double>> values) {
     std::vector<ClientMetric> metrics(values.size());
@@ -155,6 +162,12 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   f.counters("warmfront_connections_ended_total",
              "Connections that were ended for what their clients sent as HTTP/2, by what was wrong", "reason",
              std::span(Http2Guard::kNames).subspan(1), std::span(std::as_const(ended)).subspan(1));
+  f.gauge_if(gauges.certificate_expiry != 0, "warmfront_certificate_expiry_timestamp_seconds",
+             "When the certificate that serves expires, the first of its chain, since the epoch",
+             static_cast<double>(gauges.certificate_expiry));
+  f.counters("warmfront_reload_failures_total",
+             "Files that could not be used when they were read again, so that what was read before serves on", "what",
+             Metrics::kReloadNames, metrics.reload_failures);
   f.counter("warmfront_memory_given_back_bytes_total", "Freed memory that was given back to the system",
             metrics.memory_given_back);
   if (const std::optional<MemoryUse> use = memory_use())

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct Gauges {
   std::uint64_t frames_in_flight = 0;
   std::uint64_t threads = 0;
   bool draining = false;
+  std::time_t certificate_expiry = 0;  ///< of the one in force; 0: none
   /// A principal that has something in the daemon.
   struct Tenant {
     std::string name;

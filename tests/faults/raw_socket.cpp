@@ -74,6 +74,10 @@ std::string hello() {
   return "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(4, 0, 0, "");
 }
 
+std::string acknowledgement() {
+  return frame(4, 1, 0, "");
+}
+
 namespace {
 
 /// A length with a prefix of seven bits (RFC 7541, 5.1).

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <thread>
 
 #include "tests/faults/fault_table.h"
@@ -75,11 +76,12 @@ class FaultTableStrangers : public FaultTable {
     EXPECT_NE(daemon_->log().find(reason), std::string::npos) << "the log says why";
   }
 
-  std::vector<RawSocket> connections(std::size_t count) const {
+  std::vector<RawSocket> connections(std::size_t count,
+                                     const std::string& acknowledgement = http2::acknowledgement()) const {
     std::vector<RawSocket> sockets;
     for (std::size_t i = 0; i < count; ++i) {
       sockets.emplace_back(daemon_->port());
-      EXPECT_TRUE(sockets.back().send(http2::hello()));
+      EXPECT_TRUE(sockets.back().send(http2::hello() + acknowledgement));
     }
     return sockets;
   }
@@ -149,14 +151,20 @@ class TlsConnection {
   const std::unique_ptr<SSL, void (*)(SSL*)> ssl_{SSL_new(context_.get()), SSL_free};
 };
 
-TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
-  const TemporaryFolder folder;
+/// Flags of a daemon with a certificate, which is put into the folder.
+std::vector<std::string> certified(const TemporaryFolder& folder, std::vector<std::string> flags = {}) {
   const Certificate mine("localhost", nullptr, "IP:127.0.0.1");
   std::ofstream(folder.path() / "certificate") << mine.certificate();
   std::ofstream(folder.path() / "key") << mine.key();
-  begin({"--tls-cert", (folder.path() / "certificate").string(), "--tls-key",
-         (folder.path() / "key").string()});
+  flags.insert(flags.end(), {"--tls-cert", (folder.path() / "certificate").string(), "--tls-key",
+                             (folder.path() / "key").string()});
   signal(SIGPIPE, SIG_IGN);
+  return flags;
+}
+
+TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
+  const TemporaryFolder folder;
+  begin(certified(folder));
   const std::string part = http2::frame(9, 0, 1, http2::header_block({{"more", std::string(8'000, 'm')}}));
   while_stepping("CONTINUATION without end under TLS", [&] {
     const TlsConnection connection(daemon_->port());
@@ -168,6 +176,112 @@ TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
     std::printf("%d frames were taken before the end\n", sent);
   });
   expect_reason("header_block");
+}
+
+/// Rounds of calls without a message on connections that live, and are allowed 128 calls at once: where those
+/// of a round are not ended, the next round ends the connection. False then.
+template <class Connection>
+bool silent_rounds(int port, std::chrono::seconds wait, std::vector<std::unique_ptr<Connection>>& connections) {
+  connections.clear();
+  for (int i = 0; i < 4; ++i) connections.push_back(std::make_unique<Connection>(port));
+  const auto send = [&](const std::string& bytes) {
+    return std::ranges::all_of(connections, [&](const auto& one) { return one->send(bytes); });
+  };
+  if (!send(http2::hello() + http2::acknowledgement())) return false;
+  std::uint32_t stream = 1;
+  for (int round = 0; round < 4; ++round) {
+    // Of every other one some of a message comes.
+    for (int i = 0; i < 100; ++i, stream += 2)
+      if (!send(http2::headers(stream, http2::call_headers(kStep)) +
+                (i % 2 == 0 ? "" : http2::frame(0, 0, stream, std::string("\0\0\0\0\x09 12", 8)))))
+        return false;
+    constexpr std::chrono::milliseconds kPause{50};
+    for (std::chrono::milliseconds waited{0}; waited < wait; waited += kPause) {
+      std::this_thread::sleep_for(kPause);
+      if (!send(http2::frame(8, 0, 0, std::string("\0\0\0\1", 4)))) return false;
+    }
+  }
+  return true;
+}
+
+/// A daemon on a machine that is busy is given more time.
+template <class Connection>
+std::vector<std::unique_ptr<Connection>> expect_silent_calls_end(int port) {
+  std::vector<std::unique_ptr<Connection>> connections;
+  EXPECT_TRUE(silent_rounds(port, std::chrono::seconds(3), connections) ||
+              silent_rounds(port, std::chrono::seconds(20), connections))
+      << "a round's calls are ended before the next round";
+  return connections;
+}
+
+TEST_F(FaultTableStrangers, Row29_SilentCalls) {
+  begin({"--upload-timeout", "500ms"});
+  allowed_growth_ = 16 * kMiB;
+  while_stepping("calls without a message", [&] {
+    const auto connections = expect_silent_calls_end<RawSocket>(daemon_->port());
+    // They are still there when memory is looked at.
+    EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
+  });
+}
+
+TEST_F(FaultTableStrangers, Row29_SilentCallsUnderTls) {
+  const TemporaryFolder folder;
+  begin(certified(folder, {"--upload-timeout", "500ms"}));
+  allowed_growth_ = 16 * kMiB;
+  while_stepping("calls without a message under TLS", [&] {
+    const auto connections = expect_silent_calls_end<TlsConnection>(daemon_->port());
+    EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
+  });
+}
+
+// gRPC knows a bound on calls once the client has acknowledged it.
+TEST_F(FaultTableStrangers, Row29_CallsBeforeTheSettingsAreAcknowledged) {
+  std::uint32_t stream = 1;
+  while_stepping("calls of a client that acknowledges no settings", [&] {
+    std::vector<RawSocket> sockets = connections(2, "");
+    send_until_ended(sockets, 16, [&] {
+      std::string bytes;
+      for (int i = 0; i < 100; ++i, stream += 2) bytes += http2::headers(stream, http2::call_headers(kStep));
+      return bytes;
+    });
+  });
+  expect_reason("\"calls\"");
+}
+
+// A frame that drips keeps the connection, and the place between two frames never comes.
+TEST_F(FaultTableStrangers, Row29_SilentCallsBehindAFrameThatDrips) {
+  begin({"--upload-timeout", "500ms"});
+  while_stepping("calls without a message behind a frame that drips", [&] {
+    std::vector<RawSocket> sockets = connections(1);
+    sockets[0].send(http2::headers(1, http2::call_headers(kStep)) +
+                    http2::frame(0, 1, 1, std::string(16'000, 'x')).substr(0, 20));
+    bool open = true;
+    for (int i = 0; i < 600 && open; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      open = sockets[0].send("x");
+    }
+    EXPECT_FALSE(open) << "the connection is ended";
+  });
+  expect_reason("silent_calls");
+}
+
+/// A watch of the whole daemon, as a call of this number.
+std::string watch(std::uint32_t stream) {
+  return http2::headers(stream, http2::call_headers("/grpc.health.v1.Health/Watch")) +
+         http2::frame(0, 1, stream, std::string(5, '\0'));
+}
+
+// Each holds memory for as long as it lasts, and asks nobody's leave.
+TEST_F(FaultTableStrangers, Row29_HealthWatches) {
+  allowed_growth_ = 24 * kMiB;
+  while_stepping("health watches", [&] {
+    std::vector<RawSocket> sockets = connections(20);
+    for (const RawSocket& socket : sockets)
+      for (std::uint32_t stream = 1; stream < 200; stream += 2) EXPECT_TRUE(socket.send(watch(stream)));
+    for (const RawSocket& socket : sockets) socket.read_all(200);
+    EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
+    EXPECT_EQ(health(), 1);
+  });
 }
 
 // What honest callers could send too, of empty messages that become objects: refused by its size, whoever

@@ -52,7 +52,13 @@ TEST(MetricsTextTest, NamesFollowPrometheusAndNothingIsCountedTwice) {
   metrics.step_done(statistics, 7, 0.5);
   metrics.refused_with(server::limit_met("full", "max-sessions", true));
   metrics.refused_with("nothing known");
+  ++metrics.reload_failures[server::Metrics::kTokenFile];
   const std::string text = server::metrics_text(metrics, {.sessions = 3});
+  EXPECT_THAT(text, HasSubstr("warmfront_reload_failures_total{what=\"token_file\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_reload_failures_total{what=\"certificates\"} 0\n"));
+  EXPECT_THAT(text, Not(HasSubstr("\nwarmfront_certificate_expiry_timestamp_seconds"))) << "there is none";
+  EXPECT_THAT(server::metrics_text(metrics, {.certificate_expiry = 1'000'000}),
+              HasSubstr("\nwarmfront_certificate_expiry_timestamp_seconds 1000000\n"));
   EXPECT_THAT(text, HasSubstr("\nwarmfront_sessions 3\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_contacts_total 7\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_steps_total{front=\"updated\"} 1\n"));
