@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/collider.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -9,12 +10,14 @@
 #include "engine/auto_bounds.h"
 #include "engine/pipeline.h"
 #include "engine/scene/found_bodies.h"
+#include "engine/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
 
-Status check(const Positions& positions, std::uint32_t vertex_count) {
-  return std::visit([&](auto values) { return check_positions(values, vertex_count); }, positions);
+Status check(const Positions& positions, std::uint32_t vertex_count, StopSignal stop) {
+  return std::visit([&](auto values) { return check_positions(values, vertex_count, "positions", stop); },
+                    positions);
 }
 
 bool tests_itself(const Body& body) {
@@ -32,11 +35,12 @@ Error was_cancelled() {
 }
 
 // The scene, with the bodies that are found where it declares none.
-std::shared_ptr<const Scene> model_of(std::shared_ptr<const Scene> scene, const ColliderOptions& options) {
+std::shared_ptr<const Scene> model_of(std::shared_ptr<const Scene> scene, const ColliderOptions& options,
+                                      StopSignal stop) {
   if (!options.find_bodies || !scene->bodies().empty()) return scene;
-  std::vector<Body> bodies = found_bodies(*scene);
+  std::vector<Body> bodies = found_bodies(*scene, stop);
   if (bodies.empty()) return scene;
-  return std::make_shared<const Scene>(scene->with_bodies(std::move(bodies)).value());
+  return std::make_shared<const Scene>(scene->with_bodies(std::move(bodies), stop).value());
 }
 
 }  // namespace
@@ -45,6 +49,9 @@ struct Collider::Impl {
   Core core;
   std::unique_ptr<Pipeline> pipeline;
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
+
+  // See Collider::change(). Throws Stopped; `at` is the change that an error is of.
+  Status change(std::span<SceneChange> changes, StopSignal stop, std::size_t& at);
 
   // The scene is another one from now on.
   void take(std::shared_ptr<const Scene> scene, Core::Parts parts) noexcept {
@@ -68,10 +75,11 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
                                   const ColliderOptions& options, std::shared_ptr<Workers> workers,
                                   const std::atomic<bool>* cancelled) try {
   if (Status status = validate(options); !status) return status.error();
-  if (Status status = check_hubs(*scene); !status) return status.error();
-  if (Status status = check(positions, scene->vertex_count()); !status) return status.error();
-  const std::shared_ptr<const Scene> modelled = model_of(scene, options);
-  Core core(std::move(scene), *modelled, positions, options, std::move(workers), StopSignal(cancelled));
+  const StopSignal stop(cancelled);
+  if (Status status = check_hubs(*scene, stop); !status) return status.error();
+  if (Status status = check(positions, scene->vertex_count(), stop); !status) return status.error();
+  const std::shared_ptr<const Scene> modelled = model_of(scene, options, stop);
+  Core core(std::move(scene), *modelled, positions, options, std::move(workers), stop);
   std::unique_ptr<Pipeline> pipeline =
       options.bounds == BoundsKind::kAuto ? make_auto_pipeline() : make_pipeline(options.bounds);
   Collider collider(std::make_unique<Impl>(Impl{std::move(core), std::move(pipeline)}));
@@ -83,82 +91,166 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
 }
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
-                                  const AcceptStep& accept) {
+                                  const AcceptStep& accept) try {
   Core& core = impl_->core;
-  if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
+  if (Status status = core.motion.check(*core.scene, frame, StopSignal(cancelled)); !status)
+    return status.error();
   if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(*this, cancelled);
   Result<StepResult> result = impl_->pipeline->step(core, frame, StopSignal(cancelled), accept);
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(*this, cancelled);
   return result;
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 
-Status Collider::place(std::span<const BodyPose> poses) {
+Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>* cancelled) try {
   Core& core = impl_->core;
   Frame frame;
   frame.poses = poses;
-  if (Status status = core.motion.check(*core.scene, frame); !status) return status;
+  if (Status status = core.motion.check(*core.scene, frame, StopSignal(cancelled)); !status) return status;
   if (Status status = core.motion.set_poses(poses); !status) return status;
   impl_->compare_anew();
   return {};
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 
 Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
                                          const std::atomic<bool>* cancelled) try {
-  Core& core = impl_->core;
-  const StopSignal stop(cancelled);
-  Result<Scene> extended = core.scene->with_body(std::move(addition));
-  if (!extended) return extended.error();
-  if (Status status = check_hubs(extended.value()); !status) return status.error();
-  if (Status status = check(positions, extended.value().bodies().back().vertex_count); !status)
-    return status.error();
-  const std::uint32_t first = core.scene->vertex_count();
-  auto scene = std::make_shared<const Scene>(std::move(extended).value());
-  const std::vector<double> values = to_doubles(positions);
-  Growth growth(core);
-  std::optional<Core::Parts> parts;
-  core.motion.append(*scene, values);
-  core.workers->run([&] {
-    core.topology->extend(*scene, core.motion.vertices(), stop);
-    core.motion.renumber(core.topology->numbering, first);
-    parts = core.make_parts(*scene, *scene, true, stop);
-  });
-  growth.keep();
-  impl_->take(std::move(scene), std::move(*parts));
-  return core.scene->body_count() - 1;
+  std::vector<SceneChange> changes;
+  changes.emplace_back(AddBody{std::move(addition), to_doubles(positions, StopSignal(cancelled))});
+  if (Status status = change(std::move(changes), cancelled); !status) return status.error();
+  return impl_->core.scene->body_count() - 1;
 } catch (const Stopped&) {
   return was_cancelled();
 }
 
-Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) try {
-  Core& core = impl_->core;
-  const StopSignal stop(cancelled);
-  if (index < core.scene->bodies().size() && core.scene->bodies()[index].kind == BodyKind::kRemoved)
-    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
-  Result<Scene> changed = core.scene->with_body_changed(index, std::move(body));
+Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) {
+  std::vector<SceneChange> changes;
+  changes.emplace_back(ChangeBody{index, std::move(body)});
+  return change(std::move(changes), cancelled);
+}
+
+namespace {
+
+// What becomes of a body that was there before some changes.
+struct Redescribed {
+  std::uint32_t index;
+  BodyKind kind;             // by the changes looked at
+  bool became_rigid = false;  // once at least
+  std::shared_ptr<const ReferenceShape> shape = nullptr;  // where it is rigid by that
+  double reach = 0;
+};
+
+// By index.
+std::vector<Redescribed> redescribed(const Scene& scene, std::span<const SceneChange> changes) {
+  std::vector<std::pair<std::uint32_t, BodyKind>> kinds;
+  for (const SceneChange& change : changes) {
+    const auto* changed = std::get_if<ChangeBody>(&change);
+    if (changed != nullptr && changed->index < scene.bodies().size())
+      kinds.emplace_back(changed->index, changed->body.kind);
+  }
+  std::ranges::stable_sort(kinds, {}, [](const auto& kind) { return kind.first; });
+  std::vector<Redescribed> all;
+  for (const auto& [index, kind] : kinds) {
+    if (all.empty() || all.back().index != index) all.push_back({index, scene.bodies()[index].kind});
+    all.back().became_rigid |= kind == BodyKind::kRigid && all.back().kind != BodyKind::kRigid;
+    all.back().kind = kind;
+  }
+  return all;
+}
+
+// The change to blame for a body that is too much: the last that says anything of it, or else the last.
+std::size_t blamed(std::uint32_t body, std::uint32_t bodies_before, std::span<const SceneChange> changes) {
+  std::size_t blamed = changes.size() - 1;
+  std::uint32_t added = bodies_before;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const auto* changed = std::get_if<ChangeBody>(&changes[i]);
+    if ((changed != nullptr ? changed->index : added++) == body) blamed = i;
+  }
+  return blamed;
+}
+
+}  // namespace
+
+Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
+                        std::size_t* failed) try {
+  std::size_t at = 0;
+  Status status = impl_->change(changes, StopSignal(cancelled), at);
+  if (!status && failed != nullptr) *failed = at;
+  return status;
+} catch (const Stopped&) {
+  return was_cancelled();
+}
+
+Status Collider::Impl::change(std::span<SceneChange> changes, StopSignal stop, std::size_t& at) {
+  const std::uint32_t bodies_before = core.scene->body_count();
+  const std::uint32_t first_vertex = core.scene->vertex_count();
+  std::vector<Redescribed> others = redescribed(*core.scene, changes);
+  Result<Scene> changed = core.scene->with_changes(changes, at, stop);
   if (!changed) return changed.error();
-  const Body& from = core.scene->bodies()[index];
-  const Body& to = changed.value().bodies()[index];
-  if (from == to) return {};
   auto scene = std::make_shared<const Scene>(std::move(changed).value());
-  if (is_modelled_alike(from, to)) {
+
+  std::vector<double> positions;
+  positions.reserve(3 * std::size_t{scene->vertex_count() - first_vertex});
+  std::uint32_t added = bodies_before;
+  for (at = 0; at < changes.size(); ++at) {
+    const auto* add = std::get_if<AddBody>(&changes[at]);
+    if (add == nullptr) continue;
+    const std::span<const double> values = add->positions;
+    if (Status status = check(values, scene->bodies()[added++].vertex_count, stop); !status) return status;
+    append(positions, values, stop);
+  }
+
+  const bool extended = added > bodies_before;
+  bool tests_more = extended;
+  bool names_alone = !extended;
+  std::erase_if(others, [&](Redescribed& other) {
+    const Body& from = core.scene->bodies()[other.index];
+    const Body& to = scene->bodies()[other.index];
+    other.became_rigid &= to.kind == BodyKind::kRigid;
+    tests_more |= tests_itself(to) && !tests_itself(from);
+    if (!is_modelled_alike(from, to) || other.became_rigid) {
+      names_alone = false;
+      return false;
+    }
+    return true;
+  });
+  if (names_alone) {
     core.scene = std::move(scene);
     return {};
   }
-  if (tests_itself(to) && !tests_itself(from))
-    if (Status status = check_hubs(*scene); !status) return status.error();
-  std::shared_ptr<const ReferenceShape> shape;
+  std::uint32_t hub = 0;
+  if (tests_more) {
+    if (Status status = check_hubs(*scene, stop, &hub); !status) {
+      at = blamed(scene->body_of_vertex()[hub], bodies_before, changes);
+      return status;
+    }
+  }
+
+  std::optional<Growth> growth;
   std::optional<Core::Parts> parts;
+  if (extended) growth.emplace(core);
   core.workers->run([&] {
-    core.motion.settle(index);
-    if (from.kind != to.kind && to.kind == BodyKind::kRigid) shape = core.motion.shape_of(index);
-    parts = core.make_parts(*scene, *scene, false, stop);
+    for (Redescribed& other : others) {
+      core.motion.settle(other.index, stop);
+      if (other.became_rigid) other.shape = core.motion.shape_of(other.index, stop);
+      else if (other.kind != core.scene->bodies()[other.index].kind)
+        other.reach = core.motion.measured_reach(other.index, stop);
+    }
+    if (extended) {
+      core.motion.append(*scene, positions, stop);
+      core.topology->extend(*scene, core.motion.vertices(), stop);
+      core.motion.renumber(core.topology->numbering, first_vertex, stop);
+    }
+    parts = core.make_parts(*scene, *scene, extended, stop);
   });
-  core.motion.change_kind(index, to.kind, std::move(shape));
-  impl_->take(std::move(scene), std::move(*parts));
+  if (growth) growth->keep();
+  for (Redescribed& other : others)
+    core.motion.change_kind(other.index, other.kind, std::move(other.shape), other.reach);
+  take(std::move(scene), std::move(*parts));
   return {};
-} catch (const Stopped&) {
-  return was_cancelled();
 }
 
 Status Collider::self_check(const std::atomic<bool>* cancelled) try {

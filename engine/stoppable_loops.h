@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops and sorting that look at a stop flag, however many turns a thread takes at a time.
+// Loops, copies and sorting that look at a stop flag, however much there is to do.
 // Thread-safe.
 #pragma once
 
@@ -10,6 +10,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "engine/stop.h"
 
@@ -35,6 +38,47 @@ void for_each_index(std::size_t first, std::size_t end, StopSignal stop, Body&& 
   for_pieces(first, end, most, stop, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) body(i);
   });
+}
+
+/// Calls `body(begin, end)` for pieces of [first, end), one after the other on this thread.
+template <class Body>
+void in_pieces(std::size_t first, std::size_t end, StopSignal stop, Body&& body) {
+  constexpr std::size_t kPiece = std::size_t{8} * PacedStop::kEvery;
+  for (std::size_t begin = first; begin < end; begin += kPiece) {
+    stop.check();
+    body(begin, std::min(begin + kPiece, end));
+  }
+}
+
+template <class T>
+void reserve(std::vector<T>& list, std::size_t size, StopSignal stop);
+
+/// Appends to a list. What is fresh of its memory is touched a piece at a time, and so is what moves there.
+/// Throws Stopped when told to stop; the list may be longer than before then, and nothing else is changed.
+template <class T>
+void append(std::vector<T>& list, std::span<const T> more, StopSignal stop) {
+  reserve(list, list.size() + more.size(), stop);
+  in_pieces(0, more.size(), stop, [&](std::size_t begin, std::size_t end) {
+    list.insert(list.end(), more.begin() + static_cast<std::ptrdiff_t>(begin),
+                more.begin() + static_cast<std::ptrdiff_t>(end));
+  });
+}
+
+/// The same of a list that becomes `size` elements long; not of one that becomes shorter.
+template <class T>
+void lengthen(std::vector<T>& list, std::size_t size, const T& value, StopSignal stop) {
+  reserve(list, size, stop);
+  in_pieces(list.size(), size, stop, [&](std::size_t, std::size_t end) { list.resize(end, value); });
+}
+
+/// Makes room for exactly `size` elements where there is less.
+template <class T>
+void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
+  if (size <= list.capacity()) return;
+  std::vector<T> roomier;
+  roomier.reserve(size);
+  append(roomier, std::span<const T>(list), stop);
+  list = std::move(roomier);
 }
 
 /// Sorts a list in parallel. Throws Stopped when told to stop; the list holds the same elements then, in some

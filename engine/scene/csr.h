@@ -17,7 +17,7 @@ struct Csr {
     return {items.data() + begin[row], items.data() + begin[row + 1]};
   }
   std::size_t rows() const { return begin.empty() ? 0 : begin.size() - 1; }
-  std::size_t memory_bytes() const { return (begin.size() + items.size()) * sizeof(std::uint32_t); }
+  std::size_t memory_bytes() const { return (begin.capacity() + items.capacity()) * sizeof(std::uint32_t); }
 };
 
 }  // namespace warmfront
