@@ -220,13 +220,14 @@ void Motion::follow(double reach) {
 void Motion::append(std::span<const double> positions, StopSignal stop) {
   const std::size_t more = positions.size() / 3;
   reserve(vertices_, vertices_.size() + more, stop);
-  in_pieces(0, more, stop, [&](std::size_t first, std::size_t end) {
+  const auto take = [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
       const double* x = positions.data() + 3 * i;
       const std::array<double, 4> at{x[0], x[1], x[2], 0.0};
       vertices_.push_back({at, at});
     }
-  });
+  };
+  in_pieces(0, more, stop, take, kFreshAtOnce<VertexMotion>);
   lengthen(states_, vertices_.size(), MotionState{0}, stop);
 }
 
@@ -236,21 +237,17 @@ void Motion::truncate(std::size_t vertex_count) {
 }
 
 void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first, StopSignal stop) {
-  if (first == 0) {
-    std::vector<VertexMotion> renumbered;
-    renumbered.reserve(vertices_.size());
-    in_pieces(0, vertices_.size(), stop, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) renumbered.push_back(vertices_[order[v]]);
-    });
-    vertices_ = std::move(renumbered);
-    return;
-  }
   std::vector<VertexMotion> renumbered;
   renumbered.reserve(vertices_.size() - first);
-  in_pieces(first, vertices_.size(), stop, [&](std::size_t begin, std::size_t end) {
+  const auto take = [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) renumbered.push_back(vertices_[order[v]]);
-  });
-  std::ranges::copy(renumbered, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  in_pieces(first, vertices_.size(), stop, take, kFreshAtOnce<VertexMotion>);
+  if (first == 0) {
+    vertices_ = std::move(renumbered);
+  } else {
+    std::ranges::copy(renumbered, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+  }
 }
 
 template <class Real>
