@@ -2,24 +2,14 @@
 #include "engine/collider.h"
 
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "engine/step/all_deformable.h"
+#include "engine/step/scene_changes.h"
 #include "engine/step/warm_scene.h"
 
 namespace warmfront {
 namespace {
-
-bool tests_itself(const Body& body) {
-  return body.kind == BodyKind::kDeformable && body.self_collision;
-}
-
-// Do two descriptions of a body differ in its name alone?
-bool is_modelled_alike(const Body& a, Body b) {
-  b.name = a.name;
-  return a == b;
-}
 
 Error was_cancelled() {
   return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
@@ -31,14 +21,7 @@ struct Collider::Impl {
   WarmScene warm;
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
 
-  // The scene is another one from now on.
-  void take(std::shared_ptr<const Scene> scene, Core::Parts parts) noexcept {
-    warm.core.scene = std::move(scene);
-    warm.core.take(std::move(parts));
-    warm.pipeline->parts_changed();
-    compare_anew();
-  }
-
+  // The core has moved or become another one.
   void compare_anew() {
     if (all_deformable != nullptr) all_deformable->forget();
   }
@@ -64,80 +47,56 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
 }
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
-                                  const AcceptStep& accept) {
+                                  const AcceptStep& accept) try {
   Core& core = impl_->warm.core;
   const StopSignal stop(cancelled);
-  if (Status status = core.motion.check(*core.scene, frame); !status) return status.error();
+  if (Status status = core.motion.check(*core.scene, frame, stop); !status) return status.error();
   if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
   Result<StepResult> result = impl_->warm.step(frame, stop, accept);
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(core, stop);
   return result;
-}
-
-Status Collider::place(std::span<const BodyPose> poses) {
-  Core& core = impl_->warm.core;
-  Frame frame;
-  frame.poses = poses;
-  if (Status status = core.motion.check(*core.scene, frame); !status) return status;
-  if (Status status = core.motion.set_poses(poses); !status) return status;
-  impl_->compare_anew();
-  return {};
-}
-
-Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
-                                         const std::atomic<bool>* cancelled) try {
-  Core& core = impl_->warm.core;
-  const StopSignal stop(cancelled);
-  Result<Scene> extended = core.scene->with_body(std::move(addition));
-  if (!extended) return extended.error();
-  if (Status status = check_hubs(extended.value()); !status) return status.error();
-  if (Status status = check_positions(positions, extended.value().bodies().back().vertex_count); !status)
-    return status.error();
-  const std::uint32_t first = core.scene->vertex_count();
-  auto scene = std::make_shared<const Scene>(std::move(extended).value());
-  const std::vector<double> values = to_doubles(positions);
-  Growth growth(core);
-  std::optional<Core::Parts> parts;
-  core.motion.append(*scene, values);
-  core.workers->run([&] {
-    core.topology->extend(*scene, core.motion.vertices(), stop);
-    core.motion.renumber(core.topology->numbering, first);
-    parts = core.make_parts(*scene, *scene, true, stop);
-  });
-  growth.keep();
-  impl_->take(std::move(scene), std::move(*parts));
-  return core.scene->body_count() - 1;
 } catch (const Stopped&) {
   return was_cancelled();
 }
 
-Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) try {
+Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>* cancelled) try {
   Core& core = impl_->warm.core;
-  const StopSignal stop(cancelled);
-  if (index < core.scene->bodies().size() && core.scene->bodies()[index].kind == BodyKind::kRemoved)
-    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
-  Result<Scene> changed = core.scene->with_body_changed(index, std::move(body));
-  if (!changed) return changed.error();
-  const Body& from = core.scene->bodies()[index];
-  const Body& to = changed.value().bodies()[index];
-  if (from == to) return {};
-  auto scene = std::make_shared<const Scene>(std::move(changed).value());
-  if (is_modelled_alike(from, to)) {
-    core.scene = std::move(scene);
-    return {};
+  Frame frame;
+  frame.poses = poses;
+  if (Status status = core.motion.check(*core.scene, frame, StopSignal(cancelled)); !status) return status;
+  if (Status status = core.motion.set_poses(poses); !status) return status;
+  impl_->compare_anew();
+  return {};
+} catch (const Stopped&) {
+  return was_cancelled();
+}
+
+Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
+                                         const std::atomic<bool>* cancelled) try {
+  std::vector<SceneChange> changes;
+  changes.emplace_back(AddBody{std::move(addition), to_doubles(positions, StopSignal(cancelled))});
+  if (Status status = change(std::move(changes), cancelled); !status) return status.error();
+  return impl_->warm.core.scene->body_count() - 1;
+} catch (const Stopped&) {
+  return was_cancelled();
+}
+
+Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) {
+  std::vector<SceneChange> changes;
+  changes.emplace_back(ChangeBody{index, std::move(body)});
+  return change(std::move(changes), cancelled);
+}
+
+Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
+                        std::size_t* failed) try {
+  std::size_t at = 0;
+  Status status = change_scene(impl_->warm, changes, StopSignal(cancelled), at);
+  if (!status) {
+    if (failed != nullptr) *failed = at;
+    return status;
   }
-  if (tests_itself(to) && !tests_itself(from))
-    if (Status status = check_hubs(*scene); !status) return status.error();
-  std::shared_ptr<const ReferenceShape> shape;
-  std::optional<Core::Parts> parts;
-  core.workers->run([&] {
-    core.motion.settle(index);
-    if (from.kind != to.kind && to.kind == BodyKind::kRigid) shape = core.motion.shape_of(index);
-    parts = core.make_parts(*scene, *scene, false, stop);
-  });
-  core.motion.change_kind(index, to.kind, std::move(shape));
-  impl_->take(std::move(scene), std::move(*parts));
+  impl_->compare_anew();
   return {};
 } catch (const Stopped&) {
   return was_cancelled();

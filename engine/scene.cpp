@@ -6,12 +6,16 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/parallel/stoppable_loops.h"
+
 namespace warmfront {
 namespace {
 
-Status check_faces(const SceneDescription& description) {
+Status check_faces(const SceneDescription& description, StopSignal stop) {
+  PacedStop paced(stop);
   const auto n = static_cast<std::int64_t>(description.vertex_count);
   for (std::size_t f = 0; f < description.faces.size(); ++f) {
+    paced.check();
     const auto& face = description.faces[f];
     for (int corner = 0; corner < 3; ++corner) {
       if (face[corner] < 0 || face[corner] >= n) {
@@ -48,9 +52,11 @@ Status check_body(const Body& body, const std::string& where) {
   return {};
 }
 
-Status check_bodies(const SceneDescription& description) {
+Status check_bodies(const SceneDescription& description, StopSignal stop) {
+  PacedStop paced(stop);
   std::uint64_t next = 0;
   for (std::size_t i = 0; i < description.bodies.size(); ++i) {
+    paced.check();
     const Body& body = description.bodies[i];
     const std::string where = name_of(i);
     if (Status status = check_body(body, where); !status) return status;
@@ -71,6 +77,7 @@ Status check_bodies(const SceneDescription& description) {
                             std::to_string(description.vertex_count) + " vertices; add a body for the rest");
   }
   for (std::size_t i = 0; i < description.excluded_pairs.size(); ++i) {
+    paced.check();
     const auto [a, b] = description.excluded_pairs[i];
     const std::string where = "excluded_pairs[" + std::to_string(i) + "]";
     if (std::max(a, b) >= description.bodies.size())
@@ -83,8 +90,11 @@ Status check_bodies(const SceneDescription& description) {
   return {};
 }
 
-Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex) {
+Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,
+                             StopSignal stop) {
+  PacedStop paced(stop);
   for (std::size_t f = 0; f < faces.size(); ++f) {
+    paced.check();
     for (const std::uint32_t v : faces[f]) {
       const std::uint32_t body = body_of_vertex[faces[f][0]];
       if (body_of_vertex[v] != body)
@@ -97,21 +107,28 @@ Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::u
 
 // Rows of the items that mention each key, once however often they do; items stay ascending in a row.
 template <std::size_t K>
-Csr invert(std::span<const std::array<std::uint32_t, K>> lists, std::size_t rows) {
+Csr invert(std::span<const std::array<std::uint32_t, K>> lists, std::size_t rows, StopSignal stop) {
   Csr csr;
-  csr.begin.assign(rows + 1, 0);
+  lengthen(csr.begin, rows + 1, 0U, stop);
   const auto for_each_key = [](const auto& list, auto&& visit) {
     for (std::size_t k = 0; k < K; ++k)
       if (std::find(list.begin(), list.begin() + k, list[k]) == list.begin() + k) visit(list[k]);
   };
-  for (const auto& list : lists) for_each_key(list, [&](std::uint32_t key) { ++csr.begin[key + 1]; });
-  std::partial_sum(csr.begin.begin(), csr.begin.end(), csr.begin.begin());
-  csr.items.resize(csr.begin.back());
-  std::vector<std::uint32_t> cursor(csr.begin.begin(), csr.begin.end() - 1);
-  for (std::size_t i = 0; i < lists.size(); ++i) {
-    for_each_key(lists[i],
-                 [&](std::uint32_t key) { csr.items[cursor[key]++] = static_cast<std::uint32_t>(i); });
-  }
+  in_pieces(0, lists.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i)
+      for_each_key(lists[i], [&](std::uint32_t key) { ++csr.begin[key + 1]; });
+  });
+  in_pieces(1, csr.begin.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t row = first; row < end; ++row) csr.begin[row] += csr.begin[row - 1];
+  });
+  lengthen(csr.items, csr.begin.back(), 0U, stop);
+  std::vector<std::uint32_t> cursor;
+  append(cursor, std::span<const std::uint32_t>(csr.begin), stop);
+  in_pieces(0, lists.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i)
+      for_each_key(lists[i],
+                   [&](std::uint32_t key) { csr.items[cursor[key]++] = static_cast<std::uint32_t>(i); });
+  });
   return csr;
 }
 
@@ -120,7 +137,8 @@ struct EdgeTable {
   std::vector<std::array<std::uint32_t, 3>> face_edges;
 };
 
-EdgeTable find_edges(std::span<const Face> faces) {
+EdgeTable find_edges(std::span<const Face> faces, StopSignal stop) {
+  PacedStop paced(stop);
   struct Side {
     Edge edge;
     std::uint32_t face_side;  // 3 * face + side
@@ -128,18 +146,27 @@ EdgeTable find_edges(std::span<const Face> faces) {
   std::vector<Side> sides;
   sides.reserve(faces.size() * 3);
   for (std::size_t f = 0; f < faces.size(); ++f) {
+    paced.check();
     for (std::uint32_t side = 0; side < 3; ++side) {
       const std::uint32_t from = faces[f][side];
       const std::uint32_t to = faces[f][(side + 1) % 3];
       sides.push_back({{std::min(from, to), std::max(from, to)}, static_cast<std::uint32_t>(3 * f + side)});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+  std::sort(sides.begin(), sides.end(), [&](const Side& x, const Side& y) {
+    paced.check();
     return std::tie(x.edge, x.face_side) < std::tie(y.edge, y.face_side);
   });
+  std::size_t edges = 0;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    paced.check();
+    edges += i == 0 || sides[i].edge != sides[i - 1].edge ? 1 : 0;
+  }
   EdgeTable table;
-  table.face_edges.resize(faces.size());
+  table.edges.reserve(edges);
+  lengthen(table.face_edges, faces.size(), {}, stop);
   for (const Side& side : sides) {
+    paced.check();
     if (table.edges.empty() || table.edges.back() != side.edge) table.edges.push_back(side.edge);
     table.face_edges[side.face_side / 3][side.face_side % 3] =
         static_cast<std::uint32_t>(table.edges.size() - 1);
@@ -150,7 +177,8 @@ EdgeTable find_edges(std::span<const Face> faces) {
 // Connected components of the faces (isolated vertices are components of their own), numbered by their least
 // vertex.
 std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std::uint32_t vertex_count,
-                                                std::uint32_t& count) {
+                                                std::uint32_t& count, StopSignal stop) {
+  PacedStop paced(stop);
   std::vector<std::uint32_t> root(vertex_count);
   std::iota(root.begin(), root.end(), 0U);
   const auto find = [&root](std::uint32_t v) {
@@ -158,6 +186,7 @@ std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std
     return v;
   };
   for (const Face& face : faces) {
+    paced.check();
     for (int corner = 1; corner < 3; ++corner) {
       const std::uint32_t a = find(face[0]);
       const std::uint32_t b = find(face[corner]);
@@ -167,6 +196,7 @@ std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std
   std::vector<std::uint32_t> component(vertex_count);
   count = 0;
   for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    paced.check();
     const std::uint32_t r = find(v);
     component[v] = r == v ? count++ : component[r];
   }
@@ -175,9 +205,9 @@ std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std
 
 }  // namespace
 
-Result<Scene> Scene::create(SceneDescription description) {
-  if (Status status = check_faces(description); !status) return status.error();
-  if (Status status = check_bodies(description); !status) return status.error();
+Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
+  if (Status status = check_faces(description, stop); !status) return status.error();
+  if (Status status = check_bodies(description, stop); !status) return status.error();
   if (could_never_touch(description))
     return Error{ErrorCode::kUnimplemented,
                  "faces: none over " + std::to_string(description.vertex_count) +
@@ -194,106 +224,204 @@ Result<Scene> Scene::create(SceneDescription description) {
   Mesh& mesh = scene.own_mesh();
   mesh.vertex_count = description.vertex_count;
   mesh.faces.reserve(description.faces.size());
-  for (const auto& face : description.faces) {
-    mesh.faces.push_back({static_cast<std::uint32_t>(face[0]), static_cast<std::uint32_t>(face[1]),
-                          static_cast<std::uint32_t>(face[2])});
-  }
-  EdgeTable table = find_edges(mesh.faces);
+  in_pieces(0, description.faces.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t f = first; f < end; ++f) {
+      const auto& face = description.faces[f];
+      mesh.faces.push_back({static_cast<std::uint32_t>(face[0]), static_cast<std::uint32_t>(face[1]),
+                            static_cast<std::uint32_t>(face[2])});
+    }
+  });
+  EdgeTable table = find_edges(mesh.faces, stop);
   mesh.edges = std::move(table.edges);
   mesh.face_edges = std::move(table.face_edges);
-  mesh.vertex_faces = invert<3>(mesh.faces, mesh.vertex_count);
-  mesh.edge_faces = invert<3>(mesh.face_edges, mesh.edges.size());
-  for (std::uint32_t v = 0; v < mesh.vertex_count; ++v) {
-    if (mesh.vertex_faces[v].empty()) mesh.isolated_vertices.push_back(v);
-  }
-  if (Status status = scene.take_bodies(description); !status) return status.error();
+  mesh.vertex_faces = invert<3>(mesh.faces, mesh.vertex_count, stop);
+  mesh.edge_faces = invert<3>(mesh.face_edges, mesh.edges.size(), stop);
+  in_pieces(0, mesh.vertex_count, stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t v = first; v < end; ++v)
+      if (mesh.vertex_faces[v].empty()) mesh.isolated_vertices.push_back(static_cast<std::uint32_t>(v));
+  });
+  if (Status status = scene.take_bodies(description, stop); !status) return status.error();
   return scene;
 }
 
-Status Scene::take_bodies(SceneDescription& description) {
+Status Scene::take_bodies(SceneDescription& description, StopSignal stop) {
   Mesh& mesh = own_mesh();
   bodies_ = std::move(description.bodies);
   excluded_pairs_ = std::move(description.excluded_pairs);
   if (bodies_.empty()) {
-    mesh.body_of_vertex = connected_components(mesh.faces, mesh.vertex_count, mesh.body_count);
+    mesh.body_of_vertex = connected_components(mesh.faces, mesh.vertex_count, mesh.body_count, stop);
     return {};
   }
   mesh.body_count = static_cast<std::uint32_t>(bodies_.size());
   name_bytes_ = 0;
-  for (const Body& body : bodies_) name_bytes_ += body.name.size();
   mesh.body_of_vertex.clear();
-  mesh.body_of_vertex.reserve(mesh.vertex_count);
-  for (std::uint32_t b = 0; b < mesh.body_count; ++b)
-    mesh.body_of_vertex.insert(mesh.body_of_vertex.end(), bodies_[b].vertex_count, b);
-  return check_faces_of_bodies(mesh.faces, mesh.body_of_vertex);
+  reserve(mesh.body_of_vertex, mesh.vertex_count, stop);
+  PacedStop paced(stop);
+  for (std::uint32_t b = 0; b < mesh.body_count; ++b) {
+    paced.check();
+    name_bytes_ += bodies_[b].name.size();
+    lengthen(mesh.body_of_vertex, mesh.body_of_vertex.size() + bodies_[b].vertex_count, b, stop);
+  }
+  return check_faces_of_bodies(mesh.faces, mesh.body_of_vertex, stop);
 }
 
-Result<Scene> Scene::with_bodies(std::vector<Body> bodies) const {
+Result<Scene> Scene::with_bodies(std::vector<Body> bodies, StopSignal stop) const {
   SceneDescription description{vertex_count(), {}, std::move(bodies)};
-  if (Status status = check_bodies(description); !status) return status.error();
+  if (Status status = check_bodies(description, stop); !status) return status.error();
   Scene scene = *this;
-  if (Status status = scene.take_bodies(description); !status) return status.error();
+  if (Status status = scene.take_bodies(description, stop); !status) return status.error();
   return scene;
 }
 
 namespace {
 
-void append_rows(Csr& to, const Csr& rows, std::uint32_t shift) {
-  const std::uint32_t base = to.begin.empty() ? 0 : to.begin.back();
-  if (to.begin.empty()) to.begin.push_back(0);
-  for (std::size_t row = 1; row < rows.begin.size(); ++row) to.begin.push_back(base + rows.begin[row]);
-  for (const std::uint32_t item : rows.items) to.items.push_back(item + shift);
+// Appends a list of each of some meshes, `shift` added to every number in it.
+template <class T, class List, class Shift>
+void join(std::vector<T>& to, const auto& meshes, StopSignal stop, List&& list, Shift&& shift) {
+  std::size_t size = 0;
+  for (const auto& mesh : meshes) size += list(*mesh).size();
+  to.reserve(size);
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const std::vector<T>& from = list(*meshes[m]);
+    const std::uint32_t more = shift(m);
+    in_pieces(0, from.size(), stop, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        T item = from[i];
+        if constexpr (requires { item[0]; }) {
+          for (std::uint32_t& number : item) number += more;
+        } else {
+          item += more;
+        }
+        to.push_back(item);
+      }
+    });
+  }
 }
 
 }  // namespace
 
-Result<Scene> Scene::with_body(BodyAddition addition) const {
-  const std::string where = name_of(bodies_.size());
-  if (bodies_.empty())
-    return Error{ErrorCode::kFailedPrecondition,
-                 "bodies: the scene declares none; declare its bodies to add one"};
-  if (Status status = check_body(addition.body, where); !status) return status.error();
-  // As a body: points of their own may be added to a scene, whose faces they meet.
-  SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {addition.body}};
-  description.bodies.front().first_vertex = 0;
-  Result<Scene> added = create(std::move(description));
-  if (!added) return Error{added.error().code, where + ": " + added.error().message};
-  const Mesh& body = *added.value().mesh_;
-  if (mesh_->faces.size() + body.faces.size() + std::size_t{mesh_->vertex_count} + body.vertex_count >
-      0x3fffffff)
-    return invalid_argument(where + ": the scene would have more than 2^30 - 1 faces and vertices");
+std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>> meshes, StopSignal stop) {
+  auto result = std::make_shared<Mesh>();
+  Mesh& to = *result;
+  struct First {
+    std::uint32_t vertex, face, edge, body, vertex_item, edge_item;
+  };
+  std::vector<First> first;
+  first.reserve(meshes.size());
+  First next{};
+  const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+  for (const auto& mesh : meshes) {
+    first.push_back(next);
+    next = {next.vertex + mesh->vertex_count,
+            next.face + size(mesh->faces),
+            next.edge + size(mesh->edges),
+            next.body + mesh->body_count,
+            next.vertex_item + size(mesh->vertex_faces.items),
+            next.edge_item + size(mesh->edge_faces.items)};
+  }
+  to.vertex_count = next.vertex;
+  to.body_count = next.body;
+  const auto by_vertex = [&](std::size_t m) { return first[m].vertex; };
+  const auto by_face = [&](std::size_t m) { return first[m].face; };
+  const auto by_edge = [&](std::size_t m) { return first[m].edge; };
+  join(to.faces, meshes, stop, [](const Mesh& m) -> auto& { return m.faces; }, by_vertex);
+  join(to.edges, meshes, stop, [](const Mesh& m) -> auto& { return m.edges; }, by_vertex);
+  join(to.face_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.face_edges; }, by_edge);
+  // Rows end where those before them do and their own items: all but each list's leading 0 is taken.
+  const auto join_rows = [&](Csr& rows, auto&& of, auto&& first_item) {
+    join(rows.items, meshes, stop, [&](const Mesh& m) -> auto& { return of(m).items; }, by_face);
+    std::size_t count = 1;
+    for (const auto& mesh : meshes) count += of(*mesh).rows();
+    rows.begin.reserve(count);
+    rows.begin.push_back(0);
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+      const std::vector<std::uint32_t>& from = of(*meshes[m]).begin;
+      in_pieces(1, from.size(), stop, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t row = begin; row < end; ++row) rows.begin.push_back(first_item(m) + from[row]);
+      });
+    }
+  };
+  join_rows(
+      to.vertex_faces, [](const Mesh& m) -> const Csr& { return m.vertex_faces; },
+      [&](std::size_t m) { return first[m].vertex_item; });
+  join_rows(
+      to.edge_faces, [](const Mesh& m) -> const Csr& { return m.edge_faces; },
+      [&](std::size_t m) { return first[m].edge_item; });
+  join(to.isolated_vertices, meshes, stop, [](const Mesh& m) -> auto& { return m.isolated_vertices; },
+       by_vertex);
+  join(to.body_of_vertex, meshes, stop, [](const Mesh& m) -> auto& { return m.body_of_vertex; },
+       [&](std::size_t m) { return first[m].body; });
+  return result;
+}
 
-  Scene scene = *this;
-  Mesh& mesh = scene.own_mesh();
-  const std::uint32_t vertex = vertex_count();
-  const std::uint32_t face = face_count();
-  const std::uint32_t edge = edge_count();
-  mesh.vertex_count += body.vertex_count;
-  for (const Face& f : body.faces) mesh.faces.push_back({f[0] + vertex, f[1] + vertex, f[2] + vertex});
-  for (const Edge& e : body.edges) mesh.edges.push_back({e[0] + vertex, e[1] + vertex});
-  for (const auto& e : body.face_edges) mesh.face_edges.push_back({e[0] + edge, e[1] + edge, e[2] + edge});
-  append_rows(mesh.vertex_faces, body.vertex_faces, face);
-  append_rows(mesh.edge_faces, body.edge_faces, face);
-  for (const std::uint32_t v : body.isolated_vertices) mesh.isolated_vertices.push_back(v + vertex);
-  addition.body.first_vertex = vertex;
-  scene.name_bytes_ += addition.body.name.size();
-  scene.bodies_.push_back(std::move(addition.body));
-  mesh.body_of_vertex.insert(mesh.body_of_vertex.end(), body.vertex_count, mesh.body_count);
-  ++mesh.body_count;
-  return scene;
+Result<Scene> Scene::with_body(BodyAddition addition) const {
+  std::array<SceneChange, 1> changes{AddBody{std::move(addition), {}}};
+  std::size_t failed = 0;
+  return with_changes(changes, failed);
 }
 
 Result<Scene> Scene::with_body_changed(std::uint32_t index, Body body) const {
+  Scene scene = *this;
+  if (Status status = scene.change(index, std::move(body)); !status) return status.error();
+  return scene;
+}
+
+Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& failed,
+                                  StopSignal stop) const {
+  Scene scene = *this;
+  const auto additions = static_cast<std::size_t>(std::ranges::count_if(
+      changes, [](const SceneChange& change) { return std::holds_alternative<AddBody>(change); }));
+  if (additions > 0) scene.bodies_.reserve(bodies_.size() + additions);
+  std::vector<std::shared_ptr<Mesh>> meshes{mesh_};
+  meshes.reserve(1 + additions);
+  std::uint64_t vertices = vertex_count();
+  std::uint64_t faces = face_count();
+  const auto add = [&](BodyAddition& addition) -> Status {
+    const std::string where = name_of(scene.bodies_.size());
+    if (bodies_.empty())
+      return Error{ErrorCode::kFailedPrecondition,
+                   "bodies: the scene declares none; declare its bodies to add one"};
+    if (Status status = check_body(addition.body, where); !status) return status.error();
+    // As a body: points of their own may be added to a scene, whose faces they meet.
+    SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {addition.body}};
+    description.bodies.front().first_vertex = 0;
+    Result<Scene> added = create(std::move(description), stop);
+    if (!added) return Error{added.error().code, where + ": " + added.error().message};
+    addition.body.first_vertex = static_cast<std::uint32_t>(vertices);
+    vertices += added.value().vertex_count();
+    faces += added.value().face_count();
+    if (vertices + faces > 0x3fffffff)
+      return invalid_argument(where + ": the scene would have more than 2^30 - 1 faces and vertices");
+    meshes.push_back(added.value().mesh_);
+    scene.name_bytes_ += addition.body.name.size();
+    scene.bodies_.push_back(std::move(addition.body));
+    return {};
+  };
+  for (failed = 0; failed < changes.size(); ++failed) {
+    stop.check();
+    if (auto* added = std::get_if<AddBody>(&changes[failed])) {
+      if (Status status = add(added->addition); !status) return status.error();
+      continue;
+    }
+    auto& [index, body] = std::get<ChangeBody>(changes[failed]);
+    if (index < scene.bodies_.size() && scene.bodies_[index].kind == BodyKind::kRemoved)
+      return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
+    if (Status status = scene.change(index, std::move(body)); !status) return status.error();
+  }
+  if (additions > 0) scene.mesh_ = joined(meshes, stop);
+  return scene;
+}
+
+Status Scene::change(std::uint32_t index, Body body) {
   if (index >= bodies_.size())
     return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
                             std::to_string(bodies_.size()) + ")");
   body.first_vertex = bodies_[index].first_vertex;
   body.vertex_count = bodies_[index].vertex_count;
   if (Status status = check_body(body, name_of(index)); !status) return status.error();
-  Scene scene = *this;
-  scene.name_bytes_ += body.name.size() - scene.bodies_[index].name.size();
-  scene.bodies_[index] = std::move(body);
-  return scene;
+  name_bytes_ += body.name.size() - bodies_[index].name.size();
+  bodies_[index] = std::move(body);
+  return {};
 }
 
 std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
@@ -317,11 +445,11 @@ FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::ui
 }
 
 std::size_t Scene::memory_bytes() const {
-  return mesh_->faces.size() * sizeof(Face) + mesh_->edges.size() * sizeof(Edge) +
-         mesh_->face_edges.size() * sizeof(mesh_->face_edges[0]) + mesh_->vertex_faces.memory_bytes() +
+  return mesh_->faces.capacity() * sizeof(Face) + mesh_->edges.capacity() * sizeof(Edge) +
+         mesh_->face_edges.capacity() * sizeof(mesh_->face_edges[0]) + mesh_->vertex_faces.memory_bytes() +
          mesh_->edge_faces.memory_bytes() +
-         (mesh_->isolated_vertices.size() + mesh_->body_of_vertex.size()) * sizeof(std::uint32_t) +
-         bodies_.size() * sizeof(Body) + name_bytes_ + excluded_pairs_.size() * sizeof(excluded_pairs_[0]);
+         (mesh_->isolated_vertices.capacity() + mesh_->body_of_vertex.capacity()) * sizeof(std::uint32_t) +
+         bodies_.capacity() * sizeof(Body) + name_bytes_ + excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]);
 }
 
 }  // namespace warmfront

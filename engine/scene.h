@@ -8,10 +8,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "engine/contact.h"
 #include "engine/result.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -24,7 +26,7 @@ struct Csr {
     return {items.data() + begin[row], items.data() + begin[row + 1]};
   }
   std::size_t rows() const { return begin.empty() ? 0 : begin.size() - 1; }
-  std::size_t memory_bytes() const { return (begin.size() + items.size()) * sizeof(std::uint32_t); }
+  std::size_t memory_bytes() const { return (begin.capacity() + items.capacity()) * sizeof(std::uint32_t); }
 };
 
 /// How a body moves, which says what need not be tested (DESIGN 5).
@@ -71,6 +73,17 @@ struct BodyAddition {
   std::vector<std::array<std::int32_t, 3>> faces;
 };
 
+/// One change of a scene between two frames.
+struct AddBody {
+  BodyAddition addition;
+  std::vector<double> positions;  ///< (k, 3)
+};
+struct ChangeBody {
+  std::uint32_t index;  ///< may be of a body that an earlier change of the same adds
+  Body body;            ///< its range is not looked at: it stays
+};
+using SceneChange = std::variant<AddBody, ChangeBody>;
+
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in the numbers first given
 
@@ -89,15 +102,21 @@ class Scene {
   /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, when bodies
   /// overlap or leave a gap, a face joins two bodies, or a group, mask or excluded pair says nothing; and
   /// with kUnimplemented for vertices without any face, unless declared bodies let faces be added later:
-  /// nothing could ever touch. O((n + m) log m).
-  static Result<Scene> create(SceneDescription description);
+  /// nothing could ever touch. O((n + m) log m). Throws Stopped when told to stop, as all that takes a
+  /// StopSignal.
+  static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
   /// The scene with one more body, whose vertices, faces and edges come after all others; what was there
   /// keeps its numbers. Fails as create() does, and with kFailedPrecondition for a scene without declared
   /// bodies. O(n + m), and O(k log k) for a body of k faces.
   Result<Scene> with_body(BodyAddition addition) const;
+  /// The scene with these changes, one after the other, all or none: as with_body() and with_body_changed(),
+  /// and with kInvalidArgument for a removed body that is changed. Takes what the changes hold but the
+  /// positions, at which it does not look. `failed`: the change that an error is of. O(n + m) at most once,
+  /// however many bodies are added.
+  Result<Scene> with_changes(std::span<SceneChange> changes, std::size_t& failed, StopSignal stop = {}) const;
   /// The scene with these bodies instead of its own, and no excluded pairs. Fails as create() does.
-  Result<Scene> with_bodies(std::vector<Body> bodies) const;
+  Result<Scene> with_bodies(std::vector<Body> bodies, StopSignal stop = {}) const;
   /// The scene with body `index` described anew: its range stays as it is. Fails as create() does.
   Result<Scene> with_body_changed(std::uint32_t index, Body body) const;
 
@@ -131,7 +150,8 @@ class Scene {
 
  private:
   // Takes checked bodies.
-  Status take_bodies(SceneDescription& description);
+  Status take_bodies(SceneDescription& description, StopSignal stop);
+  Status change(std::uint32_t index, Body body);
 
   friend class Renumbering;  // makes another Scene of this one
 
@@ -153,6 +173,8 @@ class Scene {
     if (mesh_.use_count() != 1) mesh_ = std::make_shared<Mesh>(*mesh_);
     return *mesh_;
   }
+  // One mesh after the other, each in numbers of its own before.
+  static std::shared_ptr<Mesh> joined(std::span<const std::shared_ptr<Mesh>> meshes, StopSignal stop);
 
   std::shared_ptr<Mesh> mesh_ = std::make_shared<Mesh>();
   std::vector<Body> bodies_;

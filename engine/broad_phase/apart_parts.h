@@ -13,7 +13,7 @@
 #include "engine/broad_phase/part_pair.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

@@ -9,7 +9,7 @@
 
 #include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/bvtt.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene/collision_model.h"
 
 namespace warmfront {

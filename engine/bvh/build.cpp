@@ -217,6 +217,23 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
   block_vertices.items.shrink_to_fit();
 }
 
+namespace {
+
+// So many elements, whatever is in them.
+template <class List>
+void make_room(List& list, std::size_t size, StopSignal stop) {
+  if (list.size() > size) list.resize(size);
+  lengthen(list, size, {}, stop);
+}
+
+template <class List>
+void begin_anew(List& list, std::size_t size, StopSignal stop) {
+  list.clear();
+  lengthen(list, size, {}, stop);
+}
+
+}  // namespace
+
 template <class Bounds>
 void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                           std::shared_ptr<const SharedVertices> new_shared, bool keep_travel,
@@ -225,20 +242,20 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   order = std::move(new_order);
   shared = std::move(new_shared);
   built_looseness = 0;
-  nodes.resize(order.empty() ? 0 : shape.node_count());
-  states.assign(nodes.size(), 0);
+  make_room(nodes, order.empty() ? 0 : shape.node_count(), stop);
+  begin_anew(states, nodes.size(), stop);
   const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(
                                                order, [](Primitive p) { return (p & kPoint) != 0; }));
-  leaf_of_face.resize(faces);
+  make_room(leaf_of_face, faces, stop);
   first_face = 0;
   if (faces > 0)  // points have the greater numbers
     first_face = *std::ranges::min_element(order);
-  travel.assign(keep_travel ? nodes.size() : 0, {});
-  block_travel.assign(keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, {});
-  blocks.resize(shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count());
-  corners.resize(blocks.size());
-  wide.resize(shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0);
-  grids.assign(blocks.empty() ? 0 : shape.leaf_count(), {});
+  begin_anew(travel, keep_travel ? nodes.size() : 0, stop);
+  begin_anew(block_travel, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
+  make_room(blocks, shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count(), stop);
+  make_room(corners, blocks.size(), stop);
+  make_room(wide, shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0, stop);
+  begin_anew(grids, blocks.empty() ? 0 : shape.leaf_count(), stop);
   stop.check();
   PacedStop paced(stop, 64);
   if (!order.empty()) {

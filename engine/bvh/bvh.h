@@ -19,7 +19,7 @@
 #include "engine/bvh/shared_vertices.h"
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 
 namespace warmfront {

@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "engine/parallel/stoppable_loops.h"
+
 namespace warmfront {
 namespace {
 
@@ -17,9 +19,11 @@ struct Places {
   std::uint32_t end_vertex = 0;
   std::vector<std::uint32_t> place;
 
-  Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks) {
+  Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks, StopSignal stop) {
+    PacedStop paced(stop);
     std::uint32_t last = 0;
     for_faces(blocks, [&](Primitive f, std::uint32_t) {
+      paced.check();
       first_face = std::min(first_face, f);
       last = std::max(last, f);
       for (const std::uint32_t v : scene.faces()[f]) {
@@ -28,8 +32,11 @@ struct Places {
       }
     });
     if (first_face == kNowhere) return;
-    place.assign(last - first_face + 1, kNowhere);
-    for_faces(blocks, [&](Primitive f, std::uint32_t at) { place[f - first_face] = at; });
+    lengthen(place, last - first_face + 1, kNowhere, stop);
+    for_faces(blocks, [&](Primitive f, std::uint32_t at) {
+      paced.check();
+      place[f - first_face] = at;
+    });
   }
 
  private:
@@ -54,10 +61,11 @@ std::uint64_t spread(std::uint64_t bits) {
 }  // namespace
 
 SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
-                               StopSignal stop)
-    : others_(kRow * blocks.size(), kNone), pairs_(kRow * blocks.size()) {
+                               StopSignal stop) {
+  lengthen(others_, kRow * blocks.size(), kNone, stop);
+  lengthen(pairs_, kRow * blocks.size(), {}, stop);
   for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
-  const Places places(scene, blocks);
+  const Places places(scene, blocks, stop);
   std::array<std::uint32_t, kMostFaces> of_vertex;
   stop.check();
   PacedStop paced(stop, 256);

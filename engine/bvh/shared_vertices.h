@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 
 namespace warmfront {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/bvh/bvh.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "engine/bvh/topology.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 
 namespace warmfront {

@@ -67,8 +67,10 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
   const auto check = [&](std::size_t turns) {
     const std::size_t c = turns * kBudgetTurns + turn % kBudgetTurns;
     if (c >= kept.size()) return;
+    PacedStop paced(stop, 64);
     stop.check();
     for (const NeighbourPair& pair : kept[c].pairs) {
+      paced.check();
       const bool lasts =
           !pair.budget.spent(tree.block_travel[pair.a], tree.block_travel[pair.b], 2 * tree.travel_slack);
       if (lasts && !ends.apart(pair)) wrong = std::uint64_t{pair.a} + 1;

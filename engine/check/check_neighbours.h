@@ -9,7 +9,7 @@
 #include "engine/bounds/point_bounds.h"
 #include "engine/bvh/bvh.h"
 #include "engine/front/neighbours.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 
 namespace warmfront {

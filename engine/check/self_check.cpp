@@ -118,8 +118,13 @@ class SelfCheck {
     // The first order is the hierarchy's own at first, and the same set ever after.
     if (std::ranges::equal(tree.order, part.order)) return true;
     std::vector<Primitive> order(tree.order), first(part.order);
-    std::ranges::sort(order);
-    std::ranges::sort(first);
+    PacedStop paced(kept_.stop);
+    const auto less = [&](Primitive a, Primitive b) {
+      paced.check();
+      return a < b;
+    };
+    std::ranges::sort(order, less);
+    std::ranges::sort(first, less);
     return order == first;
   }
 

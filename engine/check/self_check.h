@@ -8,7 +8,7 @@
 
 #include "engine/broad_phase/apart_parts.h"
 #include "engine/front/front.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/result.h"
 #include "engine/state/core.h"
 

@@ -13,7 +13,7 @@
 #include "engine/front/front_room.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/front/segment.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

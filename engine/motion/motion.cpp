@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "engine/motion/local_lanes.h"
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {
@@ -26,22 +27,26 @@ constexpr double kShrink = 8;
 /// Lists of changed vertices longer than this share of a range are no gain.
 constexpr std::size_t kListedShare = 16;
 
-LocalFrame frame_of(std::span<const double> positions) {
+LocalFrame frame_of(std::span<const double> positions, StopSignal stop) {
   LocalFrame frame;
   double size = 0;
   for (int axis = 0; axis < 3; ++axis) {
     double lo = positions.empty() ? 0 : positions[axis];
     double hi = lo;
-    for (std::size_t i = axis; i < positions.size(); i += 3) {
-      lo = std::min(lo, positions[i]);
-      hi = std::max(hi, positions[i]);
-    }
+    in_pieces(0, positions.size() / 3, stop, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = 3 * first + axis; i < 3 * end; i += 3) {
+        lo = std::min(lo, positions[i]);
+        hi = std::max(hi, positions[i]);
+      }
+    });
     frame.origin[axis] = lo / 2 + hi / 2;
     size = std::max(size, hi / 2 - lo / 2);
   }
   // A flat or pointlike scene still needs a scale: its own coordinates' magnitude.
   if (size == 0) {
-    for (const double x : positions) size = std::max(size, std::fabs(x));
+    in_pieces(0, positions.size(), stop, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) size = std::max(size, std::fabs(positions[i]));
+    });
   }
   if (size > 0) {
     int exponent = 0;
@@ -98,20 +103,24 @@ struct Moved {
   }
 };
 
-// What of_grain(begin, end, moved) adds for all grains of a range; each is marked as begun before.
+// What of_grain(begin, end, moved) adds for all grains of a range; each is marked as begun before. Looks at
+// the flag before each, so that what was begun is done.
 template <class OfGrain>
-Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, OfGrain&& of_grain) {
+Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop,
+                  OfGrain&& of_grain) {
   const std::uint32_t grains = grains_of(first, end);
   const std::span<std::uint8_t> begun = begun_grains(range, grains);
   std::ranges::fill(begun, std::uint8_t{0});
   Moved sum;
   if (grains <= 1) {  // one of many small bodies: a task costs as much as its vertices
+    stop.check();
     std::ranges::fill(begun, std::uint8_t{1});
     of_grain(first, end, sum);
     return sum;
   }
   std::mutex mutex;
   tbb::parallel_for(std::uint32_t{0}, grains, [&](std::uint32_t grain) {
+    stop.check();
     const std::uint32_t begin = first + grain * kGrain;
     begun[grain] = 1;
     Moved moved;
@@ -124,10 +133,12 @@ Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, Of
 
 // Runs of_vertex(v, moved) for all vertices of a range.
 template <class OfVertex>
-Moved over_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, OfVertex&& of_vertex) {
-  return over_grains(first, end, range, [&](std::uint32_t begin, std::uint32_t stop, Moved& moved) {
-    for (std::uint32_t v = begin; v < stop; ++v) of_vertex(v, moved);
-  });
+Moved over_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop,
+                 OfVertex&& of_vertex) {
+  return over_grains(first, end, range, stop,
+                     [&](std::uint32_t grain, std::uint32_t grain_end, Moved& moved) {
+                       for (std::uint32_t v = grain; v < grain_end; ++v) of_vertex(v, moved);
+                     });
 }
 
 // Where vertices go, and what it takes to bring that into the local frame.
@@ -186,8 +197,8 @@ void move_range(const Targets<double>& targets, VertexMotion* vertices, MotionSt
 
 }  // namespace
 
-Motion::Motion(std::span<const double> positions) : frame_(frame_of(positions)) {
-  append(positions);
+Motion::Motion(std::span<const double> positions, StopSignal stop) : frame_(frame_of(positions, stop)) {
+  append(positions, stop);
 }
 
 double Motion::reach_of(const std::array<double, 3>& x) const {
@@ -204,14 +215,18 @@ void Motion::follow(double reach) {
   magnitude_ = reach > 0 && std::isfinite(reach) ? std::ldexp(1.0, exponent) : reach;
 }
 
-void Motion::append(std::span<const double> positions) {
-  const std::size_t first = vertices_.size();
-  vertices_.resize(first + positions.size() / 3);
-  states_.resize(vertices_.size(), 0);
-  for (std::size_t v = first; v < vertices_.size(); ++v) {
-    const double* x = positions.data() + 3 * (v - first);
-    vertices_[v].t0 = vertices_[v].t1 = {x[0], x[1], x[2], 0.0};
-  }
+void Motion::append(std::span<const double> positions, StopSignal stop) {
+  const std::size_t more = positions.size() / 3;
+  reserve(vertices_, vertices_.size() + more, stop);
+  const auto take = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      const double* x = positions.data() + 3 * i;
+      const std::array<double, 4> at{x[0], x[1], x[2], 0.0};
+      vertices_.push_back({at, at});
+    }
+  };
+  in_pieces(0, more, stop, take, kFreshAtOnce<VertexMotion>);
+  lengthen(states_, vertices_.size(), MotionState{0}, stop);
 }
 
 void Motion::truncate(std::size_t vertex_count) {
@@ -219,19 +234,28 @@ void Motion::truncate(std::size_t vertex_count) {
   states_.resize(std::min(vertex_count, states_.size()));
 }
 
-void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first) {
-  std::vector<VertexMotion> renumbered(vertices_.size() - first);
-  for (std::size_t v = 0; v < renumbered.size(); ++v) renumbered[v] = vertices_[order[first + v]];
-  std::ranges::copy(renumbered, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first, StopSignal stop) {
+  std::vector<VertexMotion> renumbered;
+  renumbered.reserve(vertices_.size() - first);
+  const auto take = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) renumbered.push_back(vertices_[order[v]]);
+  };
+  in_pieces(first, vertices_.size(), stop, take, kFreshAtOnce<VertexMotion>);
+  if (first == 0) {
+    vertices_ = std::move(renumbered);
+  } else {
+    std::ranges::copy(renumbered, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+  }
 }
 
 template <class Real>
 void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
-                      std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range) {
+                      std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range,
+                      StopSignal signal) {
   const Targets<Real> targets{positions.data(), order.data(), first_row, LocalLanes(frame_)};
   expect_all(range);
   const Moved moved =
-      over_grains(first, end, range, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
+      over_grains(first, end, range, signal, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
         move_range(targets, vertices_.data(), states_.data(), begin, stop, sum);
       });
   range.any = moved.any;
@@ -241,13 +265,13 @@ void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Re
   range.listed = moved.any == 0;
 }
 
-void Motion::rest(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
+void Motion::rest(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop) {
   const std::span<std::uint8_t> begun = begun_grains(range, grains_of(first, end));
-  if (range.any != 0) stop_range(first, end, range);
+  if (range.any != 0) stop_range(first, end, range, stop);
   std::ranges::fill(begun, std::uint8_t{1});  // to be undone from here on
 }
 
-void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range) {
+void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal signal) {
   const auto stop = [this](std::uint32_t v) {
     const bool moved = (states_[v] & kMoving) != 0;
     if (moved) vertices_[v].t0 = vertices_[v].t1;
@@ -259,7 +283,7 @@ void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& ran
     range.all = 0;
     return;
   }
-  const Moved moved = over_range(first, end, range, [&](std::uint32_t v, Moved& sum) { sum.add(stop(v)); });
+  const Moved moved = over_range(first, end, range, signal, [&](std::uint32_t v, Moved& sum) { sum.add(stop(v)); });
   range.any = moved.any;
   range.all = moved.all;
   range.listed = moved.any == 0;
@@ -288,9 +312,10 @@ void Motion::move_one(std::uint32_t v, const std::array<double, 3>& to, RangeMot
 }
 
 void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference,
-                        const Pose& from, const Pose& to, bool follows, RangeMotion& range) {
+                        const Pose& from, const Pose& to, bool follows, RangeMotion& range,
+                        StopSignal stop) {
   expect_all(range);
-  const Moved moved = over_range(first, end, range, [&](std::uint32_t v, Moved& sum) {
+  const Moved moved = over_range(first, end, range, stop, [&](std::uint32_t v, Moved& sum) {
     VertexMotion& vertex = vertices_[v];
     const double* x = reference.data() + std::size_t{3} * (v - first);
     if (follows) {
@@ -330,17 +355,22 @@ void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) no
   range.all = 0;
 }
 
-void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range) const {
-  range.reach = 0;
+void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range,
+                     StopSignal stop) const {
+  double reach = 0;
+  in_pieces(first, end, stop, [&](std::size_t from, std::size_t to) {
+    for (std::size_t v = from; v < to; ++v) {
+      const auto& x = vertices_[v].t1;
+      reach = std::max(reach, reach_of({x[0], x[1], x[2]}));
+    }
+  });
+  range.reach = reach;
   range.loose = false;
-  for (std::uint32_t v = first; v < end; ++v) {
-    const auto& x = vertices_[v].t1;
-    range.reach = std::max(range.reach, reach_of({x[0], x[1], x[2]}));
-  }
 }
 
 template <class Real>
-Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what) {
+Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what,
+                       StopSignal stop) {
   const std::size_t expected = std::size_t{3} * vertex_count;
   if (positions.size() != expected) {
     return invalid_argument(what + ": " + std::to_string(positions.size()) + " values where " +
@@ -349,13 +379,16 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
   }
   // All at once first: a sum of zeros times values is zero, unless one is not finite.
   std::array<Real, 16> sums{};
-  std::size_t at = 0;
-  for (; at + sums.size() <= expected; at += sums.size()) {
-    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += positions[at + k] * Real{0};
-  }
-  for (; at < expected; ++at) sums[0] += positions[at] * Real{0};
+  in_pieces(0, expected, stop, [&](std::size_t at, std::size_t end) {
+    for (; at + sums.size() <= end; at += sums.size()) {
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += positions[at + k] * Real{0};
+    }
+    for (; at < end; ++at) sums[0] += positions[at] * Real{0};
+  });
   if (std::ranges::all_of(sums, [](Real sum) { return sum == 0; })) return {};
+  PacedStop paced(stop);
   for (std::size_t i = 0; i < expected; ++i) {
+    paced.check();
     if (!std::isfinite(positions[i])) {
       return invalid_argument(what + "[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + ": is " +
                               (std::isnan(positions[i]) ? "not a number" : "infinite") +
@@ -366,10 +399,13 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
 }
 
 template void Motion::move_all<float>(std::uint32_t, std::uint32_t, std::span<const float>,
-                                      std::span<const std::uint32_t>, std::uint32_t, RangeMotion&);
+                                      std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
+                                      StopSignal);
 template void Motion::move_all<double>(std::uint32_t, std::uint32_t, std::span<const double>,
-                                       std::span<const std::uint32_t>, std::uint32_t, RangeMotion&);
-template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&);
-template Status check_positions<double>(std::span<const double>, std::uint32_t, const std::string&);
+                                       std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
+                                       StopSignal);
+template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal);
+template Status check_positions<double>(std::span<const double>, std::uint32_t, const std::string&,
+                                        StopSignal);
 
 }  // namespace warmfront

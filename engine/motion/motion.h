@@ -10,6 +10,7 @@
 
 #include "engine/pose.h"
 #include "engine/result.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -55,13 +56,14 @@ struct RangeMotion {
 
 class Motion {
  public:
-  /// `positions` row-major (n, 3), finite: stationary.
-  explicit Motion(std::span<const double> positions);
+  /// `positions` row-major (n, 3), finite: stationary. Throws Stopped when told to stop, as all that takes a
+  /// StopSignal.
+  explicit Motion(std::span<const double> positions, StopSignal stop = {});
 
   /// Vertex i becomes what was vertex order[i], from `first` on. After an exception nothing has changed.
-  void renumber(std::span<const std::uint32_t> order, std::size_t first = 0);
+  void renumber(std::span<const std::uint32_t> order, std::size_t first = 0, StopSignal stop = {});
   /// Appends stationary vertices; truncate() takes them back, also after an exception.
-  void append(std::span<const double> positions);
+  void append(std::span<const double> positions, StopSignal stop = {});
   void truncate(std::size_t vertex_count);
 
   /// A step of vertices [first, end) from where they are: row order[v] - first_row of `positions` is where
@@ -69,22 +71,23 @@ class Motion {
   /// After an exception, undo().
   template <class Real>
   void move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
-                std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range);
+                std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range,
+                StopSignal stop = {});
   /// The same, where only what is named moves: begins the step of a range (an exception leaves every position
   /// as it was: there is nothing to undo), ...
-  void rest(std::uint32_t first, std::uint32_t end, RangeMotion& range);
+  void rest(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop = {});
   /// ... and moves one of its vertices; nothing has changed after an exception.
   void move_one(std::uint32_t vertex, const std::array<double, 3>& to, RangeMotion& range);
   /// A step of vertices [first, end) from one pose of their reference positions, (end - first, 3), to
   /// another, whatever they did before; `follows` says that they are at `from` now. Sets no reach. Parallel
   /// inside Workers::run(). After an exception, undo().
   void move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference, const Pose& from,
-                  const Pose& to, bool follows, RangeMotion& range);
+                  const Pose& to, bool follows, RangeMotion& range, StopSignal stop = {});
   /// Takes back the step of a range that was moved, wholly or, by an exception, in part; the next step finds
   /// its vertices changed.
   void undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept;
-  /// Measures the range's reach at t = 1. O(end - first).
-  void measure(std::uint32_t first, std::uint32_t end, RangeMotion& range) const;
+  /// Measures the range's reach at t = 1. O(end - first). Where it is stopped nothing has changed.
+  void measure(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop = {}) const;
 
   std::span<const VertexMotion> vertices() const { return vertices_; }
   std::span<const MotionState> states() const { return states_; }
@@ -107,7 +110,7 @@ class Motion {
   }
 
  private:
-  void stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range);
+  void stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop);
 
   std::vector<VertexMotion> vertices_;
   std::vector<MotionState> states_;
@@ -119,6 +122,6 @@ class Motion {
 /// that is not. `what` names the field.
 template <class Real>
 Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count,
-                       const std::string& what = "positions");
+                       const std::string& what = "positions", StopSignal stop = {});
 
 }  // namespace warmfront

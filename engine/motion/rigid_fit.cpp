@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/parallel/stoppable_loops.h"
+
 namespace warmfront {
 namespace {
 
@@ -50,20 +52,22 @@ Vector position(const VertexMotion& vertex, bool start) {
 
 }  // namespace
 
-RigidReference::RigidReference(std::span<const VertexMotion> vertices) {
+RigidReference::RigidReference(std::span<const VertexMotion> vertices, StopSignal stop) {
   positions_.reserve(3 * vertices.size());
   Vector lo;
   Vector hi;
   lo.fill(std::numeric_limits<double>::infinity());
   hi.fill(-std::numeric_limits<double>::infinity());
-  for (const VertexMotion& vertex : vertices) {
-    for (int axis = 0; axis < 3; ++axis) {
-      positions_.push_back(vertex.t0[axis]);
-      lo[axis] = std::min(lo[axis], vertex.t0[axis]);
-      hi[axis] = std::max(hi[axis], vertex.t0[axis]);
-      reach_ = std::max(reach_, std::fabs(vertex.t0[axis]));
+  in_pieces(0, vertices.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (const VertexMotion& vertex : vertices.subspan(first, end - first)) {
+      for (int axis = 0; axis < 3; ++axis) {
+        positions_.push_back(vertex.t0[axis]);
+        lo[axis] = std::min(lo[axis], vertex.t0[axis]);
+        hi[axis] = std::max(hi[axis], vertex.t0[axis]);
+        reach_ = std::max(reach_, std::fabs(vertex.t0[axis]));
+      }
     }
-  }
+  });
   if (vertices.size() < 3) return;
   const double diagonal = std::sqrt(dot(minus(hi, lo), minus(hi, lo)));
   const auto at = [&](std::size_t v) { return position(vertices[v], true); };
@@ -71,13 +75,15 @@ RigidReference::RigidReference(std::span<const VertexMotion> vertices) {
   const auto most = [&](auto&& measure) {
     std::uint32_t best = 0;
     double largest = -1;
-    for (std::uint32_t v = 0; v < vertices.size(); ++v) {
-      const double value = measure(at(v));
-      if (value > largest) {
-        largest = value;
-        best = v;
+    in_pieces(0, vertices.size(), stop, [&](std::size_t first, std::size_t end) {
+      for (std::size_t v = first; v < end; ++v) {
+        const double value = measure(at(v));
+        if (value > largest) {
+          largest = value;
+          best = static_cast<std::uint32_t>(v);
+        }
       }
-    }
+    });
     return best;
   };
   const auto away_from = [](const Vector& from) {
@@ -99,7 +105,7 @@ RigidReference::RigidReference(std::span<const VertexMotion> vertices) {
 }
 
 RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, bool start,
-                                        double limit) const {
+                                        double limit, StopSignal stop) const {
   Fit fit;
   fit.residual = std::numeric_limits<double>::infinity();
   const Vector origin = position(vertices[anchors_[0]], start);
@@ -137,13 +143,17 @@ RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, 
   }
   double square = 0;
   double reach = reach_;
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const double distance = off(v);
-    if (!(distance <= most)) return fit;  // not a number, too
-    square = std::max(square, distance);
-    const auto& to = start ? vertices[v].t0 : vertices[v].t1;
-    reach = std::max({reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
-  }
+  bool near = true;
+  in_pieces(0, vertices.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t v = first; near && v < end; ++v) {
+      const double distance = off(v);
+      near = distance <= most;  // not a number, too
+      square = std::max(square, distance);
+      const auto& to = start ? vertices[v].t0 : vertices[v].t1;
+      reach = std::max({reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
+    }
+  });
+  if (!near) return fit;
   // Some forty operations on coordinates up to `reach`, each off by 2^-53 of it at most: 2^-46 covers them.
   const double residual = std::sqrt(square) + 0x1p-46 * reach;
   if (residual <= limit) fit.residual = residual;

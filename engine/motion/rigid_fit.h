@@ -15,8 +15,9 @@ namespace warmfront {
 /// Vertices as they were at some time, and a frame of three of them that are far apart.
 class RigidReference {
  public:
-  /// Where the vertices are: at t = 0 of their motions, which outlive this call only.
-  explicit RigidReference(std::span<const VertexMotion> vertices);
+  /// Where the vertices are: at t = 0 of their motions, which outlive this call only. Throws Stopped when told
+  /// to stop, as fit() does.
+  explicit RigidReference(std::span<const VertexMotion> vertices, StopSignal stop = {});
 
   /// No three vertices span a plane to speak of: nothing fits.
   bool flat() const { return flat_; }
@@ -31,7 +32,7 @@ class RigidReference {
   };
   /// How the vertices are at t = 1 (at t = 0 with `start`). O(k), less where they are off by more than
   /// `limit`.
-  Fit fit(std::span<const VertexMotion> vertices, bool start, double limit) const;
+  Fit fit(std::span<const VertexMotion> vertices, bool start, double limit, StopSignal stop = {}) const;
 
   std::span<const double> positions() const { return positions_; }
   std::size_t memory_bytes() const { return positions_.capacity() * sizeof(double); }

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "engine/parallel/stoppable_loops.h"
+
 namespace warmfront {
 namespace {
 
@@ -14,8 +16,10 @@ std::string at(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
-Status check_any(const Positions& positions, std::uint32_t vertex_count, const std::string& what) {
-  return std::visit([&](auto values) { return check_positions(values, vertex_count, what); }, positions);
+Status check_any(const Positions& positions, std::uint32_t vertex_count, const std::string& what,
+                 StopSignal stop) {
+  return std::visit([&](auto values) { return check_positions(values, vertex_count, what, stop); },
+                    positions);
 }
 
 double coordinate(const Positions& positions, std::size_t index) {
@@ -43,18 +47,19 @@ Status check_movable(const Body& body, std::uint32_t index, const std::string& w
 
 }  // namespace
 
-SceneMotion::SceneMotion(const Scene& scene, std::span<const double> positions) : motion_(positions) {
-  find_parts(scene);
+SceneMotion::SceneMotion(const Scene& scene, std::span<const double> positions, StopSignal stop)
+    : motion_(positions, stop) {
+  find_parts(scene, stop);
 }
 
 // Takes the parts that the scene has beyond those known.
-void SceneMotion::find_parts(const Scene& scene) {
-  const auto add = [this](std::uint32_t first, std::uint32_t end, BodyKind kind) {
+void SceneMotion::find_parts(const Scene& scene, StopSignal stop) {
+  const auto add = [&](std::uint32_t first, std::uint32_t end, BodyKind kind) {
     Part part;
     part.first = first;
     part.end = end;
     part.kind = kind;
-    motion_.measure(first, end, part.range);
+    motion_.measure(first, end, part.range, stop);
     part.reach_at_start = part.range.reach;
     parts_.push_back(std::move(part));
   };
@@ -63,23 +68,23 @@ void SceneMotion::find_parts(const Scene& scene) {
     const Body& body = scene.bodies()[b];
     add(body.first_vertex, body.first_vertex + body.vertex_count, body.kind);
   }
-  named_.resize(scene.vertex_count(), 0);
+  lengthen(named_, scene.vertex_count(), std::uint8_t{0}, stop);
   given_.resize(parts_.size());
   take_magnitude();
 }
 
-void SceneMotion::renumber(const Renumbering& numbering, std::uint32_t first) {
+void SceneMotion::renumber(const Renumbering& numbering, std::uint32_t first, StopSignal stop) {
   numbering_ = &numbering;
-  motion_.renumber(numbering.vertices(), first);
+  motion_.renumber(numbering.vertices(), first, stop);
   for (Part& part : parts_) {
-    if (part.first >= first && part.kind == BodyKind::kRigid) make_rigid(part);
+    if (part.first >= first && part.kind == BodyKind::kRigid) make_rigid(part, stop);
   }
   take_magnitude();
 }
 
-void SceneMotion::append(const Scene& scene, std::span<const double> positions) {
-  motion_.append(positions);
-  find_parts(scene);
+void SceneMotion::append(const Scene& scene, std::span<const double> positions, StopSignal stop) {
+  motion_.append(positions, stop);
+  find_parts(scene, stop);
 }
 
 void SceneMotion::truncate(std::uint32_t part_count, std::uint32_t vertex_count) noexcept {
@@ -90,41 +95,50 @@ void SceneMotion::truncate(std::uint32_t part_count, std::uint32_t vertex_count)
   take_magnitude();
 }
 
-std::shared_ptr<const ReferenceShape> SceneMotion::shape_of(std::uint32_t part) {
+std::shared_ptr<const ReferenceShape> SceneMotion::shape_of(std::uint32_t part, StopSignal stop) {
   return std::make_shared<const ReferenceShape>(
-      motion_.vertices().subspan(parts_[part].first, parts_[part].end - parts_[part].first), motion_.frame());
+      motion_.vertices().subspan(parts_[part].first, parts_[part].end - parts_[part].first), motion_.frame(),
+      stop);
 }
 
-void SceneMotion::make_rigid(Part& part) {
-  AtPose at{shape_of(static_cast<std::uint32_t>(&part - parts_.data())), {}};
+void SceneMotion::make_rigid(Part& part, StopSignal stop) {
+  AtPose at{shape_of(static_cast<std::uint32_t>(&part - parts_.data()), stop), {}};
   part.range.reach = part.reach_at_start = reach_at(*at.shape, at.pose);
   part.start = at;
   part.now = std::move(at);
 }
 
-void SceneMotion::settle(std::uint32_t part) {
-  settle(parts_[part]);
+void SceneMotion::settle(std::uint32_t part, StopSignal stop) {
+  settle(parts_[part], stop);
 }
 
-void SceneMotion::settle(Part& part) {
+void SceneMotion::settle(Part& part, StopSignal stop) {
   if (part.placed) return;
   const AtPose& at = std::get<AtPose>(part.now);
-  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, false, part.range);
+  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, false, part.range,
+                     stop);
   motion_.undo(part.first, part.end, part.range);  // they count as changed in the next step
   part.placed = true;
 }
 
-void SceneMotion::change_kind(std::uint32_t index, BodyKind kind,
-                              std::shared_ptr<const ReferenceShape> shape) noexcept {
+double SceneMotion::measured_reach(std::uint32_t index, StopSignal stop) const {
+  RangeMotion range;
+  motion_.measure(parts_[index].first, parts_[index].end, range, stop);
+  return range.reach;
+}
+
+void SceneMotion::change_kind(std::uint32_t index, BodyKind kind, std::shared_ptr<const ReferenceShape> shape,
+                              double reach) noexcept {
   Part& part = parts_[index];
-  if (kind == part.kind) return;
+  if (kind == part.kind && shape == nullptr) return;
   part.kind = kind;
   if (shape != nullptr) {
     part.range.reach = reach_at(*shape, {});
     part.start = AtPose{shape, {}};
     part.now = AtPose{std::move(shape), {}};
   } else {
-    motion_.measure(part.first, part.end, part.range);
+    part.range.reach = reach;
+    part.range.loose = false;
     part.start = part.now = AtPositions{};
   }
   part.reach_at_start = part.range.reach;
@@ -172,13 +186,13 @@ std::uint32_t SceneMotion::part_of(std::uint32_t vertex) const {
   return static_cast<std::uint32_t>(next - parts_.begin()) - 1;
 }
 
-Status SceneMotion::check(const Scene& scene, const Frame& frame) {
+Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal stop) {
   if (frame.positions) {
     if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
       return invalid_argument(
           "positions: the frame gives all vertices, and bodies, poses or single vertices besides; give "
           "either");
-    return check_whole(scene, *frame.positions);
+    return check_whole(scene, *frame.positions, stop);
   }
   // Messages of errors may find no memory.
   struct Marks {
@@ -186,7 +200,7 @@ Status SceneMotion::check(const Scene& scene, const Frame& frame) {
     SceneMotion& motion;
     const Frame& frame;
   } const marks{*this, frame};
-  return check_parts(scene, frame);
+  return check_parts(scene, frame, stop);
 }
 
 void SceneMotion::clear_marks(const Frame& frame) noexcept {
@@ -200,12 +214,14 @@ void SceneMotion::clear_marks(const Frame& frame) noexcept {
   for (const BodyPose& pose : frame.poses) clear_part(pose.body);
 }
 
-Status SceneMotion::check_whole(const Scene& scene, const Positions& positions) const {
-  if (Status status = check_any(positions, scene.vertex_count(), "positions"); !status) return status;
+Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const {
+  PacedStop paced(stop);
+  if (Status status = check_any(positions, scene.vertex_count(), "positions", stop); !status) return status;
   for (std::size_t b = 0; b < scene.bodies().size(); ++b) {
     const Body& body = scene.bodies()[b];
     if (body.kind != BodyKind::kStatic) continue;
     for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+      paced.check();
       const auto& now = motion_.vertices()[new_vertex(v)].t1;
       for (int axis = 0; axis < 3; ++axis) {
         if (coordinate(positions, std::size_t{3} * v + axis) != now[axis])
@@ -217,7 +233,8 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions) 
   return {};
 }
 
-Status SceneMotion::check_parts(const Scene& scene, const Frame& frame) {
+Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop) {
+  PacedStop paced(stop);
   const auto check_body = [&](std::uint32_t index, const std::string& where) -> Status {
     if (scene.bodies().empty())
       return invalid_argument(where +
@@ -233,15 +250,17 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame) {
     return {};
   };
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
+    paced.check();
     const BodyPositions& body = frame.bodies[i];
     const std::string where = at("bodies", i);
     if (Status status = check_body(body.body, where); !status) return status;
     if (Status status =
-            check_any(body.positions, scene.bodies()[body.body].vertex_count, where + ".positions");
+            check_any(body.positions, scene.bodies()[body.body].vertex_count, where + ".positions", stop);
         !status)
       return status;
   }
   for (std::size_t i = 0; i < frame.poses.size(); ++i) {
+    paced.check();
     const std::string where = at("poses", i);
     const std::uint32_t index = frame.poses[i].body;
     if (Status status = check_body(index, where); !status) return status;
@@ -251,6 +270,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame) {
     if (Status status = check_pose(frame.poses[i].pose, where + ".pose"); !status) return status;
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
+    paced.check();
     const std::uint32_t v = frame.vertices[i];
     const std::string where = at("vertices", i);
     if (v >= scene.vertex_count())
@@ -271,15 +291,16 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame) {
     named_[v] = 1;
   }
   return check_any(frame.vertex_positions, static_cast<std::uint32_t>(frame.vertices.size()),
-                   "vertex_positions");
+                   "vertex_positions", stop);
 }
 
-void SceneMotion::move_part(Part& part, const Positions& positions, std::uint32_t first_row) {
-  settle(part);
+void SceneMotion::move_part(Part& part, const Positions& positions, std::uint32_t first_row,
+                            StopSignal stop) {
+  settle(part, stop);
   part.written = true;
   std::visit(
       [&](auto values) {
-        motion_.move_all(part.first, part.end, values, numbering_->vertices(), first_row, part.range);
+        motion_.move_all(part.first, part.end, values, numbering_->vertices(), first_row, part.range, stop);
       },
       positions);
   if (part.rigid()) part.now = AtPositions{};
@@ -305,13 +326,15 @@ constexpr std::uint64_t kMeasureSteps = 16;
 
 }  // namespace
 
-void SceneMotion::begin(const Frame& frame) {
+void SceneMotion::begin(const Frame& frame, StopSignal stop) {
+  PacedStop paced(stop);
   magnitude_before_ = motion_.magnitude();
   ++begun_;
   std::ranges::fill(given_, frame.positions ? kByPositions : kNotGiven);
   for (const BodyPositions& body : frame.bodies) given_[body.body] = kByPositions;
   for (const BodyPose& pose : frame.poses) given_[pose.body] = kByPose;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
+    paced.check();
     Part& part = parts_[p];
     part.written = false;
     part.turned = part.rigid() && turns(part);
@@ -322,19 +345,20 @@ void SceneMotion::begin(const Frame& frame) {
     // Static and removed bodies were checked to stay, or are of no interest.
     const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved;
     if (given_[p] == kByPositions && frame.positions && !fixed) {
-      move_part(part, *frame.positions, 0);
+      move_part(part, *frame.positions, 0, stop);
     } else if (given_[p] != kByPositions || fixed) {
-      if (part.placed) motion_.rest(part.first, part.end, part.range);
+      if (part.placed) motion_.rest(part.first, part.end, part.range, stop);
       part.written = true;
     }
   }
   for (const BodyPositions& body : frame.bodies)
-    move_part(parts_[body.body], body.positions, parts_[body.body].first);
+    move_part(parts_[body.body], body.positions, parts_[body.body].first, stop);
   for (const BodyPose& pose : frame.poses) {
+    paced.check();
     Part& part = parts_[pose.body];
     auto* at = std::get_if<AtPose>(&part.now);
     if (at == nullptr)
-      at = &part.now.emplace<AtPose>(AtPose{shape_of(pose.body), {}});  // its positions were given last
+      at = &part.now.emplace<AtPose>(AtPose{shape_of(pose.body, stop), {}});  // its positions were given last
     at->pose = pose.pose;
     part.range.reach = reach_at(*at->shape, at->pose);
   }
@@ -344,22 +368,23 @@ void SceneMotion::begin(const Frame& frame) {
       part.placed = false;
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
+    paced.check();
     const std::uint32_t v = frame.vertices[i];
     motion_.move_one(new_vertex(v), row(frame.vertex_positions, i), parts_[part_of(v)].range);
   }
   if (steps_ % kMeasureSteps == 0) {
     for (Part& part : parts_) {
-      if (part.range.loose) motion_.measure(part.first, part.end, part.range);
+      if (part.range.loose) motion_.measure(part.first, part.end, part.range, stop);
     }
   }
   take_magnitude();
 }
 
-void SceneMotion::place(std::uint32_t index) {
+void SceneMotion::place(std::uint32_t index, StopSignal stop) {
   Part& part = parts_[index];
   const AtPose& to = std::get<AtPose>(part.now);
   motion_.move_posed(part.first, part.end, to.shape->positions, pose_at_start(part), to.pose, part.follows,
-                     part.range);
+                     part.range, stop);
   part.placed = true;
 }
 

@@ -20,23 +20,27 @@ namespace warmfront {
 
 class SceneMotion {
  public:
-  /// Stationary, in the numbers first given; begin() needs renumber() first.
-  SceneMotion(const Scene& scene, std::span<const double> positions);
+  /// Stationary, in the numbers first given; begin() needs renumber() first. Throws Stopped when told to stop,
+  /// as all that takes a StopSignal.
+  SceneMotion(const Scene& scene, std::span<const double> positions, StopSignal stop = {});
 
   /// Takes new numbers for vertices from `first` on. The numbering outlives this.
-  void renumber(const Renumbering& numbering, std::uint32_t first = 0);
-  /// Appends the scene's last body, stationary; truncate() takes it back, also after an exception here or in
-  /// renumber().
-  void append(const Scene& scene, std::span<const double> positions);
+  void renumber(const Renumbering& numbering, std::uint32_t first = 0, StopSignal stop = {});
+  /// Appends the scene's bodies beyond those known, stationary; truncate() takes them back, also after an
+  /// exception here or in renumber().
+  void append(const Scene& scene, std::span<const double> positions, StopSignal stop = {});
   void truncate(std::uint32_t part_count, std::uint32_t vertex_count) noexcept;
 
   /// The shape of a part as it is now.
-  std::shared_ptr<const ReferenceShape> shape_of(std::uint32_t part);
-  /// A part is of another kind from now on; `shape` is its shape_of() where it becomes rigid, else null.
-  /// After settle() of the part.
-  void change_kind(std::uint32_t part, BodyKind kind, std::shared_ptr<const ReferenceShape> shape) noexcept;
+  std::shared_ptr<const ReferenceShape> shape_of(std::uint32_t part, StopSignal stop = {});
+  /// What the vertices of a part reach, where they are; after settle() of the part.
+  double measured_reach(std::uint32_t part, StopSignal stop = {}) const;
+  /// A part is of another kind from now on; `shape` is its shape_of() where it becomes rigid, which it may
+  /// have been before, else null, and `reach` is its measured_reach(). After settle() of the part.
+  void change_kind(std::uint32_t part, BodyKind kind, std::shared_ptr<const ReferenceShape> shape,
+                   double reach) noexcept;
   /// Brings the vertices of a part at a pose to where this puts them. Changes no placement.
-  void settle(std::uint32_t part);
+  void settle(std::uint32_t part, StopSignal stop = {});
 
   /// Puts parts at checked poses, stationary. kFailedPrecondition after the first step.
   Status set_poses(std::span<const BodyPose> poses);
@@ -44,7 +48,7 @@ class SceneMotion {
   /// kInvalidArgument, naming the field and the first offender, for a frame that does not fit the scene:
   /// wrong lengths, coordinates that are not finite, poses that are not rigid or not of a rigid body, indices
   /// out of range or named twice, static or removed bodies that move. Changes nothing, whatever happens.
-  Status check(const Scene& scene, const Frame& frame);
+  Status check(const Scene& scene, const Frame& frame, StopSignal stop = {});
 
   /// A step that was begun. It is taken by commit(); a Step that ends without rolls it back: every placement
   /// and position is then, bit for bit, what it was before begin().
@@ -59,9 +63,9 @@ class SceneMotion {
 
     /// Begins the step that a checked frame describes. Parts that move by poses only know these yet: see
     /// place(). Parallel inside Workers::run().
-    void begin(const Frame& frame) {
+    void begin(const Frame& frame, StopSignal stop = {}) {
       begun_ = true;
-      motion_.begin(frame);
+      motion_.begin(frame, stop);
     }
     void commit() noexcept {
       committed_ = true;
@@ -75,7 +79,7 @@ class SceneMotion {
   };
 
   /// Places the vertices of a part that moves by poses. Parallel inside Workers::run().
-  void place(std::uint32_t part);
+  void place(std::uint32_t part, StopSignal stop = {});
 
   const Motion& vertices() const { return motion_; }
   /// The magnitude of every step holds this local length, too.
@@ -133,20 +137,20 @@ class SceneMotion {
     bool rigid() const { return kind == BodyKind::kRigid; }
   };
 
-  void begin(const Frame& frame);
+  void begin(const Frame& frame, StopSignal stop);
   void roll_back() noexcept;
 
-  void find_parts(const Scene& scene);
+  void find_parts(const Scene& scene, StopSignal stop);
   // The part is at the identity pose of its shape as it is now.
-  void make_rigid(Part& part);
-  void settle(Part& part);
-  void move_part(Part& part, const Positions& positions, std::uint32_t first_row);
+  void make_rigid(Part& part, StopSignal stop);
+  void settle(Part& part, StopSignal stop);
+  void move_part(Part& part, const Positions& positions, std::uint32_t first_row, StopSignal stop);
   double reach_at(const ReferenceShape& shape, const Pose& pose) const;
   void take_magnitude();
   static bool turns(const Part& part);
   static Pose pose_at_start(const Part& part);
-  Status check_whole(const Scene& scene, const Positions& positions) const;
-  Status check_parts(const Scene& scene, const Frame& frame);
+  Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const;
+  Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop);
   void clear_marks(const Frame& frame) noexcept;
   std::uint32_t new_vertex(std::uint32_t given) const {
     return numbering_ == nullptr ? given : numbering_->new_vertices()[given];

@@ -13,7 +13,7 @@
 #include "engine/motion/motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
 #include "engine/scene/patches.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops and sorting that look at a stop flag, however many turns a thread takes at a time.
+// Loops, copies and sorting that look at a stop flag, however much there is to do.
 // Thread-safe.
 #pragma once
 
@@ -10,8 +10,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
 
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -35,6 +38,55 @@ void for_each_index(std::size_t first, std::size_t end, StopSignal stop, Body&& 
   for_pieces(first, end, most, stop, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) body(i);
   });
+}
+
+/// Calls `body(begin, end)` for pieces of [first, end) of `most` turns at most, one after the other on this
+/// thread; for turns of some nanoseconds each.
+template <class Body>
+void in_pieces(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
+               std::size_t most = std::size_t{8} * PacedStop::kEvery) {
+  for (std::size_t begin = first; begin < end; begin += most) {
+    stop.check();
+    body(begin, std::min(begin + most, end));
+  }
+}
+
+/// Elements of a list that are written in a piece: the system gives memory a page at a time, when it is
+/// touched, and a page takes a third of a microsecond.
+template <class T>
+constexpr std::size_t kFreshAtOnce = std::max<std::size_t>(1, (std::size_t{1} << 20) / sizeof(T));
+
+template <class T>
+void reserve(std::vector<T>& list, std::size_t size, StopSignal stop);
+
+/// Appends to a list. What is fresh of its memory is touched a piece at a time, and so is what moves there.
+/// Throws Stopped when told to stop; the list may be longer than before then, and nothing else is changed.
+template <class T>
+void append(std::vector<T>& list, std::span<const T> more, StopSignal stop) {
+  reserve(list, list.size() + more.size(), stop);
+  const auto append_piece = [&](std::size_t begin, std::size_t end) {
+    list.insert(list.end(), more.begin() + static_cast<std::ptrdiff_t>(begin),
+                more.begin() + static_cast<std::ptrdiff_t>(end));
+  };
+  in_pieces(0, more.size(), stop, append_piece, kFreshAtOnce<T>);
+}
+
+/// The same of a list that becomes `size` elements long; not of one that becomes shorter.
+template <class T>
+void lengthen(std::vector<T>& list, std::size_t size, const T& value, StopSignal stop) {
+  reserve(list, size, stop);
+  const auto lengthen_to = [&](std::size_t, std::size_t end) { list.resize(end, value); };
+  in_pieces(list.size(), size, stop, lengthen_to, kFreshAtOnce<T>);
+}
+
+/// Makes room for exactly `size` elements where there is less.
+template <class T>
+void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
+  if (size <= list.capacity()) return;
+  std::vector<T> roomier;
+  roomier.reserve(size);
+  append(roomier, std::span<const T>(list), stop);
+  list = std::move(roomier);
 }
 
 /// Sorts a list in parallel. Throws Stopped when told to stop; the list holds the same elements then, in some

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 
 namespace warmfront {

@@ -14,19 +14,27 @@ std::uint64_t key(std::uint32_t p, std::uint32_t q) {
 
 }  // namespace
 
-CollisionModel::CollisionModel(const Scene& scene) {
+CollisionModel::CollisionModel(const Scene& scene, StopSignal stop) {
+  PacedStop paced(stop);
   if (scene.bodies().empty()) {
     const bool holds_any = scene.vertex_count() > 0;
     sets_.push_back(holds_any ? Set{1, 0xffffffff, true} : Set{});
     self_.push_back(holds_any ? 1 : 0);
     return;
   }
+  sets_.reserve(scene.bodies().size());
+  self_.reserve(scene.bodies().size());
   for (const Body& body : scene.bodies()) {
+    paced.check();
     const bool gone = body.kind == BodyKind::kRemoved;
     sets_.push_back(gone ? Set{} : Set{body.group, body.mask, body.kind != BodyKind::kStatic});
     self_.push_back(body.kind == BodyKind::kDeformable && body.self_collision ? 1 : 0);
   }
-  for (const auto& [a, b] : scene.excluded_pairs()) excluded_.insert(key(a, b));
+  excluded_.reserve(scene.excluded_pairs().size());
+  for (const auto& [a, b] : scene.excluded_pairs()) {
+    paced.check();
+    excluded_.insert(key(a, b));
+  }
 }
 
 bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
@@ -34,7 +42,8 @@ bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
   return sets_[p].may_meet(sets_[q]) && (excluded_.empty() || !excluded_.contains(key(p, q)));
 }
 
-std::uint64_t CollisionModel::excluded_pairs() const {
+std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
+  PacedStop paced(stop);
   // Parts that say the same of themselves are counted together.
   std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint64_t> classes;
   std::uint64_t alive = 0;
@@ -45,12 +54,14 @@ std::uint64_t CollisionModel::excluded_pairs() const {
     kept += self_[p];
     const Set& set = sets_[p];
     for (const auto& [other, count] : classes) {
+      paced.check();
       const auto& [groups, masks, moving] = other;
       if (set.may_meet({groups, masks, moving})) kept += count;
     }
     ++classes[{set.groups, set.masks, set.moving}];
   }
   for (const std::uint64_t pair : excluded_) {
+    paced.check();
     if (sets_[pair >> 32].may_meet(sets_[pair & 0xffffffff])) --kept;
   }
   return alive * (alive + 1) / 2 - kept;

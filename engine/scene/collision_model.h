@@ -14,7 +14,7 @@ namespace warmfront {
 /// itself.
 class CollisionModel {
  public:
-  explicit CollisionModel(const Scene& scene);
+  explicit CollisionModel(const Scene& scene, StopSignal stop = {});
 
   /// What a set of parts can meet: the union of its members' groups and masks, and whether it holds anything
   /// that moves. Two sets that cannot meet hold no two parts that may.
@@ -42,7 +42,7 @@ class CollisionModel {
   /// Are two parts tested against each other (p != q), or a part against itself (p == q)?
   bool may_meet(std::uint32_t p, std::uint32_t q) const;
   /// Pairs of parts that the model leaves out, a part with itself included.
-  std::uint64_t excluded_pairs() const;
+  std::uint64_t excluded_pairs(StopSignal stop = {}) const;
 
  private:
   std::vector<Set> sets_;

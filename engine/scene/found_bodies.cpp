@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "engine/parallel/stoppable_loops.h"
+
 namespace warmfront {
 namespace {
 
@@ -17,9 +19,16 @@ struct Reach {
   std::vector<std::uint32_t> end;
   std::vector<std::uint32_t> faces;
 
-  explicit Reach(const Scene& scene) : end(scene.vertex_count()), faces(scene.vertex_count(), 0) {
-    for (std::uint32_t v = 0; v < end.size(); ++v) end[v] = v + 1;
+  Reach(const Scene& scene, StopSignal stop) {
+    lengthen(faces, scene.vertex_count(), 0U, stop);
+    end.reserve(scene.vertex_count());
+    PacedStop paced(stop);
+    for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
+      paced.check();
+      end.push_back(v + 1);
+    }
     for (const Face& face : scene.faces()) {
+      paced.check();
       const auto [least, greatest] = std::minmax({face[0], face[1], face[2]});
       end[least] = std::max(end[least], greatest + 1);
       ++faces[least];
@@ -27,12 +36,15 @@ struct Reach {
   }
 };
 
-std::vector<Body> ranges(const Scene& scene, const Reach& reach, std::uint32_t fewest_faces) {
+std::vector<Body> ranges(const Scene& scene, const Reach& reach, std::uint32_t fewest_faces,
+                         StopSignal stop) {
+  PacedStop paced(stop);
   std::vector<Body> bodies;
   std::uint32_t first = 0;
   std::uint32_t end = 0;
   std::uint32_t faces = 0;
   for (std::uint32_t v = 0; v < scene.vertex_count(); ++v) {
+    paced.check();
     end = std::max(end, reach.end[v]);
     faces += reach.faces[v];
     if (end > v + 1 || faces < fewest_faces) continue;
@@ -46,10 +58,10 @@ std::vector<Body> ranges(const Scene& scene, const Reach& reach, std::uint32_t f
 
 }  // namespace
 
-std::vector<Body> found_bodies(const Scene& scene) {
-  const Reach reach(scene);
-  std::vector<Body> bodies = ranges(scene, reach, kFewestFaces);
-  if (bodies.size() > kMany) bodies = ranges(scene, reach, kFewestOfMany);
+std::vector<Body> found_bodies(const Scene& scene, StopSignal stop) {
+  const Reach reach(scene, stop);
+  std::vector<Body> bodies = ranges(scene, reach, kFewestFaces, stop);
+  if (bodies.size() > kMany) bodies = ranges(scene, reach, kFewestOfMany, stop);
   if (bodies.size() < 2) bodies.clear();
   return bodies;
 }

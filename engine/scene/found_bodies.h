@@ -12,6 +12,6 @@ namespace warmfront {
 /// its connected components where the mesh lists one after the other. Components whose numbers interleave
 /// share a range, and small ones go along with their neighbours, since a body has a cost of its own. None
 /// where that would be a single body. O(n + m).
-std::vector<Body> found_bodies(const Scene& scene);
+std::vector<Body> found_bodies(const Scene& scene, StopSignal stop = {});
 
 }  // namespace warmfront

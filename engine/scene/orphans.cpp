@@ -25,13 +25,15 @@ bool is_orphan_ee(const Scene& scene, std::uint32_t e1, std::uint32_t e2) {
 
 }  // namespace
 
-Status check_hubs(const Scene& scene) {
+Status check_hubs(const Scene& scene, StopSignal stop, std::uint32_t* worst) {
+  PacedStop paced(stop);
   std::uint64_t adjacencies = 0;
   std::uint64_t corners = 0;
   std::uint64_t greatest = 0;
   std::uint32_t hub = 0;
   const auto count = [&](std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t v = first; v < end; ++v) {
+      paced.check();
       const std::uint64_t degree = scene.vertex_faces()[v].size();
       adjacencies += degree * degree;
       corners += degree;
@@ -43,11 +45,13 @@ Status check_hubs(const Scene& scene) {
   };
   if (scene.bodies().empty()) count(0, scene.vertex_count());
   for (const Body& body : scene.bodies()) {
+    paced.check();
     if (body.kind == BodyKind::kDeformable && body.self_collision)
       count(body.first_vertex, body.first_vertex + body.vertex_count);
   }
   const std::uint64_t most = std::max(kMostAdjacencies, kMostAdjacenciesAFace * (corners / 3));
   if (adjacencies < most) return {};
+  if (worst != nullptr) *worst = hub;
   return Error{ErrorCode::kResourceExhausted,
                "faces: " + std::to_string(adjacencies) +
                    " pairs of faces share a vertex of bodies that are tested against themselves, more than " +

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "engine/scene/adjacency.h"
+#include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 namespace {
@@ -53,8 +54,8 @@ void Ownership::extend(StopSignal stop) {
     for (std::size_t word = 0; word < ring.size(); ++word) ring[word] |= of_feature->second[word];
   };
   const auto first = static_cast<std::uint32_t>(records_.size());
-  records_.resize(scene.face_count());
-  signatures_.resize(scene.face_count(), 0);
+  lengthen(records_, scene.face_count(), Record{}, stop);
+  lengthen(signatures_, scene.face_count(), std::uint64_t{0}, stop);
   for (std::uint32_t f = first; f < scene.face_count(); ++f) {
     paced.check();
     Record& record = records_[f];

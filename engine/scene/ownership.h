@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 
 namespace warmfront {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/contact.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 #include "engine/scene/patches.h"
 

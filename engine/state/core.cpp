@@ -4,12 +4,21 @@
 #include <utility>
 
 #include "engine/bvh/topology_checksum.h"
+#include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
 
-std::vector<double> to_doubles(const Positions& positions) {
+std::vector<double> to_doubles(const Positions& positions, StopSignal stop) {
   std::vector<double> values;
-  std::visit([&](auto span) { values.assign(span.begin(), span.end()); }, positions);
+  std::visit(
+      [&](auto span) {
+        values.reserve(span.size());
+        in_pieces(0, span.size(), stop, [&](std::size_t first, std::size_t end) {
+          values.insert(values.end(), span.begin() + static_cast<std::ptrdiff_t>(first),
+                        span.begin() + static_cast<std::ptrdiff_t>(end));
+        });
+      },
+      positions);
   return values;
 }
 
@@ -18,25 +27,25 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
     : scene(std::move(the_scene)),
       options(the_options),
       workers(std::move(the_workers)),
-      motion(modelled, to_doubles(positions)),
-      model(modelled) {
+      motion(modelled, to_doubles(positions, stop), stop),
+      model(modelled, stop) {
   // The cone theorem rules out meeting, not what other tiers report: what is near, or seems to meet.
   const bool cones = options.normal_cones && options.tier == Tier::kExact;
   workers->run([&] {
     topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones, stop);
-    motion.renumber(topology->numbering);
+    motion.renumber(topology->numbering, 0, stop);
     motion.hold(motion.vertices().frame().to_local(options.min_separation));
     take(make_parts(modelled, *scene, true, stop));
   });
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
-  Parts parts{CollisionModel(modelled), 0, {}, topology_sum, orphans_sum};
+  Parts parts{CollisionModel(modelled, stop), 0, {}, topology_sum, orphans_sum};
   if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
-  parts.excluded_pairs = parts.model.excluded_pairs();
+  parts.excluded_pairs = parts.model.excluded_pairs(stop);
   // Room that is not needed after all does no harm.
   rigid_parts.make_room(parts.model);
-  vertex_bounds.resize(topology->scene.vertex_count());
+  lengthen(vertex_bounds, topology->scene.vertex_count(), PointBounds{}, stop);
   patch_culled.resize(topology->patches.count());
   orphans.resize(topology->parts.size());
   parts.orphans.resize(topology->parts.size());

@@ -63,7 +63,7 @@ struct Core {
   std::uint64_t checksum() const { return topology_sum + orphans_sum; }
 };
 
-/// What grows when a body is added, and shrinks back to what it was unless the body is kept.
+/// What grows when bodies are added, and shrinks back to what it was unless these are kept.
 class Growth {
  public:
   explicit Growth(Core& core)
@@ -89,7 +89,7 @@ class Growth {
   bool kept_ = false;
 };
 
-/// Row-major (n, 3), converted exactly.
-std::vector<double> to_doubles(const Positions& positions);
+/// Row-major (n, 3), converted exactly. Throws Stopped when told to stop.
+std::vector<double> to_doubles(const Positions& positions, StopSignal stop = {});
 
 }  // namespace warmfront

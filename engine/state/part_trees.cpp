@@ -157,7 +157,7 @@ void PartTrees<Bounds>::refit_near(Core& core, std::span<const NearPair> near, S
   // seem to be near that were not looked at.
   tbb::parallel_for(std::size_t{0}, late_.size(), [&](std::size_t i) {
     stop.check();
-    if (core.motion.unplaced(late_[i])) core.motion.place(late_[i]);
+    if (core.motion.unplaced(late_[i])) core.motion.place(late_[i], stop);
     refit_part(core, late_[i], stop, then);
   });
   // What changed unseen is made anew when it is needed.

@@ -31,9 +31,11 @@ double length_above(double x, double y, double z) {
 
 // Of the edges at t = 0.
 RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& features,
-                                     std::span<const VertexMotion> vertices) {
+                                     std::span<const VertexMotion> vertices, StopSignal stop) {
   RigidParts::EdgeLengths lengths;
+  PacedStop paced(stop);
   for (std::uint32_t e = features.first_edge; e < features.end_edge; ++e) {
+    paced.check();
     const auto& a = vertices[scene.edges()[e][0]].t0;
     const auto& b = vertices[scene.edges()[e][1]].t0;
     const double length = length_above(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -83,7 +85,8 @@ void RigidParts::give_up(Part& part) {
 }
 
 void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& scene,
-                         const SceneMotion& motion, MotionState state, const ColliderOptions& options) {
+                         const SceneMotion& motion, MotionState state, const ColliderOptions& options,
+                         StopSignal stop) {
   if ((state & kMoving) == 0) return;  // it rests as it was
   part.rigid = false;
   if (part.wait > 0) {
@@ -95,14 +98,14 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   const std::span<const VertexMotion> all = motion.vertices().vertices();
   const auto vertices = all.subspan(features.first_vertex, features.end_vertex - features.first_vertex);
   if (part.reference == nullptr) {
-    part.edges = edge_lengths(scene, features, all);
-    part.reference = std::make_unique<RigidReference>(vertices);
+    part.edges = edge_lengths(scene, features, all, stop);
+    part.reference = std::make_unique<RigidReference>(vertices, stop);
     part.follows = false;
   }
   const double shown = part.clearance.value_or(kLadder[part.rung] * part.edges.mean);
   const double limit = 0.25 * kLeastStretch * shown;
-  if (!part.follows) part.last = part.reference->fit(vertices, true, limit);
-  const RigidReference::Fit now = part.reference->fit(vertices, false, limit);
+  if (!part.follows) part.last = part.reference->fit(vertices, true, limit, stop);
+  const RigidReference::Fit now = part.reference->fit(vertices, false, limit, stop);
   if (!(std::max(part.last.residual, now.residual) <= limit)) {
     give_up(part);
     return;
@@ -121,7 +124,7 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
     if (model.self_collision(p))
-      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options);
+      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options, stop);
   });
   for (const Part& part : parts_) count_ += part.rigid ? 1 : 0;
   const std::vector<std::uint32_t> parts = due(topology, motion);

@@ -13,7 +13,7 @@
 #include "engine/motion/rigid_fit.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene/collision_model.h"
 #include "engine/workers.h"
 
@@ -89,7 +89,7 @@ class RigidParts {
   void give_up(Part& part);
   static void postpone(Part& part);
   void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
-               MotionState state, const ColliderOptions& options);
+               MotionState state, const ColliderOptions& options, StopSignal stop);
   double wanted_clearance(std::uint32_t part) const;
   std::vector<std::uint32_t> due(const Topology& topology, const SceneMotion& motion) const;
   void measure(std::span<const std::uint32_t> parts, const Topology& topology,

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/scene.h"
 #include "engine/workers.h"
 

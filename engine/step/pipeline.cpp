@@ -166,7 +166,7 @@ class PipelineWith final : public Pipeline {
     trees_.begin_step();
     arranged_ = false;
     statistics.bounds = bounds();
-    motion.begin(frame);
+    motion.begin(frame, stop);
     forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, &bodies_within,
                           stop);

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "engine/frame.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "engine/result.h"
 #include "engine/state/core.h"
 #include "engine/step_result.h"

@@ -34,7 +34,4 @@ struct WarmScene {
   std::size_t memory_bytes() const { return core.memory_bytes() + pipeline->memory_bytes(); }
 };
 
-/// kInvalidArgument for a wrong length or a coordinate that is not finite; the message names the first.
-Status check_positions(const Positions& positions, std::uint32_t vertex_count);
-
 }  // namespace warmfront

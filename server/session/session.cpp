@@ -4,30 +4,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <new>
 #include <utility>
 
-#include "engine/scene/orphans.h"
+#include "engine/stop.h"
 #include "server/session/step_cost.h"
 
 namespace warmfront::server {
 namespace {
-
-Fault out_of_memory(const char* what) noexcept {
-  const auto fault = [](std::string message) {
-    return Fault{ErrorCode::kResourceExhausted, Reason::kEngine, std::move(message)};
-  };
-  try {
-    return fault(std::string(what) +
-                 ": the daemon ran out of memory; the session is dropped, use a smaller scene or lower "
-                 "max_front_bytes");
-  } catch (...) {
-    return fault("out of memory");
-  }
-}
 
 Fault engine_failed(const char* what, const char* why) noexcept {
   const auto fault = [](std::string message) {
@@ -109,15 +95,19 @@ Outcome<std::shared_ptr<Session>> Session::create(SessionSpec spec, const Positi
                                                   Host host) {
   try {
     const std::uint64_t digest = digest_of(spec, positions);
-    Result<Scene> scene = Scene::create(std::move(spec.scene));
+    Result<Scene> scene = Scene::create(std::move(spec.scene), StopSignal(host.given_up));
     if (!scene) return fault_from(scene.error());
     auto shared = std::make_shared<const Scene>(std::move(scene).value());
     Result<Collider> collider =
         Collider::create(shared, positions.view(), spec.options, std::move(host.workers), host.given_up);
     if (!collider) return fault_from(collider.error(), {}, kAdjacentFaces);
-    if (Status placed = collider.value().place(spec.poses); !placed) return fault_from(placed.error());
+    if (Status placed = collider.value().place(spec.poses, host.given_up); !placed)
+      return fault_from(placed.error());
     return std::shared_ptr<Session>(new Session(std::move(spec), digest, std::move(shared),
                                                 std::move(collider).value(), std::move(host)));
+  } catch (const Stopped&) {
+    return Fault{ErrorCode::kCancelled, Reason::kCancelled,
+                 "creating the session: given up by its client; it may be created again"};
   } catch (const std::bad_alloc&) {
     return no_memory("creating the session");
   } catch (const std::exception& error) {
@@ -213,9 +203,8 @@ void Session::change(ChangeOrder order, ChangeDone done, Before before) {
   auto shared = std::make_shared<ChangeOrder>(std::move(order));
   auto reply = std::make_shared<ChangeDone>(std::move(done));
   const bool posted = mailbox_->post([in_hand = in_hand(), shared, reply, before = std::move(before)] {
-    NoMemory without = NoMemory::kKept;
-    (*reply)((*in_hand)->guarded<SessionState>("changing the scene", without,
-                                               [&] { return (*in_hand)->apply(*shared, before, without); }));
+    (*reply)((*in_hand)->guarded<SessionState>("changing the scene",
+                                               [&] { return (*in_hand)->apply(*shared, before); }));
   });
   if (!posted)
     (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer",
@@ -223,7 +212,7 @@ void Session::change(ChangeOrder order, ChangeDone done, Before before) {
 }
 
 template <class T, class Work>
-Outcome<T> Session::guarded(const char* what, const NoMemory& without, Work work) noexcept {
+Outcome<T> Session::guarded(const char* what, Work work) noexcept {
   stepped_ = false;
   const auto began = std::chrono::steady_clock::now();
   Outcome<T> outcome = [&]() -> Outcome<T> {
@@ -233,7 +222,7 @@ Outcome<T> Session::guarded(const char* what, const NoMemory& without, Work work
       if (runner_.takes_one_thread(lane_of(next_ms_))) one_thread.emplace();
       return work();
     } catch (const std::bad_alloc&) {
-      return without == NoMemory::kKept ? no_memory(what) : out_of_memory(what);
+      return no_memory(what);
     } catch (const std::exception& error) {
       return engine_failed(what, error.what());
     }
@@ -281,7 +270,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request
   std::array<char, 32> name{};  // where no memory is needed
   static_cast<void>(
       std::snprintf(name.data(), name.size(), "frame %llu", static_cast<unsigned long long>(request.frame)));
-  return guarded<std::shared_ptr<const Answer>>(name.data(), NoMemory::kKept, [&] {
+  return guarded<std::shared_ptr<const Answer>>(name.data(), [&] {
     if (request.before) request.before();
     return compute(request);
   });
@@ -291,7 +280,7 @@ void Session::check(CheckDone done, std::shared_ptr<std::atomic<bool>> given_up)
   auto reply = std::make_shared<CheckDone>(std::move(done));
   const bool posted = mailbox_->post([in_hand = in_hand(), reply, given_up = std::move(given_up)] {
     Session& self = *in_hand->operator->();
-    (*reply)(self.guarded<std::string>("the self-check", NoMemory::kKept, [&] {
+    (*reply)(self.guarded<std::string>("the self-check", [&] {
       const Running running(self, given_up.get());
       return self.self_check("", running.stop());
     }));
@@ -382,40 +371,7 @@ Fault Session::with_removed(Fault refusal) const {
   return refusal;
 }
 
-// The checks of the engine, which takes each change whole or not at all: so that it refuses none when others
-// are carried out already.
-std::optional<Fault> Session::check_together(std::span<const SceneChange> changes,
-                                             const std::atomic<bool>* stop) const {
-  if (changes.size() < 2) return std::nullopt;
-  Scene scene = collider_.scene();
-  const auto check = [&](const SceneChange& change) -> Status {
-    if (const auto* add = std::get_if<AddBody>(&change)) {
-      const auto bad = std::ranges::find_if(add->positions, [](double x) { return !std::isfinite(x); });
-      if (bad != add->positions.end())
-        return invalid_argument("positions: vertex " + std::to_string((bad - add->positions.begin()) / 3) +
-                                " is not finite");
-      Result<Scene> with = scene.with_body(add->addition);
-      if (!with) return with.error();
-      scene = std::move(with).value();
-      return check_hubs(scene);
-    }
-    const auto& [index, body] = std::get<ChangeBody>(change);
-    if (index < scene.bodies().size() && scene.bodies()[index].kind == BodyKind::kRemoved)
-      return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
-    Result<Scene> with = scene.with_body_changed(index, body);
-    if (!with) return with.error();
-    scene = std::move(with).value();
-    return check_hubs(scene);
-  };
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    if (stop->load(std::memory_order_relaxed)) return given_up("ChangeScene");
-    if (Status status = check(changes[i]); !status)
-      return fault_from(status.error(), "changes[" + std::to_string(i) + "]: ");
-  }
-  return std::nullopt;
-}
-
-std::optional<Fault> Session::refusal_of(const ChangeOrder& order, const std::atomic<bool>* stop) const {
+std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
   if (order.expected && *order.expected != standing_.now)
     return Fault{ErrorCode::kAborted, Reason::kStateChanged,
                  "expected_state: the session is not in this state (" + text_of(*order.expected) +
@@ -430,10 +386,10 @@ std::optional<Fault> Session::refusal_of(const ChangeOrder& order, const std::at
   if (std::optional<Fault> fault = too_large_with(order.changes)) return with_removed(*std::move(fault));
   if (std::optional<Fault> refusal = account_->refusal(growth_with(order.changes)))
     return with_removed(*std::move(refusal));
-  return check_together(order.changes, stop);
+  return std::nullopt;
 }
 
-Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, NoMemory& without) {
+Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
   if (!order.key.empty() && done_order_ && order.key == done_order_->key) {
     if (order.digest == done_order_->digest) return done_order_->state;
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
@@ -441,33 +397,13 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before, N
   }
   if (before) before();
   const Running running(*this, order.given_up.get());
-  if (std::optional<Fault> refusal = refusal_of(order, running.stop())) return *std::move(refusal);
+  if (std::optional<Fault> refusal = refusal_of(order)) return *std::move(refusal);
   // Charged before it grows, so that others who ask meanwhile see it; take_stock() knows what it became.
   const Holding growth(account_, growth_with(order.changes));
-  for (std::size_t i = 0; i < order.changes.size(); ++i) {
-    // Once something was changed, only the end of the session stops the rest.
-    if (i > 0)
-      if (std::optional<Fault> fault = closed()) return *std::move(fault);
-    const std::atomic<bool>* stop = i == 0 ? running.stop() : nullptr;
-    const auto carry_out = [&]() -> Status {
-      if (auto* add = std::get_if<AddBody>(&order.changes[i])) {
-        const Result<std::uint32_t> added =
-            collider_.add_body(std::move(add->addition), std::span<const double>(add->positions), stop);
-        return added ? Status{} : Status{added.error()};
-      }
-      auto& change = std::get<ChangeBody>(order.changes[i]);
-      return collider_.change_body(change.index, std::move(change.body), stop);
-    };
-    if (Status status = carry_out(); !status) {
-      if (status.error().code == ErrorCode::kCancelled) return given_up("ChangeScene");
-      Fault fault = fault_from(status.error(), "changes[" + std::to_string(i) + "]: ", kAdjacentFaces);
-      // Checked before: a session that is changed by half is none.
-      if (i > 0)
-        fault = {ErrorCode::kInternal, Reason::kEngine,
-                 fault.message + "; other changes were carried out, and the session is dropped"};
-      return fault;
-    }
-    without = NoMemory::kLost;
+  std::size_t failed = 0;
+  if (Status status = collider_.change(std::move(order.changes), running.stop(), &failed); !status) {
+    if (status.error().code == ErrorCode::kCancelled) return given_up("ChangeScene");
+    return fault_from(status.error(), "changes[" + std::to_string(failed) + "]: ", kAdjacentFaces);
   }
   std::shared_ptr<const Scene> scene = collider_.shared_scene();  // nothing after the changes may fail
   StateDigest digest(standing_.now.digest);

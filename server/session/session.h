@@ -11,7 +11,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "engine/collider.h"
@@ -45,16 +44,9 @@ struct SessionSpec {
   std::uint64_t header_digest = 0;
 };
 
-/// One change of a scene between two frames.
-struct AddBody {
-  BodyAddition addition;
-  std::vector<double> positions;  ///< (k, 3)
-};
-struct ChangeBody {
-  std::uint32_t index;
-  Body body;
-};
-using SceneChange = std::variant<AddBody, ChangeBody>;
+using warmfront::AddBody;
+using warmfront::ChangeBody;
+using warmfront::SceneChange;
 
 /// Changes that are carried out together; see ChangeSceneRequest on the wire.
 struct ChangeOrder {
@@ -148,7 +140,7 @@ class Session : public std::enable_shared_from_this<Session> {
   /// frame expected then, ABORTED unless the session is in the state `expected`. With the key of the last
   /// order that was carried out the answer to that is given again, without `before`; INVALID_ARGUMENT when
   /// its changes were others. `done` is called as in step().
-  /// CANCELLED, with nothing changed, when the client gives up before the first of them is carried out.
+  /// CANCELLED, with nothing changed, when the client gives up before all of them are carried out.
   void change(ChangeOrder order, ChangeDone done, Before before = {});
 
   /// Checks, in its turn, what the collider keeps, as step() does by itself every limits.self_check_steps:
@@ -206,22 +198,16 @@ class Session : public std::enable_shared_from_this<Session> {
   std::size_t growth_with(std::span<const SceneChange> changes) const;
   /// The same refusal, which says so where bodies that were removed hold a good part of the scene.
   Fault with_removed(Fault refusal) const;
-  std::optional<Fault> check_together(std::span<const SceneChange> changes, const std::atomic<bool>* stop) const;
-  std::optional<Fault> refusal_of(const ChangeOrder& order, const std::atomic<bool>* stop) const;
+  std::optional<Fault> refusal_of(const ChangeOrder& order) const;
   /// What a request ends with whose client gave up, or whose session was closed meanwhile.
   Fault given_up(const std::string& what) const;
 
   void advance(const SessionState& next) { standing_ = {next, standing_.now}; }
-  /// What becomes of the session when work on its collider meets std::bad_alloc.
-  enum class NoMemory {
-    kKept,  // the work left everything as it was
-    kLost,
-  };
-  /// `without` becomes kLost where something was changed.
-  Outcome<SessionState> apply(ChangeOrder& order, const Before& before, NoMemory& without);
-  // Runs work on the collider; what it throws becomes a fault, and the session is lost then, but for kKept.
+  Outcome<SessionState> apply(ChangeOrder& order, const Before& before);
+  // Runs work on the collider, which without memory leaves everything as it was; what it throws becomes a
+  // fault, and but for std::bad_alloc the session is lost then.
   template <class T, class Work>
-  Outcome<T> guarded(const char* what, const NoMemory& without, Work work) noexcept;
+  Outcome<T> guarded(const char* what, Work work) noexcept;
   /// A request that close() can stop, for as long as it lives.
   class Running;
   void take_stock();

@@ -20,7 +20,7 @@
 #include <thread>
 
 #include "engine/collider.h"
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 #include "tests/support/hostile_scenes.h"
 
 namespace warmfront {
@@ -124,7 +124,7 @@ void run(const std::string& name, const testing::HostileScene& hostile, Collider
   const std::span<const double> positions = hostile.positions;
   std::shared_ptr<const Scene> scene;
   measure("scene", limit_s, [&]() -> Status {
-    Result<Scene> made = Scene::create(hostile.description);
+    Result<Scene> made = Scene::create(hostile.description, StopSignal(&looks.flag));
     if (!made) return made.error();
     scene = std::make_shared<const Scene>(std::move(made).value());
     return {};

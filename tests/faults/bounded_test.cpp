@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/collider.h"
+#include "engine/motion/scene_motion.h"
 #include "engine/scene/adjacency.h"
+#include "engine/bvh/topology.h"
 #include "tests/support/counted_looks.h"
 #include "tests/support/failing_allocations.h"
 #include "tests/support/hostile_scenes.h"
@@ -193,6 +196,54 @@ TEST(Looks, CreatingIsStoppedBetweenAFewThousandFaces) {
   }
 }
 
+TEST(Looks, OfASceneAreAsManyAsItsFaces) {
+  for (const HostileScene& scene : {flat_grid(200), as_body(flat_grid(200), true)}) {
+    const auto create = [&](const std::atomic<bool>* flag) -> Result<Scene> {
+      try {
+        return Scene::create(scene.description, StopSignal(flag));
+      } catch (const Stopped&) {
+        return Error{ErrorCode::kCancelled, ""};
+      }
+    };
+    const std::size_t before = live_bytes();
+    EXPECT_GT(stop_at_many_looks(create), static_cast<long>(scene.description.faces.size()) / 100);
+    EXPECT_EQ(live_bytes(), before);
+  }
+}
+
+// What a frame is before anything is bounded: looked through, and taken.
+TEST(Looks, OfAFrameThatBeginsAreAsManyAsItsVertices) {
+  const HostileScene scene = as_body(flat_grid(300), false);
+  const Scene made = Scene::create(scene.description).value();
+  const auto pieces = static_cast<long>(made.vertex_count() / 8192);
+  std::optional<SceneMotion> motion;
+  const auto looks_of = [&](auto&& work) {
+    const CountedLooks looks(-1);
+    one_thread()->run([&] { work(StopSignal(CountedLooks::flag())); });
+    return CountedLooks::count();
+  };
+  EXPECT_GE(looks_of([&](StopSignal stop) { motion.emplace(made, scene.positions, stop); }), pieces);
+  std::optional<Topology> topology;
+  one_thread()->run([&] { topology.emplace(made, motion->vertices(), 8, false); });
+  EXPECT_GE(looks_of([&](StopSignal stop) { motion->renumber(topology->numbering, 0, stop); }), pieces / 4);
+  std::vector<double> moved = scene.positions;
+  for (double& x : moved) x += 1;
+  const Frame frame{Doubles(moved)};
+  EXPECT_GE(looks_of([&](StopSignal stop) { EXPECT_TRUE(motion->check(made, frame, stop).ok()); }), pieces / 2);
+  EXPECT_GE(looks_of([&](StopSignal stop) {
+              SceneMotion::Step step(*motion);
+              step.begin(frame, stop);
+            }),
+            pieces);
+  EXPECT_EQ(motion->positions(), scene.positions) << "which was not committed";
+  for (long n = 0; n < pieces; ++n) {
+    const CountedLooks looks(n);
+    SceneMotion::Step step(*motion);
+    EXPECT_THROW(one_thread()->run([&] { step.begin(frame, StopSignal(CountedLooks::flag())); }), Stopped);
+  }
+  EXPECT_EQ(motion->positions(), scene.positions) << "and wherever it was stopped";
+}
+
 // Of each kind of call but create() and step(), which other tests stop: the collider is as it was.
 TEST(Looks, ChangesAndChecksThatAreStoppedDidNotHappen) {
   const HostileScene scene = stacked_sheets(8, 16, BodyKind::kDeformable);
@@ -258,6 +309,25 @@ TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
 }
 
 // ---- changes ----
+
+// The scene's own work is done once, however many bodies are added.
+TEST(Changes, OfManyBodiesAreOneScene) {
+  const HostileScene scene = as_body(flat_grid(200), false);
+  constexpr long kBodies = 100;
+  const AddBody add{{{"", 0, 3}, {{0, 1, 2}}}, {0, 0, 5, 1, 0, 5, 0, 1, 5}};
+  const auto looks_of = [&](long bodies) {
+    Collider collider = make(scene, {});
+    const CountedLooks looks(-1);
+    EXPECT_TRUE(collider.change(std::vector<SceneChange>(bodies, add), CountedLooks::flag()).ok());
+    EXPECT_EQ(collider.scene().body_count(), 1 + bodies);
+    EXPECT_TRUE(collider.self_check().ok());
+    return CountedLooks::count();
+  };
+  const long one = looks_of(1), many = looks_of(kBodies);
+  std::printf("%ld looks for one body, %ld for %ld\n", one, many, kBodies);
+  constexpr long kForABody = 100;
+  EXPECT_LT(many, one + kForABody * kBodies) << "several hundred times as many as for one, when each made a scene";
+}
 
 // Describing a body anew costs what that body needs, and nothing that grows with the others.
 TEST(Changes, OfOneBodyTakeNothingForTheOthers) {

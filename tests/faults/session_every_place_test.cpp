@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "server/session/session.h"
+#include "tests/support/counted_looks.h"
 #include "tests/support/failing_allocations.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/server/moving_grids.h"
@@ -159,6 +160,39 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     return reply;
   }
 
+  /// Five changes as one, whose client gives up at the look-th look at its flag; of the n-th allocation as
+  /// above.
+  std::shared_ptr<ChangeReply> change_five(std::uint64_t next_frame, long look, long n = -1) {
+    server::AddBody add;
+    add.addition.body.vertex_count = 3;
+    add.addition.faces = {{0, 1, 2}};
+    add.positions = {0.5, 0.5, -2, 1.5, 0.5, 2, 0.5, 1.5, -2};
+    Body rigid, removed, masked;
+    rigid.kind = BodyKind::kRigid;
+    removed.kind = BodyKind::kRemoved;
+    masked.mask = 3;
+    for (Body* body : {&rigid, &removed, &masked}) body->vertex_count = 1;
+    const testing::CountedLooks counted(look);
+    server::ChangeOrder order{next_frame,
+                              {add, server::ChangeBody{0, rigid}, add, server::ChangeBody{2, removed},
+                               server::ChangeBody{1, masked}},
+                              "five"};
+    order.given_up = {std::shared_ptr<void>(),
+                      const_cast<std::atomic<bool>*>(testing::CountedLooks::flag())};
+    const auto reply = std::make_shared<ChangeReply>();
+    Session::ChangeDone done = [reply](const Outcome<server::SessionState>& outcome) {
+      reply->take(outcome);
+    };
+    const FailingAllocations failing(n);
+    try {
+      session_->change(std::move(order), std::move(done));
+    } catch (const std::bad_alloc&) {
+      return nullptr;
+    }
+    EXPECT_TRUE(reply->wait()) << "a change without an answer";
+    return reply;
+  }
+
   void expect_answer(std::uint64_t frame) {
     const auto reply = send(frame, -1);
     ASSERT_NE(reply, nullptr);
@@ -210,7 +244,6 @@ TEST_P(SessionEveryPlace, AChange) {
   const auto expected = change(-1);
   ASSERT_TRUE(expected != nullptr && expected->ok());
   long n = 0;
-  int dropped = 0;
   for (bool met = true; met; ++n) {
     now_trying = "a change, allocation " + std::to_string(n);
     SCOPED_TRACE(now_trying);
@@ -222,15 +255,7 @@ TEST_P(SessionEveryPlace, AChange) {
       ASSERT_TRUE(met || reply->ok());
       EXPECT_EQ(session_->scene()->body_count(), reply->ok() ? 3U : 2U);
     }
-    if (lost_) {
-      // The collider was changed and the session was not: it says so, and is made again.
-      ++dropped;
-      ASSERT_TRUE(reply != nullptr && !reply->ok());
-      const auto gone = change(-1);
-      ASSERT_TRUE(gone != nullptr && !gone->ok());
-      EXPECT_EQ(gone->code(), ErrorCode::kNotFound);
-      continue;
-    }
+    ASSERT_FALSE(lost_) << "the session was dropped";
     const auto again = change(-1);
     ASSERT_NE(again, nullptr);
     ASSERT_EQ(again->times(), 1);
@@ -239,8 +264,44 @@ TEST_P(SessionEveryPlace, AChange) {
     EXPECT_EQ(session_->snapshot().state, expected->value()) << "its digest is of all that it is";
     EXPECT_EQ(session_->scene()->body_count(), 3U);
   }
-  std::printf("%ld allocations failed, %d dropped the session\n", n - 1, dropped);
-  EXPECT_LT(dropped, n / 4) << "what may fail comes before the collider is changed";
+  std::printf("%ld allocations failed\n", n - 1);
+}
+
+// All or none of them: wherever its client gives up, or memory ends, the session is as before.
+TEST_P(SessionEveryPlace, FiveChangesAreOne) {
+  const auto expected = change_five(1, -1);
+  ASSERT_TRUE(expected != nullptr && expected->ok());
+  for (const bool gives_up : {true, false}) {
+    long n = 0;
+    for (bool met = true; met; ++n) {
+      now_trying = (gives_up ? "five changes, look " : "five changes, allocation ") + std::to_string(n);
+      SCOPED_TRACE(now_trying);
+      ASSERT_NO_FATAL_FAILURE(begin());
+      const server::SessionState before = session_->snapshot().state;
+      const auto reply = gives_up ? change_five(1, n) : change_five(1, -1, n);
+      met = gives_up ? testing::CountedLooks::met() : FailingAllocations::met();
+      ASSERT_FALSE(lost_) << "the session was dropped";
+      if (reply == nullptr || !reply->ok()) {
+        ASSERT_TRUE(met);
+        ASSERT_TRUE(reply == nullptr || reply->times() == 1);
+        if (reply != nullptr) {
+          EXPECT_EQ(reply->code(), gives_up ? ErrorCode::kCancelled : ErrorCode::kResourceExhausted);
+        }
+        EXPECT_EQ(session_->snapshot().state, before);
+        EXPECT_EQ(session_->scene()->body_count(), 2U);
+        if (n % 2 == 0) {  // the other half goes on with the changes
+          ASSERT_NO_FATAL_FAILURE(expect_answer(1));
+          continue;
+        }
+      }
+      const auto again = change_five(1, -1);
+      ASSERT_TRUE(again != nullptr && again->ok());
+      EXPECT_EQ(again->value(), expected->value());
+      EXPECT_EQ(session_->scene()->body_count(), 4U);
+    }
+    std::printf("%ld %s\n", n - 1, gives_up ? "looks ended it" : "allocations failed");
+    EXPECT_GT(n, gives_up ? 5 + 1 : 1) << "at least between the changes";
+  }
 }
 
 }  // namespace

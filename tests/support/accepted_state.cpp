@@ -206,6 +206,16 @@ void AcceptedState::accept(const Operation& operation) {
   if (const auto* step = std::get_if<StepOperation>(&operation)) accept_step(*this, *step);
   if (const auto* add = std::get_if<AddOperation>(&operation)) accept_addition(*this, *add);
   if (const auto* change = std::get_if<ChangeOperation>(&operation)) accept_change(*this, *change);
+  if (const auto* several = std::get_if<ChangesOperation>(&operation)) {
+    for (const SceneChange& one : several->changes) {
+      if (const auto* add = std::get_if<AddBody>(&one)) {
+        accept_addition(*this, {add->addition, add->positions});
+      } else {
+        const auto& change = std::get<ChangeBody>(one);
+        accept_change(*this, {change.index, change.body});
+      }
+    }
+  }
   if (const auto* place = std::get_if<PlaceOperation>(&operation)) {
     StepOperation step;
     step.poses = place->poses;

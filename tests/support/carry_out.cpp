@@ -24,6 +24,7 @@ class Call {
   explicit Call(const Operation& operation) : operation_(operation) {
     if (const auto* step = std::get_if<StepOperation>(&operation)) lay_out(*step);
     if (const auto* add = std::get_if<AddOperation>(&operation)) addition_ = add->addition;
+    if (const auto* several = std::get_if<ChangesOperation>(&operation)) changes_ = several->changes;
   }
 
   // A step's answer is a view into the collider.
@@ -42,12 +43,16 @@ class Call {
               if (!result) return {std::move(result.error()), std::nullopt};
               return {std::nullopt, std::move(result).value()};
             },
-            [&](const PlaceOperation& place) { return of(collider.place(place.poses)); },
+            [&](const PlaceOperation& place) { return of(collider.place(place.poses, flag)); },
             [&](const AddOperation& add) {
-              return of(collider.add_body(std::move(addition_), std::span<const double>(add.positions)));
+              return of(collider.add_body(std::move(addition_), std::span<const double>(add.positions),
+                                          flag));
             },
-            [&](const ChangeOperation& change) { return of(collider.change_body(change.body, change.as)); },
-            [&](const CheckOperation&) { return of(collider.self_check()); },
+            [&](const ChangeOperation& change) {
+              return of(collider.change_body(change.body, change.as, flag));
+            },
+            [&](const ChangesOperation&) { return of(collider.change(std::move(changes_), flag)); },
+            [&](const CheckOperation&) { return of(collider.self_check(flag)); },
             [&](const ForgetOperation&) {
               collider.forget_warmth();
               return Answer{};
@@ -71,6 +76,7 @@ class Call {
   Frame frame_;
   std::vector<BodyPositions> bodies_;
   BodyAddition addition_;
+  std::vector<SceneChange> changes_;
 };
 
 Outcome outcome_of(Call::Answer&& answer) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/counted_looks.h"
 
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 namespace testing {

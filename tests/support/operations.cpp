@@ -74,6 +74,9 @@ std::string to_string(const Operation& operation) {
                           return "change_body(" + std::to_string(change.body) + ", " +
                                  name_of(change.as.kind) + ")";
                         },
+                        [](const ChangesOperation& several) {
+                          return "change(" + std::to_string(several.changes.size()) + " changes)";
+                        },
                         [](const CheckOperation&) { return std::string("self_check()"); },
                         [](const ForgetOperation&) { return std::string("forget_warmth()"); },
                     },

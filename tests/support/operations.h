@@ -36,10 +36,14 @@ struct ChangeOperation {
   std::uint32_t body;
   Body as;
 };
+/// Several of the two, as one.
+struct ChangesOperation {
+  std::vector<SceneChange> changes;
+};
 struct CheckOperation {};
 struct ForgetOperation {};
-using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, ChangeOperation, CheckOperation,
-                               ForgetOperation>;
+using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, ChangeOperation, ChangesOperation,
+                               CheckOperation, ForgetOperation>;
 std::string to_string(const Operation& operation);
 
 /// What a call came to.

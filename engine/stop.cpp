@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nothing else may be defined here: see StopSignal::look().
-#include "engine/parallel/stop.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

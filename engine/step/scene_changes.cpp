@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/step/scene_changes.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+bool tests_itself(const Body& body) {
+  return body.kind == BodyKind::kDeformable && body.self_collision;
+}
+
+// Do two descriptions of a body differ in its name alone?
+bool is_modelled_alike(const Body& a, Body b) {
+  b.name = a.name;
+  return a == b;
+}
+
+// What becomes of a body that was there before some changes.
+struct Redescribed {
+  std::uint32_t index;
+  BodyKind kind;             // by the changes looked at
+  bool became_rigid = false;  // once at least
+  std::shared_ptr<const ReferenceShape> shape = nullptr;  // where it is rigid by that
+  double reach = 0;
+};
+
+// By index.
+std::vector<Redescribed> redescribed(const Scene& scene, std::span<const SceneChange> changes) {
+  std::vector<std::pair<std::uint32_t, BodyKind>> kinds;
+  for (const SceneChange& change : changes) {
+    const auto* changed = std::get_if<ChangeBody>(&change);
+    if (changed != nullptr && changed->index < scene.bodies().size())
+      kinds.emplace_back(changed->index, changed->body.kind);
+  }
+  std::ranges::stable_sort(kinds, {}, [](const auto& kind) { return kind.first; });
+  std::vector<Redescribed> all;
+  for (const auto& [index, kind] : kinds) {
+    if (all.empty() || all.back().index != index) all.push_back({index, scene.bodies()[index].kind});
+    all.back().became_rigid |= kind == BodyKind::kRigid && all.back().kind != BodyKind::kRigid;
+    all.back().kind = kind;
+  }
+  return all;
+}
+
+// The change to blame for a body that is too much: the last that says anything of it, or else the last.
+std::size_t blamed(std::uint32_t body, std::uint32_t bodies_before, std::span<const SceneChange> changes) {
+  std::size_t blamed = changes.size() - 1;
+  std::uint32_t added = bodies_before;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const auto* changed = std::get_if<ChangeBody>(&changes[i]);
+    if ((changed != nullptr ? changed->index : added++) == body) blamed = i;
+  }
+  return blamed;
+}
+
+}  // namespace
+
+Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal stop, std::size_t& at) {
+  Core& core = warm.core;
+  const std::uint32_t bodies_before = core.scene->body_count();
+  const std::uint32_t first_vertex = core.scene->vertex_count();
+  std::vector<Redescribed> others = redescribed(*core.scene, changes);
+  Result<Scene> changed = core.scene->with_changes(changes, at, stop);
+  if (!changed) return changed.error();
+  auto scene = std::make_shared<const Scene>(std::move(changed).value());
+
+  std::vector<double> positions;
+  positions.reserve(3 * std::size_t{scene->vertex_count() - first_vertex});
+  std::uint32_t added = bodies_before;
+  for (at = 0; at < changes.size(); ++at) {
+    const auto* add = std::get_if<AddBody>(&changes[at]);
+    if (add == nullptr) continue;
+    const std::span<const double> values = add->positions;
+    if (Status status = check_positions(values, scene->bodies()[added++].vertex_count, "positions", stop); !status) return status;
+    append(positions, values, stop);
+  }
+
+  const bool extended = added > bodies_before;
+  bool tests_more = extended;
+  bool names_alone = !extended;
+  std::erase_if(others, [&](Redescribed& other) {
+    const Body& from = core.scene->bodies()[other.index];
+    const Body& to = scene->bodies()[other.index];
+    other.became_rigid &= to.kind == BodyKind::kRigid;
+    tests_more |= tests_itself(to) && !tests_itself(from);
+    if (!is_modelled_alike(from, to) || other.became_rigid) {
+      names_alone = false;
+      return false;
+    }
+    return true;
+  });
+  if (names_alone) {
+    core.scene = std::move(scene);
+    return {};
+  }
+  std::uint32_t hub = 0;
+  if (tests_more) {
+    if (Status status = check_hubs(*scene, stop, &hub); !status) {
+      at = blamed(scene->body_of_vertex()[hub], bodies_before, changes);
+      return status;
+    }
+  }
+
+  std::optional<Growth> growth;
+  std::optional<Core::Parts> parts;
+  if (extended) growth.emplace(core);
+  core.workers->run([&] {
+    for (Redescribed& other : others) {
+      core.motion.settle(other.index, stop);
+      if (other.became_rigid) other.shape = core.motion.shape_of(other.index, stop);
+      else if (other.kind != core.scene->bodies()[other.index].kind)
+        other.reach = core.motion.measured_reach(other.index, stop);
+    }
+    if (extended) {
+      core.motion.append(*scene, positions, stop);
+      core.topology->extend(*scene, core.motion.vertices(), stop);
+      core.motion.renumber(core.topology->numbering, first_vertex, stop);
+    }
+    parts = core.make_parts(*scene, *scene, extended, stop);
+  });
+  if (growth) growth->keep();
+  for (Redescribed& other : others)
+    core.motion.change_kind(other.index, other.kind, std::move(other.shape), other.reach);
+  core.scene = std::move(scene);
+  core.take(std::move(*parts));
+  warm.pipeline->parts_changed();
+  return {};
+}
+
+}  // namespace warmfront
