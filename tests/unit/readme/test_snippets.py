@@ -50,8 +50,8 @@ def program(snippet, after=""):
 
 
 def whole_programs():
-    """{name: snippet} of all pages: those that begin with their includes."""
-    return {f"{page.parent.name or 'top'}_{k}": text for page in PAGES
+    """{name: snippet} of all rooms' pages: those that begin with their includes."""
+    return {"_".join([*page.relative_to(SOURCE).parts[:-1], str(k)]): text for page in PAGES[1:]
             for k, text in enumerate(text for kind, text in BLOCKS[page] if kind == "cpp" and text.startswith("#include"))}
 
 
