@@ -11,8 +11,8 @@ namespace warmfront::server {
 
 /// Milliseconds of one thread, if the whole scene moves. By counts, which are the same however busy the
 /// machine is: a measured time would call a small step long that had to wait for others, and then keep it
-/// where it waits. The weights are fitted to the README's sequences, whose steps they meet within a third;
-/// what the smallest step takes is mostly its answer's way out.
+/// where it waits. The weights are fitted to the sequences of tests/README.md, whose steps they meet within a
+/// third; what the smallest step takes is mostly its answer's way out.
 inline double step_cost_ms(std::uint64_t triangles, const StepCounts& last) {
   return 1e-6 * (50'000.0 + 60.0 * static_cast<double>(triangles) +
                  20.0 * static_cast<double>(last.bv_tests) + 3.0 * static_cast<double>(last.primitive_tests) +

@@ -3,8 +3,8 @@
 """Loads a daemon and holds the report against the daemon's own metrics.
 
 tests/bench/load.py BIN_DIR [SESSIONS [SECONDS]] (64 sessions, 60 seconds) starts warmfrontd, streams scenes of 4,000
-triangles to it in a closed loop and at rising rates up to the knee and beyond, and prints README's tables. Exit code 1
-where report and metrics differ by more than 5%, or in a count at all.
+triangles to it in a closed loop and at rising rates up to the knee and beyond, and prints the tables of
+tests/README.md. Exit code 1 where report and metrics differ by more than 5%, or in a count at all.
 """
 import json
 import os

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene's model saves, printed as the README's table:
+"""What a scene's model saves, printed as the table of engine/README.md:
 
     tests/bench/models.py build/release/bin/warmfront
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the README's measured tables: tests/bench/tables.py WARMFRONT TABLE...
+"""Prints the measured tables of tests/README.md: tests/bench/tables.py WARMFRONT TABLE...
 
 WARMFRONT is the command line's binary. Tables: step (one big step), sequences (stages and threads), front (what the front
 saves, beside the 2009 paper's figures), equal (one answer whatever the way), tiled (1.5 million triangles), remote (what the

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/bvh/topology.h"
 #include "engine/collider.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/scene/adjacency.h"
-#include "engine/bvh/topology.h"
 #include "tests/support/counted_looks.h"
 #include "tests/support/failing_allocations.h"
 #include "tests/support/hostile_scenes.h"
@@ -314,7 +314,10 @@ TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
 TEST(Changes, OfManyBodiesAreOneScene) {
   const HostileScene scene = as_body(flat_grid(200), false);
   constexpr long kBodies = 100;
-  const AddBody add{{{"", 0, 3}, {{0, 1, 2}}}, {0, 0, 5, 1, 0, 5, 0, 1, 5}};
+  AddBody add;
+  add.addition.body.vertex_count = 3;
+  add.addition.faces = {{0, 1, 2}};
+  add.positions = {0, 0, 5, 1, 0, 5, 0, 1, 5};
   const auto looks_of = [&](long bodies) {
     Collider collider = make(scene, {});
     const CountedLooks looks(-1);

@@ -126,7 +126,7 @@ Answers step_through(FrameSequence& frames, const Way& way, double separation, i
 
 class Sequences : public ::testing::TestWithParam<std::pair<const char*, double>> {};
 
-// A few frames from the thick of each sequence; the README's commands do whole ones.
+// A few frames from the thick of each sequence; the commands of tests/README.md do whole ones.
 TEST_P(Sequences, AllWaysGiveTheSameBits) {
   WARMFRONT_NEED_DATA("sequences");
   const auto [name, separation] = GetParam();

@@ -12,6 +12,7 @@
 
 #include "engine/broad_phase/near_parts.h"
 #include "engine/check/check_neighbours.h"
+#include "engine/collider.h"
 #include "tests/support/hierarchy.h"
 #include "tests/support/scenes.h"
 

@@ -1,18 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's snippets as a reader uses them: C++ against the installed package, Python against the package built."""
+"""The snippets of all pages as a reader uses them: C++ against the installed package, Python against the package built, and
+commands in a folder that holds what they name. What takes minutes is only looked up: see ONLY_LOOKED_UP."""
 import os
-import pathlib
 import re
 import subprocess
 import sys
 
 import pytest
-
-SOURCE = pathlib.Path(os.environ["WARMFRONT_SOURCE"])
-BIN = pathlib.Path(os.environ["WARMFRONT_BIN"])
-ADDRESS = "127.0.0.1:50051"  # that the snippets name
-
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", (SOURCE / "README.md").read_text(), re.DOTALL | re.MULTILINE)
+from pages import ADDRESS, BIN, BLOCKS, PAGES, SOURCE
 
 # What a reader has at hand: two triangles, of which the second falls through the first in the first of two frames.
 PRELUDE = """
@@ -34,12 +29,16 @@ cmake_minimum_required(VERSION 3.25)
 project(reader LANGUAGES CXX)
 set(CMAKE_BUILD_TYPE Debug)
 find_package(warmfront REQUIRED)
-add_executable(in_process in_process.cpp)
-target_link_libraries(in_process warmfront::engine)
-add_executable(remote remote.cpp)
-target_link_libraries(remote warmfront::client)
-add_executable(unchecked unchecked.cpp)
-target_link_libraries(unchecked warmfront::engine)
+"""
+
+PYTHON_PRELUDE = """
+import numpy as np
+V0 = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [.25, .25, 1], [1.25, .25, 1], [.25, 1.25, 1]])
+V1 = V0 * [1, 1, -1]
+F = np.array([[0, 1, 2], [3, 4, 5]])
+frames = [V1, V1]
+def use(*columns):
+    print("used", *map(len, columns))
 """
 
 
@@ -50,20 +49,23 @@ def program(snippet, after=""):
     return "\n".join([*above, PRELUDE, *inside, after, '  std::printf("used %d\\n", used);', "}\n"])
 
 
-def cpp_snippets():
-    """Those that are whole, in-process first, and what the README lets them do further with a session."""
-    whole = [text for kind, text in BLOCKS if kind == "cpp" and text.startswith("#include")]
-    more = [text.replace("= ...;", "= {};") for kind, text in BLOCKS if kind == "cpp" and not text.startswith("#include")]
-    return whole, more
+def whole_programs():
+    """{name: snippet} of all rooms' pages: those that begin with their includes."""
+    return {"_".join([*page.relative_to(SOURCE).parts[:-1], str(k)]): text for page in PAGES[1:]
+            for k, text in enumerate(text for kind, text in BLOCKS[page] if kind == "cpp" and text.startswith("#include"))}
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("daemon")
-    daemon = subprocess.Popen([BIN / "warmfrontd", "--listen", f"unix:{folder}/d.sock"], stderr=subprocess.DEVNULL)
-    yield f"unix:{folder}/d.sock"
-    daemon.terminate()
-    assert daemon.wait(60) == 0
+def further_snippets():
+    """What pages let a reader do with a session that there is."""
+    return [text.replace("= ...;", "= {};") for page in PAGES for kind, text in BLOCKS[page]
+            if kind == "cpp" and not text.startswith("#include")]
+
+
+def front_door():
+    """README's snippets: in-process, then remote."""
+    in_process, remote = [text for kind, text in BLOCKS[SOURCE / "README.md"] if kind == "cpp"]
+    assert "client/lib/client.h" in remote and "client/lib/client.h" not in in_process
+    return in_process, remote
 
 
 @pytest.fixture(scope="module")
@@ -72,15 +74,21 @@ def built(tmp_path_factory, address):
     folder = tmp_path_factory.mktemp("reader")
     subprocess.run(["cmake", "--install", os.environ["WARMFRONT_BUILD"], "--prefix", folder / "installed", "--component",
                     "development"], check=True, stdout=subprocess.DEVNULL)
-    whole, more = cpp_snippets()
-    assert len(whole) == 2 and len(more) >= 1
-    (folder / "in_process.cpp").write_text(program(whole[0]))
-    # With the sentence's session, which this scene's bodies do not let run: it compiles.
+    in_process, remote = front_door()
+    more = further_snippets()
+    assert more
+    # With a session, which this scene's bodies do not let run: it compiles.
     further = "".join(f"  auto further{k} = [&](auto& session) {{\n{text}  }};\n  (void)further{k};\n"
                       f"  if (frames.empty()) further{k}(session.value());\n" for k, text in enumerate(more))
-    (folder / "remote.cpp").write_text(program(whole[1].replace(ADDRESS, address), further))
-    (folder / "unchecked.cpp").write_text(program(whole[0].replace("describe(V0, F)", "describe(V0, FaceMatrix(F.array() + 9))")))
-    (folder / "CMakeLists.txt").write_text(CMAKE)
+    programs = {"in_process": program(in_process), "remote": program(remote, further),
+                "unchecked": program(in_process.replace("describe(V0, F)", "describe(V0, FaceMatrix(F.array() + 9))"))}
+    programs.update((name, program(text)) for name, text in whole_programs().items())
+    lists = CMAKE
+    for name, text in programs.items():
+        library = "client" if "client/lib/client.h" in text else "engine"
+        (folder / f"{name}.cpp").write_text(text.replace(ADDRESS, address))
+        lists += f"add_executable({name} {name}.cpp)\ntarget_link_libraries({name} warmfront::{library})\n"
+    (folder / "CMakeLists.txt").write_text(lists)
     for command in (["cmake", "-G", "Ninja", "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={folder}/installed"],
                     ["cmake", "--build", folder / "build"]):
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -88,8 +96,8 @@ def built(tmp_path_factory, address):
     return folder / "build"
 
 
-def run(command):
-    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def run(command, **options):
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
 
 def test_the_engine_in_process(built):
@@ -109,28 +117,26 @@ def test_a_value_that_is_none_ends_with_the_error(built):
     assert "BadResultAccess" in done.stderr and "faces[0][0]: vertex index 9 is not in [0, 6)" in done.stderr
 
 
-def test_python(address, tmp_path):
-    text, = (text for kind, text in BLOCKS if kind == "python")
-    (tmp_path / "snippet.py").write_text(f"""
-import numpy as np
-V0 = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [.25, .25, 1], [1.25, .25, 1], [.25, 1.25, 1]])
-V1 = V0 * [1, 1, -1]
-F = np.array([[0, 1, 2], [3, 4, 5]])
-frames = [V1, V1]
-def use(*columns):
-    print("used", *map(len, columns))
-{text.replace(ADDRESS, address)}
-""")
+@pytest.mark.parametrize("name", whole_programs())
+def test_whole_programs(built, name):
+    done = run([built / name])
+    assert done.returncode == 0 and re.fullmatch(r"used [1-9]\d*\n", done.stdout), done.stdout + done.stderr
+
+
+def python_snippets():
+    return [pytest.param(text, id=f"{page.relative_to(SOURCE)}-{k}") for page in PAGES
+            for k, (kind, text) in enumerate(BLOCKS[page]) if kind == "python"]
+
+
+@pytest.mark.parametrize("text", python_snippets())
+def test_python(address, tmp_path, text):
+    (tmp_path / "snippet.py").write_text(PYTHON_PRELUDE + text.replace(ADDRESS, address))
+    done = run([sys.executable, tmp_path / "snippet.py"])
+    assert done.returncode == 0 and "used" in done.stdout, done.stderr
+
+
+def test_python_of_the_front_door(address, tmp_path):
+    text, = (text for kind, text in BLOCKS[SOURCE / "README.md"] if kind == "python")
+    (tmp_path / "snippet.py").write_text(PYTHON_PRELUDE + text.replace(ADDRESS, address))
     done = run([sys.executable, tmp_path / "snippet.py"])
     assert (done.returncode, done.stdout) == (0, "used 3 3 3\nused 0 0 0\n"), done.stderr
-
-
-def test_no_two_snippets_start_daemons_on_one_port():
-    ports = []
-    for kind, text in BLOCKS:
-        for line in text.splitlines() if kind == "sh" else ():
-            command = line.split("#")[0]
-            for started in re.findall(r"(?:^|[;&|] *)warmfrontd\b([^;&|]*)", command):
-                listened = re.findall(r"--listen (\S+)", started) or [ADDRESS]
-                ports += [address.rpartition(":")[2] for address in listened]
-    assert len(ports) >= 2 and len(set(ports)) == len(ports), ports
