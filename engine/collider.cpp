@@ -22,7 +22,7 @@ struct Collider::Impl {
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
 
   // The core has moved or become another one.
-  void compare_anew() {
+  void restart_comparison() {
     if (all_deformable != nullptr) all_deformable->forget();
   }
 };
@@ -66,7 +66,7 @@ Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>*
   frame.poses = poses;
   if (Status status = core.motion.check(*core.scene, frame, StopSignal(cancelled)); !status) return status;
   if (Status status = core.motion.set_poses(poses); !status) return status;
-  impl_->compare_anew();
+  impl_->restart_comparison();
   return {};
 } catch (const Stopped&) {
   return was_cancelled();
@@ -96,7 +96,7 @@ Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool
     if (failed != nullptr) *failed = at;
     return status;
   }
-  impl_->compare_anew();
+  impl_->restart_comparison();
   return {};
 } catch (const Stopped&) {
   return was_cancelled();

@@ -45,8 +45,8 @@ class Collider {
                           const AcceptStep& accept = {});
 
   /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it
-  /// was left. kInvalidArgument and kCancelled as in step(), kFailedPrecondition after the first step; nothing
-  /// has changed then.
+  /// was left. kInvalidArgument and kCancelled as in step(), kFailedPrecondition after the first step;
+  /// nothing has changed then.
   Status place(std::span<const BodyPose> poses, const std::atomic<bool>* cancelled = nullptr);
 
   /// Appends a body to the scene, at rest at `positions`, (k, 3), from the next step on. Its index is the
@@ -62,9 +62,9 @@ class Collider {
   /// or by an exception, the collider is as it was. O(bodies), and as much more as the body itself takes.
   Status change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled = nullptr);
 
-  /// Carries out changes as add_body() and change_body() do, one after the other, all of them or none: as one,
-  /// so that O(scene) is paid once however many bodies are added. Looks at `cancelled` between the changes and
-  /// within each. With an error, `failed`, unless it is null, is the change that it is of.
+  /// Carries out changes as add_body() and change_body() do, one after the other, all of them or none: as
+  /// one, so that O(scene) is paid once however many bodies are added. Looks at `cancelled` between the
+  /// changes and within each. With an error, `failed`, unless it is null, is the change that it is of.
   Status change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled = nullptr,
                 std::size_t* failed = nullptr);
 

@@ -324,12 +324,16 @@ std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>
   const auto by_vertex = [&](std::size_t m) { return first[m].vertex; };
   const auto by_face = [&](std::size_t m) { return first[m].face; };
   const auto by_edge = [&](std::size_t m) { return first[m].edge; };
-  join(to.faces, meshes, stop, [](const Mesh& m) -> auto& { return m.faces; }, by_vertex);
-  join(to.edges, meshes, stop, [](const Mesh& m) -> auto& { return m.edges; }, by_vertex);
-  join(to.face_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.face_edges; }, by_edge);
+  join(
+      to.faces, meshes, stop, [](const Mesh& m) -> auto& { return m.faces; }, by_vertex);
+  join(
+      to.edges, meshes, stop, [](const Mesh& m) -> auto& { return m.edges; }, by_vertex);
+  join(
+      to.face_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.face_edges; }, by_edge);
   // Rows end where those before them do and their own items: all but each list's leading 0 is taken.
   const auto join_rows = [&](Csr& rows, auto&& of, auto&& first_item) {
-    join(rows.items, meshes, stop, [&](const Mesh& m) -> auto& { return of(m).items; }, by_face);
+    join(
+        rows.items, meshes, stop, [&](const Mesh& m) -> auto& { return of(m).items; }, by_face);
     std::size_t count = 1;
     for (const auto& mesh : meshes) count += of(*mesh).rows();
     rows.begin.reserve(count);
@@ -347,10 +351,12 @@ std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>
   join_rows(
       to.edge_faces, [](const Mesh& m) -> const Csr& { return m.edge_faces; },
       [&](std::size_t m) { return first[m].edge_item; });
-  join(to.isolated_vertices, meshes, stop, [](const Mesh& m) -> auto& { return m.isolated_vertices; },
-       by_vertex);
-  join(to.body_of_vertex, meshes, stop, [](const Mesh& m) -> auto& { return m.body_of_vertex; },
-       [&](std::size_t m) { return first[m].body; });
+  join(
+      to.isolated_vertices, meshes, stop, [](const Mesh& m) -> auto& { return m.isolated_vertices; },
+      by_vertex);
+  join(
+      to.body_of_vertex, meshes, stop, [](const Mesh& m) -> auto& { return m.body_of_vertex; },
+      [&](std::size_t m) { return first[m].body; });
   return result;
 }
 
@@ -449,7 +455,8 @@ std::size_t Scene::memory_bytes() const {
          mesh_->face_edges.capacity() * sizeof(mesh_->face_edges[0]) + mesh_->vertex_faces.memory_bytes() +
          mesh_->edge_faces.memory_bytes() +
          (mesh_->isolated_vertices.capacity() + mesh_->body_of_vertex.capacity()) * sizeof(std::uint32_t) +
-         bodies_.capacity() * sizeof(Body) + name_bytes_ + excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]);
+         bodies_.capacity() * sizeof(Body) + name_bytes_ +
+         excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]);
 }
 
 }  // namespace warmfront

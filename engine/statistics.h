@@ -76,12 +76,13 @@ struct StepCounts {
   std::uint64_t part_pairs_excluded = 0;  ///< pairs of parts that the model leaves out
 };
 /// Calls X with the name of each count, for what does the same with all of them.
-#define WARMFRONT_STEP_COUNTS(X)                                                                            \
-  X(bv_tests) X(primitive_tests) X(front_pairs) X(front_bytes) X(front_skipped) X(front_rested)             \
-  X(front_sprouted) X(front_pruned) X(triangle_pairs) X(adjacent_pairs) X(cone_culled_pairs)                \
-  X(cone_patches) X(elementary_tests) X(orphan_tests) X(coplanarity_passed) X(exact_tests)                  \
-  X(contacts_kept) X(vertices_moved) X(nodes_refit) X(parts) X(parts_moved) X(parts_rigid)                  \
-  X(near_parts) X(parts_apart) X(part_pairs_excluded)
+#define WARMFRONT_STEP_COUNTS(X)                                                                      \
+  X(bv_tests)                                                                                         \
+  X(primitive_tests) X(front_pairs) X(front_bytes) X(front_skipped) X(front_rested) X(front_sprouted) \
+      X(front_pruned) X(triangle_pairs) X(adjacent_pairs) X(cone_culled_pairs) X(cone_patches)        \
+          X(elementary_tests) X(orphan_tests) X(coplanarity_passed) X(exact_tests) X(contacts_kept)   \
+              X(vertices_moved) X(nodes_refit) X(parts) X(parts_moved) X(parts_rigid) X(near_parts)   \
+                  X(parts_apart) X(part_pairs_excluded)
 #define WARMFRONT_ONE(name) +1
 static_assert(sizeof(StepCounts) == sizeof(std::uint64_t) * (0 WARMFRONT_STEP_COUNTS(WARMFRONT_ONE)));
 #undef WARMFRONT_ONE

@@ -24,7 +24,8 @@ struct StepResult {
   /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
   std::span<const ContactGeometry> geometry = {};
   StepStatistics statistics;
-  /// With options.explain: of the same step with everything deformable; what the scene's model saves is the difference.
+  /// With options.explain: of the same step with everything deformable; what the scene's model saves is the
+  /// difference.
   std::optional<StepStatistics> all_deformable = std::nullopt;
 };
 

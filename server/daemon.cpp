@@ -236,9 +236,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   impl->sockets = std::move(sockets);
   impl->set_quotas();
   if (!config.record_dir.empty()) {
-    auto recordings = Recordings::open(
-        config.record_dir, config.record_max_bytes, log,
-        {.queue_bytes = config.record_queue_bytes, .flush_timeout = config.drain_timeout});
+    auto recordings =
+        Recordings::open(config.record_dir, config.record_max_bytes, log,
+                         {.queue_bytes = config.record_queue_bytes, .flush_timeout = config.drain_timeout});
     if (!recordings) return recordings.error();
     impl->context.recordings = std::move(recordings).value();
   }
@@ -251,8 +251,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   std::shared_ptr<grpc::ServerCredentials> encrypted;
   if (impl->certificates) {
     encrypted = encrypted_by(impl->certificates->in_force());
-    impl->certificate_files =
-        std::make_unique<Ticker>(kCertificateGlance, [files = impl->certificates, &metrics = impl->context.metrics] {
+    impl->certificate_files = std::make_unique<Ticker>(
+        kCertificateGlance, [files = impl->certificates, &metrics = impl->context.metrics] {
           if (!files->look()) ++metrics.reload_failures[Metrics::kCertificates];
         });
   }
@@ -277,10 +277,10 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
                {"encrypted", is_encrypted},
                {"authenticated", impl->guard->authenticates()}});
     if (is_local(config.listen[i]) || (is_encrypted && impl->guard->authenticates())) continue;
-    log.write(
-        LogLevel::kWarning, "insecure",
-        {{"address", impl->addresses.back()},
-         {"reason", is_encrypted ? "whoever reaches this address may call; set --token-file or --tls-client-ca"
+    log.write(LogLevel::kWarning, "insecure",
+              {{"address", impl->addresses.back()},
+               {"reason", is_encrypted
+                              ? "whoever reaches this address may call; set --token-file or --tls-client-ca"
                               : "others can reach this address and nothing is encrypted"}});
   }
   impl->expiry = std::make_unique<Expiry>(
@@ -307,12 +307,11 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
         log.write(LogLevel::kDebug, "memory_given_back", {{"bytes", std::uint64_t{bytes}}});
       });
   if (!config.metrics_listen.empty()) {
-    Result<std::unique_ptr<Http>> http = Http::start(
-        config.metrics_listen, {[all = impl.get()] { return all->metrics(); },
-                                [all = impl.get()] { return !all->context.lifecycle.draining(); },
-                                [all = impl.get()] {
-                                  return all->liveness.alive(std::chrono::steady_clock::now());
-                                }});
+    Result<std::unique_ptr<Http>> http =
+        Http::start(config.metrics_listen,
+                    {[all = impl.get()] { return all->metrics(); },
+                     [all = impl.get()] { return !all->context.lifecycle.draining(); },
+                     [all = impl.get()] { return all->liveness.alive(std::chrono::steady_clock::now()); }});
     if (!http) {
       impl->server->Shutdown(std::chrono::system_clock::now());
       return http.error();
@@ -323,8 +322,9 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
     if (!is_local(config.metrics_listen))
       log.write(LogLevel::kWarning, "insecure",
                 {{"address", address},
-                 {"reason", "others can reach this address and read the metrics, in the clear; let only "
-                            "the monitoring's network through"}});
+                 {"reason",
+                  "others can reach this address and read the metrics, in the clear; let only "
+                  "the monitoring's network through"}});
   }
   log.write(LogLevel::kInfo, "serving", {{"threads", std::int64_t{impl->context.workers->threads()}}});
   impl->health.serve();

@@ -89,12 +89,12 @@ int main(int argc, char** argv) {
   // A daemon that hangs is started again; one that is only busy is not.
   std::unique_ptr<Ticker> watchdog;
   if (const auto interval = watchdog_interval())
-    watchdog = std::make_unique<Ticker>(
-        std::max(std::chrono::duration_cast<std::chrono::milliseconds>(*interval),
-                 std::chrono::milliseconds(1)),
-        [&daemon] {
-          if (daemon.value()->alive()) notify_systemd("WATCHDOG=1");
-        });
+    watchdog =
+        std::make_unique<Ticker>(std::max(std::chrono::duration_cast<std::chrono::milliseconds>(*interval),
+                                          std::chrono::milliseconds(1)),
+                                 [&daemon] {
+                                   if (daemon.value()->alive()) notify_systemd("WATCHDOG=1");
+                                 });
   int signal = 0;
   while (sigwait(&handled, &signal) == 0 && signal == SIGHUP) daemon.value()->reload();
   // A little more than the drain's own limit, which cuts off calls; this is for a step that cannot be cut

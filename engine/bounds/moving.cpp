@@ -36,7 +36,7 @@ WARMFRONT_INLINE void axes_of(Real x, Real y, Real z, Real* out) {
 }
 
 WARMFRONT_INLINE std::array<double, 3> local_position(const std::array<double, 4>& x,
-                                                      const LocalFrame& frame) {
+                                                      const LocalTransform& frame) {
   std::array<double, 3> local;
   for (int axis = 0; axis < 3; ++axis)
     local[axis] = frame.to_local(x[axis]) - frame.to_local(frame.origin[axis]);
@@ -47,7 +47,7 @@ WARMFRONT_INLINE std::array<double, 3> local_position(const std::array<double, 4
 struct Thickening {
   double lane[18];
 
-  Thickening(const LocalFrame& frame, double min_separation, double magnitude, double radius = 0) {
+  Thickening(const LocalTransform& frame, double min_separation, double magnitude, double radius = 0) {
     // A ball's own rounding is added to that of its vertices.
     const double margin = (radius > 0 ? 2 : 1) * 0x1p-44 * magnitude;
     const double separation = 0.5 * frame.to_local(min_separation) + frame.to_local(radius);
@@ -56,7 +56,7 @@ struct Thickening {
 };
 
 // The lanes of one end of the step.
-WARMFRONT_INLINE void bounds_at(const std::array<double, 4>& position, const LocalFrame& frame,
+WARMFRONT_INLINE void bounds_at(const std::array<double, 4>& position, const LocalTransform& frame,
                                 const Thickening& thickening, float* lanes) {
   const auto x = local_position(position, frame);
   double at[18];
@@ -65,7 +65,7 @@ WARMFRONT_INLINE void bounds_at(const std::array<double, 4>& position, const Loc
   for (int k = 0; k < 18; ++k) lanes[k] = round_down(at[k] - thickening.lane[k]);
 }
 
-WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& frame,
+WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalTransform& frame,
                                 const Thickening& thickening, KDop18& slabs) {
   bounds_at(vertex.t0, frame, thickening, slabs.lane.data());
   bounds_at(vertex.t1, frame, thickening, slabs.lane.data() + KDop18::kEnd);
@@ -74,7 +74,7 @@ WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalFrame& fr
 // Makes what stands for a vertex at one end of the step.
 class PointMaker {
  public:
-  PointMaker(const LocalFrame& frame, double min_separation, double magnitude) : to_local_(frame) {
+  PointMaker(const LocalTransform& frame, double min_separation, double magnitude) : to_local_(frame) {
     const double thickening = Thickening(frame, min_separation, magnitude).lane[0];
     // Rounding of the margin, and of float32 where it has no more bits, is far below what is added.
     const double more = thickening * (1 + 0x1p-20) + 0x1p-126;
@@ -141,7 +141,7 @@ void reaches_of(const MovingPoints& points, int end, double* reach) {
 
 }  // namespace
 
-PointBounds point_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+PointBounds point_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
                          double magnitude) {
   PointBounds bounds;
   constexpr MotionState kAny = 0;
@@ -150,18 +150,18 @@ PointBounds point_bounds(const VertexMotion& vertex, const LocalFrame& frame, do
 }
 
 void point_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                  const LocalFrame& frame, double min_separation, double magnitude, Known known,
+                  const LocalTransform& frame, double min_separation, double magnitude, Known known,
                   PointBounds* bounds) {
   points_of_all(vertices, states, PointMaker(frame, min_separation, magnitude), known, bounds);
 }
 
 // Far out of the frame's range bounds hold everything: slower, never wrong.
-KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
                      double magnitude) {
   return moving_bounds(vertex, 0, frame, min_separation, magnitude);
 }
 
-KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame& frame,
+KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalTransform& frame,
                      double min_separation, double magnitude) {
   KDop18 bounds;
   if (magnitude < 1e300)
@@ -171,7 +171,7 @@ KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame
   return bounds;
 }
 
-KDop18 moving_bounds(const MovingPoints& points, const LocalFrame& frame, double min_separation,
+KDop18 moving_bounds(const MovingPoints& points, const LocalTransform& frame, double min_separation,
                      double magnitude) {
   KDop18 bounds;
   bounds.lane.fill(-std::numeric_limits<float>::infinity());

@@ -24,7 +24,7 @@ namespace warmfront {
 /// thickening 3 u M. The cascade's slack is 48 u times a query size that is at most twice the largest gap,
 /// and gaps are at most 2 M: 192 u M, to which come u times a diagonal's own threshold. 2^-44 M = 512 u M on
 /// each of two sides covers all of it.
-KDop18 moving_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
                      double magnitude);
 
 /// What stands in bounds that are to be brought to this step.
@@ -39,22 +39,22 @@ enum class Known : std::uint8_t {
 /// and an end, when the margin m is taken from it, by u (2 a + m) more: 6 u a in all, less than the 8 u a
 /// that the margin has beside the thickening and what rounding takes of it. A vertex farther out than 2^100
 /// is bounded by everything.
-PointBounds point_bounds(const VertexMotion& vertex, const LocalFrame& frame, double min_separation,
+PointBounds point_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
                          double magnitude);
 
 /// The same for many vertices of the given states; `bounds` has room for as many. With the frame, separation
 /// and magnitude that made what is known.
 void point_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                  const LocalFrame& frame, double min_separation, double magnitude, Known known,
+                  const LocalTransform& frame, double min_separation, double magnitude, Known known,
                   PointBounds* bounds);
 
 /// The same for a ball of the given radius (scene units) about a moving centre: it bounds whatever stays
 /// within the ball at both ends of the step, up to rounding of 2^-44 of the magnitude.
-KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalFrame& frame,
+KDop18 moving_bounds(const VertexMotion& centre, double radius, const LocalTransform& frame,
                      double min_separation, double magnitude);
 
 /// The same for all of a small part's vertices.
-KDop18 moving_bounds(const MovingPoints& points, const LocalFrame& frame, double min_separation,
+KDop18 moving_bounds(const MovingPoints& points, const LocalTransform& frame, double min_separation,
                      double magnitude);
 
 }  // namespace warmfront

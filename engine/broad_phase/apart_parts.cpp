@@ -15,7 +15,7 @@ constexpr std::size_t kMostNear = 64;
 
 // How far apart along one direction two parts must be, so that nothing between them is reported, however far
 // they move: the certified tier's promise of certified.h. Only for the tiers certified and exact.
-WantedGap wanted_gap(const ColliderOptions& options, const LocalFrame& frame) {
+WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame) {
   if (options.tier == Tier::kExact) return {};
   return {.least = frame.to_local(options.min_separation),
           .share_of_size = certified_reach(options.tolerance)};
@@ -37,13 +37,13 @@ const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t 
   return of.points;
 }
 
-void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool anew, StopSignal stop,
-                      std::vector<NearPair>& near) {
+void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool rebuild,
+                      StopSignal stop, std::vector<NearPair>& near) {
   if (near.size() > kMostNear * motion.part_count()) {
     apart_.clear();
     return;
   }
-  choose(motion, anew, stop, near);
+  choose(motion, rebuild, stop, near);
   look(motion, options, stop, near);
   apart_.clear();
   auto candidate = candidates_.begin();
@@ -61,7 +61,7 @@ void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options,
 }
 
 // Pairs of small parts, but for those at rest that were not shown to be apart: they are as near as they were.
-void ApartParts::choose(const SceneMotion& motion, bool anew, StopSignal stop,
+void ApartParts::choose(const SceneMotion& motion, bool rebuild, StopSignal stop,
                         std::span<const NearPair> near) {
   candidates_.clear();
   auto last = apart_.begin();
@@ -70,7 +70,7 @@ void ApartParts::choose(const SceneMotion& motion, bool anew, StopSignal stop,
     paced.check();
     const auto [a, b] = near[i].parts;
     if (a == b || !small(motion, a) || !small(motion, b)) continue;
-    const bool rests = near[i].rests && !anew;
+    const bool rests = near[i].rests && !rebuild;
     while (last != apart_.end() && last->parts < near[i].parts) ++last;
     if (last != apart_.end() && last->parts == near[i].parts) {
       candidates_.push_back({i, last->direction, rests});
@@ -94,7 +94,7 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
     for_each_index(0, count, stop, body, kAtOnce);
   };
   in_parallel(parts_.size(), [&](std::size_t i) { points(motion, parts_[i]); });
-  const LocalFrame& frame = motion.vertices().frame();
+  const LocalTransform& frame = motion.vertices().frame();
   const WantedGap wanted = wanted_gap(options, frame);
   in_parallel(candidates_.size(), [&](std::size_t i) {
     Candidate& candidate = candidates_[i];

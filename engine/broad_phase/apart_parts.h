@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/broad_phase/separating_direction.h"
 #include "engine/broad_phase/part_pair.h"
+#include "engine/broad_phase/separating_direction.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
 #include "engine/stop.h"
@@ -41,8 +41,8 @@ class ApartParts {
   const MovingPoints& points(const SceneMotion& motion, std::uint32_t part);
 
   /// Takes the pairs out of `near` (sorted) that are shown to be apart in this step. Of pairs at rest what
-  /// was found in the last step holds, unless `anew`. Throws Stopped when told to stop.
-  void sift(const SceneMotion& motion, const ColliderOptions& options, bool anew, StopSignal stop,
+  /// was found in the last step holds, unless `rebuild`. Throws Stopped when told to stop.
+  void sift(const SceneMotion& motion, const ColliderOptions& options, bool rebuild, StopSignal stop,
             std::vector<NearPair>& near);
 
   /// Nothing is taken out in this step.
@@ -66,7 +66,7 @@ class ApartParts {
     std::uint64_t step = 0;  // that they are of
   };
 
-  void choose(const SceneMotion& motion, bool anew, StopSignal stop, std::span<const NearPair> near);
+  void choose(const SceneMotion& motion, bool rebuild, StopSignal stop, std::span<const NearPair> near);
   void look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
             std::span<const NearPair> near);
 

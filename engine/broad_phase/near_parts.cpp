@@ -60,8 +60,7 @@ void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bound
 }
 
 template <class Bounds>
-void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bounds> roots,
-                                StopSignal stop) {
+void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bounds> roots, StopSignal stop) {
   order_.clear();
   for (std::uint32_t p = 0; p < model.part_count(); ++p) {
     // Bounds that hold everything have no middle: their parts meet all others, wherever they are put.
@@ -106,7 +105,7 @@ double NearParts<Bounds>::looseness() const {
 
 template <class Bounds>
 void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const std::uint8_t> changed,
-                                 bool anew, std::size_t most, StopSignal stop, std::uint64_t& bv_tests) {
+                                 bool rebuild, std::size_t most, StopSignal stop, std::uint64_t& bv_tests) {
   const Bvtt bvtt(shape_, shape_, true);
   PacedStop paced(stop);
   while (!stack_.empty() && near_.size() <= most) {
@@ -115,7 +114,7 @@ void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const st
     stack_.pop_back();
     const Node& a = nodes_[pair.a];
     const Node& b = nodes_[pair.b];
-    if ((!anew && !a.changed && !b.changed) || !a.set.may_meet(b.set)) continue;
+    if ((!rebuild && !a.changed && !b.changed) || !a.set.may_meet(b.set)) continue;
     const bool self = pair.a == pair.b;
     if (self && shape_.is_leaf(pair.a)) continue;
     if (!self) {
@@ -144,15 +143,15 @@ void NearParts<Bounds>::sort(StopSignal stop) {
 
 template <class Bounds>
 std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, std::span<const Bounds> roots,
-                                                  std::span<const std::uint8_t> changed, bool anew,
+                                                  std::span<const std::uint8_t> changed, bool rebuild,
                                                   std::uint64_t& bv_tests, std::size_t most,
                                                   StopSignal stop) {
   constexpr double kLoosenessLimit = 1.5;
   last_.clear();
-  if (!anew) last_.swap(near_);
+  if (!rebuild) last_.swap(near_);
   near_.clear();
   overflowed_ = false;
-  const bool first = anew || nodes_.empty();
+  const bool first = rebuild || nodes_.empty();
   if (first) arrange(model, roots, stop);
   refit(model, roots, changed);
   if (first || looseness() > kLoosenessLimit * built_looseness_) {
@@ -165,14 +164,14 @@ std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, s
     if (changed[pair.parts.a] == 0 && changed[pair.parts.b] == 0) near_.push_back({pair.parts, true});
   }
   for (const std::uint32_t p : order_) {
-    if (model.self_collision(p) && (anew || changed[p] != 0)) near_.push_back({{p, p}, changed[p] == 0});
+    if (model.self_collision(p) && (rebuild || changed[p] != 0)) near_.push_back({{p, p}, changed[p] == 0});
   }
   stack_.clear();
   if (!nodes_.empty()) stack_.push_back(Bvtt::root());
   const std::uint64_t tests_before = bv_tests;
   // A part with itself is no more than the part takes anyway.
   const std::size_t allowed = most < ~std::size_t{0} - order_.size() ? most + order_.size() : most;
-  traverse(model, changed, anew, allowed, stop, bv_tests);
+  traverse(model, changed, rebuild, allowed, stop, bv_tests);
   if (near_.size() > allowed) {
     overflowed_ = true;
     bv_tests = tests_before;  // they are made again

@@ -9,8 +9,8 @@
 
 #include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/bvtt.h"
-#include "engine/stop.h"
 #include "engine/scene/collision_model.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -19,13 +19,14 @@ class NearParts {
  public:
   /// The parts' bounds in this step, and which of them are other than in the last. The pairs that may meet
   /// and overlap, sorted, parts that are tested against themselves with themselves among them; valid until
-  /// the next call. Pairs of which neither part changed are taken from the last step, unless `anew`. Adds its
-  /// overlap tests to `bv_tests`. Throws Stopped when told to stop, and is good for a find() with `anew` then.
+  /// the next call. Pairs of which neither part changed are taken from the last step, unless `rebuild`. Adds
+  /// its overlap tests to `bv_tests`. Throws Stopped when told to stop, and is good for a find() with
+  /// `rebuild` then.
   ///
   /// Where there are more than `most` pairs of two parts, none is returned, overflowed() is true, and
-  /// next_block() tells of all of them; the next find() is `anew`.
+  /// next_block() tells of all of them; the next find() is `rebuild`.
   std::span<const NearPair> find(const CollisionModel& model, std::span<const Bounds> roots,
-                                 std::span<const std::uint8_t> changed, bool anew, std::uint64_t& bv_tests,
+                                 std::span<const std::uint8_t> changed, bool rebuild, std::uint64_t& bv_tests,
                                  std::size_t most = ~std::size_t{0}, StopSignal stop = {});
 
   bool overflowed() const { return overflowed_; }
@@ -53,7 +54,7 @@ class NearParts {
              std::span<const std::uint8_t> changed);
   double looseness() const;
   // Goes on from `stack_` until it is empty, or there are more than `most` pairs in `near_`.
-  void traverse(const CollisionModel& model, std::span<const std::uint8_t> changed, bool anew,
+  void traverse(const CollisionModel& model, std::span<const std::uint8_t> changed, bool rebuild,
                 std::size_t most, StopSignal stop, std::uint64_t& bv_tests);
   void sort(StopSignal stop);
 

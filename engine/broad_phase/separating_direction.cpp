@@ -133,7 +133,8 @@ class Simplex {
 }  // namespace
 
 std::optional<std::array<double, 3>> separating_direction(const MovingPoints& a, const MovingPoints& b,
-                                                          const LocalFrame& frame, const WantedGap& wanted,
+                                                          const LocalTransform& frame,
+                                                          const WantedGap& wanted,
                                                           const std::optional<std::array<double, 3>>& first) {
   std::array<Vec3, 2> offset{};
   double size = 0;

@@ -22,7 +22,7 @@ struct WantedGap {
 /// hollow and one is in the other, or the search ended too early. It starts from the unit vector `first`, if
 /// there is one, such as what was found in the step before.
 std::optional<std::array<double, 3>> separating_direction(
-    const MovingPoints& a, const MovingPoints& b, const LocalFrame& frame, const WantedGap& wanted,
+    const MovingPoints& a, const MovingPoints& b, const LocalTransform& frame, const WantedGap& wanted,
     const std::optional<std::array<double, 3>>& first = std::nullopt);
 
 }  // namespace warmfront

@@ -143,7 +143,7 @@ struct Splitter {
 Places find_places(const Scene& scene, const Motion& motion, std::span<const Primitive> primitives,
                    StopSignal stop) {
   Places places{std::vector<Centroid>(primitives.size()), {}, std::vector<std::uint32_t>(primitives.size())};
-  const LocalFrame& frame = motion.frame();
+  const LocalTransform& frame = motion.frame();
   for_each_index(0, primitives.size(), stop, [&](std::size_t p) {
     const Face vertices = primitive_vertices(scene, primitives[p]);
     places.body[p] = scene.body_of_vertex()[vertices[0]];

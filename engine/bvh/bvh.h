@@ -19,8 +19,8 @@
 #include "engine/bvh/shared_vertices.h"
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -115,12 +115,12 @@ template <class Bounds>
 struct Bvh {
   /// The pairs of primitives of two blocks that are not to be tested against each other, as
   /// SharedVertices::of() says; of crowded blocks, too, all of them.
-  std::uint64_t without(std::uint32_t a, std::uint32_t b) const {
-    return is_known(a, b) ? shared->of(a, b) : look_for_without(a, b);
+  std::uint64_t excluded(std::uint32_t a, std::uint32_t b) const {
+    return is_known(a, b) ? shared->of(a, b) : look_for_excluded(a, b);
   }
   /// The same of two of which SharedVertices::has_place() is false.
-  std::uint64_t without_of_no_place(std::uint32_t a, std::uint32_t b) const {
-    return is_known(a, b) ? shared->of_no_place(a, b) : look_for_without(a, b);
+  std::uint64_t excluded_if_not_listed(std::uint32_t a, std::uint32_t b) const {
+    return is_known(a, b) ? shared->of_no_place(a, b) : look_for_excluded(a, b);
   }
   /// Of two blocks, as warmfront::no_pairs() says.
   std::uint64_t no_pairs(std::uint32_t a, std::uint32_t b) const {
@@ -169,7 +169,7 @@ struct Bvh {
   bool is_known(std::uint32_t a, std::uint32_t b) const {
     return shared != nullptr && !(shared->crowded(a) && shared->crowded(b));
   }
-  std::uint64_t look_for_without(std::uint32_t a, std::uint32_t b) const {
+  std::uint64_t look_for_excluded(std::uint32_t a, std::uint32_t b) const {
     const std::uint64_t sharing = sharing_pairs(corners[a], corners[b]);
     return sharing != 0 ? sharing | no_pairs(a, b) : 0;
   }

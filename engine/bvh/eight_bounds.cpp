@@ -124,8 +124,8 @@ WARMFRONT_INLINE std::int16_t least(Short16 v) {
 }
 
 template <class Bounds>
-WARMFRONT_INLINE void bring_all_over(const EightBounds<Bounds>& a, const GridPair<Bounds>& between,
-                                     BroughtOver<Bounds>& over) {
+WARMFRONT_INLINE void rebase_all(const EightBounds<Bounds>& a, const GridPair<Bounds>& between,
+                                 Rebased<Bounds>& over) {
   const RowsAt rows = rows_at(a, between.begin_at_1_of_a);
 #pragma GCC unroll 2
   for (std::size_t t = 0; t < 2; ++t) {
@@ -142,7 +142,7 @@ WARMFRONT_INLINE void bring_all_over(const EightBounds<Bounds>& a, const GridPai
 // Rows in common units.
 template <class Bounds>
 WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int32_t, 2>& by,
-                                  BroughtOver<Bounds>& to) {
+                                  Rebased<Bounds>& to) {
   for (std::size_t t = 0; t < 2; ++t) {
     for (std::size_t k = 0; k < Bounds::kAxes; ++k) {
       const Short16 units = load<Short16>(rows[t] + 16 * k) >> static_cast<std::int16_t>(by[t]);
@@ -156,14 +156,14 @@ WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int3
 
 // Primitives: whoever is near says it.
 struct Primitives {
-  std::uint64_t without;
+  std::uint64_t excluded;
 
   WARMFRONT_INLINE Int8 meets(int i) const {
-    return ((Int8{} + static_cast<std::int32_t>((without >> (8 * i)) & 0xff)) & kLaneBit) == 0;
+    return ((Int8{} + static_cast<std::int32_t>((excluded >> (8 * i)) & 0xff)) & kLaneBit) == 0;
   }
   // The rows in which there is a pair.
   WARMFRONT_INLINE std::uint32_t rows() const {
-    std::uint64_t full = without & (without >> 4) & 0x0f0f0f0f0f0f0f0f;
+    std::uint64_t full = excluded & (excluded >> 4) & 0x0f0f0f0f0f0f0f0f;
     full &= full >> 2;
     full &= (full >> 1) & 0x0101010101010101;
     return ~static_cast<std::uint32_t>((full * 0x0102040810204080) >> 56) & 0xff;
@@ -188,10 +188,10 @@ struct Blocks {
 };
 
 template <class Bounds, class Open, class Pairs>
-WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const BroughtOver<Bounds>& over,
-                                         const EightBounds<Bounds>& b, const GridPair<Bounds>& between,
-                                         const OneOfLeaf* whole_b, Pairs pairs) {
-  BroughtOver<Bounds> shifted;
+WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over, const EightBounds<Bounds>& b,
+                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
+                                         Pairs pairs) {
+  Rebased<Bounds> shifted;
   const bool finer = (between.shift_b[0] | between.shift_b[1]) != 0;
   RowsAt of_b = rows_at(b, between.begin_at_1_of_b);
   if (finer) {
@@ -234,7 +234,7 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const BroughtOver<Bounds>& o
 }
 
 template <class Bounds, class Pairs>
-WARMFRONT_INLINE EightOverlaps overlaps(const BroughtOver<Bounds>& over, const EightBounds<Bounds>& b,
+WARMFRONT_INLINE EightOverlaps overlaps(const Rebased<Bounds>& over, const EightBounds<Bounds>& b,
                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
                                         Pairs pairs, float until) {
   return until < 1 ? all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs)
@@ -245,8 +245,8 @@ template <class Bounds>
 WARMFRONT_INLINE EightOverlaps overlaps_of_blocks(const EightBounds<Bounds>& a, const EightBounds<Bounds>& b,
                                                   BlockCounts counts, const GridPair<Bounds>& between,
                                                   const OneOfLeaf& whole_b, float until) {
-  BroughtOver<Bounds> over;
-  bring_all_over(a, between, over);
+  Rebased<Bounds> over;
+  rebase_all(a, between, over);
   return overlaps(over, b, between, counts.same ? nullptr : &whole_b, Blocks{counts}, until);
 }
 
@@ -266,27 +266,27 @@ std::uint64_t sharing_pairs(const EightCorners& a, const EightCorners& b) {
 }
 
 WARMFRONT_TARGET_CLONES
-void bring_over(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, BroughtOver<Aabb>& over) {
-  bring_all_over(a, between, over);
+void rebase(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, Rebased<Aabb>& over) {
+  rebase_all(a, between, over);
 }
 
 WARMFRONT_TARGET_CLONES
-void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, BroughtOver<KDop18>& over) {
-  bring_all_over(a, between, over);
+void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebased<KDop18>& over) {
+  rebase_all(a, between, over);
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const EightBounds<Aabb>& b,
+EightOverlaps primitive_overlaps(const Rebased<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t without, float until) {
-  return overlaps<Aabb>(over, b, between, whole_b, Primitives{without}, until);
+                                 std::uint64_t excluded, float until) {
+  return overlaps<Aabb>(over, b, between, whole_b, Primitives{excluded}, until);
 }
 
 WARMFRONT_TARGET_CLONES
-EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const EightBounds<KDop18>& b,
+EightOverlaps primitive_overlaps(const Rebased<KDop18>& over, const EightBounds<KDop18>& b,
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t without, float until) {
-  return overlaps<KDop18>(over, b, between, whole_b, Primitives{without}, until);
+                                 std::uint64_t excluded, float until) {
+  return overlaps<KDop18>(over, b, between, whole_b, Primitives{excluded}, until);
 }
 
 WARMFRONT_TARGET_CLONES

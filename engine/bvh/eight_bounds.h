@@ -76,7 +76,7 @@ std::uint64_t sharing_pairs(const EightCorners& a, const EightCorners& b);
 /// The numbers of one block as those of another leaf's blocks are to meet them: in common units, lower and
 /// upper ends in each other's place, and what lies between the leaves added. Rows of t = 0, then of t = 1.
 template <class Bounds>
-struct BroughtOver {
+struct Rebased {
   alignas(32) std::array<std::array<std::int16_t, 16>, EightBounds<Bounds>::kRows> row;
 
   WARMFRONT_INLINE const std::int16_t* at(std::size_t t, std::size_t axis) const {
@@ -88,21 +88,21 @@ struct BroughtOver {
 };
 
 /// A block of the first leaf of `between` to its second.
-void bring_over(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, BroughtOver<Aabb>& over);
-void bring_over(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, BroughtOver<KDop18>& over);
+void rebase(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, Rebased<Aabb>& over);
+void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebased<KDop18>& over);
 
-/// All slots of block a, which was brought `over`, against all of block `b`, but for the pairs in `without`,
+/// All slots of block a, which was brought `over`, against all of block `b`, but for the pairs in `excluded`,
 /// bit 8 i + j standing for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are
 /// one. `between` is how the leaf of a stands to that of b. To be tested are those whose moving bounds
 /// overlap, where a slot is empty its block's first (Bvh); `gap` is how far apart at t = 1 the nearest two
 /// are, as separation() measures it, or less; not positive when some overlap then. Only the part of the step
 /// up to the time `until` counts; 1 or more: all of it.
-EightOverlaps primitive_overlaps(const BroughtOver<Aabb>& over, const EightBounds<Aabb>& b,
+EightOverlaps primitive_overlaps(const Rebased<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t without, float until);
-EightOverlaps primitive_overlaps(const BroughtOver<KDop18>& over, const EightBounds<KDop18>& b,
+                                 std::uint64_t excluded, float until);
+EightOverlaps primitive_overlaps(const Rebased<KDop18>& over, const EightBounds<KDop18>& b,
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t without, float until);
+                                 std::uint64_t excluded, float until);
 
 /// Two leaves' blocks to be tested against each other: so many of each. With `same` each pair once, i <= j,
 /// and a block overlaps itself.

@@ -9,8 +9,8 @@
 #include <span>
 #include <tuple>
 
-#include "engine/bounds/eight_points.h"
 #include "engine/bounds/bounds_lanes.h"
+#include "engine/bounds/eight_points.h"
 #include "engine/bvh/bvh.h"
 
 namespace warmfront {

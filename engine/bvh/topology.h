@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "engine/bvh/bvh.h"
-#include "engine/stop.h"
 #include "engine/scene.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

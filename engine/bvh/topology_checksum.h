@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "engine/bvh/topology.h"
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

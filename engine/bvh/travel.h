@@ -62,7 +62,7 @@ struct TravelBudget {
   }
 
   /// Must they be tested again in this step?
-  bool spent(const NodeTravel& a, const NodeTravel& b, std::uint32_t slack) const {
+  bool exhausted(const NodeTravel& a, const NodeTravel& b, std::uint32_t slack) const {
     const auto left = static_cast<std::int32_t>(expiry - a.wandered - b.wandered);
     const auto usable = static_cast<float>(left - static_cast<std::int32_t>(slack));
     const auto lasts = [&](int k) {  // false, too, for what is not a number

@@ -16,7 +16,7 @@ namespace {
 bool same_lists(const NeighbourChunk& x, const NeighbourChunk& y) {
   return std::ranges::equal(x.leaves, y.leaves) &&
          std::ranges::equal(x.pairs, y.pairs, [](const NeighbourPair& p, const NeighbourPair& q) {
-           return p.a == q.a && p.b == q.b && p.without == q.without;
+           return p.a == q.a && p.b == q.b && p.excluded == q.excluded;
          });
 }
 
@@ -27,9 +27,9 @@ class Ends {
       : tree_(tree), scene_(scene), vertex_bounds_(vertex_bounds) {}
 
   bool apart(const NeighbourPair& pair) const {
-    const std::uint64_t without =
+    const std::uint64_t excluded =
         sharing_pairs(tree_.corners[pair.a], tree_.corners[pair.b]) | tree_.no_pairs(pair.a, pair.b);
-    for (std::uint64_t bits = ~without; bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = ~excluded; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       if (overlap(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8))) return false;
     }
@@ -72,7 +72,7 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
     for (const NeighbourPair& pair : kept[c].pairs) {
       paced.check();
       const bool lasts =
-          !pair.budget.spent(tree.block_travel[pair.a], tree.block_travel[pair.b], 2 * tree.travel_slack);
+          !pair.budget.exhausted(tree.block_travel[pair.a], tree.block_travel[pair.b], 2 * tree.travel_slack);
       if (lasts && !ends.apart(pair)) wrong = std::uint64_t{pair.a} + 1;
     }
   };

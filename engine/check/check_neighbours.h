@@ -9,8 +9,8 @@
 #include "engine/bounds/point_bounds.h"
 #include "engine/bvh/bvh.h"
 #include "engine/front/neighbours.h"
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

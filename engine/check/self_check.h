@@ -8,9 +8,9 @@
 
 #include "engine/broad_phase/apart_parts.h"
 #include "engine/front/front.h"
-#include "engine/stop.h"
 #include "engine/result.h"
 #include "engine/state/core.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -33,7 +33,8 @@ struct KeptState {
 
 /// Of everything that must not change between steps: the scene in both numberings, the order of each part's
 /// primitives, and the orphan sets that are in use. O(scene). Throws Stopped when told to stop. It is the sum
-/// of topology_checksum() and each part's orphans_checksum(), modulo 2^64, so that a change of one part need not go through the others.
+/// of topology_checksum() and each part's orphans_checksum(), modulo 2^64, so that a change of one part need
+/// not go through the others.
 std::uint64_t checksum(const Core& core, StopSignal stop = {});
 
 /// Fails with kDataLoss when what cannot be made anew is broken: the checksum, or positions outside of their

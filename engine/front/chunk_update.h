@@ -58,12 +58,12 @@ class KeptReader {
 template <class Bounds>
 class ChunkUpdate {
  public:
-  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool but_neighbours, LeafPairSink& sink,
+  ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool skip_neighbours, LeafPairSink& sink,
               const FrontUpdate& how, FrontRoom& room, ChunkScratch& scratch)
       : trees_(trees),
         bvtt_(trees.bvtt()),
         parts_(parts),
-        but_neighbours_(but_neighbours),
+        skip_neighbours_(skip_neighbours),
         sink_(sink),
         how_(how),
         room_(room),
@@ -79,14 +79,14 @@ class ChunkUpdate {
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
   /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
   /// pairs changed and are in the scratch now; else they are where they were, with new budgets. The kept
-  /// contacts are in the scratch either way; with `anew` none of the chunk's serve again.
-  bool run(FrontChunk& chunk, bool anew) {
+  /// contacts are in the scratch either way; with `rebuild` none of the chunk's serve again.
+  bool run(FrontChunk& chunk, bool rebuild) {
     KeptReader kept(chunk.kept);
     for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
       FrontPair& pair = chunk.pairs[i];
       const MotionState state = trees_.state(pair.nodes);
       // Nothing about the pair is other than in the last step.
-      if ((state & kChanged) == 0 && !((how_.retest || anew) && bvtt_.is_leaf(pair.nodes))) {
+      if ((state & kChanged) == 0 && !((how_.retest || rebuild) && bvtt_.is_leaf(pair.nodes))) {
         ++counts_.rested;
         if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
           sink_.keep(answers->triangle_pairs, answers->tally, kept.contacts());
@@ -95,8 +95,8 @@ class ChunkUpdate {
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;
       }
-      if (how_.lazy && !pair.budget.spent(trees_.a.travel[pair.nodes.a], trees_.b.travel[pair.nodes.b],
-                                          trees_.a.travel_slack + trees_.b.travel_slack)) {
+      if (how_.lazy && !pair.budget.exhausted(trees_.a.travel[pair.nodes.a], trees_.b.travel[pair.nodes.b],
+                                              trees_.a.travel_slack + trees_.b.travel_slack)) {
         ++counts_.skipped;
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;
@@ -145,7 +145,7 @@ class ChunkUpdate {
   }
 
   LeafGap test_leaves(const NodePair& pair, std::uint64_t neighbours) {
-    const LeafBlocks which{but_neighbours_, neighbours};
+    const LeafBlocks which{skip_neighbours_, neighbours};
     const bool at_rest = !how_.retest && (trees_.state(pair) & kMoving) == 0;
     return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, which, scratch_.found)
                    : sink_.leaf_pair(parts_, pair, which);
@@ -212,7 +212,7 @@ class ChunkUpdate {
   const TreePair<Bounds>& trees_;
   const Bvtt bvtt_;
   const PartPair& parts_;
-  const bool but_neighbours_;
+  const bool skip_neighbours_;
   LeafPairSink& sink_;
   const FrontUpdate& how_;
   FrontRoom& room_;

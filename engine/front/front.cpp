@@ -159,7 +159,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
     const bool rests = near[s].rests && !how.retest;
     for (std::size_t c = 0; c < segment.neighbours.size(); ++c) {
       if (std::exchange(segment.neighbours[c].tested, false)) continue;
-      if (!rests || segment.neighbours[c].restless) work.push_back({Work::kNeighbours, s, c});
+      if (!rests || segment.neighbours[c].may_have_contacts) work.push_back({Work::kNeighbours, s, c});
     }
   }
   return work;
@@ -203,12 +203,12 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
 
   if (work.kind == Work::kNeighbours)
     return run_neighbours(trees[segment.parts.a], segment.parts.a, segment.neighbours[work.chunk], sink, how);
-  const bool but_neighbours = !segment.neighbours.empty();
+  const bool skip_neighbours = !segment.neighbours.empty();
   FrontChunk& chunk = segment.chunks[work.chunk];
   const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);
   ChunkScratch& scratch = impl_->scratch.local();
   if (work.kind == Work::kBuild) {
-    ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, room_, scratch);
+    ChunkUpdate<Bounds> update(pair, segment.parts, skip_neighbours, sink, how, room_, scratch);
     update.build(work.task.pair, work.task.gap);
     return store(chunk);
   }
@@ -221,7 +221,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
     room_.take_pairs(chunk.pairs.size());
     return;
   }
-  ChunkUpdate<Bounds> update(pair, segment.parts, but_neighbours, sink, how, room_, scratch);
+  ChunkUpdate<Bounds> update(pair, segment.parts, skip_neighbours, sink, how, room_, scratch);
   if (update.run(chunk, work.listed)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   room_.take_pairs(chunk.pairs.size());
@@ -245,7 +245,7 @@ void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, 
                                    LeafPairSink& sink, const FrontUpdate& how) {
   if (chunk.nodes.meets(tree.changed)) {
     test_moved(part, chunk, sink);
-  } else if (!chunk.restless) {
+  } else if (!chunk.may_have_contacts) {
     return;
   } else if (how.retest) {
     sink.neighbours(part, chunk);

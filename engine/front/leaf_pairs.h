@@ -26,7 +26,7 @@ struct LeafGap {
 
 /// Which of two leaves' blocks are to be tested against each other.
 struct LeafBlocks {
-  bool but_neighbours = false;   ///< not those that list_neighbours() lists
+  bool skip_neighbours = false;  ///< not those that list_neighbours() lists
   std::uint64_t neighbours = 0;  ///< which these are, as LeafGap says; 0 where that is not known, or none is
 };
 

@@ -27,8 +27,8 @@ struct Columns {
 };
 
 // TravelBudget::spent() of four pairs, a bit each: the same operations on the same numbers.
-WARMFRONT_INLINE std::uint32_t spent_of_four(const NeighbourPair* pairs, const NodeTravel* travel,
-                                             std::uint32_t slack) {
+WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, const NodeTravel* travel,
+                                                 std::uint32_t slack) {
   static_assert(sizeof(TravelBudget) == sizeof(Float4) && sizeof(NodeTravel) == sizeof(Float4));
   Float4 offset[4];  // the fourth lane is none
   UInt4 left[4];     // the fourth lane is what is left of the gap, the others are nothing
@@ -62,15 +62,15 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
   std::size_t count = 0;
   std::uint32_t n = 0;
   for (; n + 4 <= pairs.size(); n += 4) {
-    const std::uint32_t spent = spent_of_four(&pairs[n], travel.data(), slack);
+    const std::uint32_t exhausted = exhausted_of_four(&pairs[n], travel.data(), slack);
     for (std::uint32_t i = 0; i < 4; ++i) {
       due[count] = n + i;
-      count += (spent >> i) & 1;
+      count += (exhausted >> i) & 1;
     }
   }
   for (; n < pairs.size(); ++n) {
     due[count] = n;
-    count += pairs[n].budget.spent(travel[pairs[n].a], travel[pairs[n].b], slack) ? 1 : 0;
+    count += pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], slack) ? 1 : 0;
   }
   return count;
 }
@@ -96,7 +96,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
     for (std::uint32_t a = first; a < end; ++a) {
       tree.shared->for_neighbours(a, [&](std::uint32_t b) {
         of_leaf.push_back(
-            {a, b, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1), tree.without(a, b)});
+            {a, b, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1), tree.excluded(a, b)});
         const auto at = std::ranges::lower_bound(others, leaf_of[b]);
         if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
       });

@@ -19,7 +19,7 @@ struct NeighbourPair {
   std::uint32_t a;  ///< block numbers, a <= b
   std::uint32_t b;
   TravelBudget budget;
-  std::uint64_t without;  ///< as Bvh::without() says: kept here, where it comes with the rest
+  std::uint64_t excluded;  ///< as Bvh::excluded() says: kept here, where it comes with the rest
 };
 
 /// Some of a part's pairs, by the leaves that their blocks are in. Plain values; changed by one thread at a
@@ -39,7 +39,7 @@ struct NeighbourChunk {
   /// Already in this step, by Front::test_subtree(); advance() takes the mark back.
   bool tested = false;
   /// Some pair has no budget: there may be something to tell of it even when nothing moves.
-  bool restless = true;
+  bool may_have_contacts = true;
   /// What was found when nothing moved, which holds in every step until a leaf changes.
   struct AtRest {
     bool known = false;

@@ -7,10 +7,11 @@
 
 namespace warmfront {
 
-/// The same bits as LocalFrame::to_local() of a position less that of the origin; the fourth lane stays 0.
+/// The same bits as LocalTransform::to_local() of a position less that of the origin; the fourth lane stays
+/// 0.
 class LocalLanes {
  public:
-  explicit LocalLanes(const LocalFrame& frame)
+  explicit LocalLanes(const LocalTransform& frame)
       : scale_a_(Double4{} + frame.scale_a),
         scale_b_(Double4{} + frame.scale_b),
         origin_{frame.to_local(frame.origin[0]), frame.to_local(frame.origin[1]),

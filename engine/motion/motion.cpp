@@ -27,8 +27,8 @@ constexpr double kShrink = 8;
 /// Lists of changed vertices longer than this share of a range are no gain.
 constexpr std::size_t kListedShare = 16;
 
-LocalFrame frame_of(std::span<const double> positions, StopSignal stop) {
-  LocalFrame frame;
+LocalTransform frame_of(std::span<const double> positions, StopSignal stop) {
+  LocalTransform frame;
   double size = 0;
   for (int axis = 0; axis < 3; ++axis) {
     double lo = positions.empty() ? 0 : positions[axis];
@@ -283,7 +283,8 @@ void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& ran
     range.all = 0;
     return;
   }
-  const Moved moved = over_range(first, end, range, signal, [&](std::uint32_t v, Moved& sum) { sum.add(stop(v)); });
+  const Moved moved =
+      over_range(first, end, range, signal, [&](std::uint32_t v, Moved& sum) { sum.add(stop(v)); });
   range.any = moved.any;
   range.all = moved.all;
   range.listed = moved.any == 0;
@@ -312,8 +313,7 @@ void Motion::move_one(std::uint32_t v, const std::array<double, 3>& to, RangeMot
 }
 
 void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference,
-                        const Pose& from, const Pose& to, bool follows, RangeMotion& range,
-                        StopSignal stop) {
+                        const Pose& from, const Pose& to, bool follows, RangeMotion& range, StopSignal stop) {
   expect_all(range);
   const Moved moved = over_range(first, end, range, stop, [&](std::uint32_t v, Moved& sum) {
     VertexMotion& vertex = vertices_[v];
@@ -355,8 +355,7 @@ void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) no
   range.all = 0;
 }
 
-void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range,
-                     StopSignal stop) const {
+void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop) const {
   double reach = 0;
   in_pieces(first, end, stop, [&](std::size_t from, std::size_t to) {
     for (std::size_t v = from; v < to; ++v) {

@@ -29,7 +29,7 @@ inline constexpr MotionState kChanged = 2;  ///< its motion is another than in t
 /// first given has its middle at 0 and a size near 1, whatever its offset and scale. `scale` is a power of
 /// two, held in two factors whose product may leave double's range. The frame is a matter of tightness only:
 /// no answer depends on it.
-struct LocalFrame {
+struct LocalTransform {
   std::array<double, 3> origin{};
   double scale_a = 1;
   double scale_b = 1;
@@ -91,7 +91,7 @@ class Motion {
 
   std::span<const VertexMotion> vertices() const { return vertices_; }
   std::span<const MotionState> states() const { return states_; }
-  const LocalFrame& frame() const { return frame_; }
+  const LocalTransform& frame() const { return frame_; }
 
   /// At least every local coordinate of the step: a power of two, so that bounds made with it serve for many
   /// steps. Infinite beyond double's range.
@@ -114,7 +114,7 @@ class Motion {
 
   std::vector<VertexMotion> vertices_;
   std::vector<MotionState> states_;
-  LocalFrame frame_;
+  LocalTransform frame_;
   double magnitude_ = 0;
 };
 

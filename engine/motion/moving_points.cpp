@@ -77,10 +77,10 @@ void middles(std::size_t points, const VertexMotion* vertices, std::array<std::a
     for (std::size_t axis = 0; axis < 3; ++axis) middle[end][axis] = lo[end][axis] / 2 + hi[end][axis] / 2;
 }
 
-// Local offsets from the centres, as LocalFrame::to_local() has them, into lanes of `count`: x, y and z at
-// one end, and then at the other. The last vertex stands for those that are missing.
+// Local offsets from the centres, as LocalTransform::to_local() has them, into lanes of `count`: x, y and z
+// at one end, and then at the other. The last vertex stands for those that are missing.
 WARMFRONT_TARGET_CLONES
-void offsets(std::size_t points, std::size_t count, const VertexMotion* vertices, const LocalFrame& frame,
+void offsets(std::size_t points, std::size_t count, const VertexMotion* vertices, const LocalTransform& frame,
              const std::array<std::array<double, 3>, 2>& centre, float* to) {
   for (std::size_t end = 0; end < 2; ++end) {
     const Double4 from{centre[end][0], centre[end][1], centre[end][2], 0};
@@ -101,7 +101,7 @@ void offsets(std::size_t points, std::size_t count, const VertexMotion* vertices
 }  // namespace
 
 RestPoints::RestPoints(std::span<const double> rest, const std::array<double, 3>& about,
-                       const LocalFrame& frame)
+                       const LocalTransform& frame)
     : centre(about) {
   const std::size_t points = rest.size() / 3;
   const std::size_t count = padded(points);
@@ -128,7 +128,7 @@ void MovingPoints::measure() {
   radius_ = std::sqrt(double{square}) * kRoundingUp + kUnderflow;
 }
 
-void MovingPoints::take(std::span<const VertexMotion> vertices, const LocalFrame& frame) {
+void MovingPoints::take(std::span<const VertexMotion> vertices, const LocalTransform& frame) {
   make_room(vertices.size());
   blur_ = 0;
   middles(vertices.size(), vertices.data(), centre_);
@@ -136,7 +136,8 @@ void MovingPoints::take(std::span<const VertexMotion> vertices, const LocalFrame
   measure();
 }
 
-void MovingPoints::take(const RestPoints& rest, const Pose& from, const Pose& to, const LocalFrame& frame) {
+void MovingPoints::take(const RestPoints& rest, const Pose& from, const Pose& to,
+                        const LocalTransform& frame) {
   make_room(rest.lane.size() / 3);
   blur_ = 0;
   for (int end = 0; end < 2; ++end) {

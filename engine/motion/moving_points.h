@@ -22,7 +22,7 @@ struct RestPoints {
 
   RestPoints() = default;
   /// `rest`: (n, 3) about `about`, in scene units.
-  RestPoints(std::span<const double> rest, const std::array<double, 3>& about, const LocalFrame& frame);
+  RestPoints(std::span<const double> rest, const std::array<double, 3>& about, const LocalTransform& frame);
 };
 
 /// Each vertex relative to a centre that moves along. Lengths are in the local frame, whose coordinates are
@@ -34,9 +34,9 @@ class MovingPoints {
   static constexpr std::uint32_t kMost = 1024;
 
   /// Of vertices whose motion is known, kMost at most and one of them.
-  void take(std::span<const VertexMotion> vertices, const LocalFrame& frame);
+  void take(std::span<const VertexMotion> vertices, const LocalTransform& frame);
   /// Of a rest shape that goes from one pose to another.
-  void take(const RestPoints& rest, const Pose& from, const Pose& to, const LocalFrame& frame);
+  void take(const RestPoints& rest, const Pose& from, const Pose& to, const LocalTransform& frame);
 
   /// A multiple of eight: the last vertex stands for those that are missing.
   std::uint32_t count() const { return count_; }

@@ -36,7 +36,7 @@ double radius_about(std::span<const double> points, const std::array<double, 3>&
 
 }  // namespace
 
-ReferenceShape::ReferenceShape(std::span<const VertexMotion> vertices, const LocalFrame& frame,
+ReferenceShape::ReferenceShape(std::span<const VertexMotion> vertices, const LocalTransform& frame,
                                StopSignal stop) {
   positions.reserve(3 * vertices.size());
   std::array<double, 3> lo{};

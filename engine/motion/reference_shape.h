@@ -16,7 +16,7 @@ namespace warmfront {
 
 struct ReferenceShape {
   /// Of vertices that are where their motions end, at least one. Throws Stopped when told to stop.
-  ReferenceShape(std::span<const VertexMotion> vertices, const LocalFrame& frame, StopSignal stop = {});
+  ReferenceShape(std::span<const VertexMotion> vertices, const LocalTransform& frame, StopSignal stop = {});
 
   std::vector<double> positions;   ///< (n, 3), in scene units
   RestPoints points;               ///< of a small part, MovingPoints::kMost vertices or fewer

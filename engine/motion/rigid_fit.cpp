@@ -104,8 +104,8 @@ RigidReference::RigidReference(std::span<const VertexMotion> vertices, StopSigna
   flat_ = !frame_of(at(anchors_[0]), at(anchors_[1]), at(anchors_[2]), frame_);
 }
 
-RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, bool start,
-                                        double limit, StopSignal stop) const {
+RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, bool start, double limit,
+                                        StopSignal stop) const {
   Fit fit;
   fit.residual = std::numeric_limits<double>::infinity();
   const Vector origin = position(vertices[anchors_[0]], start);

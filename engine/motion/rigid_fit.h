@@ -15,8 +15,8 @@ namespace warmfront {
 /// Vertices as they were at some time, and a frame of three of them that are far apart.
 class RigidReference {
  public:
-  /// Where the vertices are: at t = 0 of their motions, which outlive this call only. Throws Stopped when told
-  /// to stop, as fit() does.
+  /// Where the vertices are: at t = 0 of their motions, which outlive this call only. Throws Stopped when
+  /// told to stop, as fit() does.
   explicit RigidReference(std::span<const VertexMotion> vertices, StopSignal stop = {});
 
   /// No three vertices span a plane to speak of: nothing fits.

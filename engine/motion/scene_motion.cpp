@@ -115,8 +115,7 @@ void SceneMotion::settle(std::uint32_t part, StopSignal stop) {
 void SceneMotion::settle(Part& part, StopSignal stop) {
   if (part.placed) return;
   const AtPose& at = std::get<AtPose>(part.now);
-  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, false, part.range,
-                     stop);
+  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, false, part.range, stop);
   motion_.undo(part.first, part.end, part.range);  // they count as changed in the next step
   part.placed = true;
 }

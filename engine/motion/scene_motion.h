@@ -20,8 +20,8 @@ namespace warmfront {
 
 class SceneMotion {
  public:
-  /// Stationary, in the numbers first given; begin() needs renumber() first. Throws Stopped when told to stop,
-  /// as all that takes a StopSignal.
+  /// Stationary, in the numbers first given; begin() needs renumber() first. Throws Stopped when told to
+  /// stop, as all that takes a StopSignal.
   SceneMotion(const Scene& scene, std::span<const double> positions, StopSignal stop = {});
 
   /// Takes new numbers for vertices from `first` on. The numbering outlives this.

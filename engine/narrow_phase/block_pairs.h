@@ -28,29 +28,29 @@ class BlockPairs {
   /// outlives their tests.
   void begin_leaves(const Bvh<Bounds>& a, const Bvh<Bounds>& b, const GridPair<Bounds>& between) {
     between_ = &between;
-    brought_ = nullptr;
+    rebased_ = nullptr;
     always_empty_ = no_pairs(a.shape.largest_block(), b.shape.largest_block(), false);
   }
 
-  /// Tests all primitives of two blocks against each other, but for the pairs `without` (Bvh::without()).
+  /// Tests all primitives of two blocks against each other, but for the pairs `excluded` (Bvh::excluded()).
   /// `whole_b` bounds the second one as a whole; null where they are one block. Returns the gap of
   /// primitive_overlaps().
   float test(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
-             std::uint64_t without, const OneOfLeaf* whole_b) {
-    without |= always_empty_;
+             std::uint64_t excluded, const OneOfLeaf* whole_b) {
+    excluded |= always_empty_;
     const EightBounds<Bounds>& eight_a = a.blocks[block_a];
-    if (std::exchange(brought_, &eight_a) != &eight_a) bring_over(eight_a, *between_, over_);
+    if (std::exchange(rebased_, &eight_a) != &eight_a) rebase(eight_a, *between_, over_);
     const EightOverlaps pairs =
-        primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, without, tester_.until());
-    tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~without));
+        primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, excluded, tester_.until());
+    tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~excluded));
     if (pairs.to_test != 0) test_found(a, block_a, b, block_b, pairs);
     return pairs.gap;
   }
 
   /// What is not to be tested of any two blocks.
-  static std::uint64_t without(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b,
-                               std::uint32_t block_b) {
-    return &a == &b ? a.without(block_a, block_b) : 0;  // two hierarchies have no vertex in common
+  static std::uint64_t excluded(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b,
+                                std::uint32_t block_b) {
+    return &a == &b ? a.excluded(block_a, block_b) : 0;  // two hierarchies have no vertex in common
   }
 
  private:
@@ -58,7 +58,7 @@ class BlockPairs {
                   const EightOverlaps& pairs) {
     const std::uint32_t first_a = a.shape.begin_of_block(block_a);
     const std::uint32_t first_b = b.shape.begin_of_block(block_b);
-    // What `without` need not say: the first of a block stands in its empty slots.
+    // What `excluded` need not say: the first of a block stands in its empty slots.
     const std::uint64_t none = no_pairs(b.shape.begin_of_block(block_b + 1) - first_b,
                                         a.shape.begin_of_block(block_a + 1) - first_a, false);
     for (std::uint64_t bits = pairs.to_test & ~none; bits != 0; bits &= bits - 1) {
@@ -85,8 +85,8 @@ class BlockPairs {
   std::span<const PointBounds> vertex_bounds_;
   const GridPair<Bounds>* between_ = nullptr;
   std::uint64_t always_empty_ = 0;                // in all blocks of these hierarchies
-  const EightBounds<Bounds>* brought_ = nullptr;  // the block that is in `over_`
-  BroughtOver<Bounds> over_;
+  const EightBounds<Bounds>* rebased_ = nullptr;  // the block that is in `over_`
+  Rebased<Bounds> over_;
 };
 
 }  // namespace warmfront

@@ -66,17 +66,17 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
     blocks_.begin_leaves(a, b, between);
-    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.but_neighbours) {
-      const std::uint64_t without = Blocks::without(a, blocks_a.begin, b, blocks_b.begin);
-      return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, without, same ? nullptr : &whole_b),
-              without != 0};
+    if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
+      const std::uint64_t excluded = Blocks::excluded(a, blocks_a.begin, b, blocks_b.begin);
+      return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, excluded, same ? nullptr : &whole_b),
+              excluded != 0};
     }
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
     const EightOverlaps pairs = block_overlaps(
         a.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between, whole_b, tester.until());
     const std::uint64_t near = transposed(pairs.to_test);
     LeafGap nearest{pairs.gap, false};
-    if (which.but_neighbours)
+    if (which.skip_neighbours)
       nearest.neighbours = neighbours_among(near, which, a, blocks_a.begin, blocks_b.begin);
     nearest.adjacent = nearest.neighbours != 0;
     // By blocks of a, so that each is brought over once.
@@ -87,11 +87,11 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       const OneOfLeaf block = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, j);
       const std::uint32_t block_a = blocks_a.begin + i;
       const std::uint32_t block_b = blocks_b.begin + j;
-      const std::uint64_t without = which.but_neighbours ? a.without_of_no_place(block_a, block_b)
-                                                         : Blocks::without(a, block_a, b, block_b);
-      const float gap = blocks_.test(a, block_a, b, block_b, without, same && i == j ? nullptr : &block);
+      const std::uint64_t excluded = which.skip_neighbours ? a.excluded_if_not_listed(block_a, block_b)
+                                                           : Blocks::excluded(a, block_a, b, block_b);
+      const float gap = blocks_.test(a, block_a, b, block_b, excluded, same && i == j ? nullptr : &block);
       nearest.gap = std::min(nearest.gap, gap);
-      nearest.adjacent |= without != 0;
+      nearest.adjacent |= excluded != 0;
     }
     return nearest;
   }
@@ -108,7 +108,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const std::span<const NodeTravel> travel = tree.block_travel;
     due_.resize(chunk.pairs.size());
     due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel_slack, due_.data()));
-    chunk.restless = false;
+    chunk.may_have_contacts = false;
     auto due = due_.cbegin();
     for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
       if (due == due_.cend()) break;
@@ -125,9 +125,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         NeighbourPair& pair = chunk.pairs[*due];
         const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
         const float gap =
-            blocks_.test(tree, pair.a, tree, pair.b, pair.without, pair.a == pair.b ? nullptr : &whole_b);
+            blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
         pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
-        chunk.restless |= !(gap > 0);
+        chunk.may_have_contacts |= !(gap > 0);
       }
     }
   }

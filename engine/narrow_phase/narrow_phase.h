@@ -13,12 +13,12 @@
 #include "engine/motion/motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
-#include "engine/stop.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
 #include "engine/statistics.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -37,7 +37,8 @@ struct NarrowPhaseInput {
   StopSignal stop;
 };
 
-/// Thrown where more contacts are found than options.max_contacts allows to list: the step is refused at once.
+/// Thrown where more contacts are found than options.max_contacts allows to list: the step is refused at
+/// once.
 struct TooManyContacts {};
 
 /// A step's answer and what it cost.

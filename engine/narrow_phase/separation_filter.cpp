@@ -7,8 +7,8 @@
 #include <array>
 #include <cstring>
 
-#include "engine/simd/lanes3.h"
 #include "engine/elementary/vec3.h"
+#include "engine/simd/lanes3.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

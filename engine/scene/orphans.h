@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 
@@ -29,9 +29,9 @@ struct Orphans {
 /// Fails with kResourceExhausted, naming the vertex of most faces, where the faces around hub vertices of
 /// bodies that are tested against themselves would make too many pairs, counted at each vertex: more than
 /// kMostAdjacencies (one vertex of 2,000 faces does), and more than kMostAdjacenciesAFace for each of their
-/// faces (no mesh whose vertices have 64 faces each does). Every pair of faces around a vertex is adjacent, so
-/// the orphan sets grow with the square of its degree, to some 20 bytes a pair. O(n). Then `hub`, unless it is
-/// null, is that vertex. Throws Stopped when told to stop.
+/// faces (no mesh whose vertices have 64 faces each does). Every pair of faces around a vertex is adjacent,
+/// so the orphan sets grow with the square of its degree, to some 20 bytes a pair. O(n). Then `hub`, unless
+/// it is null, is that vertex. Throws Stopped when told to stop.
 Status check_hubs(const Scene& scene, StopSignal stop = {}, std::uint32_t* hub = nullptr);
 inline constexpr std::uint64_t kMostAdjacencies = 4'000'000;
 inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "engine/scene/adjacency.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/adjacency.h"
 
 namespace warmfront {
 namespace {

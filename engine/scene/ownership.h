@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

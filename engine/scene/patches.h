@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "engine/contact.h"
-#include "engine/stop.h"
 #include "engine/scene.h"
 #include "engine/scene/patches.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

@@ -23,13 +23,13 @@ constexpr std::int64_t kLoosenessSteps = 4;
 }  // namespace
 
 template <class Bounds>
-std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool anew, StopSignal stop) {
+std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopSignal stop) {
   const auto& parts = core.topology->parts;
   const Scene& scene = core.topology->scene;
   refit_in_.resize(parts.size(), kNever);
   states_.resize(parts.size());
   roots_.resize(parts.size());
-  if (anew) {
+  if (rebuild) {
     for (std::size_t p = 0; p < trees_.size(); ++p) {
       if (trees_[p].shared == nullptr && parts[p].shared != nullptr)
         trees_[p].shared = shared_vertices(scene, trees_[p].shape, trees_[p].order, stop);
@@ -112,7 +112,7 @@ void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, StopSignal st
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool anew, StopSignal stop,
+void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool rebuild, StopSignal stop,
                                      const Then& then) {
   refit_nodes_ = 0;
   const SceneMotion& motion = core.motion;
@@ -128,7 +128,7 @@ void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool anew, S
       trees_[p] = {};
     } else if (apart != nullptr && apart->small(motion, p) && !core.tests_itself(p)) {
       states_[p] = motion.state(p);
-      if (states_[p] != 0 || anew) roots_[p] = root(apart->points(motion, p));
+      if (states_[p] != 0 || rebuild) roots_[p] = root(apart->points(motion, p));
     } else if (motion.unplaced(p)) {
       states_[p] = motion.state(p);
       const SceneMotion::Ball ball = motion.ball(p);

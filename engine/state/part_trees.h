@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "engine/broad_phase/apart_parts.h"
-#include "engine/bvh/bvh.h"
 #include "engine/broad_phase/part_pair.h"
+#include "engine/bvh/bvh.h"
 #include "engine/state/core.h"
 
 namespace warmfront {
@@ -29,11 +29,11 @@ class PartTrees {
 
   /// Begins a step, whose motion has begun.
   void begin_step() { ++step_; }
-  /// Parts without a hierarchy get one; with `anew` those that are tested against themselves, and were not,
-  /// learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and is
-  /// good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
+  /// Parts without a hierarchy get one; with `rebuild` those that are tested against themselves, and were
+  /// not, learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and
+  /// is good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
   /// it, too, and is good for forget_bounds() then.
-  std::size_t arrange_new(const Core& core, bool anew, StopSignal stop);
+  std::size_t arrange_new(const Core& core, bool rebuild, StopSignal stop);
   /// Gives parts that move and whose hierarchies had decayed by the last step new ones. Returns these parts,
   /// until the next call.
   std::span<const std::uint32_t> rearrange_loose(const Core& core, StopSignal stop);
@@ -43,8 +43,8 @@ class PartTrees {
 
   /// Refits all parts but those that wait until something comes near, whose roots are made alone: those that
   /// only their poses are known of, and those that `apart` (which may be null) looks at and that are not
-  /// tested against themselves. `anew`: roots of what rests are made, too.
-  void refit_placed(Core& core, ApartParts* apart, bool anew, StopSignal stop, const Then& then);
+  /// tested against themselves. `rebuild`: roots of what rests are made, too.
+  void refit_placed(Core& core, ApartParts* apart, bool rebuild, StopSignal stop, const Then& then);
   /// Refits those of `near` that waited.
   void refit_near(Core& core, std::span<const NearPair> near, StopSignal stop, const Then& then);
   /// Measures hierarchies that are new in this step.

@@ -75,11 +75,11 @@ void RigidParts::take(const CollisionModel& model) noexcept {
 }
 
 void RigidParts::give_up(Part& part) {
-  const std::uint32_t patience = std::min(2 * part.patience, kMostPatience);
-  const std::uint32_t wait = part.patience;
+  const std::uint32_t overrun = std::min(2 * part.overrun, kMostPatience);
+  const std::uint32_t wait = part.overrun;
   const std::uint32_t interruptions = part.interruptions;
   part = {};
-  part.patience = patience;
+  part.overrun = overrun;
   part.wait = wait;
   part.interruptions = interruptions;
 }
@@ -165,7 +165,7 @@ std::vector<std::uint32_t> RigidParts::due(const Topology& topology, const Scene
 // The references side by side, none tested against another.
 void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& topology,
                          const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within,
-                      StopSignal stop) {
+                         StopSignal stop) {
   for (const std::uint32_t p : parts) postpone(parts_[p]);  // in case this ends before its time
   double clearance = std::numeric_limits<double>::infinity();
   for (const std::uint32_t p : parts) clearance = std::min(clearance, wanted_clearance(p));
@@ -208,7 +208,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
       part.clearance = clearance;
     } else if (++part.rung == static_cast<int>(kLadder.size())) {
       give_up(part);
-      part.patience = part.wait = kMostPatience;
+      part.overrun = part.wait = kMostPatience;
     }
   }
 }

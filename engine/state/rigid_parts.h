@@ -13,8 +13,8 @@
 #include "engine/motion/rigid_fit.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
-#include "engine/stop.h"
 #include "engine/scene/collision_model.h"
+#include "engine/stop.h"
 #include "engine/workers.h"
 
 namespace warmfront {
@@ -59,8 +59,8 @@ class RigidParts {
   /// exception, is measured again only after ever more steps: a measurement that takes longer than a caller's
   /// deadline fails a few steps of very many.
   void look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
-            const ColliderOptions& options, const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within,
-            StopSignal stop);
+            const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
+            BodiesWithin bodies_within, StopSignal stop);
   /// The step was taken back.
   void undo() noexcept;
 
@@ -81,7 +81,7 @@ class RigidParts {
     std::optional<double> clearance;  // of the reference, once measured; 0: too little
     int rung = 0;                     // of the ladder of clearances
     std::uint32_t wait = 0;           // steps until it is looked at again
-    std::uint32_t patience = 1;
+    std::uint32_t overrun = 1;
     std::uint32_t interruptions = 0;  // of its measurement
     bool rigid = false;
   };

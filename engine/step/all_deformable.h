@@ -10,9 +10,9 @@
 
 namespace warmfront {
 
-/// A second warm scene beside a collider's own, over the same triangles and positions with everything deformable
-/// and tested against itself and all else: what the scene's model saves is the difference (DESIGN 5). It
-/// takes a second one's memory and time.
+/// A second warm scene beside a collider's own, over the same triangles and positions with everything
+/// deformable and tested against itself and all else: what the scene's model saves is the difference (DESIGN
+/// 5). It takes a second one's memory and time.
 class AllDeformable {
  public:
   explicit AllDeformable(std::shared_ptr<Workers> workers) : workers_(std::move(workers)) {}

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/stop.h"
 #include "engine/scene.h"
+#include "engine/stop.h"
 #include "engine/workers.h"
 
 namespace warmfront {

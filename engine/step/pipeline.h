@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "engine/frame.h"
-#include "engine/stop.h"
 #include "engine/result.h"
 #include "engine/state/core.h"
 #include "engine/step_result.h"
+#include "engine/stop.h"
 
 namespace warmfront {
 

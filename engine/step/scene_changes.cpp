@@ -25,8 +25,8 @@ bool is_modelled_alike(const Body& a, Body b) {
 // What becomes of a body that was there before some changes.
 struct Redescribed {
   std::uint32_t index;
-  BodyKind kind;             // by the changes looked at
-  bool became_rigid = false;  // once at least
+  BodyKind kind;                                          // by the changes looked at
+  bool became_rigid = false;                              // once at least
   std::shared_ptr<const ReferenceShape> shape = nullptr;  // where it is rigid by that
   double reach = 0;
 };
@@ -78,7 +78,9 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     const auto* add = std::get_if<AddBody>(&changes[at]);
     if (add == nullptr) continue;
     const std::span<const double> values = add->positions;
-    if (Status status = check_positions(values, scene->bodies()[added++].vertex_count, "positions", stop); !status) return status;
+    if (Status status = check_positions(values, scene->bodies()[added++].vertex_count, "positions", stop);
+        !status)
+      return status;
     append(positions, values, stop);
   }
 
@@ -97,6 +99,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     return true;
   });
   if (names_alone) {
+    if (std::ranges::equal(core.scene->bodies(), scene->bodies())) return {};
     core.scene = std::move(scene);
     return {};
   }
@@ -114,7 +117,8 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   core.workers->run([&] {
     for (Redescribed& other : others) {
       core.motion.settle(other.index, stop);
-      if (other.became_rigid) other.shape = core.motion.shape_of(other.index, stop);
+      if (other.became_rigid)
+        other.shape = core.motion.shape_of(other.index, stop);
       else if (other.kind != core.scene->bodies()[other.index].kind)
         other.reach = core.motion.measured_reach(other.index, stop);
     }

@@ -20,8 +20,8 @@ struct WarmScene {
   Core core;
   std::unique_ptr<Pipeline> pipeline;
 
-  /// At rest at `positions`, which are checked. As Collider::create(), whose work this is; throws Stopped when
-  /// told to stop.
+  /// At rest at `positions`, which are checked. As Collider::create(), whose work this is; throws Stopped
+  /// when told to stop.
   static Result<WarmScene> create(std::shared_ptr<const Scene> scene, const Positions& positions,
                                   const ColliderOptions& options, std::shared_ptr<Workers> workers,
                                   StopSignal stop);

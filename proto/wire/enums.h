@@ -75,7 +75,8 @@ Status read(typename Counterpart<Enum>::Type value, const std::string& field, En
 
 static_assert(to_proto(Tier::kFast) == v1::TIER_FAST && to_proto(Tier::kCertified) == v1::TIER_CERTIFIED &&
               to_proto(Tier::kExact) == v1::TIER_EXACT);
-static_assert(to_proto(Report::kAll) == v1::REPORT_ALL && to_proto(Report::kEarliest) == v1::REPORT_EARLIEST &&
+static_assert(to_proto(Report::kAll) == v1::REPORT_ALL &&
+              to_proto(Report::kEarliest) == v1::REPORT_EARLIEST &&
               to_proto(Report::kCount) == v1::REPORT_COUNT);
 static_assert(to_proto(FrontMode::kNone) == v1::FRONT_MODE_NONE &&
               to_proto(FrontMode::kPaper) == v1::FRONT_MODE_PAPER &&

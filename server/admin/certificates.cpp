@@ -92,9 +92,9 @@ bool Certificates::look() {
     const Result<bool> swapped = read();
     usable = swapped.ok();
     if (!swapped)
-      log_.write(
-          LogLevel::kError, "certificates",
-          {{"swapped", false}, {"reason", swapped.error().message + "; what was in force before still serves"}});
+      log_.write(LogLevel::kError, "certificates",
+                 {{"swapped", false},
+                  {"reason", swapped.error().message + "; what was in force before still serves"}});
     else if (swapped.value())
       log_.write(LogLevel::kInfo, "certificates", {{"swapped", true}, {"reason", "the files changed"}});
   }

@@ -50,7 +50,7 @@ class Certificates {
   TlsPem in_force_ WARMFRONT_GUARDED_BY(mutex_);
   std::unique_ptr<MemoryFile> pair_ WARMFRONT_GUARDED_BY(mutex_);
   std::unique_ptr<MemoryFile> client_ca_ WARMFRONT_GUARDED_BY(mutex_);  // null: clients need none
-  std::string read_ WARMFRONT_GUARDED_BY(mutex_);   // how the files looked when they were last read
+  std::string read_ WARMFRONT_GUARDED_BY(mutex_);    // how the files looked when they were last read
   std::string looked_ WARMFRONT_GUARDED_BY(mutex_);  // and at the last look
   std::time_t warned_ WARMFRONT_GUARDED_BY(mutex_) = 0;
 };

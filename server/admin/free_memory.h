@@ -10,8 +10,8 @@
 namespace warmfront::server {
 
 /// Bounds what the end of each of glibc's arenas may keep: malloc_trim(3) gives that back for the main arena
-/// alone, and by itself the bound grows up to 64 MiB an arena, several of them a core. To be called before any
-/// thread is started.
+/// alone, and by itself the bound grows up to 64 MiB an arena, several of them a core. To be called before
+/// any thread is started.
 void bound_free_memory();
 
 /// In bytes.

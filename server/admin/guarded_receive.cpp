@@ -23,7 +23,7 @@ namespace {
 
 std::atomic<bool> guarding{false};
 Http2Guard::Bounds guard_bounds;  // set before `guarding`
-int ssl_index = -1;              // likewise
+int ssl_index = -1;               // likewise
 std::array<std::atomic<std::uint64_t>, Http2Guard::kVerdicts> ended{};
 
 /// Guards by file number, in pages that are made when they are first needed and kept. A guard is made when
@@ -139,9 +139,10 @@ constexpr std::size_t kResetBytes = std::size_t{256} * 13;
 
 /// Takes less than came, or puts RST_STREAM before it, where the guard wants that: to gRPC it is as if the
 /// client had sent these just before what it did send. `put` is how many bytes of what it returns are those.
-/// What gRPC is told of more that waits in the socket (TCP_INQ) stays true, and where nothing came, nothing is
-/// put there either: it goes on waiting for the next byte as ever.
-ssize_t receive_beside_silent_calls(Http2Guard& guard, int file, msghdr* message, int flags, std::size_t& put) {
+/// What gRPC is told of more that waits in the socket (TCP_INQ) stays true, and where nothing came, nothing
+/// is put there either: it goes on waiting for the next byte as ever.
+ssize_t receive_beside_silent_calls(Http2Guard& guard, int file, msghdr* message, int flags,
+                                    std::size_t& put) {
   Places places(*message), rest = places;
   const Http2Guard::NextRead next = guard.next_read(std::min(places.space(), SIZE_MAX / 2));
   const std::size_t resets = std::min(next.resets, kResetBytes);
@@ -230,7 +231,8 @@ extern "C" int SSL_read(SSL* ssl, void* buffer, int size) {
   if (came <= 0) return came;
   const auto put = static_cast<int>(read.resets);
   if (put > 0) guard->write_resets({bytes, read.resets});
-  if (guard != nullptr && passes(*guard, {bytes + put, static_cast<std::size_t>(came)}) && !guard->encrypted())
+  if (guard != nullptr && passes(*guard, {bytes + put, static_cast<std::size_t>(came)}) &&
+      !guard->encrypted())
     return came + put;
   // gRPC takes this for bytes that cannot be decrypted, and ends the connection.
   ERR_raise(ERR_LIB_SSL, SSL_R_BAD_DATA);

@@ -24,7 +24,13 @@ enum Type : std::uint8_t {
   kWindowUpdate,
   kContinuation
 };
-enum Flag : std::uint8_t { kEndStream = 1, kAcknowledged = 1, kEndHeaders = 4, kPadded = 8, kHasPriority = 32 };
+enum Flag : std::uint8_t {
+  kEndStream = 1,
+  kAcknowledged = 1,
+  kEndHeaders = 4,
+  kPadded = 8,
+  kHasPriority = 32
+};
 
 constexpr std::uint32_t kFrameBytes = 16384;  // as large as gRPC lets a client make one at first
 constexpr std::uint32_t kFieldBytes = 32;     // that a field counts for at least (RFC 9113, 6.5.2)

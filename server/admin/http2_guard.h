@@ -7,7 +7,8 @@
 // 1. A header block is B bytes long at most, in B / 16 KiB + 8 frames (CVE-2024-27316): gRPC keeps no more of
 //    one than its limit for metadata in each frame, and never more than B of one that is unfinished.
 // 2. No integer in it has more than 5 bytes after its first, no string is longer than B, and there are at
-//    most B / 32 fields: what gRPC holds back of a field that is unfinished, and reads again as more comes, ends.
+//    most B / 32 fields: what gRPC holds back of a field that is unfinished, and reads again as more comes,
+//    ends.
 // 3. A block that is begun ends within 10 seconds, or the next byte of it is the connection's last. When no
 //    byte comes, gRPC's keepalive ends it: nothing may stand between a block's frames, no answer to a ping
 //    either.
@@ -20,10 +21,11 @@
 //    handshake timeout holds.
 // 7. A call of which no whole message has come in its time is ended, as if its client had cancelled it: the
 //    guard says which RST_STREAM are to go before what the client sends next, between two of its frames. Of
-//    calls that the server has ended, which the guard cannot see, gRPC overlooks them. The time is longer than
-//    the server's own for calls that it has begun, which tells the client; gRPC begins no unary call, and no
-//    health watch, before its message is whole. What a client sends next comes soon: an answer to gRPC's
-//    keepalive, or else that ends the connection. A frame that takes as long again is the connection's last.
+//    calls that the server has ended, which the guard cannot see, gRPC overlooks them. The time is longer
+//    than the server's own for calls that it has begun, which tells the client; gRPC begins no unary call,
+//    and no health watch, before its message is whole. What a client sends next comes soon: an answer to
+//    gRPC's keepalive, or else that ends the connection. A frame that takes as long again is the connection's
+//    last.
 // 8. Before the client has acknowledged the settings, gRPC knows no bound on calls at once: it begins no more
 //    than may be at once, or than RFC 9113 advises to allow.
 // Each is per connection: how many connections there are is bounded by the files that the daemon may open.
@@ -64,12 +66,13 @@ class Http2Guard {
     kVerdicts
   };
   static constexpr std::array<const char*, kVerdicts> kNames{
-      "none",  "preface",  "frame_order",    "header_block", "field_coding", "slow_headers", "resets",      "calls",
-      "pings", "settings", "window_updates", "small_data",   "empty_data",   "other_frames", "silent_calls"};
+      "none",           "preface",    "frame_order", "header_block", "field_coding",
+      "slow_headers",   "resets",     "calls",       "pings",        "settings",
+      "window_updates", "small_data", "empty_data",  "other_frames", "silent_calls"};
 
   struct Bounds {
-    std::size_t max_metadata_bytes = 16 << 10;  ///< as gRPC is told
-    std::uint32_t max_streams = 128;            ///< likewise
+    std::size_t max_metadata_bytes = 16 << 10;                          ///< as gRPC is told
+    std::uint32_t max_streams = 128;                                    ///< likewise
     std::chrono::milliseconds first_message = std::chrono::minutes(8);  ///< the time that a call has for it
   };
 

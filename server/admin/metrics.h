@@ -97,7 +97,7 @@ struct Metrics {
   std::array<Counter, kEnds> sessions_ended{};
   std::array<Counter, kRefusals.size()> refused{};
   std::array<Counter, kReloads> reload_failures{};  ///< what was read before serves on
-  Counter memory_given_back{0};  ///< bytes that FreeMemory gave back
+  Counter memory_given_back{0};                     ///< bytes that FreeMemory gave back
 };
 
 }  // namespace warmfront::server

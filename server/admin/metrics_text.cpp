@@ -166,8 +166,8 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
              "When the certificate that serves expires, the first of its chain, since the epoch",
              static_cast<double>(gauges.certificate_expiry));
   f.counters("warmfront_reload_failures_total",
-             "Files that could not be used when they were read again, so that what was read before serves on", "what",
-             Metrics::kReloadNames, metrics.reload_failures);
+             "Files that could not be used when they were read again, so that what was read before serves on",
+             "what", Metrics::kReloadNames, metrics.reload_failures);
   f.counter("warmfront_memory_given_back_bytes_total", "Freed memory that was given back to the system",
             metrics.memory_given_back);
   if (const std::optional<MemoryUse> use = memory_use())

@@ -39,8 +39,9 @@ void SilentCalls::note_time(Time now) {
 
 SilentCalls::Call* SilentCalls::find(std::uint32_t stream) {
   Call* const last = calls_.get() + count_;
-  Call* const found = std::lower_bound(calls_.get(), last, stream,
-                                       [](const Call& call, std::uint32_t wanted) { return call.stream < wanted; });
+  Call* const found =
+      std::lower_bound(calls_.get(), last, stream,
+                       [](const Call& call, std::uint32_t wanted) { return call.stream < wanted; });
   return found != last && found->stream == stream ? found : nullptr;
 }
 
@@ -80,7 +81,7 @@ bool SilentCalls::read(std::span<const std::uint8_t> bytes) {
 
 std::size_t SilentCalls::overdue(Time now) const {
   std::size_t count = count_ > most_ ? count_ - most_ : 0;
-  while (count < count_ && calls_[count].timed && now - calls_[count].began > patience_) ++count;
+  while (count < count_ && calls_[count].timed && now - calls_[count].began > overrun_) ++count;
   return count;
 }
 

@@ -16,7 +16,7 @@
 
 namespace warmfront::server {
 
-struct FramePass {
+struct AdmittedFrame {
   std::optional<Gate::Ticket> ticket;  ///< its place among the daemon's frames in flight
   Holding memory;                      ///< its positions, on the session's account
   /// Set when the client has given up, or the session was closed; null for a frame whose client cannot give
@@ -39,11 +39,11 @@ struct FramePass {
   bool cancelled() const { return given_up && given_up->load(std::memory_order_relaxed); }
 };
 
-/// A pass for a frame whose positions take `bytes`; refused when the tenant's gate, or the daemon's around it,
-/// lets no more in.
-inline FramePass admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
-                             std::size_t bytes) {
-  FramePass pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt};
+/// A pass for a frame whose positions take `bytes`; refused when the tenant's gate, or the daemon's around
+/// it, lets no more in.
+inline AdmittedFrame admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
+                                 std::size_t bytes) {
+  AdmittedFrame pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt};
   if (!pass.ticket)
     pass.refused = gate_met(of_tenant, of_daemon, "", "frames in flight", "max-frames-in-flight",
                             "max-frames-per-principal");

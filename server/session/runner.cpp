@@ -24,14 +24,14 @@ void step_back(pid_t thread) {
 
 }  // namespace
 
-Runner::Runner(int threads, int guests, std::optional<Patience> patience)
-    : lane_threads_(static_cast<std::size_t>(threads)), most_guests_(guests), patience_(patience) {
+Runner::Runner(int threads, int guests, std::optional<Overrun> overrun)
+    : lane_threads_(static_cast<std::size_t>(threads)), most_guests_(guests), overrun_(overrun) {
   {
     const MutexLock lock(mutex_);
     for (const Lane lane : {Lane::kShort, Lane::kLong})
       for (int i = 0; i < threads; ++i) start(lane);
   }
-  if (patience_) watch_ = std::thread([this] { watch(); });
+  if (overrun_) watch_ = std::thread([this] { watch(); });
 }
 
 Runner::~Runner() {
@@ -97,7 +97,8 @@ Tasks Runner::take(Lane lane) {
   auto first = queue.waiting.begin();
   if (std::next(first) != queue.waiting.end()) {
     const double now = now_ms();
-    first = std::ranges::min_element(queue.waiting, {}, [now](const Share* share) { return share->had(now); });
+    first =
+        std::ranges::min_element(queue.waiting, {}, [now](const Share* share) { return share->had(now); });
     least_had_ms_ = std::max(least_had_ms_, (*first)->had(now));
   }
   Share::Queue& own = (*first)->queues_[static_cast<std::size_t>(lane)];
@@ -177,12 +178,12 @@ bool Runner::relieve() {
     thread = threads_.erase(thread);
   }
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
-    const auto patience = patience_->by_lane[static_cast<std::size_t>(lane)];
+    const auto overrun = overrun_->by_lane[static_cast<std::size_t>(lane)];
     for (Thread& thread : threads_) {
       if (thread.lane != lane || thread.relieved || thread.began_ms < 0 ||
-          now - thread.began_ms < std::chrono::duration<double, std::milli>(patience).count())
+          now - thread.began_ms < std::chrono::duration<double, std::milli>(overrun).count())
         continue;
-      if (relieved_.load(std::memory_order_relaxed) >= patience_->most) break;
+      if (relieved_.load(std::memory_order_relaxed) >= overrun_->most) break;
       start(lane);
       thread.relieved = true;
       relieved_.fetch_add(1, std::memory_order_relaxed);

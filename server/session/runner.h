@@ -28,14 +28,14 @@ class Runner {
  public:
   /// How long a task may take its lane's thread; then another thread takes its place in the lane, and it goes
   /// on behind all others that the cores are wanted for.
-  struct Patience {
+  struct Overrun {
     std::array<std::chrono::milliseconds, 2> by_lane;
     int most = 32;  ///< threads beyond those of the lanes
   };
 
   /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time. Without
-  /// patience no task is relieved.
-  explicit Runner(int threads, int guests = 0, std::optional<Patience> patience = std::nullopt);
+  /// `overrun` no task is relieved.
+  explicit Runner(int threads, int guests = 0, std::optional<Overrun> overrun = std::nullopt);
   /// Runs what was posted, then joins.
   ~Runner();
   Runner(const Runner&) = delete;
@@ -97,14 +97,14 @@ class Runner {
   // Constant after construction.
   const std::size_t lane_threads_;
   const int most_guests_;
-  const std::optional<Patience> patience_;
+  const std::optional<Overrun> overrun_;
   const std::chrono::steady_clock::time_point epoch_ = std::chrono::steady_clock::now();
   const std::shared_ptr<Share> own_ = std::make_shared<Share>();
 
   // Protected by mutex_.
   Mutex mutex_;
-  std::array<Queue, 2> queues_;       // by lane; of them, all but the condition
-  std::condition_variable stopped_;   // ends the watch
+  std::array<Queue, 2> queues_;                           // by lane; of them, all but the condition
+  std::condition_variable stopped_;                       // ends the watch
   double least_had_ms_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // of those that waited, when one was last taken
   std::list<Thread> threads_ WARMFRONT_GUARDED_BY(mutex_);
   bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
@@ -115,7 +115,7 @@ class Runner {
   std::atomic<std::uint64_t> done_{0};
   std::atomic<std::size_t> waiting_short_{0};
 
-  std::thread watch_;  // where there is patience
+  std::thread watch_;  // where tasks may overrun
 };
 
 }  // namespace warmfront::server

@@ -40,7 +40,6 @@ Error too_long(std::size_t bytes) {
               "answers in parts, or raise --max-message-bytes"};
 }
 
-
 /// Tells a change from a frame, which begins with 0 or 1.
 constexpr std::uint64_t kChange = 2;
 
@@ -128,10 +127,9 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       runner_(host.runner),
       limits_(host.limits),
       tenant_(std::move(host.tenant)),
-      mailbox_(std::make_shared<Mailbox>(host.runner, host.limits.window,
-                                         lane_of(step_cost_ms(scene->face_count(), {})),
-                                         tenant_ ? std::shared_ptr<Share>(tenant_, &tenant_->share)
-                                                 : std::shared_ptr<Share>())),
+      mailbox_(std::make_shared<Mailbox>(
+          host.runner, host.limits.window, lane_of(step_cost_ms(scene->face_count(), {})),
+          tenant_ ? std::shared_ptr<Share>(tenant_, &tenant_->share) : std::shared_ptr<Share>())),
       account_(std::move(host.account)),
       recording_(std::move(host.recording)),
       collider_(std::move(collider)),
@@ -177,7 +175,7 @@ std::shared_ptr<const Scene> Session::scene() const {
   return scene_;
 }
 
-void Session::step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission,
+void Session::step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass, Admission admission,
                    StepDone done, Before before) {
   pass.hold(contents.memory_bytes());
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
@@ -365,8 +363,8 @@ Fault Session::with_removed(Fault refusal) const {
   constexpr std::uint64_t kGoodPart = 4;  // one of so many
   if (kGoodPart * vertices <= scene.vertex_count() && kGoodPart * faces <= scene.face_count()) return refusal;
   refusal.message += "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) +
-                     " vertices and " + std::to_string(faces) + " of its " + std::to_string(scene.face_count()) +
-                     " faces are of " + std::to_string(count) +
+                     " vertices and " + std::to_string(faces) + " of its " +
+                     std::to_string(scene.face_count()) + " faces are of " + std::to_string(count) +
                      " removed bodies, which are kept: creating the session again without them frees these";
   return refusal;
 }

@@ -94,9 +94,9 @@ class Session : public std::enable_shared_from_this<Session> {
     const Limits& limits;              ///< outlive the session
     std::shared_ptr<Account> account;  ///< what the session holds is charged to it
     Lost lost;
-    std::string owner = {};      ///< the principal that makes it, ...
+    std::string owner = {};               ///< the principal that makes it, ...
     std::shared_ptr<Tenant> tenant = {};  ///< ... and what that may have; null: as much as there is
-    Metrics* metrics = nullptr;  ///< where its steps are counted, if anywhere; outlives the session
+    Metrics* metrics = nullptr;           ///< where its steps are counted, if anywhere; outlives the session
     std::shared_ptr<SessionRecording> recording = {};  ///< null where it is not recorded
     Rebuilt rebuilt = {};                              ///< if anybody wants to know
     const std::atomic<bool>* given_up = nullptr;       ///< stops the making of it, CANCELLED
@@ -133,7 +133,7 @@ class Session : public std::enable_shared_from_this<Session> {
   /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread
   /// takes, and those that wait by then and are brief together with it, while the runner has room for guests.
   /// A frame whose client gives up is left undone, CANCELLED: the session is then as it was before it.
-  void step(std::uint64_t frame, FrameBuffer contents, FramePass pass, Admission admission, StepDone done,
+  void step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass, Admission admission, StepDone done,
             Before before = {});
 
   /// Carries out the changes in order, all of them or none: FAILED_PRECONDITION unless `next_frame` is the
@@ -167,7 +167,7 @@ class Session : public std::enable_shared_from_this<Session> {
   struct Request {
     std::uint64_t frame;
     FrameBuffer contents;
-    FramePass pass;
+    AdmittedFrame pass;
     StepDone done;
     Before before;
     std::chrono::steady_clock::time_point arrived = std::chrono::steady_clock::now();
@@ -244,11 +244,11 @@ class Session : public std::enable_shared_from_this<Session> {
   };
   std::optional<DoneOrder> done_order_;
   std::uint32_t steps_unchecked_ = 0;
-  bool was_rebuilt_ = false;  // after a self-check
-  bool stepped_ = false;      // the last request was a step, and was carried out
+  bool was_rebuilt_ = false;       // after a self-check
+  bool stepped_ = false;           // the last request was a step, and was carried out
   std::atomic<bool> stop_{false};  // a request whose client cannot give it up
-  double next_ms_;            // step_cost_ms() of the next step, or more when one outgrew that
-  double took_ms_ = 0;        // by the last request
+  double next_ms_;                 // step_cost_ms() of the next step, or more when one outgrew that
+  double took_ms_ = 0;             // by the last request
   std::shared_ptr<const Answer> last_answer_;
   std::optional<FrameBuffer> last_frame_;  // what it answers
 

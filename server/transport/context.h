@@ -37,11 +37,11 @@ struct Context {
         tenants(default_quota(limits, guard.authenticates()), streams, frames),
         store(limits.max_sessions),
         // Two at least, so that a long step does not hold up the building of a session.
-        runner(std::max(2, workers->threads()), polling_threads() - 1, kPatience) {}
+        runner(std::max(2, workers->threads()), polling_threads() - 1, kOverrun) {}
 
   /// Three times what a short task takes, on a machine that does other things as well; and a long one's share
   /// of time in which a person waits.
-  static constexpr Runner::Patience kPatience{{std::chrono::milliseconds(30), std::chrono::milliseconds(500)}};
+  static constexpr Runner::Overrun kOverrun{{std::chrono::milliseconds(30), std::chrono::milliseconds(500)}};
 
   /// On how many threads gRPC 1.51 runs reactions (CallbackAlternativeCQ in completion_queue_cc.cc); all but
   /// one may be taken by brief steps.

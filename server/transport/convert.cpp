@@ -70,9 +70,8 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   // so that a step knows its bound before it begins. What runs beside it to explain takes its part of that.
   const std::size_t half = limits.max_session_bytes / 2 / (options.explain ? 2 : 1);
   options.max_front_bytes = std::min({options.max_front_bytes, limits.max_front_bytes, half});
-  options.max_contacts =
-      std::min({options.max_contacts, limits.max_contacts,
-                std::max<std::size_t>(half / held_per_contact(options.fields), 1)});
+  options.max_contacts = std::min({options.max_contacts, limits.max_contacts,
+                                   std::max<std::size_t>(half / held_per_contact(options.fields), 1)});
   if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
   return options;
 }

@@ -76,12 +76,14 @@ class HealthService::Watch final : public grpc::ServerWriteReactor<grpc::ByteBuf
   }
 
   void OnWriteDone(bool ok) override {
-    react([&] {
-      if (!ok) return end(grpc::Status::CANCELLED);
-      const MutexLock lock(mutex_);
-      writing_ = false;
-      write_if_needed();
-    }, [&](const grpc::Status& status) { end(status); });
+    react(
+        [&] {
+          if (!ok) return end(grpc::Status::CANCELLED);
+          const MutexLock lock(mutex_);
+          writing_ = false;
+          write_if_needed();
+        },
+        [&](const grpc::Status& status) { end(status); });
   }
   void OnCancel() override { end(grpc::Status::CANCELLED); }
   void OnDone() override { health_.remove(key_); }  // which deletes it
@@ -112,7 +114,8 @@ HealthService::HealthService(std::string service_name, std::size_t most_watches,
   using grpc::internal::RpcMethod;
   using Call = grpc::CallbackServerContext;
   // gRPC deletes both.
-  AddMethod(new grpc::internal::RpcServiceMethod("/grpc.health.v1.Health/Check", RpcMethod::NORMAL_RPC, nullptr));
+  AddMethod(
+      new grpc::internal::RpcServiceMethod("/grpc.health.v1.Health/Check", RpcMethod::NORMAL_RPC, nullptr));
   MarkMethodRawCallback(0, new grpc::internal::CallbackUnaryHandler<ByteBuffer, ByteBuffer>(
                                [this](Call* call, const ByteBuffer* request, ByteBuffer* response) {
                                  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
@@ -128,8 +131,8 @@ HealthService::HealthService(std::string service_name, std::size_t most_watches,
                                  return reactor;
                                }));
   using Reactor = grpc::ServerWriteReactor<ByteBuffer>;
-  AddMethod(
-      new grpc::internal::RpcServiceMethod("/grpc.health.v1.Health/Watch", RpcMethod::SERVER_STREAMING, nullptr));
+  AddMethod(new grpc::internal::RpcServiceMethod("/grpc.health.v1.Health/Watch", RpcMethod::SERVER_STREAMING,
+                                                 nullptr));
   MarkMethodRawCallback(1, new grpc::internal::CallbackServerStreamingHandler<ByteBuffer, ByteBuffer>(
                                [this](Call*, const ByteBuffer* request) {
                                  return streaming<Reactor>([&]() -> Reactor* {
@@ -181,7 +184,8 @@ std::shared_ptr<HealthService::Watch> HealthService::watch(std::string name) {
     made->tell(answer_to(made->name));
   }
   if (oldest != nullptr)
-    oldest->end({grpc::StatusCode::UNAVAILABLE, "there are newer health watches than may be at once; watch again"});
+    oldest->end(
+        {grpc::StatusCode::UNAVAILABLE, "there are newer health watches than may be at once; watch again"});
   return made;
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kSetting = "max-message-bytes";
 /// Below this a message counts as the worst that its bytes could become, and is not looked at.
 constexpr std::size_t kNotWorthALook = std::size_t{1} << 20;
-constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::seconds kOverrun{2};
 
 }  // namespace
 
@@ -27,7 +27,7 @@ Outcome<ParseRoom::Place> ParseRoom::enter(const grpc::ByteBuffer& message, cons
                          " would become more than " + describe_bytes(limit_) +
                          " in memory; send fewer parts in one, or raise --" + kSetting,
                      kSetting, false);
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kOverrun;
   UniqueLock lock(mutex_);
   while (bytes > limit_ - used_)
     if (left_.wait_until(lock, deadline) == std::cv_status::timeout && bytes > limit_ - used_)

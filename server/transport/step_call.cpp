@@ -9,9 +9,9 @@
 #include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
-#include "server/transport/give_way.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_recording.h"
+#include "server/transport/yield_to_steps.h"
 
 namespace warmfront::server {
 namespace {
@@ -23,7 +23,7 @@ constexpr std::size_t kRestBytes = 1024;
 
 StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
                           const v1::StepRequest& request, grpc::ByteBuffer& response) {
-  give_way(context.runner.backlog());
+  yield_to_steps(context.runner.backlog());
   auto* call = new StepCall(context, response);
   react(
       [&] {
@@ -39,8 +39,8 @@ StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Sessio
 
 void StepCall::step(Session& session, const v1::StepRequest& request) {
   FrameBuffer contents(session.dtype(), *session.scene());
-  FramePass pass = admit_frame(session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
-                               context_.frames, session.account(), contents.expected_bytes());
+  AdmittedFrame pass = admit_frame(session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
+                                   context_.frames, session.account(), contents.expected_bytes());
   if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused));
   pass.given_up = given_up_;
   response_bytes_ = Holding(session.account());

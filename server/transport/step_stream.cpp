@@ -10,11 +10,11 @@
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
-#include "server/transport/give_way.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
+#include "server/transport/yield_to_steps.h"
 #include "server/units.h"
 
 namespace warmfront::server {
@@ -81,7 +81,7 @@ void StepStream::OnReadDone(bool ok) {
 }
 
 void StepStream::read_done(bool ok) {
-  give_way(context_.runner.backlog());
+  yield_to_steps(context_.runner.backlog());
   {
     const MutexLock lock(mutex_);
     reading_ = false;
@@ -170,9 +170,11 @@ void StepStream::take(const StreamRequest& request) {
   if (!session) return end(out_of_place("a step before attach; name the session first"));
   if (!assembly_) {
     FrameBuffer contents(session->dtype(), *session->scene());
-    FramePass pass = admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
+    AdmittedFrame pass =
+        admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
     pass.given_up = given_up_;
-    assembly_.emplace(Assembly{part.frame(), std::move(contents), std::move(pass), RecordedParts(session->account())});
+    assembly_.emplace(
+        Assembly{part.frame(), std::move(contents), std::move(pass), RecordedParts(session->account())});
   }
   if (assembly_->frame != part.frame())
     return end(out_of_place("frame " + std::to_string(part.frame()) + " begins within frame " +
@@ -406,7 +408,7 @@ void StepStream::advance_locked() {
 }
 
 void StepStream::OnWriteDone(bool ok) {
-  give_way(context_.runner.backlog());
+  yield_to_steps(context_.runner.backlog());
   guarded([&] {
     const MutexLock lock(mutex_);
     writing_ = false;
@@ -428,7 +430,7 @@ void StepStream::OnCancel() {
 }
 
 void StepStream::OnDone() {
-  give_way(context_.runner.backlog());
+  yield_to_steps(context_.runner.backlog());
   std::shared_ptr<StepStream> self = std::move(self_);
   // The call counts as in flight until the stream is gone; the memory goes last.
   const std::optional<Lifecycle::Call> call = std::move(call_);

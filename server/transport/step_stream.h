@@ -57,7 +57,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   struct Assembly {
     std::uint64_t frame;
     FrameBuffer contents;
-    FramePass pass;
+    AdmittedFrame pass;
     RecordedParts parts;  // where the session is recorded
   };
   /// What is to be written: a message, or an answer's chunks one after the other.

@@ -103,8 +103,8 @@ void leaf_against_leaf(benchmark::State& state) {
     const LeafGrid<Bounds>& leaf_b = grids[leaf_of(b)];
     const GridPair<Bounds> between = grid_pair(grids[leaf_of(a)], leaf_b);
     const OneOfLeaf whole_b = OneOfLeaf::of(leaf_b);
-    BroughtOver<Bounds> over;
-    bring_over(blocks[a.begin], between, over);
+    Rebased<Bounds> over;
+    rebase(blocks[a.begin], between, over);
     return primitive_overlaps(over, blocks[b.begin], between, &whole_b, 0, 1).to_test;
   });
 }

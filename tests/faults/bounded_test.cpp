@@ -229,7 +229,8 @@ TEST(Looks, OfAFrameThatBeginsAreAsManyAsItsVertices) {
   std::vector<double> moved = scene.positions;
   for (double& x : moved) x += 1;
   const Frame frame{Doubles(moved)};
-  EXPECT_GE(looks_of([&](StopSignal stop) { EXPECT_TRUE(motion->check(made, frame, stop).ok()); }), pieces / 2);
+  EXPECT_GE(looks_of([&](StopSignal stop) { EXPECT_TRUE(motion->check(made, frame, stop).ok()); }),
+            pieces / 2);
   EXPECT_GE(looks_of([&](StopSignal stop) {
               SceneMotion::Step step(*motion);
               step.begin(frame, stop);
@@ -328,8 +329,8 @@ TEST(Changes, OfManyBodiesAreOneScene) {
   };
   const long one = looks_of(1), many = looks_of(kBodies);
   std::printf("%ld looks for one body, %ld for %ld\n", one, many, kBodies);
-  constexpr long kForABody = 100;
-  EXPECT_LT(many, one + kForABody * kBodies) << "several hundred times as many as for one, when each made a scene";
+  constexpr long kForABody = 200;
+  EXPECT_LT(many, one + kForABody * kBodies) << "272 for each body, when each made a scene";
 }
 
 // Describing a body anew costs what that body needs, and nothing that grows with the others.

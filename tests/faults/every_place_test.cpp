@@ -324,21 +324,20 @@ Script changes_together() {
   const Body soft{"soft", 0, 9, BodyKind::kDeformable};
   const Body hard{"hard", 0, 9, BodyKind::kRigid};
   script.operations.emplace_back(posed(1, shifted(0.1, 0, -0.2)));
-  script.operations.emplace_back(ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.4)},
-                                                   ChangeBody{1, {"", 9, 9, BodyKind::kDeformable}},
-                                                   AddBody{{hard, grid(2)}, sheet(2, -0.2)},
-                                                   ChangeBody{2, {"", 18, 9, BodyKind::kRigid}},
-                                                   ChangeBody{1, {"", 9, 9, BodyKind::kRigid}}}});
+  script.operations.emplace_back(ChangesOperation{
+      {AddBody{{soft, grid(2)}, sheet(2, 0.4)}, ChangeBody{1, {"", 9, 9, BodyKind::kDeformable}},
+       AddBody{{hard, grid(2)}, sheet(2, -0.2)}, ChangeBody{2, {"", 18, 9, BodyKind::kRigid}},
+       ChangeBody{1, {"", 9, 9, BodyKind::kRigid}}}});
   StepOperation all = posed(1, shifted(0.01, 0.02, -0.4));
   all.poses.push_back({2, shifted(0.01, 0.02, -0.5)});
   all.poses.push_back({3, shifted(0.01, 0.02, 0.7)});
   script.operations.emplace_back(all);
   script.operations.emplace_back(ChangesOperation{
       {ChangeBody{0, {"named", 0, 9, BodyKind::kDeformable}}, ChangeBody{3, {"", 27, 9, BodyKind::kRigid}}}});
-  script.operations.emplace_back(
-      ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.45)}, ChangeBody{3, {"", 27, 9, BodyKind::kRemoved}},
-                        ChangeBody{4, {"", 36, 9, BodyKind::kRemoved}},
-                        ChangeBody{0, {"", 0, 9, BodyKind::kStatic}}, AddBody{{soft, grid(2)}, sheet(2, 0.3)}}});
+  script.operations.emplace_back(ChangesOperation{
+      {AddBody{{soft, grid(2)}, sheet(2, 0.45)}, ChangeBody{3, {"", 27, 9, BodyKind::kRemoved}},
+       ChangeBody{4, {"", 36, 9, BodyKind::kRemoved}}, ChangeBody{0, {"", 0, 9, BodyKind::kStatic}},
+       AddBody{{soft, grid(2)}, sheet(2, 0.3)}}});
   StepOperation fall = posed(2, shifted(0, 0, 0.2));
   fall.bodies.push_back({5, sheet(2, -0.3)});
   script.operations.emplace_back(fall);

@@ -181,7 +181,8 @@ TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
 /// Rounds of calls without a message on connections that live, and are allowed 128 calls at once: where those
 /// of a round are not ended, the next round ends the connection. False then.
 template <class Connection>
-bool silent_rounds(int port, std::chrono::seconds wait, std::vector<std::unique_ptr<Connection>>& connections) {
+bool silent_rounds(int port, std::chrono::seconds wait,
+                   std::vector<std::unique_ptr<Connection>>& connections) {
   connections.clear();
   for (int i = 0; i < 4; ++i) connections.push_back(std::make_unique<Connection>(port));
   const auto send = [&](const std::string& bytes) {

@@ -122,7 +122,7 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     FrameBuffer contents(server::Dtype::kFloat64, *session_->scene());
     EXPECT_TRUE(contents.append(bytes_of(frame)).ok());
     EXPECT_TRUE(contents.complete(*session_->scene()).ok());
-    server::FramePass pass;
+    server::AdmittedFrame pass;
     pass.memory = server::Holding(session_->account(), contents.expected_bytes());
     const auto reply = std::make_shared<StepReply>();
     Session::StepDone done = [reply](const Outcome<std::shared_ptr<const Answer>>& outcome) {
@@ -177,8 +177,7 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
                               {add, server::ChangeBody{0, rigid}, add, server::ChangeBody{2, removed},
                                server::ChangeBody{1, masked}},
                               "five"};
-    order.given_up = {std::shared_ptr<void>(),
-                      const_cast<std::atomic<bool>*>(testing::CountedLooks::flag())};
+    order.given_up = {std::shared_ptr<void>(), const_cast<std::atomic<bool>*>(testing::CountedLooks::flag())};
     const auto reply = std::make_shared<ChangeReply>();
     Session::ChangeDone done = [reply](const Outcome<server::SessionState>& outcome) {
       reply->take(outcome);

@@ -145,7 +145,7 @@ class Driver {
   std::future<StepOutcome> post(std::uint64_t frame, FrameBuffer contents) {
     auto promise = std::make_shared<std::promise<StepOutcome>>();
     // A second answer would throw from set_value() on the runner's thread and end the run.
-    FramePass pass;
+    AdmittedFrame pass;
     pass.memory = Holding(session_->account(), contents.expected_bytes());
     session_->step(frame, std::move(contents), std::move(pass), Session::Admission::kAlways,
                    [promise](const StepOutcome& outcome) { promise->set_value(outcome); });

@@ -52,7 +52,7 @@ inline std::vector<VertexMotion> motion_between(std::span<const double> x0, std:
 }
 
 /// The least magnitude that the contract allows: margins are thinnest with it.
-inline double least_magnitude(std::span<const VertexMotion> vertices, const LocalFrame& frame,
+inline double least_magnitude(std::span<const VertexMotion> vertices, const LocalTransform& frame,
                               double separation) {
   double magnitude = frame.to_local(separation);
   for (const VertexMotion& vertex : vertices) {

@@ -45,8 +45,8 @@ class Call {
             },
             [&](const PlaceOperation& place) { return of(collider.place(place.poses, flag)); },
             [&](const AddOperation& add) {
-              return of(collider.add_body(std::move(addition_), std::span<const double>(add.positions),
-                                          flag));
+              return of(
+                  collider.add_body(std::move(addition_), std::span<const double>(add.positions), flag));
             },
             [&](const ChangeOperation& change) {
               return of(collider.change_body(change.body, change.as, flag));

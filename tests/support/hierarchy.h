@@ -31,7 +31,7 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
   }
   void neighbours(std::uint32_t, NeighbourChunk& chunk) override {
     ++neighbour_chunks;
-    chunk.restless = false;
+    chunk.may_have_contacts = false;
   }
   void neighbours_at_rest(std::uint32_t part, NeighbourChunk& chunk) override { neighbours(part, chunk); }
   void keep(std::uint64_t triangle_pairs, const ContactTally&, std::span<const Contact>) override {

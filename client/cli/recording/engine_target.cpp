@@ -33,7 +33,8 @@ class EngineTarget final : public ReplayTarget {
 
  private:
   Status carry_out(const v1::SceneChange& change) {
-    Result<Body> body = wire::body_from(change.has_add() ? change.add().body() : change.change().body(), "body");
+    Result<Body> body =
+        wire::body_from(change.has_add() ? change.add().body() : change.change().body(), "body");
     if (!body) return body.error();
     if (change.has_change()) return collider_.change_body(change.change().index(), std::move(body).value());
     auto faces = faces_of(change.add().faces(), "add.faces");

@@ -21,14 +21,14 @@ using testing::least_magnitude;
 using testing::motion_between;
 
 KDop18 bounds_of(std::span<const VertexMotion> vertices, std::initializer_list<int> which,
-                 const LocalFrame& frame, double separation) {
+                 const LocalTransform& frame, double separation) {
   KDop18 bounds = KDop18::empty();
   for (const int v : which)
     bounds.merge(moving_bounds(vertices[v], frame, separation, least_magnitude(vertices, frame, separation)));
   return bounds;
 }
 
-PointBounds point_of(std::span<const VertexMotion> vertices, int v, const LocalFrame& frame,
+PointBounds point_of(std::span<const VertexMotion> vertices, int v, const LocalTransform& frame,
                      double separation) {
   return point_bounds(vertices[v], frame, separation, least_magnitude(vertices, frame, separation));
 }

@@ -145,8 +145,8 @@ TEST(Certified, NothingIsReportedOfEdgesThatTurnSideBySide) {
   EXPECT_TRUE(turning_side_by_side(0x1p-24).test({.tolerance = 1e-9}).contact);
 }
 
-// What parts that move rigidly rely on (engine/state/rigid_parts.h), near its limits: their pairs turn as one, and
-// shrink on the way.
+// What parts that move rigidly rely on (engine/state/rigid_parts.h), near its limits: their pairs turn as
+// one, and shrink on the way.
 TEST(Certified, NothingIsReportedOfWhatStaysApartAndTurnsAsOne) {
   std::mt19937_64 random(12);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };

@@ -108,8 +108,8 @@ template <class Bounds>
 EightOverlaps overlaps_of(const Leaf<Bounds>& a, const Leaf<Bounds>& b, bool same, std::uint64_t without) {
   const GridPair<Bounds> between = grid_pair(a.grid, b.grid);
   const OneOfLeaf whole_b = OneOfLeaf::of(b.grid);
-  BroughtOver<Bounds> over;
-  bring_over(a.block, between, over);
+  Rebased<Bounds> over;
+  rebase(a.block, between, over);
   return primitive_overlaps(over, b.block, between, same ? nullptr : &whole_b, without, 1);
 }
 

@@ -59,7 +59,7 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
   EXPECT_GT(chunks.size(), tree.shape.subtree_count()) << "of two subtrees, too";
   for (std::size_t c = 0; c < chunks.size(); ++c) {
     const NeighbourChunk& chunk = chunks[c];
-    EXPECT_TRUE(chunk.restless);
+    EXPECT_TRUE(chunk.may_have_contacts);
     ASSERT_FALSE(chunk.leaves.empty());
     EXPECT_EQ(chunk.leaves.back().end, chunk.pairs.size());
     std::uint32_t n = 0;
@@ -75,8 +75,8 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
         const NeighbourPair& pair = chunk.pairs[n];
         EXPECT_LT(pair.a - tree.blocks_of[leaves.a].begin, tree.blocks_of[leaves.a].size());
         EXPECT_LT(pair.b - tree.blocks_of[leaves.b].begin, tree.blocks_of[leaves.b].size());
-        EXPECT_EQ(pair.without, tree.without(pair.a, pair.b));
-        EXPECT_TRUE(pair.budget.spent(tree.block_travel[pair.a], tree.block_travel[pair.b], 0));
+        EXPECT_EQ(pair.excluded, tree.excluded(pair.a, pair.b));
+        EXPECT_TRUE(pair.budget.exhausted(tree.block_travel[pair.a], tree.block_travel[pair.b], 0));
         EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
       }
     }
@@ -120,7 +120,7 @@ TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
     const std::uint32_t slack = random() % 2 != 0 ? 10 : travel::kMost;
     std::vector<std::uint32_t> expected;
     for (std::uint32_t n = 0; n < pairs.size(); ++n) {
-      if (pairs[n].budget.spent(travel[pairs[n].a], travel[pairs[n].b], slack)) expected.push_back(n);
+      if (pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], slack)) expected.push_back(n);
     }
     std::vector<std::uint32_t> due(pairs.size());
     due.resize(due_neighbours(pairs, travel, slack, due.data()));
@@ -151,14 +151,14 @@ void expect_apart_while_it_lasts() {
   };
   const auto nearest = [&](const NeighbourPair& pair) {
     float least = std::numeric_limits<float>::max();
-    for (std::uint64_t bits = ~pair.without; bits != 0; bits &= bits - 1) {
+    for (std::uint64_t bits = ~pair.excluded; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       least = std::min(least, separation(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8)));
     }
     return least;
   };
   std::size_t lasted = 0;
-  std::size_t spent = 0;
+  std::size_t exhausted = 0;
   for (int step = 0; step < 30; ++step) {
     for (double& x : positions) x += 0.05;  // all alike: nobody's budget
     shake(random, 0.002, positions);
@@ -171,7 +171,7 @@ void expect_apart_while_it_lasts() {
         const float gap = nearest(pair);
         if (std::ranges::binary_search(due, n)) {
           pair.budget = TravelBudget::grant(tree.block_travel[pair.a], tree.block_travel[pair.b], gap);
-          ++spent;
+          ++exhausted;
         } else {
           ASSERT_GT(gap, 0) << "blocks " << pair.a << " and " << pair.b << ", step " << step;
           ++lasted;
@@ -181,8 +181,8 @@ void expect_apart_while_it_lasts() {
   }
   // In a sheet along the axes, AABBs of triangles touch that share no vertex.
   const bool boxes = std::is_same_v<Bounds, Aabb>;
-  EXPECT_GT(lasted, boxes ? 1000U : 3 * spent);
-  EXPECT_GT(spent, 1000U);
+  EXPECT_GT(lasted, boxes ? 1000U : 3 * exhausted);
+  EXPECT_GT(exhausted, 1000U);
 }
 
 TEST(Neighbours, StayApartWhileTheirBudgetLasts) {
@@ -284,12 +284,12 @@ class Crumpled : public ::testing::TestWithParam<Report> {
       return options;
     }
 
-    // Both take the step, the first once again where it was stopped; `kept` is what it answers.
+    // Both take the step, the first once again where it was stopped or refused; `kept` is what it answers.
     void expect_same_step(const std::vector<double>& positions, StepResult& kept,
-                          const std::atomic<bool>* stop = nullptr) {
+                          const std::atomic<bool>* stop = nullptr, const AcceptStep& accept = {}) {
       const Frame frame{std::span<const double>(positions)};
-      Result<StepResult> a = lazy.step(frame, stop);
-      if (stop != nullptr && !a.ok()) a = lazy.step(frame);
+      Result<StepResult> a = lazy.step(frame, stop, accept);
+      if (!a.ok()) a = lazy.step(frame);
       const Result<StepResult> b = anew.step(frame);
       ASSERT_TRUE(a.ok() && b.ok());
       kept = a.value();
@@ -361,9 +361,13 @@ TEST_P(Crumpled, WhateverHappensMeanwhile) {
     if (step >= 4 && step < 36) {
       for (double& x : positions) x += 1.0 / 64;
     }
-    const std::atomic<bool> stop{step == 2 || step == 40};
+    AcceptStep accept;
+    if (step == 2 || step == 40)
+      accept = [](const StepResult&) -> Status {
+        return Error{ErrorCode::kCancelled, "as its client wishes"};
+      };
     StepResult result;
-    ASSERT_NO_FATAL_FAILURE(both.expect_same_step(positions, result, &stop)) << "step " << step;
+    ASSERT_NO_FATAL_FAILURE(both.expect_same_step(positions, result, nullptr, accept)) << "step " << step;
     stopped += result.statistics.rebuild == Rebuild::kInterrupted ? 1 : 0;
     stiff += result.statistics.counts.parts_rigid;
     met += result.vf + result.ee;

@@ -259,8 +259,8 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
   const auto broken = ErrorCode::kInternal;
   this->expect_found([&](K& k) { pairs(k).pop_back(); }, broken, "does not list the neighbouring blocks",
                      kWide);
-  this->expect_found([&](K& k) { pairs(k)[3].without ^= 1; }, broken, "does not list the neighbouring blocks",
-                     kWide);
+  this->expect_found([&](K& k) { pairs(k)[3].excluded ^= 1; }, broken,
+                     "does not list the neighbouring blocks", kWide);
   this->expect_found([](K& k) { k.segment(0).neighbours[0].tested = true; }, broken,
                      "tested for a step which did not come", kWide);
   this->expect_found([](K& k) { --k.segment(0).neighbours[0].leaves[1].end; }, broken,

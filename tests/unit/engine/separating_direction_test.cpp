@@ -31,7 +31,7 @@ std::vector<VertexMotion> box(const Vector& at0, const Vector& at1, const Vector
   return box;
 }
 
-MovingPoints points_of(const std::vector<VertexMotion>& vertices, const LocalFrame& frame = {}) {
+MovingPoints points_of(const std::vector<VertexMotion>& vertices, const LocalTransform& frame = {}) {
   MovingPoints points;
   points.take(vertices, frame);
   return points;
@@ -130,7 +130,7 @@ TEST(SeparatingDirection, CoordinatesBeyondFloatsRangeAreNeverTakenForApart) {
   const auto a = points_of(box({0, 0, 0}, {0, 0, 0}, {kHuge, kHuge, kHuge}));
   const auto b = points_of(box({5 * kHuge, 0, 0}, {5 * kHuge, 0, 0}, {kHuge, kHuge, kHuge}));
   EXPECT_FALSE(separating_direction(a, b, {}, {}));
-  const LocalFrame frame{{}, 0x1p-600, 0x1p-60};  // which scenes of such a size have
+  const LocalTransform frame{{}, 0x1p-600, 0x1p-60};  // which scenes of such a size have
   EXPECT_TRUE(separating_direction(
       points_of(box({0, 0, 0}, {0, 0, 0}, {kHuge, kHuge, kHuge}), frame),
       points_of(box({5 * kHuge, 0, 0}, {5 * kHuge, 0, 0}, {kHuge, kHuge, kHuge}), frame), frame, {}));
@@ -141,7 +141,7 @@ TEST(SeparatingDirection, SpecksBesideTheirFrameAreNeverTakenForApart) {
   const auto a = box({0, 0, 0}, {0, 0, 0}, {1, 1, 1});
   const auto b = box({0.5, 0, 0.4}, {0.5, 0, 1.4}, {1, 1, 1});
   for (const double scale : {0x1p-40, 0x1p-70, 0x1p-100, 0x1p-140, 0x1p-160, 0x1p-400, 0x1p-1000}) {
-    const LocalFrame frame{{}, scale, 1};
+    const LocalTransform frame{{}, scale, 1};
     const MovingPoints points = points_of(a, frame);
     EXPECT_GE(points.radius(), 1.7 * scale);
     EXPECT_FALSE(separating_direction(points, points_of(b, frame), frame, {})) << scale;
@@ -184,7 +184,7 @@ TEST(SeparatingDirection, WhatIsFoundSeparatesAndWhatIsWellApartIsFound) {
     const auto b = random.part(centre, scale * std::pow(10.0, random.uniform(1)), 0.3 * scale);
     // Now and then a frame that was made for something far larger, or smaller.
     const int off = random.below(4) == 0 ? random.below(400) - 300 : 0;
-    const LocalFrame frame{offset, std::exp2(off - std::round(std::log2(scale))), 1};
+    const LocalTransform frame{offset, std::exp2(off - std::round(std::log2(scale))), 1};
     const double least = random.below(2) == 0 ? 0 : std::fabs(random.uniform(0.2 * scale));
     const auto direction = separating_direction(points_of(a, frame), points_of(b, frame), frame,
                                                 {.least = frame.to_local(least)});
@@ -224,7 +224,7 @@ TEST(MovingPoints, PosedOnesAreThoseThatThePosePlaces) {
       return pose;
     };
     const std::array<Pose, 2> poses{pose(random.uniform(3)), pose(random.uniform(3))};
-    const LocalFrame frame{offset, 0.5, 0.5};
+    const LocalTransform frame{offset, 0.5, 0.5};
     const RestPoints points(rest, offset, frame);
     MovingPoints moving;
     moving.take(points, poses[0], poses[1], frame);
@@ -252,7 +252,7 @@ TEST(MovingPoints, TheirBoundsHoldThoseOfTheVertices) {
     const double scale = std::pow(10.0, random.below(9) - 6);
     const Vector offset = random.vector(random.below(2) == 0 ? 0 : 1e6);
     const auto part = random.part(offset, scale, scale);
-    const LocalFrame frame{random.below(2) == 0 ? offset : Vector{}, 1, 1};
+    const LocalTransform frame{random.below(2) == 0 ? offset : Vector{}, 1, 1};
     double magnitude = 0x1p-30;
     const double separation = random.below(2) == 0 ? 0 : 0.1 * scale;
     for (const VertexMotion& vertex : part) {

@@ -112,9 +112,10 @@ TEST(SharedVertices, OfAHierarchyAreThoseOfItsBlocks) {
     }
     for (std::uint32_t a = 0; a < blocks.size(); ++a) {
       for (std::uint32_t b = 0; b < blocks.size(); ++b) {
-        ASSERT_EQ(bvh.without(a, b), expected(*scene, blocks, a, b)) << leaf_size << ": " << a << " " << b;
+        ASSERT_EQ(bvh.excluded(a, b), expected(*scene, blocks, a, b)) << leaf_size << ": " << a << " " << b;
         if (!bvh.shared->has_place(a, b)) {
-          ASSERT_EQ(bvh.without_of_no_place(a, b), bvh.without(a, b)) << leaf_size << ": " << a << " " << b;
+          ASSERT_EQ(bvh.excluded_if_not_listed(a, b), bvh.excluded(a, b))
+              << leaf_size << ": " << a << " " << b;
         }
       }
     }

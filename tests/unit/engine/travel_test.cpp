@@ -21,30 +21,30 @@ TEST(TravelBudget, EndsWithTheGapAndCountsOnlyRelativeMotion) {
   NodeTravel a;
   NodeTravel b{{1, 0, 0}, 0};
   const TravelBudget budget = TravelBudget::grant(a, b, 0.25F);
-  EXPECT_FALSE(budget.spent(a, b, 10));
+  EXPECT_FALSE(budget.exhausted(a, b, 10));
   a.centre = {7, 3, -2};
   b.centre = {8, 3, -2};
-  EXPECT_FALSE(budget.spent(a, b, 10)) << "both moved alike";
+  EXPECT_FALSE(budget.exhausted(a, b, 10)) << "both moved alike";
   b.centre[0] -= 0.2F;
-  EXPECT_FALSE(budget.spent(a, b, 10));
+  EXPECT_FALSE(budget.exhausted(a, b, 10));
   a.wandered += travel::units(0.1F);
-  EXPECT_TRUE(budget.spent(a, b, 10));
+  EXPECT_TRUE(budget.exhausted(a, b, 10));
 }
 
 TEST(TravelBudget, NothingIsPromisedWithoutAGapOrBeyondTheLimits) {
   const NodeTravel a;
   const NodeTravel b{{1, 0, 0}, 0};
   for (const float gap : {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN()})
-    EXPECT_TRUE(TravelBudget::grant(a, b, gap).spent(a, b, 0)) << gap;
+    EXPECT_TRUE(TravelBudget::grant(a, b, gap).exhausted(a, b, 0)) << gap;
   const TravelBudget large = TravelBudget::grant(a, b, std::numeric_limits<float>::infinity());
-  EXPECT_FALSE(large.spent(a, b, travel::slack(1)));
-  EXPECT_TRUE(large.spent(a, b, travel::slack(1e30)));
+  EXPECT_FALSE(large.exhausted(a, b, travel::slack(1)));
+  EXPECT_TRUE(large.exhausted(a, b, travel::slack(1e30)));
   NodeTravel lost = b;
   lost.centre[1] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(large.spent(a, lost, 0));
+  EXPECT_TRUE(large.exhausted(a, lost, 0));
   NodeTravel far = b;
   far.wandered += travel::units(std::numeric_limits<float>::infinity());
-  EXPECT_TRUE(large.spent(a, far, 0));
+  EXPECT_TRUE(large.exhausted(a, far, 0));
 }
 
 // While a budget lasts, the nodes are apart in every single step.
@@ -78,7 +78,7 @@ void expect_apart_while_it_lasts() {
       hierarchy.step(next);
       positions = next;
       std::erase_if(promises, [&](const Promise& p) {
-        return p.budget.spent(bvh.travel[p.a], bvh.travel[p.b], bvh.travel_slack);
+        return p.budget.exhausted(bvh.travel[p.a], bvh.travel[p.b], bvh.travel_slack);
       });
       for (const Promise& p : promises) ASSERT_FALSE(overlap(bvh.nodes[p.a], bvh.nodes[p.b])) << trial;
       lasted += promises.size();
@@ -110,7 +110,7 @@ void expect_sums_within_reach() {
       ASSERT_LE(std::fabs(travel.centre[k]), 2 * hierarchy.motion().magnitude());
       if (std::fabs(travel.centre[k] - before.centre[k]) < 2 * kWay) continue;
       ++began_anew;
-      ASSERT_TRUE(budget.spent(travel, {}, bvh.travel_slack));
+      ASSERT_TRUE(budget.exhausted(travel, {}, bvh.travel_slack));
     }
   };
   for (int cycle = 0; cycle < 200; ++cycle) {

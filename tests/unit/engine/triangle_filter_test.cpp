@@ -50,7 +50,7 @@ std::uint32_t parted(const std::array<MovingTriangles, kEight>& pairs, double se
     for (const auto& corner : pair.t0) positions.insert(positions.end(), corner.begin(), corner.end());
     std::ranges::copy(vertices_of(pair), std::back_inserter(vertices));
   }
-  const LocalFrame frame = Motion(positions).frame();
+  const LocalTransform frame = Motion(positions).frame();
   const double magnitude = testing::least_magnitude(vertices, frame, separation);
   std::vector<PointBounds> points;
   EightTrianglePairs eight;

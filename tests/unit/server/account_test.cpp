@@ -169,10 +169,10 @@ TEST(GateTest, LetsInAsManyAsItSays) {
   Gate gate(2);
   Budget budget(1 << 20);
   const auto account = Account::open(budget, 1 << 20, 0).value();
-  std::optional<FramePass> first = admit_frame(gate, gate, account, 100);
-  const FramePass second = admit_frame(gate, gate, account, 10);
+  std::optional<AdmittedFrame> first = admit_frame(gate, gate, account, 100);
+  const AdmittedFrame second = admit_frame(gate, gate, account, 10);
   EXPECT_FALSE(first->refused || second.refused);
-  const FramePass third = admit_frame(gate, gate, account, 10);
+  const AdmittedFrame third = admit_frame(gate, gate, account, 10);
   ASSERT_TRUE(third.refused);
   EXPECT_STREQ(third.refused->limit, "max-frames-per-principal");
   EXPECT_EQ(gate.inside(), 2u);

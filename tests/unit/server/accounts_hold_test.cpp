@@ -67,7 +67,7 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
                                      const std::vector<double>& positions) {
     server::FrameBuffer contents(server::Dtype::kFloat64, *session.scene());
     static_cast<void>(contents.append(bytes_of(positions)));
-    server::FramePass pass;
+    server::AdmittedFrame pass;
     pass.memory = server::Holding(account_, contents.expected_bytes());
     std::promise<server::Outcome<std::shared_ptr<const Answer>>> done;
     session.step(
@@ -189,7 +189,7 @@ TEST(AccountsOfWhatArrivesTest, AFrameThatWaitsIsChargedWhatItTakes) {
   const std::string rows = bytes_of(std::vector<double>(3 * vertices.size(), 1.0));
   server::Budget budget(1 << 30);
   const auto account = server::Account::open(budget, 1 << 30, 0).value();
-  server::FramePass pass;
+  server::AdmittedFrame pass;
   const std::size_t is = allocated_by([&] {
     auto contents = std::make_unique<server::FrameBuffer>(server::Dtype::kFloat64, scene);
     pass.memory = server::Holding(account, contents->expected_bytes());

@@ -131,8 +131,11 @@ TEST_F(HealthTest, ChecksAndWatchesAreToldTheSame) {
 
 TEST_F(HealthTest, EveryWayToSayANameIsReadAndWhatIsNoRequestIsRefused) {
   health_.serve();
-  for (const std::string& request : {""s, "\x0a\x00"s, "\x10\x05"s, "\x0a\x01x\x0a\x09" "a.Service"s,
-                                     "\x0a\x09" "a.Service\x1a\x02yz"s})
+  for (const std::string& request : {""s, "\x0a\x00"s, "\x10\x05"s,
+                                     "\x0a\x01x\x0a\x09"
+                                     "a.Service"s,
+                                     "\x0a\x09"
+                                     "a.Service\x1a\x02yz"s})
     EXPECT_EQ(call("Check", request)->read(), kServing) << request;
   for (const std::string& request : {"\x0a"s, "\x0a\x05x"s, "\xff"s, "\x0a\xff\xff\xff\xff\x0f"s, "\x0c"s,
                                      request_of(std::string(100, 'x')) + std::string(5000, '\0')})

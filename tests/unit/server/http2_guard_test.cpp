@@ -263,11 +263,14 @@ TEST(Http2GuardTest, TheTimeOfEachCallCounts) {
 }
 
 TEST(Http2GuardTest, CallsWithAMessageOrAnEndAreLeftAlone) {
-  const std::string message = "\0\0\0\0\x03" "abc"s;
+  const std::string message =
+      "\0\0\0\0\x03"
+      "abc"s;
   const std::vector<std::string> calls{
       call(1) + http2::frame(0, 0, 1, message),
       call(1) + http2::frame(0, 0, 1, message + "more"),
-      call(1) + http2::frame(0, 0, 1, message.substr(0, 2)) + http2::ping() + http2::frame(0, 0, 1, message.substr(2)),
+      call(1) + http2::frame(0, 0, 1, message.substr(0, 2)) + http2::ping() +
+          http2::frame(0, 0, 1, message.substr(2)),
       call(1) + http2::frame(0, 0, 1, message.substr(0, 6)) + http2::frame(0, 0, 1, message.substr(6)),
       call(1) + http2::frame(0, 0, 1, std::string(5, '\0')),
       call(1) + http2::frame(0, 1, 1, "\0"s),
@@ -275,7 +278,7 @@ TEST(Http2GuardTest, CallsWithAMessageOrAnEndAreLeftAlone) {
       call(1) + http2::reset_stream(1),
       call(1) + http2::frame(1, 5, 1, "\x82"),
       http2::frame(1, 5, 1, "\x82"),
-      call(2),  // gRPC overlooks it
+      call(2),                                             // gRPC overlooks it
       call(3) + http2::frame(0, 1, 3, message) + call(1),  // likewise
   };
   for (const std::string& bytes : calls)

@@ -353,8 +353,7 @@ TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
     std::latch go(1), last(1);
     std::atomic<int> ended{0};
-    Runner runner(1, 0,
-                  Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
+    Runner runner(1, 0, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
     const auto hog = [&] {
       go.wait();
       ++ended;
@@ -379,7 +378,7 @@ TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
 TEST(RunnerTest, ThreadsThatTakeTheirPlaceAreBounded) {
   std::latch go(1), begun(3);
   std::atomic<bool> fourth{false};
-  Runner runner(1, 0, Runner::Patience{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
+  Runner runner(1, 0, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
   for (int i = 0; i < 3; ++i)
     runner.post([&] {
       begun.count_down();
@@ -494,7 +493,7 @@ TEST_F(StoreTest, AFrameThatWasGivenUpIsLeftUndone) {
     FrameBuffer positions(Dtype::kFloat64, *session->scene());
     const std::vector<double> values = grids.positions(1);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(values.data()), values.size() * 8}).ok());
-    FramePass pass;
+    AdmittedFrame pass;
     pass.given_up = std::make_shared<std::atomic<bool>>(given_up);
     std::promise<Outcome<std::shared_ptr<const Answer>>> answer;
     session->step(1, std::move(positions), std::move(pass), Session::Admission::kBounded,

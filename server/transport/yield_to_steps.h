@@ -9,6 +9,6 @@ namespace warmfront::server {
 /// frames wait than there are threads, each message that comes or goes would interrupt a step, some six
 /// times a frame, and bring nothing forward. Costs a system call where the answer changes. Does nothing where
 /// whoever started the daemon chose another policy, or the system forbids it. Thread-safe.
-void give_way(bool to_steps);
+void yield_to_steps(bool to_steps);
 
 }  // namespace warmfront::server

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/transport/give_way.h"
+#include "server/transport/yield_to_steps.h"
 
 #include <sched.h>
 #include <unistd.h>
 
 namespace warmfront::server {
 
-void give_way(bool to_steps) {
+void yield_to_steps(bool to_steps) {
   // The first thread's policy is as the daemon was started; a thread's own may be that of one of gRPC's which
   // started it, as it was then.
   thread_local const bool free_to_choose = sched_getscheduler(getpid()) == SCHED_OTHER;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How threads that carry messages stand to those that compute.
-#include "server/transport/give_way.h"
+#include "server/transport/yield_to_steps.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -21,18 +21,18 @@ bool set_policy(int policy) {
 TEST(GiveWayTest, AThreadWaitsForStepsWhileToldTo) {
   std::thread([] {
     if (!set_policy(SCHED_BATCH) || !set_policy(SCHED_OTHER)) GTEST_SKIP() << "the system forbids it";
-    give_way(false);
+    yield_to_steps(false);
     EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
     for (int i = 0; i < 2; ++i) {
-      give_way(true);
+      yield_to_steps(true);
       EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH);
       std::thread([] {
         EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH)
             << "inherited, as by a thread that one of gRPC's starts";
-        give_way(false);
+        yield_to_steps(false);
         EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
       }).join();
-      give_way(false);
+      yield_to_steps(false);
       EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
     }
   }).join();
@@ -42,7 +42,7 @@ TEST(GiveWayTest, WhatTheOperatorChoseStays) {
   std::thread([] {
     if (!set_policy(SCHED_BATCH)) GTEST_SKIP() << "the system forbids it";
     for (const bool to_steps : {false, true, false}) {
-      give_way(to_steps);
+      yield_to_steps(to_steps);
       EXPECT_EQ(sched_getscheduler(0), SCHED_BATCH);
     }
     EXPECT_TRUE(set_policy(SCHED_OTHER));
