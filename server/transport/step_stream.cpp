@@ -20,6 +20,8 @@
 namespace warmfront::server {
 namespace {
 
+using Happened = StreamEvent::Kind;
+
 constexpr std::size_t kRestOfFrameBytes = std::size_t{1} << 20;
 
 Fault out_of_place(std::string message) {
@@ -71,8 +73,7 @@ void StepStream::fail(grpc::Status status) noexcept {
   const MutexLock lock(mutex_);
   // Whatever was to be delivered before a good end is not.
   if (!end_ || end_->ok()) end_ = std::move(status);
-  break_locked();
-  handling_ = attaching_ = false;
+  break_locked(Happened::kFailed);
   advance_locked();
 }
 
@@ -84,9 +85,8 @@ void StepStream::read_done(bool ok) {
   yield_to_steps(context_.runner.backlog());
   {
     const MutexLock lock(mutex_);
-    reading_ = false;
-    handling_ = true;
-    last_moved_ = std::chrono::steady_clock::now();
+    happened_locked(Happened::kReadDone);
+    last_moved_ = Clock::now();
   }
   if (!ok) {
     half_closed();
@@ -97,7 +97,7 @@ void StepStream::read_done(bool ok) {
   }
   incoming_.Clear();
   const MutexLock lock(mutex_);
-  handling_ = false;
+  happened_locked(Happened::kHandled);
   advance_locked();
 }
 
@@ -125,7 +125,7 @@ void StepStream::handle(const StreamRequest& request) {
 void StepStream::attach(const v1::Attach& request) {
   {
     const MutexLock lock(mutex_);
-    if (session_)
+    if (state_.attach != StreamAttach::kNone)
       return end_locked(
           context_.refuse(out_of_place("a second attach; open another stream for another session")));
   }
@@ -137,8 +137,7 @@ void StepStream::attach(const v1::Attach& request) {
     const MutexLock lock(mutex_);
     session_ = session.value();
     current_bytes_ = Holding(session_->account());
-    attaching_ = true;
-    awaited_since_.reset();
+    happened_locked(Happened::kAttachStarted);
   }
   // Weak, because a stream ends whenever its client likes, and neither session nor frames should keep it.
   const std::weak_ptr<StepStream> weak = weak_from_this();
@@ -153,9 +152,9 @@ void StepStream::attach(const v1::Attach& request) {
   const MutexLock lock(mutex_);
   if (attachment) {
     attachment_ = attachment.value();
-    if (finished_) release_locked();  // the client left meanwhile
+    if (state_.course == StreamCourse::kFinished) release_locked();  // the client left meanwhile
   } else {
-    attaching_ = false;
+    happened_locked(Happened::kAttachSettled);
     end_locked(context_.refuse(attachment.fault()));
   }
 }
@@ -188,12 +187,8 @@ void StepStream::take(const StreamRequest& request) {
   }
   {
     const MutexLock lock(mutex_);
-    if (!part.more()) {
-      awaited_since_.reset();
-      ++in_flight_;
-    } else if (!awaited_since_) {
-      awaited_since_ = Clock::now();
-    }
+    if (part.more() && !state_.awaiting) awaited_since_ = Clock::now();
+    happened_locked(part.more() ? Happened::kPartTaken : Happened::kFrameTaken);
   }
   const std::uint64_t frame = part.frame();
   const bool more = part.more();
@@ -215,7 +210,7 @@ void StepStream::take(const StreamRequest& request) {
 void StepStream::attached(const Outcome<Standing>& standing) {
   guarded([&] {
     const MutexLock lock(mutex_);
-    attaching_ = false;
+    happened_locked(Happened::kAttachSettled);
     if (standing) {
       v1::StreamStepsResponse response;
       v1::Attached& attached = *response.mutable_attached();
@@ -268,7 +263,7 @@ void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quie
   guarded([&] {
     const MutexLock lock(mutex_);
     // With frames in hand, more may wait unread behind them.
-    if (in_flight_ > 0 || attaching_ || std::chrono::steady_clock::now() - last_moved_ < quiet) return;
+    if (is_busy(state_) || Clock::now() - last_moved_ < quiet) return;
     end_locked(context_.refuse(fault));
     advance_locked();
   });
@@ -277,11 +272,11 @@ void StepStream::end_if_quiet(const Fault& fault, std::chrono::milliseconds quie
 void StepStream::enforce_timeouts(std::chrono::steady_clock::time_point now) {
   guarded([&] {
     const MutexLock lock(mutex_);
-    if (finished_) return;
+    if (state_.course == StreamCourse::kFinished) return;
     const Limits& limits = context_.limits;
-    if (writing_ && now - write_began_ >= limits.write_stall_timeout) {
+    if (state_.write != StreamWrite::kNone && now - write_began_ >= limits.write_stall_timeout) {
       cut_off_locked();
-    } else if (!broken_ && awaited_since_ && reading_ && now - *awaited_since_ >= limits.upload_timeout) {
+    } else if (awaits_client(state_) && now - awaited_since_ >= limits.upload_timeout) {
       end_locked(context_.refuse({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
                                   std::string("StreamSteps: ") +
                                       (session_ ? "the rest of a frame" : "the message that attaches") +
@@ -307,14 +302,14 @@ void StepStream::give_up(const Fault& fault) {
 // Finish() would wait behind the message that nobody takes: the call is cancelled with the status that it
 // ends with.
 void StepStream::cut_off_locked() {
-  if (!broken_) {
+  if (takes_messages(state_)) {
     grpc::Status status(grpc::StatusCode::UNAVAILABLE,
                         "StreamSteps: the client has not taken a message for " +
                             format_duration(context_.limits.write_stall_timeout) +
                             "; read answers as they come, or raise --write-stall-timeout");
     context_.metrics.refused_with("write-stall-timeout");
     end_ = std::move(status);
-    break_locked();
+    break_locked(Happened::kBroken);
   }
   const grpc::Status& status = end_ ? *end_ : grpc::Status::CANCELLED;
   grpc_call_cancel_with_status(rpc_.c_call(), static_cast<grpc_status_code>(status.error_code()),
@@ -323,13 +318,13 @@ void StepStream::cut_off_locked() {
 
 void StepStream::end_locked(grpc::Status status) {
   if (!end_) end_ = std::move(status);
+  happened_locked(Happened::kEnded);
 }
 
-void StepStream::break_locked() {
-  broken_ = true;
+void StepStream::break_locked(StreamEvent::Kind kind) {
+  happened_locked(kind);
   given_up_->store(true, std::memory_order_relaxed);
   writes_.clear();
-  queued_bytes_ = 0;
 }
 
 void StepStream::log_end_locked(const grpc::Status& status) {
@@ -348,16 +343,15 @@ void StepStream::release_locked() {
 }
 
 void StepStream::queue_locked(Outgoing outgoing) {
-  if (broken_ || finished_) return;
+  if (!takes_messages(state_)) return;
   const auto* answer = std::get_if<AnswerChunks>(&outgoing.what);
   const std::size_t bytes = answer ? answer->answer_bytes() : 0;
   writes_.push_back(std::move(outgoing));
-  queued_bytes_ += bytes;
+  happened_locked(Happened::kQueued, bytes);
 }
 
 void StepStream::write_locked() {
   Outgoing& next = writes_.front();
-  current_ends_frame_ = next.ends_frame;
   if (auto* answer = std::get_if<AnswerChunks>(&next.what)) {
     try {
       current_ = answer->next();
@@ -366,44 +360,57 @@ void StepStream::write_locked() {
           limit_met("frame " + std::to_string(answer->frame()) +
                         ": no memory to send its answer; attach and send the frame again for it",
                     "memory", true)));
-      return break_locked();
+      return break_locked(Happened::kBroken);
     }
-    current_ends_frame_ = answer->done();
     if (answer->done()) {
-      queued_bytes_ -= answer->answer_bytes();
+      happened_locked(Happened::kFrameEndStarted, answer->answer_bytes());
       writes_.pop_front();
+    } else {
+      happened_locked(Happened::kPartStarted);
     }
   } else {
     current_ = std::move(std::get<grpc::ByteBuffer>(next.what));
+    happened_locked(next.ends_frame ? Happened::kFrameEndStarted : Happened::kMessageStarted);
     writes_.pop_front();
   }
   current_bytes_.set(current_.Length());
-  writing_ = true;
   write_began_ = Clock::now();
   StartWrite(&current_);
 }
 
+void StepStream::finish_locked() {
+  happened_locked(Happened::kFinishStarted);
+  given_up_->store(true, std::memory_order_relaxed);
+  // First, so that a client that has seen its stream end finds the session free for the next one.
+  release_locked();
+  grpc::Status status = end_ ? *std::move(end_) : grpc::Status::CANCELLED;
+  try {  // not if_memory_allows(): clang does not see the lock in what is handed on
+    log_end_locked(status);
+  } catch (const std::exception&) {  // a line of the log that there was no memory for
+  }
+  finish_call(*this, std::move(status));
+}
+
+void StepStream::happened_locked(StreamEvent::Kind kind, std::size_t bytes) {
+  state_ = after(state_, {kind, bytes});
+}
+
 void StepStream::advance_locked() {
-  if (finished_) return;
-  if (!broken_ && !writing_ && !writes_.empty()) write_locked();
-  const bool delivered = broken_ || (in_flight_ == 0 && !attaching_ && !handling_ && writes_.empty());
-  const bool may_begin_frame =
-      in_flight_ < context_.limits.window && queued_bytes_ < context_.limits.max_queued_bytes;
-  if ((end_ || broken_) && !writing_ && delivered) {
-    finished_ = true;
-    given_up_->store(true, std::memory_order_relaxed);
-    // First, so that a client that has seen its stream end finds the session free for the next one.
-    release_locked();
-    grpc::Status status = end_ ? *std::move(end_) : grpc::Status::CANCELLED;
-    try {  // not if_memory_allows(): clang does not see the lock in what is handed on
-      log_end_locked(status);
-    } catch (const std::exception&) {  // a line of the log that there was no memory for
+  const StreamBounds bounds{context_.limits.window, context_.limits.max_queued_bytes};
+  for (;;) {
+    switch (due(state_, bounds)) {
+      case StreamAction::kNone:
+        return;
+      case StreamAction::kWrite:
+        write_locked();
+        break;
+      case StreamAction::kRead:
+        happened_locked(Happened::kReadStarted);
+        StartRead(&incoming_);
+        break;
+      case StreamAction::kFinish:
+        return finish_locked();
     }
-    finish_call(*this, std::move(status));
-  } else if (!end_ && !broken_ && !reading_ && !handling_ && !attaching_ &&
-             (awaited_since_ || may_begin_frame)) {
-    reading_ = true;
-    StartRead(&incoming_);
   }
 }
 
@@ -411,12 +418,13 @@ void StepStream::OnWriteDone(bool ok) {
   yield_to_steps(context_.runner.backlog());
   guarded([&] {
     const MutexLock lock(mutex_);
-    writing_ = false;
     last_moved_ = Clock::now();
-    if (current_ends_frame_) --in_flight_;
     current_.Clear();
     current_bytes_.set(0);
-    if (!ok) break_locked();
+    if (ok)
+      happened_locked(Happened::kWriteDone);
+    else
+      break_locked(Happened::kWriteLost);
     advance_locked();
   });
 }
@@ -424,7 +432,7 @@ void StepStream::OnWriteDone(bool ok) {
 void StepStream::OnCancel() {
   guarded([&] {
     const MutexLock lock(mutex_);
-    break_locked();
+    break_locked(Happened::kBroken);
     advance_locked();
   });
 }

@@ -22,16 +22,18 @@
 #include "server/transport/context.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
+#include "server/transport/stream_state.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {
 
-/// At most one read and one write are outstanding. A frame is begun to be read only while fewer than `window`
-/// frames are in flight and the answers that wait hold less than `max_queued_bytes`; a frame is in flight
-/// until the last chunk of its answer, encoded when its turn comes, is written. So a client that does not
-/// read is not read from, costs what the answers of a window hold, and is cut off after
-/// `write_stall_timeout`. When the call ends, by cancellation or a lost connection too, frames that wait or
-/// are being computed are given up; the session is at the last one completed.
+/// Translates between gRPC and the session on one hand and the call's state (stream_state.h), which says what
+/// is to be done, on the other. At most one read and one write are outstanding. A frame is begun to be read
+/// only while fewer than `window` frames are in flight and the answers that wait hold less than
+/// `max_queued_bytes`; a frame is in flight until the last chunk of its answer, encoded when its turn comes,
+/// is written. So a client that does not read is not read from, costs what the answers of a window hold, and
+/// is cut off after `write_stall_timeout`. When the call ends, by cancellation or a lost connection too,
+/// frames that wait or are being computed are given up; the session is at the last one completed.
 class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                          public Drainable,
                          public std::enable_shared_from_this<StepStream> {
@@ -89,12 +91,15 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // With the lock held.
   void end_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);
   /// Nothing more can be delivered: what waits is dropped and given up.
-  void break_locked() WARMFRONT_REQUIRES(mutex_);
+  void break_locked(StreamEvent::Kind kind) WARMFRONT_REQUIRES(mutex_);
   void cut_off_locked() WARMFRONT_REQUIRES(mutex_);
   void write_locked() WARMFRONT_REQUIRES(mutex_);
   void queue_locked(Outgoing outgoing) WARMFRONT_REQUIRES(mutex_);
+  void finish_locked() WARMFRONT_REQUIRES(mutex_);
   void release_locked() WARMFRONT_REQUIRES(mutex_);
   void log_end_locked(const grpc::Status& status) WARMFRONT_REQUIRES(mutex_);
+  void happened_locked(StreamEvent::Kind kind, std::size_t bytes = 0) WARMFRONT_REQUIRES(mutex_);
+  /// Does what is due.
   void advance_locked() WARMFRONT_REQUIRES(mutex_);
 
   // Constant after construction.
@@ -120,25 +125,15 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   Mutex mutex_;
   std::shared_ptr<Session> session_ WARMFRONT_GUARDED_BY(mutex_);
   std::optional<Session::Attachment> attachment_ WARMFRONT_GUARDED_BY(mutex_);
-  bool attaching_ WARMFRONT_GUARDED_BY(mutex_) = false;
-  bool reading_ WARMFRONT_GUARDED_BY(mutex_) = false;
-  bool handling_ WARMFRONT_GUARDED_BY(mutex_) =
-      false;  // a message was read and is not yet counted in what follows from it
-  bool writing_ WARMFRONT_GUARDED_BY(mutex_) = false;
+  StreamState state_ WARMFRONT_GUARDED_BY(mutex_);
   grpc::ByteBuffer current_ WARMFRONT_GUARDED_BY(mutex_);  // must outlive its write
   Holding current_bytes_ WARMFRONT_GUARDED_BY(mutex_);     // of it, on the session's account
-  bool current_ends_frame_ WARMFRONT_GUARDED_BY(mutex_) = false;
   Clock::time_point write_began_ WARMFRONT_GUARDED_BY(mutex_);
   std::deque<Outgoing> writes_ WARMFRONT_GUARDED_BY(mutex_);
-  std::size_t queued_bytes_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // of the answers among them
-  std::uint32_t in_flight_ WARMFRONT_GUARDED_BY(mutex_) = 0;
   Clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = Clock::now();  // a message, either way
-  std::optional<Clock::time_point> awaited_since_ WARMFRONT_GUARDED_BY(mutex_) =
-      last_moved_;                                    // for the attach, or for the rest of a frame
-  bool broken_ WARMFRONT_GUARDED_BY(mutex_) = false;  // the client is gone: nothing can be delivered any more
-  bool finished_ WARMFRONT_GUARDED_BY(mutex_) = false;  // Finish() was called
-  std::optional<grpc::Status> end_
-      WARMFRONT_GUARDED_BY(mutex_);  // how to finish once all in flight is delivered
+  // For the message that attaches, or for the rest of a frame; stale when neither is owed.
+  Clock::time_point awaited_since_ WARMFRONT_GUARDED_BY(mutex_) = last_moved_;
+  std::optional<grpc::Status> end_ WARMFRONT_GUARDED_BY(mutex_);  // what the call is to be finished with
 };
 
 }  // namespace warmfront::server
