@@ -24,8 +24,10 @@ struct Layer {
   std::function<std::string(const std::string&)> where;    ///< how a setting is called in this layer
 };
 
+constexpr std::string_view kPrefix = "WARMFRONT_";
+
 std::string variable_of(const std::string& name) {
-  std::string variable = "WARMFRONT_" + name;
+  std::string variable = std::string(kPrefix) + name;
   for (char& c : variable)
     c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return variable;
@@ -58,12 +60,31 @@ const Setting* find_setting(const std::string& name) {
 Layer environment_layer(const Environment& environment) {
   Layer layer{Origin::kEnvironment, {}, variable_of};
   for (const Setting& setting : settings()) {
-    const char* value = environment(variable_of(setting.name).c_str());
-    if (value == nullptr) continue;
+    const auto found = environment.find(variable_of(setting.name));
+    if (found == environment.end()) continue;
     layer.values[setting.name] =
-        setting.kind == Setting::Kind::kList ? split_list(value) : std::vector<std::string>{value};
+        setting.kind == Setting::Kind::kList ? split_list(found->second) : std::vector{found->second};
   }
   return layer;
+}
+
+/// The names that are no settings'.
+Status check_variables(const Environment& environment, std::vector<std::string>& remarks) {
+  std::vector<std::string> names{variable_of("config").substr(kPrefix.size())};
+  for (const Setting& setting : settings()) names.push_back(variable_of(setting.name).substr(kPrefix.size()));
+  std::string others;
+  for (const auto& [variable, value] : environment) {
+    if (!variable.starts_with(kPrefix)) continue;
+    const std::string name = variable.substr(kPrefix.size());
+    const std::string_view nearest = command_line::nearest(name, names);
+    if (nearest == name) continue;
+    if (!nearest.empty())
+      return invalid_argument(variable + " is no setting's variable; the nearest is " + std::string(kPrefix) +
+                              std::string(nearest));
+    others.append(others.empty() ? "" : ", ").append(variable);
+  }
+  if (!others.empty()) remarks.push_back(others + ": no setting has a variable of such a name; ignored");
+  return {};
 }
 
 Result<Layer> file_layer(const std::string& path) {
@@ -122,11 +143,23 @@ Status apply_layers(const Layer& flags, const Environment& environment, const st
     if (!file) return file.error();
     if (const Status applied = apply(file.value(), resolved); !applied) return applied;
   }
+  if (const Status checked = check_variables(environment, resolved.remarks); !checked) return checked;
   if (const Status applied = apply(environment_layer(environment), resolved); !applied) return applied;
   return apply(flags, resolved);
 }
 
 }  // namespace
+
+Environment warmfront_variables(const char* const* variables) {
+  Environment found;
+  for (; *variables != nullptr; ++variables) {
+    const std::string_view variable = *variables;
+    const std::size_t equals = variable.find('=');
+    if (variable.starts_with(kPrefix) && equals != std::string_view::npos)
+      found.emplace(variable.substr(0, equals), variable.substr(equals + 1));
+  }
+  return found;
+}
 
 std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* argv,
                                                  const Environment& environment, std::ostream& out,
@@ -177,7 +210,8 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
     return app.exit(error, out, err) == 0 ? 0 : kExitUsage;
   }
 
-  if (const char* value = environment("WARMFRONT_CONFIG"); path.empty() && value != nullptr) path = value;
+  if (const auto found = environment.find("WARMFRONT_CONFIG"); path.empty() && found != environment.end())
+    path = found->second;
   resolved.origins.assign(settings().size(), Origin::kDefault);
   const Layer flag_layer{Origin::kFlag, std::move(flags),
                          [](const std::string& name) { return "--" + name; }};

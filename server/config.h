@@ -6,9 +6,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <iosfwd>
-#include <optional>
+#include <map>
 #include <string>
 #include <variant>
 #include <vector>
@@ -31,9 +30,9 @@ struct Config {
   bool channelz = false;            ///< serve grpc.channelz, which shows connections and calls
   std::string metrics_listen;       ///< HOST:PORT of /metrics, /healthz and /readyz; empty: none
   std::string record_dir;           ///< where sessions are recorded; empty: nowhere
-  std::size_t record_max_bytes = std::size_t{1} << 30;  ///< that recordings in it may hold
+  std::size_t record_max_bytes = std::size_t{1} << 30;     ///< that recordings in it may hold
   std::size_t record_queue_bytes = std::size_t{64} << 20;  ///< of recordings, that wait for the disk
-  int threads = 0;                                      ///< that steps run on; 0: as many as the machine has
+  int threads = 0;  ///< that steps run on; 0: as many as the machine has
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
   Limits limits;
@@ -47,15 +46,21 @@ enum class Origin : std::uint8_t { kDefault, kFile, kEnvironment, kFlag };
 
 struct ResolvedConfig {
   Config config;
-  std::vector<Origin> origins;  ///< of the settings, in the order of the table
-  bool print_only = false;      ///< --print-config
+  std::vector<Origin> origins;       ///< of the settings, in the order of the table
+  bool print_only = false;           ///< --print-config
+  std::vector<std::string> remarks;  ///< on what is no mistake and may not be meant, for the log
 };
 
-/// Looks a variable up; nullptr when it is not set.
-using Environment = std::function<const char*(const char* name)>;
+/// Variables by name.
+using Environment = std::map<std::string, std::string>;
+
+/// Those of a process (environ(7)) that begin with WARMFRONT_.
+Environment warmfront_variables(const char* const* variables);
 
 /// The configuration, or the exit code of a process that is done: 0 after --help or --version, 3 for a
-/// mistake. Help goes to `out`, mistakes to `err`; they name the flag, variable or file and key.
+/// mistake. Help goes to `out`, mistakes to `err`; they name the flag, variable or file and key. A variable
+/// WARMFRONT_* that is no setting is a mistake where its name is near a setting's, and a remark where it is
+/// not: Kubernetes makes such variables of services, and our proxy's configuration and tests have some.
 std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* argv,
                                                  const Environment& environment, std::ostream& out,
                                                  std::ostream& err);

@@ -26,6 +26,7 @@
 #include "server/admin/listen.h"
 #include "server/admin/liveness.h"
 #include "server/admin/metrics_text.h"
+#include "server/admin/small_file.h"
 #include "server/admin/socket_lock.h"
 #include "server/admin/ticker.h"
 #include "server/annotations.h"
@@ -121,6 +122,19 @@ void log_connections_ended(Log& log, std::array<std::uint64_t, Http2Guard::kVerd
   }
   if (count > 0) log.write(LogLevel::kWarning, "connections_ended", {{"count", count}, {"reason", reasons}});
   seen = now;
+}
+
+/// Once at each start: a token or key that every user may read is theirs as well.
+void warn_of_readable_secrets(Log& log, const Config& config) {
+  const std::array<std::pair<const char*, const std::string*>, 2> secrets{
+      {{"token-file", &config.token_file}, {"tls-key", &config.tls.key}}};
+  for (const auto& [setting, path] : secrets)
+    if (is_readable_by_others(*path))
+      log.write(
+          LogLevel::kWarning, "secret_readable",
+          {{"file", *path},
+           {"reason", std::string(setting) + ": every user of this machine may read it; chmod o= it, and "
+                                             "replace what it holds if there are such users"}});
 }
 
 std::string with_port(const std::string& address, int port) {
@@ -227,6 +241,7 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
     certificates = std::move(read).value();
   }
 
+  warn_of_readable_secrets(log, config);
   for (const std::string& reason : fit_to_memory(config.limits))
     log.write(LogLevel::kWarning, "limits_beside_memory", {{"reason", reason}});
   enable_plugins(config.reflection, config.channelz);

@@ -4,11 +4,11 @@
 // timeout), 3 usage, of a setting that can never serve too.
 #include <absl/synchronization/mutex.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <thread>
@@ -50,12 +50,12 @@ void force_exit_later(const sigset_t& signals, std::chrono::milliseconds timeout
 int main(int argc, char** argv) {
   using namespace warmfront::server;
   bound_free_memory();
-  const auto resolved = resolve_config(
-      argc, argv, [](const char* name) { return std::getenv(name); }, std::cout, std::cerr);
+  const auto resolved = resolve_config(argc, argv, warmfront_variables(environ), std::cout, std::cerr);
   if (const int* exit_code = std::get_if<int>(&resolved)) return *exit_code;
-  const auto& [config, origins, print_only] = std::get<ResolvedConfig>(resolved);
+  const auto& [config, origins, print_only, remarks] = std::get<ResolvedConfig>(resolved);
   if (print_only) {
     std::cout << print_config(std::get<ResolvedConfig>(resolved));
+    for (const std::string& remark : remarks) std::cerr << "warmfrontd: " << remark << "\n";
     return 0;
   }
 
@@ -76,6 +76,8 @@ int main(int argc, char** argv) {
   Log& log = *new Log(config.log_level, config.log_format);
   log_what_grpc_says(log);
   log.write(LogLevel::kInfo, "starting", {{"version", kVersion}});
+  for (const std::string& remark : remarks)
+    log.write(LogLevel::kWarning, "configuration", {{"reason", remark}});
   // Later than the daemon itself ends calls that it has begun: it tells the client.
   guard_connections({.max_metadata_bytes = config.max_metadata_bytes,
                      .max_streams = config.limits.max_streams,

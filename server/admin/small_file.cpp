@@ -100,4 +100,9 @@ Result<std::string> read_small_file(const std::string& what, const std::string& 
   }
 }
 
+bool is_readable_by_others(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && (status.st_mode & S_IROTH) != 0;
+}
+
 }  // namespace warmfront::server

@@ -14,4 +14,8 @@ namespace warmfront::server {
 /// write another beside it and rename that.
 Result<std::string> read_small_file(const std::string& what, const std::string& path);
 
+/// Whether every user of this machine may read the file; its group alone is no such user. False for one that
+/// is not there.
+bool is_readable_by_others(const std::string& path);
+
 }  // namespace warmfront::server

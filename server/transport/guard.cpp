@@ -13,6 +13,10 @@
 namespace warmfront::server {
 namespace {
 
+constexpr const char* kHow =
+    "send one of the daemon's token file in the metadata \"authorization\", once, as \"Bearer TOKEN\" "
+    "(our clients: --token-file)";
+
 Fault unauthenticated(std::string message) {
   return {ErrorCode::kUnauthenticated, Reason::kUnauthenticated, std::move(message)};
 }
@@ -92,12 +96,12 @@ Outcome<Principal> Guard::by_token(const grpc::ServerContextBase& call, const To
   constexpr std::string_view kScheme = "Bearer ";
   const auto [first, last] = call.client_metadata().equal_range("authorization");
   if (first == last || std::next(first) != last)
-    return unauthenticated("the metadata authorization is expected once, as: Bearer TOKEN");
+    return unauthenticated("a token is expected; " + std::string(kHow));
   const std::string_view value(first->second.data(), first->second.size());
   std::optional<Principal> principal;
   if (value.starts_with(kScheme)) principal = tokens.find(value.substr(kScheme.size()));
   if (principal) principal->token = value.substr(kScheme.size());
-  if (!principal) return unauthenticated("the token in the metadata authorization is unknown here");
+  if (!principal) return unauthenticated("the token that came is unknown here; " + std::string(kHow));
   return *std::move(principal);
 }
 
@@ -109,7 +113,8 @@ Outcome<Principal> Guard::by_certificate(const grpc::ServerContextBase& call) co
   // The handshake demands a certificate of all others.
   if (call.peer().starts_with("unix:")) return Principal{"local", true};
   return unauthenticated(
-      "a client certificate with a subject alternative name or a common name in it is expected");
+      "a client certificate with a subject alternative name or a common name in it is expected (our clients: "
+      "--tls-cert and --tls-key)");
 }
 
 Fault Guard::revoked() {

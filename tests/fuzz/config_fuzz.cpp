@@ -27,13 +27,7 @@ std::variant<ResolvedConfig, int> resolve(const std::vector<std::string>& flags,
   std::vector<const char*> arguments{"warmfrontd"};
   for (const std::string& flag : flags) arguments.push_back(flag.c_str());
   std::ostringstream out, err;
-  auto resolved = resolve_config(
-      static_cast<int>(arguments.size()), arguments.data(),
-      [&](const char* name) {
-        const auto found = variables.find(name);
-        return found == variables.end() ? nullptr : found->second.c_str();
-      },
-      out, err);
+  auto resolved = resolve_config(static_cast<int>(arguments.size()), arguments.data(), variables, out, err);
   if (const int* code = std::get_if<int>(&resolved)) {
     expect(*code == 0 || *code == 3, "a process that is done says help or usage");
     expect(!out.str().empty() || !err.str().empty(), "and says it in words");

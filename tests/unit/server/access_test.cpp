@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "client/lib/client.h"
+#include "server/admin/grpc_log.h"
 #include "server/admin/small_file.h"
 #include "server/admin/tls.h"
 #include "server/admin/tokens.h"
@@ -96,6 +97,9 @@ TEST_F(TokenTest, NobodyUnknownComesIn) {
   EXPECT_EQ(connect("").error().code, ErrorCode::kUnauthenticated);
   EXPECT_EQ(connect("wrong-0123456789abcdef").error().code, ErrorCode::kUnauthenticated);
   EXPECT_TRUE(connect(kAlice).ok());
+  // Who sends none, or a wrong one, is told how.
+  for (const char* token : {"", "wrong-0123456789abcdef"})
+    EXPECT_THAT(connect(token).error().message, HasSubstr("\"authorization\", once, as \"Bearer TOKEN\""));
   // No way round: every method asks.
   const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
   const auto stub = v1::CollisionService::NewStub(channel);
@@ -485,6 +489,50 @@ TEST_F(TlsTest, ACertificateThatIsAboutToExpireIsSpokenOf) {
   start();  // it has an hour left
   EXPECT_THAT(log_text(), HasSubstr("certificate_expires"));
   EXPECT_THAT(log_text(), HasSubstr("\"hours_left\":"));
+}
+
+TEST_F(TlsTest, SecretsThatEveryUserMayReadAreWarnedOfOnceAtTheStart) {
+  namespace fs = std::filesystem;
+  const std::string tokens = file("tokens");
+  std::ofstream(tokens) << kAlice << " alice\n";
+  config_.token_file = tokens;
+  for (const std::string& secret : {tokens, file("daemon.key")})
+    fs::permissions(secret, fs::perms::owner_read | fs::perms::group_read);
+  start();
+  EXPECT_THAT(log_text(), Not(HasSubstr("secret_readable")));
+  for (const std::string& secret : {tokens, file("daemon.key")})
+    fs::permissions(secret, fs::perms::others_read, fs::perm_options::add);
+  start();
+  EXPECT_TRUE(daemon_->reload());
+  const std::string log = log_text();
+  for (const std::string& secret : {tokens, file("daemon.key")}) {
+    const std::string line = "\"event\":\"secret_readable\",\"file\":\"" + secret + "\"";
+    const std::size_t at = log.find(line);
+    ASSERT_NE(at, std::string::npos) << log;
+    EXPECT_EQ(log.find(line, at + 1), std::string::npos) << "once";
+  }
+}
+
+TEST(GrpcLogTest, SaysWhatAFailedHandshakeIsLikelyToComeFrom) {
+  using server::why_handshake_failed;
+  const std::string begin = "Handshake failed with fatal error SSL_ERROR_SSL: error:0A0000C7:SSL routines::";
+  EXPECT_THAT(std::string(why_handshake_failed(begin + "peer did not return a certificate.")),
+              HasSubstr("showed no certificate"));
+  EXPECT_THAT(std::string(why_handshake_failed(begin + "certificate verify failed.")),
+              HasSubstr("--tls-client-ca"));
+  EXPECT_THAT(std::string(why_handshake_failed(begin + "wrong version number.")),
+              HasSubstr("does not speak TLS"));
+  EXPECT_FALSE(why_handshake_failed(begin + "something new.").empty());
+  EXPECT_TRUE(why_handshake_failed("No address added out of total 1 resolved").empty());
+}
+
+TEST(GrpcLogTest, TheSameWordsComeOnceASecondAndSayHowManyWereLeftOut) {
+  server::Repeats repeats;
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(repeats.admit("a", start), 0u);
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(repeats.admit("a", start + std::chrono::microseconds(999 * i)));
+  EXPECT_EQ(repeats.admit("a", start + std::chrono::seconds(1)), 1000u);
+  EXPECT_EQ(repeats.admit("a", start + std::chrono::seconds(2)), 0u);
 }
 
 TEST(SmallFileTest, DevicesPipesAndEndlessFilesAreRefused) {

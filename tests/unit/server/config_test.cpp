@@ -31,17 +31,11 @@ class ConfigTest : public ::testing::Test {
 
   std::variant<ResolvedConfig, int> resolve(std::vector<const char*> arguments) {
     arguments.insert(arguments.begin(), "warmfrontd");
-    return resolve_config(
-        static_cast<int>(arguments.size()), arguments.data(),
-        [this](const char* name) {
-          const auto found = environment_.find(name);
-          return found == environment_.end() ? nullptr : found->second.c_str();
-        },
-        out_, err_);
+    return resolve_config(static_cast<int>(arguments.size()), arguments.data(), environment_, out_, err_);
   }
   void write_file(const std::string& text) { std::ofstream(file_) << text; }
 
-  std::map<std::string, std::string> environment_;
+  Environment environment_;
   const std::string file_ =
       std::filesystem::temp_directory_path() / ("warmfront_config_" + std::to_string(getpid()));
   std::ostringstream out_, err_;
@@ -52,7 +46,8 @@ TEST_F(ConfigTest, FlagsThenEnvironmentThenFileThenDefaults) {
   environment_ = {{"WARMFRONT_MAX_SESSIONS", "21"}, {"WARMFRONT_WINDOW", "22"}, {"WARMFRONT_CONFIG", file_}};
   const auto resolved = resolve({"--max-sessions", "31"});
   ASSERT_TRUE(std::holds_alternative<ResolvedConfig>(resolved)) << err_.str();
-  const auto& [config, origins, print_only] = std::get<ResolvedConfig>(resolved);
+  const auto& [config, origins, print_only, remarks] = std::get<ResolvedConfig>(resolved);
+  EXPECT_TRUE(remarks.empty());
   EXPECT_EQ(config.limits.max_sessions, 31u);
   EXPECT_EQ(config.limits.window, 22u);
   EXPECT_EQ(config.threads, 3);
@@ -114,6 +109,34 @@ TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
   EXPECT_THAT(err_.str(), HasSubstr("max_sessions is no setting; it is max-sessions in a file"));
   EXPECT_EQ(std::get<int>(resolve({"--config", "/nonexistent/file"})), 3);
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
+}
+
+TEST_F(ConfigTest, AVariableThatIsNearlyASettingsIsAMistakeAndOneThatIsNotIsRemarkedOn) {
+  environment_["WARMFRONT_MAX_SESIONS"] = "3";
+  EXPECT_EQ(std::get<int>(resolve({})), 3);
+  EXPECT_EQ(err_.str(),
+            "warmfrontd: WARMFRONT_MAX_SESIONS is no setting's variable; the nearest is "
+            "WARMFRONT_MAX_SESSIONS\n");
+  environment_ = {{"WARMFRONT_TOKENFILE", "x"}};
+  EXPECT_EQ(std::get<int>(resolve({})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("the nearest is WARMFRONT_TOKEN_FILE"));
+  // A Kubernetes service named warmfront, and what our proxy's configuration is told.
+  environment_ = {
+      {"WARMFRONT_SERVICE_HOST", "10.0.0.1"},     {"WARMFRONT_PORT_50051_TCP", "tcp://10.0.0.1:50051"},
+      {"WARMFRONT_METRICS_SERVICE_PORT", "9464"}, {"WARMFRONT_0", "127.0.0.1:50051"},
+      {"WARMFRONT_BIND", "127.0.0.1:50050"},      {"WARMFRONT_MAX_SESSIONS", "3"}};
+  const auto resolved = std::get<ResolvedConfig>(resolve({}));
+  EXPECT_EQ(resolved.config.limits.max_sessions, 3u);
+  ASSERT_EQ(resolved.remarks.size(), 1u);
+  EXPECT_THAT(resolved.remarks.front(), HasSubstr("WARMFRONT_0, WARMFRONT_BIND, "));
+  EXPECT_THAT(resolved.remarks.front(), HasSubstr("ignored"));
+}
+
+TEST_F(ConfigTest, OfTheProcessVariablesOursAreTaken) {
+  const char* const variables[] = {"PATH=/bin", "WARMFRONT_WINDOW=3", "WARMFRONT_LISTEN=a=b",
+                                   "WARMFRONT_NONE", nullptr};
+  EXPECT_EQ(warmfront_variables(variables),
+            (Environment{{"WARMFRONT_WINDOW", "3"}, {"WARMFRONT_LISTEN", "a=b"}}));
 }
 
 TEST_F(ConfigTest, AFileThatIsNoTomlIsRefusedAndNotGuessedAt) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The real warmfrontd as a process of its own: drained by SIGTERM and killed in the middle of streaming.
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
@@ -7,11 +8,13 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -22,6 +25,7 @@
 #include "client/lib/client.h"
 #include "tests/unit/server/local_daemon.h"
 #include "tests/unit/server/moving_grids.h"
+#include "tests/unit/server/test_certificates.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 extern char** environ;
@@ -33,6 +37,7 @@ using namespace std::chrono_literals;
 using client::Answer;
 using client::Client;
 using client::Session;
+using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using Doubles = std::span<const double>;
@@ -40,7 +45,10 @@ using Doubles = std::span<const double>;
 /// A warmfrontd on a Unix socket; killed at the end if it still runs.
 class Process {
  public:
-  explicit Process(const std::filesystem::path& folder) : folder_(folder) { start(); }
+  explicit Process(const std::filesystem::path& folder, std::vector<std::string> more = {})
+      : folder_(folder), more_(std::move(more)) {
+    start();
+  }
   ~Process() {
     if (pid_ > 0) kill_hard();
   }
@@ -55,12 +63,15 @@ class Process {
   void start() {
     const std::string listen = address();
     const std::string log = folder_ / "log";
-    const char* arguments[] = {WARMFRONTD,  "--listen", listen.c_str(),    "--log-format", "json",
-                               "--threads", "2",        "--drain-timeout", "20s",          nullptr};
+    std::vector<const char*> arguments{WARMFRONTD,  "--listen", listen.c_str(),    "--log-format", "json",
+                                       "--threads", "2",        "--drain-timeout", "20s"};
+    for (const std::string& argument : more_) arguments.push_back(argument.c_str());
+    arguments.push_back(nullptr);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-    ASSERT_EQ(posix_spawn(&pid_, WARMFRONTD, &actions, nullptr, const_cast<char**>(arguments), environ), 0);
+    ASSERT_EQ(
+        posix_spawn(&pid_, WARMFRONTD, &actions, nullptr, const_cast<char**>(arguments.data()), environ), 0);
     posix_spawn_file_actions_destroy(&actions);
   }
   void terminate() { kill(pid_, SIGTERM); }
@@ -91,6 +102,7 @@ class Process {
 
  private:
   const std::filesystem::path folder_;
+  const std::vector<std::string> more_;
   pid_t pid_ = -1;
 };
 
@@ -174,6 +186,79 @@ TEST(StartTest, AllThatIsLoggedIsJsonWhatGrpcSaysToo) {
   EXPECT_EQ(events.front(), "starting");
   EXPECT_THAT(events, Contains("grpc"));
   EXPECT_EQ(events.back(), "failed");
+}
+
+/// Of whole lines of a log, those of an event.
+std::vector<nlohmann::json> events_of(const Process& daemon, const std::string& event) {
+  std::vector<nlohmann::json> events;
+  const std::string text = daemon.log();
+  std::istringstream log(text.substr(0, text.rfind('\n') + 1));
+  for (std::string line; std::getline(log, line);)
+    if (auto fields = nlohmann::json::parse(line); fields["event"] == event)
+      events.push_back(std::move(fields));
+  return events;
+}
+
+/// What a client without TLS begins with, on a connection of its own that it then leaves.
+void speak_plaintext(std::uint16_t port) {
+  const int connection = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::connect(connection, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  constexpr std::string_view kPreface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+  EXPECT_EQ(::send(connection, kPreface.data(), kPreface.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(kPreface.size()));
+  char nothing = 0;
+  while (::recv(connection, &nothing, 1, 0) > 0) {
+  }
+  ::close(connection);
+}
+
+TEST(StartTest, WhyTlsConnectionsDoNotComeAboutIsLoggedOnceASecondAtMost) {
+  const TemporaryFolder folder;
+  const auto file = [&](const char* name) { return (folder.path() / name).string(); };
+  const Certificate ca("ca", nullptr), stranger("stranger", nullptr);
+  ca.write(folder.path(), "ca");
+  stranger.write(folder.path(), "stranger");
+  Certificate("daemon", &ca, "DNS:localhost,IP:127.0.0.1").write(folder.path(), "daemon");
+  const Process daemon(folder.path(), {"--listen", "127.0.0.1:0", "--tls-cert", file("daemon.pem"),
+                                       "--tls-key", file("daemon.key"), "--tls-client-ca", file("ca.pem")});
+  ASSERT_TRUE(Client::connect(daemon.address(), {.call_timeout = 20s}).ok());
+  std::string address;
+  for (const nlohmann::json& listening : events_of(daemon, "listening"))
+    if (listening["encrypted"]) address = listening["address"];
+  ASSERT_FALSE(address.empty());
+
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 50; ++i)
+    speak_plaintext(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+  client::ClientOptions options{.call_timeout = 2s};
+  options.security.ca_file = file("ca.pem");
+  // Again, for a machine so busy that a client gives up before its handshake.
+  const auto refused_until_logged = [&](const char* reason) {
+    for (int i = 0; i < 20; ++i) {
+      EXPECT_FALSE(Client::connect(address, options).ok()) << reason;
+      for (const nlohmann::json& failed : events_of(daemon, "handshake_failed"))
+        if (std::string(failed["reason"]).find(reason) != std::string::npos) return;
+    }
+  };
+  refused_until_logged("showed no certificate");
+  options.security.cert_file = file("stranger.pem");
+  options.security.key_file = file("stranger.key");
+  refused_until_logged("none of --tls-client-ca signed it");
+  const auto seconds =
+      std::chrono::duration_cast<std::chrono::seconds>(std::chrono::steady_clock::now() - start).count();
+
+  std::map<std::string, int> reasons;
+  for (const nlohmann::json& failed : events_of(daemon, "handshake_failed")) ++reasons[failed["reason"]];
+  EXPECT_EQ(reasons.size(), 3u) << daemon.log();
+  for (const auto& [reason, count] : reasons) {
+    EXPECT_LE(count, seconds + 2) << reason;
+    EXPECT_THAT(reason, AnyOf(HasSubstr("does not speak TLS"), HasSubstr("showed no certificate"),
+                              HasSubstr("none of --tls-client-ca signed it")));
+  }
 }
 
 TEST_F(EndToEndTest, SigtermInTheMiddleOfStreamingLosesNoAnswer) {

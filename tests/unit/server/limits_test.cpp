@@ -7,6 +7,9 @@
 
 #include <array>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
 #include <thread>
 #include <vector>
 
@@ -87,6 +90,36 @@ TEST_F(MemoryTest, WhatIsHeldIsCountedWithAnswers) {
   EXPECT_GE(held(), before + 26 * response.summary().rows());
 }
 
+TEST(UsableMemoryTest, IsTheLeastOfTheControlGroupsOfEitherVersion) {
+  constexpr std::size_t kGiB = std::size_t{1} << 30;
+  const auto limit = [](const std::string& membership, const std::map<std::string, std::string>& files) {
+    const TemporaryFolder root;
+    const auto put = [&](const std::string& path, const std::string& text) {
+      const std::filesystem::path file = root.path().string() + path;
+      std::filesystem::create_directories(file.parent_path());
+      std::ofstream(file) << text << "\n";
+    };
+    put("/proc/self/cgroup", membership);
+    for (const auto& [path, text] : files) put("/sys/fs/cgroup" + path, text);
+    return server::control_group_limit(8 * kGiB, root.path().string());
+  };
+  EXPECT_EQ(limit("0::/", {}), 8 * kGiB);
+  // Version 2: the group's own, one above it, and none.
+  EXPECT_EQ(limit("0::/a/b", {{"/a/b/memory.max", "1073741824"}, {"/a/memory.max", "max"}}), kGiB);
+  EXPECT_EQ(limit("0::/a/b", {{"/a/b/memory.max", "max"}, {"/a/memory.max", "2147483648"}}), 2 * kGiB);
+  // Version 1, among other controllers, with its number for no limit.
+  const std::string old = "12:cpu,cpuacct:/x\n7:memory:/a/b\n1:name=systemd:/y\n0::/z";
+  EXPECT_EQ(limit(old, {{"/memory/a/b/memory.limit_in_bytes", "1073741824"},
+                        {"/memory/a/memory.limit_in_bytes", "9223372036854771712"}}),
+            kGiB);
+  EXPECT_EQ(limit(old, {{"/memory/a/b/memory.limit_in_bytes", "9223372036854771712"}}), 8 * kGiB);
+  // In a container, whose group is mounted as the root, and its path is what it is called outside.
+  EXPECT_EQ(limit("5:memory:/docker/0123", {{"/memory/memory.limit_in_bytes", "536870912"}}), kGiB / 2);
+  // Another controller's folder is not looked at, nor a name that only begins like it.
+  EXPECT_EQ(limit("5:memory2:/a", {{"/memory/a/memory.limit_in_bytes", "1"}}), 8 * kGiB);
+  EXPECT_EQ(limit("", {}), 8 * kGiB);
+}
+
 TEST(LimitsTest, NoSessionMayHoldMoreThanAllTogetherOrThanThereIs) {
   const server::Limits defaults;
   EXPECT_LE(defaults.max_session_bytes, defaults.max_total_bytes);
@@ -102,8 +135,9 @@ TEST(LimitsTest, NoSessionMayHoldMoreThanAllTogetherOrThanThereIs) {
   EXPECT_THAT(server::fit_to_memory(limits, 4 * kGiB), ::testing::IsEmpty());
   limits.max_total_bytes = 16 * kGiB;
   limits.max_session_bytes = 8 * kGiB;
-  EXPECT_THAT(server::fit_to_memory(limits, 4 * kGiB),
-              ::testing::ElementsAre(HasSubstr("max-total-bytes is 16.0 GiB"), HasSubstr("this process may use")));
+  EXPECT_THAT(
+      server::fit_to_memory(limits, 4 * kGiB),
+      ::testing::ElementsAre(HasSubstr("max-total-bytes is 16.0 GiB"), HasSubstr("this process may use")));
   EXPECT_EQ(limits.max_session_bytes, 4 * kGiB);
   EXPECT_EQ(limits.max_total_bytes, 16 * kGiB) << "as it was set";
 }
