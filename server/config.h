@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "engine/result.h"
-#include "server/admin/tls.h"
+#include "server/auth/tls.h"
 #include "server/log.h"
 #include "server/session/limits.h"
 

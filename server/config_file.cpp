@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "server/admin/small_file.h"
+#include "server/process/small_file.h"
 
 namespace warmfront::server {
 namespace {

@@ -33,11 +33,11 @@ class Daemon {
   /// Does this soon, on a thread that steps run on, behind what waits there.
   void when_runner_moves(std::function<void()> task);
 
-  /// Whether it lives (admin/liveness.h), for a watchdog. However busy it is.
+  /// Whether it lives (observe/liveness.h), for a watchdog. However busy it is.
   bool alive() const;
 
-  /// Reads the token file and the certificates again, and ends the streams and uploads of those whose token is
-  /// gone. What cannot be used is logged and changes nothing; false then.
+  /// Reads the token file and the certificates again, and ends the streams and uploads of those whose token
+  /// is gone. What cannot be used is logged and changes nothing; false then.
   bool reload();
 
   /// Stops in good order: reports NOT_SERVING, refuses new calls, notifies streams, delivers the frames in

@@ -14,14 +14,14 @@
 #include <thread>
 #include <variant>
 
-#include "server/admin/free_memory.h"
-#include "server/admin/grpc_log.h"
-#include "server/admin/guarded_receive.h"
-#include "server/admin/systemd.h"
-#include "server/admin/ticker.h"
 #include "server/config.h"
 #include "server/daemon.h"
 #include "server/log.h"
+#include "server/observe/grpc_log.h"
+#include "server/process/free_memory.h"
+#include "server/process/guarded_receive.h"
+#include "server/process/systemd.h"
+#include "server/process/ticker.h"
 #include "server/version.h"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "server/session/fault.h"
+#include "server/fault.h"
 #include "server/session/limits.h"
 
 namespace warmfront::server {
@@ -57,8 +57,8 @@ class Account {
   void remove(std::size_t bytes);
   std::size_t held() const { return held_.load(std::memory_order_relaxed); }
 
-  /// Why the session may not do what makes it grow, by `more` bytes where that is known: it would hold more than
-  /// its limit, or more than it reserved while its principal or the daemon is beyond theirs.
+  /// Why the session may not do what makes it grow, by `more` bytes where that is known: it would hold more
+  /// than its limit, or more than it reserved while its principal or the daemon is beyond theirs.
   std::optional<Fault> refusal(std::size_t more = 0) const;
   /// Whether it would refuse with so many bytes more.
   bool over(std::size_t more = 0) const;

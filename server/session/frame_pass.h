@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "server/fault.h"
 #include "server/session/account.h"
-#include "server/session/fault.h"
 #include "server/session/gate.h"
 #include "server/session/tenants.h"
 

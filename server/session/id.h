@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "server/session/fault.h"
+#include "server/fault.h"
 
 namespace warmfront::server {
 

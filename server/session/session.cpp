@@ -118,7 +118,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
                  Collider&& collider, Host&& host)
     : id_(std::move(spec.id)),
       owner_(std::move(host.owner)),
-      metrics_(host.metrics),
+      observer_(host.observer),
       dtype_(spec.dtype),
       options_(collider.options()),
       created_(std::chrono::system_clock::now()),
@@ -131,7 +131,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
           host.runner, host.limits.window, lane_of(step_cost_ms(scene->face_count(), {})),
           tenant_ ? std::shared_ptr<Share>(tenant_, &tenant_->share) : std::shared_ptr<Share>())),
       account_(std::move(host.account)),
-      recording_(std::move(host.recording)),
+      companion_(std::move(host.companion)),
       collider_(std::move(collider)),
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
@@ -300,8 +300,9 @@ Outcome<std::string> Session::self_check(const std::string& where, const std::at
     return given_up(where.empty() ? "CheckSession" : where.substr(0, where.find(':')));
   steps_unchecked_ = 0;
   const bool lost = !sound && (sound.error().code == ErrorCode::kDataLoss || was_rebuilt_);
-  if (metrics_ != nullptr)
-    ++metrics_->self_checks[sound ? Metrics::kPassed : lost ? Metrics::kDataLost : Metrics::kRebuilt];
+  using Check = SessionObserver::Check;
+  if (observer_ != nullptr)
+    observer_->self_checked(sound ? Check::kPassed : lost ? Check::kDataLost : Check::kRebuilt);
   if (sound) return std::string();
   const std::string& found = sound.error().message;
   if (lost)
@@ -489,8 +490,8 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   frames_.advance();
   advance(last_answer_->state);
   ++steps_unchecked_;
-  if (metrics_ != nullptr)
-    metrics_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
+  if (observer_ != nullptr)
+    observer_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
   stepped_ = true;
   return last_answer_;
 }

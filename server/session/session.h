@@ -14,22 +14,20 @@
 #include <vector>
 
 #include "engine/collider.h"
-#include "server/admin/metrics.h"
 #include "server/annotations.h"
+#include "server/fault.h"
 #include "server/session/account.h"
 #include "server/session/answer.h"
-#include "server/session/fault.h"
 #include "server/session/frame_buffer.h"
 #include "server/session/frame_pass.h"
 #include "server/session/frame_sequence.h"
 #include "server/session/id.h"
 #include "server/session/limits.h"
 #include "server/session/mailbox.h"
+#include "server/session/observer.h"
 #include "server/session/tenants.h"
 
 namespace warmfront::server {
-
-class SessionRecording;  // where a session is recorded; the transport's
 
 /// What a client says of a session.
 struct SessionSpec {
@@ -96,8 +94,8 @@ class Session : public std::enable_shared_from_this<Session> {
     Lost lost;
     std::string owner = {};               ///< the principal that makes it, ...
     std::shared_ptr<Tenant> tenant = {};  ///< ... and what that may have; null: as much as there is
-    Metrics* metrics = nullptr;           ///< where its steps are counted, if anywhere; outlives the session
-    std::shared_ptr<SessionRecording> recording = {};  ///< null where it is not recorded
+    SessionObserver* observer = nullptr;  ///< told of its steps, if anybody is; outlives the session
+    std::shared_ptr<SessionCompanion> companion = {};  ///< kept for as long as the session; may be null
     Rebuilt rebuilt = {};                              ///< if anybody wants to know
     const std::atomic<bool>* given_up = nullptr;       ///< stops the making of it, CANCELLED
   };
@@ -115,7 +113,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<const Scene> scene() const;
   const ColliderOptions& options() const { return options_; }
   const std::shared_ptr<Account>& account() const { return account_; }
-  const std::shared_ptr<SessionRecording>& recording() const { return recording_; }
+  const std::shared_ptr<SessionCompanion>& companion() const { return companion_; }
   SessionSnapshot snapshot() const;
   /// Somebody asks about this session: it is used.
   void touch();
@@ -218,7 +216,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // Constant after construction.
   const SessionId id_;
   const std::string owner_;
-  Metrics* const metrics_;
+  SessionObserver* const observer_;
   const Dtype dtype_;
   const ColliderOptions options_;
   const std::chrono::system_clock::time_point created_;
@@ -229,7 +227,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::shared_ptr<Tenant> tenant_;  // may be null
   const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Account> account_;
-  const std::shared_ptr<SessionRecording> recording_;
+  const std::shared_ptr<SessionCompanion> companion_;
 
   // Used by jobs of the mailbox only, which run one at a time.
   Collider collider_;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "server/annotations.h"
-#include "server/session/fault.h"
+#include "server/fault.h"
 #include "server/session/id.h"
 #include "server/session/session.h"
 
@@ -47,8 +47,8 @@ class Store {
     Key key_;
   };
 
-  /// ALREADY_EXISTS for an id that its owner uses already, RESOURCE_EXHAUSTED when the store is full or its owner has
-  /// `most` of them.
+  /// ALREADY_EXISTS for an id that its owner uses already, RESOURCE_EXHAUSTED when the store is full or its
+  /// owner has `most` of them.
   Outcome<Reservation> reserve(const SessionId& id, const std::string& owner = {},
                                std::uint32_t most = std::numeric_limits<std::uint32_t>::max());
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "server/annotations.h"
+#include "server/fault.h"
 #include "server/session/account.h"
-#include "server/session/fault.h"
 #include "server/session/gate.h"
 #include "server/session/quota.h"
 #include "server/session/share.h"

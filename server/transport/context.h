@@ -9,9 +9,10 @@
 #include <thread>
 
 #include "engine/workers.h"
-#include "server/admin/lifecycle.h"
-#include "server/admin/metrics.h"
+#include "server/auth/guard.h"
 #include "server/log.h"
+#include "server/observe/metrics.h"
+#include "server/process/lifecycle.h"
 #include "server/session/account.h"
 #include "server/session/gate.h"
 #include "server/session/limits.h"
@@ -19,7 +20,6 @@
 #include "server/session/store.h"
 #include "server/session/tenants.h"
 #include "server/transport/errors.h"
-#include "server/transport/guard.h"
 #include "server/transport/parse_room.h"
 #include "server/transport/recordings.h"
 

@@ -11,8 +11,8 @@
 #include <memory>
 #include <optional>
 
-#include "server/admin/lifecycle.h"
 #include "server/annotations.h"
+#include "server/process/lifecycle.h"
 #include "server/session/account.h"
 #include "server/session/store.h"
 #include "server/transport/context.h"
@@ -31,8 +31,8 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
                            grpc::ByteBuffer& response);
 
   void OnReadDone(bool ok) override;
-  /// What was uploaded is freed at once, and a session that its client will not hear of is not made to the end,
-  /// or not kept.
+  /// What was uploaded is freed at once, and a session that its client will not hear of is not made to the
+  /// end, or not kept.
   void OnCancel() override;
   void OnDone() override;
 

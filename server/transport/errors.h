@@ -4,7 +4,7 @@
 
 #include <grpcpp/support/status.h>
 
-#include "server/session/fault.h"
+#include "server/fault.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "server/annotations.h"
-#include "server/session/fault.h"
+#include "server/fault.h"
 #include "server/transport/parsed_size.h"
 
 namespace warmfront::server {

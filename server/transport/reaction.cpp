@@ -5,7 +5,7 @@
 #include <exception>
 #include <new>
 
-#include "server/session/fault.h"
+#include "server/fault.h"
 #include "server/transport/errors.h"
 
 namespace warmfront::server {

@@ -97,7 +97,7 @@ class CollisionService final : public Base {
           auto call_made = std::make_unique<CancellableCall>();
           CancellableCall* reactor = call_made.get();
           order.value().given_up = reactor->given_up();
-          auto [before, done] = recorded(session->recording(), message, session->account(),
+          auto [before, done] = recorded(recording_of(*session), message, session->account(),
                                          [&context = context_, reactor, response, session,
                                           in_flight](const Outcome<SessionState>& state) {
                                            answer(*reactor, [&] {

@@ -23,8 +23,8 @@ class RecordedParts {
   /// What is kept is charged to `account`, which may be null.
   explicit RecordedParts(std::shared_ptr<Account> account) : memory_(std::move(account)) {}
 
-  /// Parts that hold more than `most` bytes together are not kept, and the recording stops in the frame's turn: a
-  /// client could send them for ever.
+  /// Parts that hold more than `most` bytes together are not kept, and the recording stops in the frame's
+  /// turn: a client could send them for ever.
   void add(v1::StepFrame part, std::size_t most);
   /// The bound of those that came in one message, which has its own.
   static constexpr std::size_t kOneMessage = std::numeric_limits<std::size_t>::max();
@@ -37,14 +37,12 @@ class RecordedParts {
 };
 
 /// Nothing here fails or waits for a disk: a recording that cannot go on stops, and the session goes on.
-class SessionRecording {
+class SessionRecording final : public SessionCompanion {
  public:
   SessionRecording(std::shared_ptr<RecordingDisk> disk, std::shared_ptr<RecordingDisk::File> file)
       : disk_(std::move(disk)), file_(std::move(file)) {}
   /// Removes the file unless the session came to be.
-  ~SessionRecording();
-  SessionRecording(const SessionRecording&) = delete;
-  SessionRecording& operator=(const SessionRecording&) = delete;
+  ~SessionRecording() override;
 
   void upload(const v1::CreateSessionRequest& part);
   /// The upload made a session.
@@ -65,6 +63,12 @@ class SessionRecording {
 
   bool kept_ = false;
 };
+
+/// Where a session is recorded; null where it is not. Its companion is this and nothing else
+/// (create_call.cpp).
+inline std::shared_ptr<SessionRecording> recording_of(const Session& session) {
+  return std::static_pointer_cast<SessionRecording>(session.companion());
+}
 
 /// What a session calls before it carries out a request, and after.
 template <class Done>

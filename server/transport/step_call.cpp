@@ -48,14 +48,14 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
   // An overflow is kept in the buffer, for the session to answer by its rules.
   append(request, contents);
   RecordedParts parts(session.account());
-  if (session.recording()) {
+  if (session.companion()) {
     v1::StepFrame part;
     part.set_frame(request.frame());
     part.set_positions(request.positions());
     if (request.has_moved()) *part.mutable_moved() = request.moved();
     parts.add(std::move(part), RecordedParts::kOneMessage);
   }
-  auto [before, done] = recorded(session.recording(), request.frame(), std::move(parts),
+  auto [before, done] = recorded(recording_of(session), request.frame(), std::move(parts),
                                  [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
                                    answer(*this, [&] {
                                      if (outcome) respond(*outcome.value());

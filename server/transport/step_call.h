@@ -9,7 +9,7 @@
 #include <memory>
 #include <optional>
 
-#include "server/admin/lifecycle.h"
+#include "server/process/lifecycle.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
 #include "warmfront/v1/step.pb.h"

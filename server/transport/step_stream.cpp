@@ -193,12 +193,12 @@ void StepStream::take(const StreamRequest& request) {
   const std::uint64_t frame = part.frame();
   const bool more = part.more();
   // Twice what a frame's positions take, for one that says which vertices moved, and what else it may say.
-  if (session->recording())
+  if (session->companion())
     assembly_->parts.add(request.whole_step(), 2 * assembly_->contents.expected_bytes() + kRestOfFrameBytes);
   if (more) return;
 
   auto [before, done] =
-      recorded(session->recording(), frame, std::move(assembly_->parts),
+      recorded(recording_of(*session), frame, std::move(assembly_->parts),
                [weak = weak_from_this(), frame](const Outcome<std::shared_ptr<const Answer>>& outcome) {
                  if (const auto stream = weak.lock()) stream->answered(frame, outcome);
                });

@@ -16,8 +16,8 @@
 #include <variant>
 #include <vector>
 
-#include "server/admin/lifecycle.h"
 #include "server/annotations.h"
+#include "server/process/lifecycle.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
 #include "server/transport/session_recording.h"

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/fault.h"
 #include "server/session/answer.h"
-#include "server/session/fault.h"
 #include "server/transport/parse_room.h"
 #include "warmfront/v1/step.pb.h"
 

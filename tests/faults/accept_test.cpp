@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Connections while the process has no files left, and another thread takes the one that was set aside for
 // them.
-#include "server/admin/accept.h"
+#include "server/process/accept.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

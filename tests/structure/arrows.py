@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether the includes between folders run one way: arrows.py ROOT [--list]
 
-Each room below may include those before it, in its own list, and none after it. Prints what includes upward, and exits
-with 1 then. With --list it prints every arrow and how many includes it stands for. To add a room, put it at its place
-in ROOMS; to draw an arrow the other way, move the code instead.
+Each room below may include those before it, in its own list (the engine's or the server's), and none after it. Prints
+what includes upward, and exits with 1 then. With --list it prints every arrow and how many includes it stands for. To
+add a room, put it at its place in ROOMS or SERVER_ROOMS; to draw an arrow the other way, move the code instead.
 """
 
 import collections
@@ -31,6 +31,9 @@ ROOMS = [
     "engine/step",
 ]
 PUBLIC = "engine"
+# The same of the server, between what stands at its top: below them words that all use, above them the daemon.
+SERVER_WORDS = {"server/annotations.h", "server/fault.h", "server/log.h", "server/units.h"}
+SERVER_ROOMS = ["server/process", "server/session", "server/auth", "server/observe", "server/transport"]
 # Folders by who may include whom: the engine knows nobody, the programs know it.
 MAY_INCLUDE = {
     "engine": {"engine"},
@@ -45,9 +48,17 @@ INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 def room_of(path):
     """The deepest room that a file is in; its folder where that is none."""
     folder = path.rpartition("/")[0]
-    while folder and folder not in ROOMS and folder != PUBLIC:
+    while folder and folder not in ROOMS + SERVER_ROOMS and folder != PUBLIC:
         folder = folder.rpartition("/")[0]
     return folder or path.split("/")[0]
+
+
+def server_floor(path):
+    """How high a file of the server stands."""
+    if path.replace(".cpp", ".h") in SERVER_WORDS:
+        return -1
+    folder = path.rpartition("/")[0]
+    return SERVER_ROOMS.index(folder) if folder in SERVER_ROOMS else len(SERVER_ROOMS)
 
 
 def is_upward(source, target):
@@ -55,6 +66,8 @@ def is_upward(source, target):
     of, to = source.split("/")[0], target.split("/")[0]
     if to not in MAY_INCLUDE.get(of, {to}):
         return True
+    if of == to == "server":
+        return server_floor(target) > server_floor(source)
     if of != "engine":
         return False
     room, other = room_of(source), room_of(target)

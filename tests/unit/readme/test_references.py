@@ -67,7 +67,7 @@ def test_tests(page):
 @each_page
 def test_settings_and_metrics(page):
     settings = of_all_sources("server/settings.cpp", "server/config.cpp", "client/cli/**/*.cpp", "client/python/examples/*.py")
-    metrics = of_all_sources("server/admin/*.cpp", "server/*.cpp")
+    metrics = of_all_sources("server/observe/*.cpp", "server/*.cpp")
     for name in BACKTICKS.findall(prose(page)):
         ours = re.match(r"--|warmfrontd? |(detect|queries|accuracy|bench|load|replay|scene|sessions) ", name)
         for flag in re.findall(r"(?:^|\s)--([a-z][a-z-]+)", name) if ours else ():

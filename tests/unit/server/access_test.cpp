@@ -16,10 +16,10 @@
 #include <thread>
 
 #include "client/lib/client.h"
-#include "server/admin/grpc_log.h"
-#include "server/admin/small_file.h"
-#include "server/admin/tls.h"
-#include "server/admin/tokens.h"
+#include "server/auth/tls.h"
+#include "server/auth/tokens.h"
+#include "server/observe/grpc_log.h"
+#include "server/process/small_file.h"
 #include "tests/unit/server/local_daemon.h"
 #include "tests/unit/server/moving_grids.h"
 #include "tests/unit/server/test_certificates.h"

@@ -54,7 +54,7 @@ class WhereAStepRunsTest : public ::testing::Test {
          .limits = limits_,
          .account = server::Account::open(budget_, 1 << 30, 0).value(),
          .lost = [](Session&, const server::Fault&) {},
-         .recording = std::move(recording)});
+         .companion = std::move(recording)});
     return {session.value(), std::move(start)};
   }
   /// Whether the next step, of what rests, runs on this thread.

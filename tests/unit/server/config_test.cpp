@@ -15,7 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "server/admin/listen.h"
+#include "server/process/listen.h"
 #include "server/settings.h"
 #include "server/units.h"
 

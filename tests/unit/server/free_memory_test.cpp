@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // When freed memory is given back, and that it is.
-#include "server/admin/free_memory.h"
+#include "server/process/free_memory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The watch over HTTP/2: what attackers send is told for what it is wherever it is cut, and what clients send
 // passes.
-#include "server/admin/http2_guard.h"
+#include "server/process/http2_guard.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the daemon shows of itself: metrics, health and readiness over HTTP, and what it tells systemd.
-#include "server/admin/metrics.h"
+#include "server/observe/metrics.h"
 
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
@@ -17,9 +17,9 @@
 #include <ctime>
 #include <regex>
 
-#include "server/admin/liveness.h"
-#include "server/admin/metrics_text.h"
-#include "server/admin/systemd.h"
+#include "server/observe/liveness.h"
+#include "server/observe/metrics_text.h"
+#include "server/process/systemd.h"
 #include "tests/unit/server/http_get.h"
 #include "tests/unit/server/service_fixture.h"
 
