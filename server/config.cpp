@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -51,33 +52,43 @@ std::vector<std::string> split_lists(const std::vector<std::string>& texts) {
   return items.empty() ? texts : items;
 }
 
-const Setting* find_setting(const std::string& name) {
-  for (const Setting& setting : settings())
-    if (setting.name == name) return &setting;
-  return nullptr;
+/// The present one, then the former one if there is one.
+std::vector<std::string> names_of(const Setting& setting) {
+  std::vector<std::string> names{setting.name};
+  if (setting.former_name != nullptr) names.emplace_back(setting.former_name);
+  return names;
+}
+
+bool is_setting(const std::string& name) {
+  return std::ranges::any_of(
+      settings(), [&](const Setting& setting) { return std::ranges::count(names_of(setting), name) > 0; });
 }
 
 Layer environment_layer(const Environment& environment) {
   Layer layer{Origin::kEnvironment, {}, variable_of};
   for (const Setting& setting : settings()) {
-    const auto found = environment.find(variable_of(setting.name));
-    if (found == environment.end()) continue;
-    layer.values[setting.name] =
-        setting.kind == Setting::Kind::kList ? split_list(found->second) : std::vector{found->second};
+    for (const std::string& name : names_of(setting)) {
+      const auto found = environment.find(variable_of(name));
+      if (found == environment.end()) continue;
+      layer.values[name] =
+          setting.kind == Setting::Kind::kList ? split_list(found->second) : std::vector{found->second};
+    }
   }
   return layer;
 }
 
-/// The names that are no settings'.
+/// Those whose names are no settings'.
 Status check_variables(const Environment& environment, std::vector<std::string>& remarks) {
-  std::vector<std::string> names{variable_of("config").substr(kPrefix.size())};
-  for (const Setting& setting : settings()) names.push_back(variable_of(setting.name).substr(kPrefix.size()));
+  std::set<std::string> known{variable_of("config")};
+  std::vector<std::string> present{"CONFIG"};  // without the prefix, which would make all of them alike
+  for (const Setting& setting : settings()) {
+    present.push_back(variable_of(setting.name).substr(kPrefix.size()));
+    for (const std::string& name : names_of(setting)) known.insert(variable_of(name));
+  }
   std::string others;
   for (const auto& [variable, value] : environment) {
-    if (!variable.starts_with(kPrefix)) continue;
-    const std::string name = variable.substr(kPrefix.size());
-    const std::string_view nearest = command_line::nearest(name, names);
-    if (nearest == name) continue;
+    if (!variable.starts_with(kPrefix) || known.contains(variable)) continue;
+    const std::string_view nearest = command_line::nearest(variable.substr(kPrefix.size()), present);
     if (!nearest.empty())
       return invalid_argument(variable + " is no setting's variable; the nearest is " + std::string(kPrefix) +
                               std::string(nearest));
@@ -92,12 +103,12 @@ Result<Layer> file_layer(const std::string& path) {
   auto values = read_config_file(path);
   if (!values) return values.error();
   for (const auto& [name, ignored] : values.value()) {
-    if (find_setting(name) != nullptr) continue;
+    if (is_setting(name)) continue;
     std::string meant = name;
     std::ranges::replace(meant, '_', '-');
     return invalid_argument(
         path + ": " + name + " is no setting; " +
-        (find_setting(meant) != nullptr ? "it is " + meant + " in a file" : "--print-config lists them"));
+        (is_setting(meant) ? "it is " + meant + " in a file" : "--print-config lists them"));
   }
   layer.values = std::move(values).value();
   return layer;
@@ -107,17 +118,25 @@ Status apply(const Layer& layer, ResolvedConfig& resolved) {
   std::size_t row = 0;
   for (const Setting& setting : settings()) {
     Origin& origin = resolved.origins[row++];
-    const auto found = layer.values.find(setting.name);
-    if (found == layer.values.end()) continue;
-    const std::vector<std::string>& values = found->second;
-    if (setting.kind != Setting::Kind::kList && values.size() != 1)
-      return invalid_argument(layer.where(setting.name) + ": one value is expected");
-    if (!std::ranges::all_of(values, is_plain_text))
-      return invalid_argument(layer.where(setting.name) +
-                              ": UTF-8 text without control characters is expected");
-    if (const Status set = setting.set(resolved.config, values); !set)
-      return invalid_argument(layer.where(setting.name) + ": " + set.error().message);
-    origin = layer.origin;
+    for (const std::string& name : names_of(setting)) {
+      const auto found = layer.values.find(name);
+      if (found == layer.values.end()) continue;
+      const std::string where = layer.where(name);
+      if (name != setting.name) {
+        const std::string now = layer.where(setting.name);
+        if (layer.values.contains(setting.name))
+          return invalid_argument(where + ": it is the former name of " + now + ", which is set too");
+        resolved.remarks.push_back(where + ": its name is " + now + " now; the former one will go");
+      }
+      const std::vector<std::string>& values = found->second;
+      if (setting.kind != Setting::Kind::kList && values.size() != 1)
+        return invalid_argument(where + ": one value is expected");
+      if (!std::ranges::all_of(values, is_plain_text))
+        return invalid_argument(where + ": UTF-8 text without control characters is expected");
+      if (const Status set = setting.set(resolved.config, values); !set)
+        return invalid_argument(where + ": " + set.error().message);
+      origin = layer.origin;
+    }
   }
   return {};
 }
@@ -146,6 +165,26 @@ Status apply_layers(const Layer& flags, const Environment& environment, const st
   if (const Status checked = check_variables(environment, resolved.remarks); !checked) return checked;
   if (const Status applied = apply(environment_layer(environment), resolved); !applied) return applied;
   return apply(flags, resolved);
+}
+
+CLI::Option* add_flag(CLI::App& app, const Setting& setting, const std::string& name,
+                      std::map<std::string, std::vector<std::string>>& flags) {
+  const std::string flag = "--" + name;
+  if (setting.kind == Setting::Kind::kSwitch)
+    return app.add_flag_callback(
+        flag, [&flags, name] { flags[name] = {"true"}; }, setting.help);
+  const bool is_list = setting.kind == Setting::Kind::kList;
+  const std::vector<std::string> defaults = setting.get(Config{});
+  return app
+      .add_option_function<std::vector<std::string>>(
+          flag,
+          [&flags, name, is_list](const std::vector<std::string>& values) {
+            flags[name] = is_list ? split_lists(values) : values;
+          },
+          setting.help + (" [" + (defaults.empty() ? "" : defaults.front())) + "]")
+      ->expected(is_list ? -1 : 1)
+      ->allow_extra_args(false)
+      ->type_name("VALUE");
 }
 
 }  // namespace
@@ -178,26 +217,11 @@ std::variant<ResolvedConfig, int> resolve_config(int argc, const char* const* ar
                "Print the configuration and where each value came from, and exit");
 
   std::map<std::string, std::vector<std::string>> flags;
-  for (const Setting& setting : settings()) {
-    const std::string flag = std::string("--") + setting.name;
-    std::string help = setting.help;
-    if (setting.kind == Setting::Kind::kSwitch) {
-      app.add_flag_callback(
-          flag, [&flags, &setting] { flags[setting.name] = {"true"}; }, help);
-      continue;
+  for (const Setting& setting : settings())
+    for (const std::string& name : names_of(setting)) {
+      CLI::Option* option = add_flag(app, setting, name, flags);
+      if (name != setting.name) option->group("");  // not in the help
     }
-    std::vector<std::string> defaults = setting.get(Config{});
-    help += " [" + (defaults.empty() ? "" : defaults.front()) + "]";
-    app.add_option_function<std::vector<std::string>>(
-           flag,
-           [&flags, &setting](const std::vector<std::string>& values) {
-             flags[setting.name] = setting.kind == Setting::Kind::kList ? split_lists(values) : values;
-           },
-           help)
-        ->expected(setting.kind == Setting::Kind::kList ? -1 : 1)
-        ->allow_extra_args(false)
-        ->type_name("VALUE");
-  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ExtrasError&) {

@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
     log.write(LogLevel::kWarning, "configuration", {{"reason", remark}});
   // Later than the daemon itself ends calls that it has begun: it tells the client.
   guard_connections({.max_metadata_bytes = config.max_metadata_bytes,
-                     .max_streams = config.limits.max_streams,
+                     .max_streams = config.limits.max_streams_per_connection,
                      .first_message = config.limits.upload_timeout * 3 / 2 + std::chrono::seconds(1)});
   auto daemon = Daemon::start(config, log);
   if (!daemon) {

@@ -3,6 +3,7 @@
 // --print-config. Constant.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,10 +18,13 @@ struct Setting {
   const char* name;  ///< as a flag and in the file; WARMFRONT_ and upper case as a variable
   Kind kind;
   const char* help;
-  Status (*set)(Config& config, const std::vector<std::string>& values);
-  std::vector<std::string> (*get)(const Config& config);
+  /// INVALID_ARGUMENT, without the setting's name, for what is no value of it; one value unless it is a list.
+  std::function<Status(Config& config, const std::vector<std::string>& values)> set;
+  std::function<std::vector<std::string>(const Config& config)> get;
+  const char* former_name = nullptr;  ///< under which it is still taken, with a remark; null: none
 };
 
+/// In the order of --help. Thread-safe, and the same at each call.
 std::span<const Setting> settings();
 
 }  // namespace warmfront::server

@@ -210,7 +210,7 @@ v1::Limits to_proto(const Limits& limits, const Quota& quota) {
   message.set_max_total_bytes(limits.max_total_bytes);
   message.set_max_principal_bytes(quota.bytes);
   message.set_self_check_steps(limits.self_check_steps);
-  message.set_max_streams(limits.max_streams);
+  message.set_max_streams(limits.max_streams_per_connection);
   message.set_max_open_streams(limits.max_open_streams);
   message.set_max_frames_in_flight(limits.max_frames_in_flight);
   message.set_max_queued_bytes(limits.max_queued_bytes);

@@ -111,6 +111,32 @@ TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
 }
 
+TEST_F(ConfigTest, AFormerNameIsTakenWithARemarkAndNotBesideThePresentOne) {
+  for (const char* place : {"flag", "variable", "file"}) {
+    environment_.clear();
+    std::vector<const char*> flags;
+    write_file(place == std::string_view("file") ? "max-streams = 7\n" : "");
+    if (place == std::string_view("variable")) environment_ = {{"WARMFRONT_MAX_STREAMS", "7"}};
+    if (place == std::string_view("flag")) flags = {"--max-streams", "7"};
+    flags.insert(flags.end(), {"--config", file_.c_str()});
+    const auto resolved = std::get<ResolvedConfig>(resolve(flags));
+    EXPECT_EQ(resolved.config.limits.max_streams_per_connection, 7u) << place;
+    ASSERT_EQ(resolved.remarks.size(), 1u) << place;
+    EXPECT_THAT(resolved.remarks.front(), HasSubstr(" now; the former one will go"));
+    EXPECT_THAT(
+        print_config(resolved),
+        HasSubstr(" (from: " + std::string(place == std::string_view("variable") ? "environment" : place) +
+                  ")\nmax-streams-per-connection = \"7\""));
+  }
+  environment_.clear();
+  EXPECT_EQ(std::get<int>(resolve({"--max-streams", "7", "--max-streams-per-connection", "8"})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("--max-streams: it is the former name of --max-streams-per-connection"));
+  EXPECT_EQ(std::get<int>(resolve({"--max-streams", "0"})), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("--max-streams: \"0\""));
+  EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
+  EXPECT_THAT(out_.str(), ::testing::Not(::testing::ContainsRegex("--max-streams ")));
+}
+
 TEST_F(ConfigTest, AVariableThatIsNearlyASettingsIsAMistakeAndOneThatIsNotIsRemarkedOn) {
   environment_["WARMFRONT_MAX_SESIONS"] = "3";
   EXPECT_EQ(std::get<int>(resolve({})), 3);

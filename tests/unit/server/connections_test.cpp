@@ -31,7 +31,7 @@ Session open(Client& client, const MovingGrids& grids) {
 
 server::Config few_calls() {
   server::Config config;
-  config.limits.max_streams = 2;
+  config.limits.max_streams_per_connection = 2;
   return config;
 }
 
@@ -66,7 +66,7 @@ TEST(ConnectionsTest, AClientOpensAsManyAsItsSessionsNeed) {
   };
   step_all(1);
   // They all come back too, though the daemon allows fewer by then.
-  daemon.restart([](server::Config& config) { config.limits.max_streams = 1; });
+  daemon.restart([](server::Config& config) { config.limits.max_streams_per_connection = 1; });
   step_all(2);
   for (const Session& session : sessions) EXPECT_EQ(session.resumes(), 1U);
 }

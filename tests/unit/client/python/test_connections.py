@@ -15,7 +15,7 @@ IMPATIENT = Patience(call=10, create=10, answer=10, resume=20)
 
 
 def test_a_client_opens_as_many_connections_as_its_sessions_need(start_daemon):
-    daemon = start_daemon("--max-streams", "2")
+    daemon = start_daemon("--max-streams-per-connection", "2")
     before, after, faces = triangle_through_triangle()
     with warmfront.connect(daemon.address, patience=IMPATIENT) as client, contextlib.ExitStack() as stack:
         sessions = []
@@ -25,7 +25,7 @@ def test_a_client_opens_as_many_connections_as_its_sessions_need(start_daemon):
         first = [bits(session.step(after)) for session in sessions]
         assert first == first[:1] * 7
         # They all come back too, though the daemon allows fewer by then.
-        daemon._flags[:] = ["--max-streams", "1"]
+        daemon._flags[:] = ["--max-streams-per-connection", "1"]
         daemon.restart()
         second = [bits(session.step(before)) for session in sessions]
         assert second == second[:1] * 7
@@ -33,7 +33,7 @@ def test_a_client_opens_as_many_connections_as_its_sessions_need(start_daemon):
 
 
 def test_sessions_in_threads_whose_calls_are_more_than_a_connection_carries(start_daemon):
-    daemon = start_daemon("--max-streams", "1")
+    daemon = start_daemon("--max-streams-per-connection", "1")
     before, after, faces = triangle_through_triangle()
     with warmfront.connect(daemon.address, patience=IMPATIENT) as client:
         answers = []
