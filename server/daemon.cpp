@@ -30,7 +30,6 @@
 #include "server/process/small_file.h"
 #include "server/process/socket_lock.h"
 #include "server/process/ticker.h"
-#include "server/session/expiry.h"
 #include "server/transport/admin_service.h"
 #include "server/transport/context.h"
 #include "server/transport/health_service.h"
@@ -66,7 +65,8 @@ void set_arguments(grpc::ServerBuilder& builder, const Config& config) {
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   // Two daemons would otherwise share a port in silence.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(config.limits.max_streams_per_connection));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
+                             static_cast<int>(config.limits.max_streams_per_connection));
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, static_cast<int>(config.max_metadata_bytes));
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
   // Clients that vanish are found within a minute and a half; clients may ping every ten seconds.
@@ -124,6 +124,20 @@ void log_connections_ended(Log& log, std::array<std::uint64_t, Http2Guard::kVerd
   seen = now;
 }
 
+/// How often to look for what has outlived `timeout`, so that it does by a quarter at most.
+milliseconds period_for(milliseconds timeout, milliseconds most) {
+  return std::clamp(timeout / 4, milliseconds(10), most);
+}
+
+/// Forgets sessions that nobody has used for a while.
+void close_idle_sessions(Context& context, Log& log) {
+  for (const std::shared_ptr<Session>& session : context.store.remove_idle(context.limits.idle_timeout)) {
+    session->close_as("expired");
+    ++context.metrics.sessions_ended[Metrics::kExpired];
+    log.write(LogLevel::kInfo, "session_closed", {{"session", session->id().text()}, {"reason", "idle"}});
+  }
+}
+
 /// Once at each start: a token or key that every user may read is theirs as well.
 void warn_of_readable_secrets(Log& log, const Config& config) {
   const std::array<std::pair<const char*, const std::string*>, 2> secrets{
@@ -164,7 +178,7 @@ struct Daemon::Impl {
   const std::shared_ptr<Certificates> certificates;  // null: no TLS
   Context context;
   std::unique_ptr<Ticker> certificate_files;
-  std::unique_ptr<Expiry> expiry;
+  std::unique_ptr<Ticker> expiry;
   Liveness liveness;
   std::unique_ptr<Ticker> timeouts;
   std::unique_ptr<Ticker> memory;
@@ -298,20 +312,15 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
                               ? "whoever reaches this address may call; set --token-file or --tls-client-ca"
                               : "others can reach this address and nothing is encrypted"}});
   }
-  impl->expiry = std::make_unique<Expiry>(
-      impl->context.store, config.limits.idle_timeout,
-      [&log, &context = impl->context](const Session& session) {
-        ++context.metrics.sessions_ended[Metrics::kExpired];
-        log.write(LogLevel::kInfo, "session_closed", {{"session", session.id().text()}, {"reason", "idle"}});
-      });
-  // Often enough that what a client is given is exceeded by a quarter at most.
+  impl->expiry =
+      std::make_unique<Ticker>(period_for(config.limits.idle_timeout, milliseconds(10'000)),
+                               [&log, &context = impl->context] { close_idle_sessions(context, log); });
   const milliseconds least = std::min(config.limits.upload_timeout, config.limits.write_stall_timeout);
-  impl->timeouts = std::make_unique<Ticker>(std::clamp(least / 4, milliseconds(10), milliseconds(1000)),
-                                            [all = impl.get()] {
-                                              all->context.lifecycle.enforce_timeouts();
-                                              refuse_connections_left_waiting();
-                                              all->beat();
-                                            });
+  impl->timeouts = std::make_unique<Ticker>(period_for(least, milliseconds(1000)), [all = impl.get()] {
+    all->context.lifecycle.enforce_timeouts();
+    refuse_connections_left_waiting();
+    all->beat();
+  });
   impl->memory = std::make_unique<Ticker>(
       kGlanceAtProcess, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory(),
                          ended = connections_ended()]() mutable {
