@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/collider.h"
 
+#include <algorithm>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "engine/step/all_deformable.h"
@@ -20,6 +23,31 @@ Error was_cancelled() {
 struct Collider::Impl {
   WarmScene warm;
   std::unique_ptr<AllDeformable> all_deformable = nullptr;  // with options.explain
+
+  // What is kept of a trial's answer for its commit, besides the contacts.
+  struct Trial {
+    Report report = Report::kAll;
+    std::uint64_t vf = 0;
+    std::uint64_t ee = 0;
+    std::optional<double> earliest_toi;
+  };
+  Trial last_trial = {};
+
+  Result<StepResult> trial(const Frame& frame, const ColliderOptions& options, StopSignal stop,
+                           const AcceptStep& accept);
+
+  // A question that fails forgets the trial before it.
+  struct Asking {
+    explicit Asking(WarmScene& the_warm) : warm(the_warm) {}
+    ~Asking() {
+      if (!answered) warm.drop_trial();
+    }
+    Asking(const Asking&) = delete;
+    Asking& operator=(const Asking&) = delete;
+
+    WarmScene& warm;
+    bool answered = false;
+  };
 
   // The core has moved or become another one.
   void restart_comparison() {
@@ -47,12 +75,15 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
 }
 
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
-                                  const AcceptStep& accept) try {
+                                  const AcceptStep& accept, const QuestionOptions& options) try {
   Core& core = impl_->warm.core;
+  Impl::Asking asking(impl_->warm);
   const StopSignal stop(cancelled);
   if (Status status = core.motion.check(*core.scene, frame, stop); !status) return status.error();
   if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
-  Result<StepResult> result = impl_->warm.step(frame, stop, accept);
+  Result<StepResult> result =
+      impl_->warm.ask(frame, Kind::kStep, merged(core.options, options), stop, accept);
+  asking.answered = result.ok();
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(core, stop);
   return result;
@@ -60,11 +91,83 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   return was_cancelled();
 }
 
+Result<StepResult> Collider::Impl::trial(const Frame& frame, const ColliderOptions& options, StopSignal stop,
+                                         const AcceptStep& accept) {
+  const Core& core = warm.core;
+  Asking asking(warm);
+  if (Status status = warm.core.motion.check(*core.scene, frame, stop); !status) return status.error();
+  Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
+  asking.answered = result.ok();
+  if (result)
+    last_trial = {options.report, result.value().vf, result.value().ee, result.value().earliest_toi};
+  return result;
+}
+
+Result<StepResult> Collider::trial(const Frame& frame, const QuestionOptions& options,
+                                   const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
+  return impl_->trial(frame, merged(impl_->warm.core.options, options), StopSignal(cancelled), accept);
+} catch (const Stopped&) {
+  return was_cancelled();
+}
+
+Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
+                                   const QuestionOptions& question, const std::atomic<bool>* cancelled) try {
+  ColliderOptions options = merged(impl_->warm.core.options, question);
+  options.report = Report::kEarliest;
+  options.fields = {};
+  options.leave_out_overlaps = leave_out_overlaps;
+  Result<StepResult> result = impl_->trial(frame, options, StopSignal(cancelled), {});
+  if (!result) return result.error();
+  const StepResult& answer = result.value();
+  MaxStep step;
+  step.fraction = answer.earliest_toi.value_or(1);
+  if (!answer.contacts.empty()) step.first = answer.contacts.front();
+  step.overlaps_at_start = leave_out_overlaps
+                               ? answer.overlaps_at_start
+                               : static_cast<std::uint64_t>(std::ranges::count(
+                                     answer.contacts, ContactStatus::kOverlapAtStart, &Contact::status));
+  step.statistics = answer.statistics;
+  return step;
+} catch (const Stopped&) {
+  return was_cancelled();
+}
+
+Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
+  Core& core = impl_->warm.core;
+  if (!(fraction >= 0 && fraction <= 1))
+    return invalid_argument("fraction: " + std::to_string(fraction) + " is not in [0, 1]");
+  if (!core.motion.trial())
+    return Error{
+        ErrorCode::kFailedPrecondition,
+        "commit: no trial was answered since the last step, commit or change of the scene; ask for a "
+        "trial first"};
+  const Impl::Trial& trial = impl_->last_trial;
+  CommitResult result{fraction, {}, {}, {}};
+  if (trial.earliest_toi && *trial.earliest_toi <= fraction) result.earliest_toi = trial.earliest_toi;
+  if (trial.report != Report::kCount) {
+    const auto within = [&](ContactKind kind) {
+      return static_cast<std::uint64_t>(std::ranges::count_if(
+          core.contacts, [&](const Contact& c) { return c.kind == kind && c.toi <= fraction; }));
+    };
+    result.vf = within(ContactKind::kVertexFace);
+    result.ee = within(ContactKind::kEdgeEdge);
+  } else if (fraction == 1 || !result.earliest_toi) {
+    result.vf = fraction == 1 ? trial.vf : 0;
+    result.ee = fraction == 1 ? trial.ee : 0;
+  }
+  impl_->warm.pipeline->commit(core, fraction, rounding);
+  impl_->restart_comparison();
+  return result;
+}
+
 Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>* cancelled) try {
+  impl_->warm.drop_trial();
   Core& core = impl_->warm.core;
   Frame frame;
   frame.poses = poses;
-  if (Status status = core.motion.check(*core.scene, frame, StopSignal(cancelled)); !status) return status;
+  if (Status status = core.motion.check(*core.scene, frame, StopSignal(cancelled), PoseCheck::kPartWay);
+      !status)
+    return status;
   if (Status status = core.motion.set_poses(poses); !status) return status;
   impl_->restart_comparison();
   return {};
@@ -74,6 +177,7 @@ Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>*
 
 Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
                                          const std::atomic<bool>* cancelled) try {
+  impl_->warm.drop_trial();
   std::vector<SceneChange> changes;
   changes.emplace_back(AddBody{std::move(addition), to_doubles(positions, StopSignal(cancelled))});
   if (Status status = change(std::move(changes), cancelled); !status) return status.error();
@@ -83,6 +187,7 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
 }
 
 Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) {
+  impl_->warm.drop_trial();
   std::vector<SceneChange> changes;
   changes.emplace_back(ChangeBody{index, std::move(body)});
   return change(std::move(changes), cancelled);
@@ -90,6 +195,7 @@ Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<b
 
 Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
                         std::size_t* failed) try {
+  impl_->warm.drop_trial();
   std::size_t at = 0;
   Status status = change_scene(impl_->warm, changes, StopSignal(cancelled), at);
   if (!status) {

@@ -11,6 +11,7 @@
 
 #include "engine/frame.h"
 #include "engine/options.h"
+#include "engine/question.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "engine/step_result.h"
@@ -41,12 +42,32 @@ class Collider {
   /// and the first offender), kResourceExhausted above max_contacts, kCancelled when `cancelled` became true
   /// on the way (looked at between grains of work; any thread may set it), and what `accept` refused it with.
   /// The same holds for an exception (std::bad_alloc).
+  ///
+  /// `options`: of this step alone; kInvalidArgument where they are out of range, as in create().
   Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr,
-                          const AcceptStep& accept = {});
+                          const AcceptStep& accept = {}, const QuestionOptions& options = {});
+
+  /// Answers as step() does, and leaves everything where it was: what would this motion meet? Further trials
+  /// from there take less than the first, since they share where their motions begin; after any number of
+  /// them, steps and trials answer as if there had been none. Fails as step() does. A trial stands until
+  /// the next step, trial, change of the scene or place(), whether or not that fails, and may be committed.
+  Result<StepResult> trial(const Frame& frame, const QuestionOptions& options = {},
+                           const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
+  /// The largest fraction of the motion to `frame` before which nothing touches, or comes within the
+  /// separation: trial() with Report::kEarliest, which may be committed as one. `leave_out_overlaps`: what is
+  /// within the separation at the start, or touches, does not count; how many pairs that are is told.
+  Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
+                           const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
+  /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at
+  /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; so is each number of a body's pose.
+  /// Nothing is sent or tested again. kFailedPrecondition unless a trial was answered since the last step,
+  /// commit or change of the scene; kInvalidArgument for a fraction outside [0, 1] (or NaN). Nothing has
+  /// changed after an error.
+  Result<CommitResult> commit(double fraction = 1, Rounding rounding = Rounding::kFloat64);
 
   /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it
-  /// was left. kInvalidArgument and kCancelled as in step(), kFailedPrecondition after the first step;
-  /// nothing has changed then.
+  /// was left, also by a commit of part of a trial. kInvalidArgument and kCancelled as in step(),
+  /// kFailedPrecondition after the first step; nothing has changed then.
   Status place(std::span<const BodyPose> poses, const std::atomic<bool>* cancelled = nullptr);
 
   /// Appends a body to the scene, at rest at `positions`, (k, 3), from the next step on. Its index is the
@@ -79,7 +100,7 @@ class Collider {
   /// The same, to be kept: it stays as it is when the collider's is changed. Never null.
   std::shared_ptr<const Scene> shared_scene() const;
   const ColliderOptions& options() const;
-  /// The current positions, row-major (n, 3); of removed bodies the last.
+  /// The current positions, at which trials begin, row-major (n, 3); of removed bodies the last.
   std::vector<double> positions() const;
   /// Bytes held by this collider, the scene and the front included.
   std::size_t memory_bytes() const;

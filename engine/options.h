@@ -58,6 +58,9 @@ struct ColliderOptions {
   double min_separation = 0.0;
   Report report = Report::kAll;
   ContactFields fields = {};
+  /// Do not report what is within the separation (or not provably apart) at t = 0, ContactStatus
+  /// kOverlapAtStart: it is counted in StepResult::overlaps_at_start alone.
+  bool leave_out_overlaps = false;
   /// Step an all-deformable collider beside this one, to say what the scene's model saves: see
   /// StepResult::all_deformable.
   bool explain = false;
@@ -86,8 +89,8 @@ struct ColliderOptions {
   std::uint32_t rebuild_every_steps = 0;
   /// Above this many bytes the front is dropped and steps traverse from the root, with the same answer. What
   /// is kept of stationary parts counts, too: without room for it they are tested again in every step. The
-  /// front's lists of near pairs of bodies may take a quarter of it (some 350 bytes a pair): of more, and of more
-  /// than 65,536, no front is kept.
+  /// front's lists of near pairs of bodies may take a quarter of it (some 350 bytes a pair): of more, and of
+  /// more than 65,536, no front is kept.
   std::size_t max_front_bytes = std::size_t{4} << 30;
   /// A step with more contacts than this fails with kResourceExhausted (report kAll and kEarliest).
   std::size_t max_contacts = 50'000'000;

@@ -11,7 +11,29 @@ Pose in_float32(const Pose& pose) {
   return rounded;
 }
 
-Status check_pose(const Pose& pose, const std::string& where) {
+namespace {
+
+// Is R^T R at most the identity? Their difference then has no negative leading minor (Sylvester).
+Status check_lengthens_nothing(const Pose& pose, const std::string& where) {
+  double d[3][3];
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) {
+      d[a][b] = a == b ? 1 + kPoseTolerance : 0;
+      for (int row = 0; row < 3; ++row) d[a][b] -= pose.matrix[4 * row + a] * pose.matrix[4 * row + b];
+    }
+  }
+  const double two = d[0][0] * d[1][1] - d[0][1] * d[1][0];
+  const double three = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
+                       d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
+                       d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+  if (d[0][0] > 0 && two > 0 && three > 0) return {};
+  return invalid_argument(where +
+                          ": its 3x3 part lengthens something; give a rotation, or what a commit left");
+}
+
+}  // namespace
+
+Status check_pose(const Pose& pose, const std::string& where, PoseCheck check) {
   const auto& m = pose.matrix;
   for (std::size_t i = 0; i < m.size(); ++i) {
     if (!std::isfinite(m[i]))
@@ -19,6 +41,7 @@ Status check_pose(const Pose& pose, const std::string& where) {
                               (std::isnan(m[i]) ? "not a number" : "infinite") +
                               "; a pose is a finite 3x4 matrix");
   }
+  if (check == PoseCheck::kPartWay) return check_lengthens_nothing(pose, where);
   const auto column = [&](int c, int row) { return m[4 * row + c]; };
   for (int a = 0; a < 3; ++a) {
     for (int b = a; b < 3; ++b) {

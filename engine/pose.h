@@ -36,8 +36,12 @@ Pose in_float32(const Pose& pose);
 /// How far R^T R may be from the identity, entry by entry: float32 matrices pass.
 inline constexpr double kPoseTolerance = 1e-5;
 
+/// Which matrices pass: rotations, or also what is part of the way from one to another (part_way.h), which
+/// lengthens nothing.
+enum class PoseCheck : std::uint8_t { kRigid, kPartWay };
+
 /// kInvalidArgument, in words that begin with `where`, for a matrix that is not finite, or whose R is no
-/// rotation (scaled, sheared or mirrored).
-Status check_pose(const Pose& pose, const std::string& where);
+/// rotation (scaled, sheared or mirrored); kPartWay: whose R lengthens something.
+Status check_pose(const Pose& pose, const std::string& where, PoseCheck check = PoseCheck::kRigid);
 
 }  // namespace warmfront

@@ -15,9 +15,12 @@ namespace warmfront {
 
 /// One step's answer. `contacts` stays valid until the next step of the same collider.
 struct StepResult {
-  std::uint64_t vf = 0;                ///< vertex-face contacts
-  std::uint64_t ee = 0;                ///< edge-edge contacts
-  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded (kPossible, kBudget)
+  std::uint64_t vf = 0;        ///< vertex-face contacts
+  std::uint64_t ee = 0;        ///< edge-edge contacts
+  std::uint64_t possible = 0;  ///< of both, those neither proved nor excluded (kPossible, kBudget)
+  /// Left out by options.leave_out_overlaps, of what was looked at: of features at rest since the question
+  /// before only with Report::kEarliest.
+  std::uint64_t overlaps_at_start = 0;
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// Sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge). Empty for Report::kCount.
   std::span<const Contact> contacts;

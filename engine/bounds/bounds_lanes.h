@@ -83,28 +83,28 @@ WARMFRONT_INLINE bool meet(const KDop18& a, const KDop18& b) {
   return !any(apart) && !apart_along(a, b, 8);
 }
 
-// The wider of an axis' two gaps at t = 1.
-template <class Bounds>
-WARMFRONT_INLINE float end_gap_along(const Bounds& a, const Bounds& b, int axis) {
-  constexpr int kLower = Bounds::kEnd;
-  constexpr int kUpper = Bounds::kEnd + Bounds::kAxes;
-  return greater(a.lane[kLower + axis] + b.lane[kUpper + axis],
-                 a.lane[kUpper + axis] + b.lane[kLower + axis]);
+// The wider of an axis' two gaps at the end whose lanes begin at kFrom.
+template <std::size_t kFrom, class Bounds>
+WARMFRONT_INLINE float gap_along(const Bounds& a, const Bounds& b, int axis) {
+  constexpr std::size_t kUpper = kFrom + Bounds::kAxes;
+  return greater(a.lane[kFrom + axis] + b.lane[kUpper + axis], a.lane[kUpper + axis] + b.lane[kFrom + axis]);
 }
 
-// As separation() of overlap.h.
-WARMFRONT_INLINE float gap_at_end(const Aabb& a, const Aabb& b) {
+// As separation() of overlap.h, at the end whose lanes begin at kFrom: 0 or kEnd.
+template <std::size_t kFrom>
+WARMFRONT_INLINE float gap_at(const Aabb& a, const Aabb& b) {
   if (meet(a, b)) return -1;
-  return greater(greater(end_gap_along(a, b, 0), end_gap_along(a, b, 1)), end_gap_along(a, b, 2));
+  return greater(greater(gap_along<kFrom>(a, b, 0), gap_along<kFrom>(a, b, 1)), gap_along<kFrom>(a, b, 2));
 }
 
-WARMFRONT_INLINE float gap_at_end(const KDop18& a, const KDop18& b) {
+template <std::size_t kFrom>
+WARMFRONT_INLINE float gap_at(const KDop18& a, const KDop18& b) {
   if (meet(a, b)) return -1;
   constexpr Float8 kWeight{1, 1, 1, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F};
-  const EightAxes a1 = eight_axes(a, KDop18::kEnd);
-  const EightAxes b1 = eight_axes(b, KDop18::kEnd);
-  const Float8 gaps = kWeight * greater(a1.lower + b1.upper, a1.upper + b1.lower);
-  return greater(largest(gaps), 0.5F * end_gap_along(a, b, 8));
+  const EightAxes at_a = eight_axes(a, kFrom);
+  const EightAxes at_b = eight_axes(b, kFrom);
+  const Float8 gaps = kWeight * greater(at_a.lower + at_b.upper, at_a.upper + at_b.lower);
+  return greater(largest(gaps), 0.5F * gap_along<kFrom>(a, b, 8));
 }
 
 }  // namespace warmfront

@@ -110,7 +110,7 @@ void points_of_all(std::span<const VertexMotion> vertices, std::span<const Motio
     if (known != Known::kNothing && (states[v] & kChanged) == 0) continue;
     if (known == Known::kLastStep)
       bounds[v].at[0] = bounds[v].at[1];
-    else
+    else if (known != Known::kLastTrial)
       maker.put(vertices[v].t0, bounds[v].at[0]);
     maker.put(vertices[v].t1, bounds[v].at[1]);
   }

@@ -29,9 +29,10 @@ KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, do
 
 /// What stands in bounds that are to be brought to this step.
 enum class Known : std::uint8_t {
-  kNothing,   ///< all are made anew
-  kOlder,     ///< what did not change: the rest is made anew
-  kLastStep,  ///< the step before this: where a vertex was then at t = 1, it is now at t = 0
+  kNothing,    ///< all are made anew
+  kOlder,      ///< what did not change: the rest is made anew
+  kLastStep,   ///< the step before this: where a vertex was then at t = 1, it is now at t = 0
+  kLastTrial,  ///< the trial before this, from the same base: what is known of t = 0 holds
 };
 
 /// The same in fewer bytes, and wider by little: its 18-DOPs, which are sums in float32, hold those above.

@@ -140,13 +140,13 @@ bool overlap<Aabb>(const TriangleBounds& f, const TriangleBounds& g) {
 }
 
 WARMFRONT_TARGET_CLONES
-float separation(const Aabb& a, const Aabb& b) {
-  return gap_at_end(a, b);
+float separation(const Aabb& a, const Aabb& b, GapAt at) {
+  return at == GapAt::kEnd ? gap_at<Aabb::kEnd>(a, b) : gap_at<0>(a, b);
 }
 
 WARMFRONT_TARGET_CLONES
-float separation(const KDop18& a, const KDop18& b) {
-  return gap_at_end(a, b);
+float separation(const KDop18& a, const KDop18& b, GapAt at) {
+  return at == GapAt::kEnd ? gap_at<KDop18::kEnd>(a, b) : gap_at<0>(a, b);
 }
 
 WARMFRONT_TARGET_CLONES

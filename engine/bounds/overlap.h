@@ -13,10 +13,14 @@ namespace warmfront {
 bool overlap(const Aabb& a, const Aabb& b);
 bool overlap(const KDop18& a, const KDop18& b);
 
-/// How far apart they are at t = 1, along the axis along which they are most (half of it along a diagonal:
+/// At which end of a motion a gap is asked for: where the next motion begins, which is at the end of a step
+/// and at the start of a trial.
+enum class GapAt : std::uint8_t { kStart, kEnd };
+
+/// How far apart they are at one end, along the axis along which they are most (half of it along a diagonal:
 /// see NodeTravel); negative when they overlap.
-float separation(const Aabb& a, const Aabb& b);
-float separation(const KDop18& a, const KDop18& b);
+float separation(const Aabb& a, const Aabb& b, GapAt at = GapAt::kEnd);
+float separation(const KDop18& a, const KDop18& b, GapAt at = GapAt::kEnd);
 
 /// The moving bounds of a triangle's vertices; of an edge or a vertex, where one stands more than once.
 struct TriangleBounds {

@@ -13,6 +13,7 @@
 
 #include "engine/bounds/kdop.h"
 #include "engine/bounds/moving.h"
+#include "engine/bounds/overlap.h"
 #include "engine/bvh/eight_bounds.h"
 #include "engine/bvh/leaf_grid.h"
 #include "engine/bvh/node_set.h"
@@ -122,6 +123,11 @@ struct Bvh {
   std::uint64_t excluded_if_not_listed(std::uint32_t a, std::uint32_t b) const {
     return is_known(a, b) ? shared->of_no_place(a, b) : look_for_excluded(a, b);
   }
+  /// The travel of nodes, or of blocks, at an end of the last motion; kStart: of a trial.
+  std::span<const NodeTravel> travel_at(GapAt end) const { return end == GapAt::kEnd ? travel : base_travel; }
+  std::span<const NodeTravel> block_travel_at(GapAt end) const {
+    return end == GapAt::kEnd ? block_travel : base_block_travel;
+  }
   /// Of two blocks, as warmfront::no_pairs() says.
   std::uint64_t no_pairs(std::uint32_t a, std::uint32_t b) const {
     return warmfront::no_pairs(shape.size_of_block(a), shape.size_of_block(b), a == b);
@@ -138,6 +144,8 @@ struct Bvh {
   std::vector<EightBounds<Bounds>> wide;         ///< by leaf, of its blocks; empty where each has one
   std::vector<LeafGrid<Bounds>> grids;           ///< by leaf, of its blocks' numbers; empty where `blocks` is
   std::vector<NodeTravel> travel;                ///< by NodeId; empty when nobody asks
+  /// Both of the base that trials begin from, while there are trials; else of no use.
+  std::vector<NodeTravel> base_travel, base_block_travel;
   std::vector<NodeTravel> block_travel;  ///< by block of a wide leaf, as a leaf's; empty where `travel` is
   Csr block_vertices;                    ///< by block, each once; no rows where `travel` or `blocks` is empty
   std::uint32_t travel_slack = 0;        ///< what rounding can hide of a node's travel, in its units
@@ -160,7 +168,9 @@ struct Bvh {
            corners.size() * sizeof(EightCorners) +
            (blocks.size() + wide.size()) * sizeof(EightBounds<Bounds>) +
            (shared != nullptr ? shared->memory_bytes() : 0) + grids.size() * sizeof(LeafGrid<Bounds>) +
-           (travel.size() + block_travel.size()) * sizeof(NodeTravel) + block_vertices.memory_bytes();
+           (travel.size() + block_travel.size() + base_travel.capacity() + base_block_travel.capacity()) *
+               sizeof(NodeTravel) +
+           block_vertices.memory_bytes();
   }
 
  private:

@@ -77,7 +77,7 @@ WARMFRONT_INLINE const std::int16_t* unknown(const std::int16_t* pointer) {
 // One item against each slot of eight; each number stands twice in its slot.
 struct Row {
   Short16 open;  // positive where they are apart
-  Short16 gap;   // at t = 1, along the axis along which it is widest (half of it along a diagonal)
+  Short16 gap;  // at the end asked for, along the axis along which it is widest (half of it along a diagonal)
 };
 
 // Eight by end of the step: rows of 16 numbers, by axis.
@@ -90,7 +90,7 @@ WARMFRONT_INLINE RowsAt rows_at(const EightBounds<Bounds>& eight, std::uint32_t 
 
 // `one` is a function from end and axis to a pair, in all slots, whose low number meets the low ones of
 // `eight`.
-template <class Bounds, class Open, class One>
+template <class Bounds, GapAt kGapAt, class Open, class One>
 WARMFRONT_INLINE Row against(Open open, const RowsAt& eight, One&& one) {
   Short16 straight = Short16{} + std::numeric_limits<std::int16_t>::min();
   Short16 diagonal = straight;
@@ -100,7 +100,7 @@ WARMFRONT_INLINE Row against(Open open, const RowsAt& eight, One&& one) {
     const Short16 at1 = one(1, k) + load<Short16>(eight[1] + 16 * k);
     open.see(at0, at1);
     Short16& widest = k < 3 ? straight : diagonal;
-    widest = greater(at1, widest);
+    widest = greater(kGapAt == GapAt::kEnd ? at1 : at0, widest);
   }
   return {open.result(), larger_of(greater(straight, diagonal >> 1))};
 }
@@ -187,7 +187,7 @@ struct Blocks {
   }
 };
 
-template <class Bounds, class Open, class Pairs>
+template <class Bounds, GapAt kGapAt, class Open, class Pairs>
 WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over, const EightBounds<Bounds>& b,
                                          const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
                                          Pairs pairs) {
@@ -203,9 +203,10 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over,
   std::uint32_t rows = pairs.rows();
   if (whole_b != nullptr) {
     // The items of `a` that are apart from the whole of b: their gap to that is what counts.
-    const Row row = against<Bounds>(open, {over.at(0, 0), over.at(1, 0)}, [&](std::size_t t, std::size_t k) {
-      return in_all((*whole_b)(t, k)) >> static_cast<std::int16_t>(between.shift_b[t]);
-    });
+    const Row row =
+        against<Bounds, kGapAt>(open, {over.at(0, 0), over.at(1, 0)}, [&](std::size_t t, std::size_t k) {
+          return in_all((*whole_b)(t, k)) >> static_cast<std::int16_t>(between.shift_b[t]);
+        });
     const Int8 looked_at = ((Int8{} + static_cast<std::int32_t>(rows)) & kLaneBit) != 0;
     const Int8 out = (Int8)(row.open > 0) & looked_at;
     gap = (Short16)out != 0 ? row.gap : gap;
@@ -218,7 +219,7 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over,
     const auto bit = static_cast<std::int32_t>(rows & -rows);
     const Int8 meets = pairs.meets(i);
     const std::int16_t* item = unknown(over.at(0, 0) + 2 * i);
-    const Row row = against<Bounds>(
+    const Row row = against<Bounds, kGapAt>(
         open, {unknown(of_b[0]), unknown(of_b[1])},
         [&](std::size_t t, std::size_t k) { return in_all(item + 16 * (t * Bounds::kAxes + k)); });
     const Int8 apart = meets & (Int8)(row.open > 0);
@@ -230,24 +231,31 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over,
   const std::int16_t nearest = least(gap);
   return {bytes_of(to_test), bytes_of(unsure),
           nearest == kFarthest ? std::numeric_limits<float>::max()
-                               : static_cast<float>(nearest) * between.unit[1]};
+                               : static_cast<float>(nearest) * between.unit[kGapAt == GapAt::kEnd ? 1 : 0]};
 }
 
 template <class Bounds, class Pairs>
 WARMFRONT_INLINE EightOverlaps overlaps(const Rebased<Bounds>& over, const EightBounds<Bounds>& b,
                                         const GridPair<Bounds>& between, const OneOfLeaf* whole_b,
-                                        Pairs pairs, float until) {
-  return until < 1 ? all_pairs(OpenUntil{{until}, between.unit}, over, b, between, whole_b, pairs)
-                   : all_pairs(OpenThroughout{}, over, b, between, whole_b, pairs);
+                                        Pairs pairs, float until, GapAt gap_at) {
+  const OpenThroughout throughout;
+  if (gap_at == GapAt::kStart) {
+    return until < 1 ? all_pairs<Bounds, GapAt::kStart>(OpenUntil{{until}, between.unit}, over, b, between,
+                                                        whole_b, pairs)
+                     : all_pairs<Bounds, GapAt::kStart>(throughout, over, b, between, whole_b, pairs);
+  }
+  return until < 1 ? all_pairs<Bounds, GapAt::kEnd>(OpenUntil{{until}, between.unit}, over, b, between,
+                                                    whole_b, pairs)
+                   : all_pairs<Bounds, GapAt::kEnd>(throughout, over, b, between, whole_b, pairs);
 }
 
 template <class Bounds>
 WARMFRONT_INLINE EightOverlaps overlaps_of_blocks(const EightBounds<Bounds>& a, const EightBounds<Bounds>& b,
                                                   BlockCounts counts, const GridPair<Bounds>& between,
-                                                  const OneOfLeaf& whole_b, float until) {
+                                                  const OneOfLeaf& whole_b, float until, GapAt gap_at) {
   Rebased<Bounds> over;
   rebase_all(a, between, over);
-  return overlaps(over, b, between, counts.same ? nullptr : &whole_b, Blocks{counts}, until);
+  return overlaps(over, b, between, counts.same ? nullptr : &whole_b, Blocks{counts}, until, gap_at);
 }
 
 }  // namespace
@@ -278,27 +286,27 @@ void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebas
 WARMFRONT_TARGET_CLONES
 EightOverlaps primitive_overlaps(const Rebased<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t excluded, float until) {
-  return overlaps<Aabb>(over, b, between, whole_b, Primitives{excluded}, until);
+                                 std::uint64_t excluded, float until, GapAt gap_at) {
+  return overlaps<Aabb>(over, b, between, whole_b, Primitives{excluded}, until, gap_at);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps primitive_overlaps(const Rebased<KDop18>& over, const EightBounds<KDop18>& b,
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t excluded, float until) {
-  return overlaps<KDop18>(over, b, between, whole_b, Primitives{excluded}, until);
+                                 std::uint64_t excluded, float until, GapAt gap_at) {
+  return overlaps<KDop18>(over, b, between, whole_b, Primitives{excluded}, until, gap_at);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, BlockCounts counts,
-                             const GridPair<Aabb>& between, OneOfLeaf whole_b, float until) {
-  return overlaps_of_blocks(a, b, counts, between, whole_b, until);
+                             const GridPair<Aabb>& between, OneOfLeaf whole_b, float until, GapAt gap_at) {
+  return overlaps_of_blocks(a, b, counts, between, whole_b, until, gap_at);
 }
 
 WARMFRONT_TARGET_CLONES
 EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, BlockCounts counts,
-                             const GridPair<KDop18>& between, OneOfLeaf whole_b, float until) {
-  return overlaps_of_blocks(a, b, counts, between, whole_b, until);
+                             const GridPair<KDop18>& between, OneOfLeaf whole_b, float until, GapAt gap_at) {
+  return overlaps_of_blocks(a, b, counts, between, whole_b, until, gap_at);
 }
 
 WARMFRONT_TARGET_CLONES

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bounds/overlap.h"
 #include "engine/bvh/leaf_grid.h"
 #include "engine/simd/target_clones.h"
 
@@ -94,15 +95,15 @@ void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebas
 /// All slots of block a, which was brought `over`, against all of block `b`, but for the pairs in `excluded`,
 /// bit 8 i + j standing for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are
 /// one. `between` is how the leaf of a stands to that of b. To be tested are those whose moving bounds
-/// overlap, where a slot is empty its block's first (Bvh); `gap` is how far apart at t = 1 the nearest two
+/// overlap, where a slot is empty its block's first (Bvh); `gap` is how far apart at `gap_at` the nearest two
 /// are, as separation() measures it, or less; not positive when some overlap then. Only the part of the step
 /// up to the time `until` counts; 1 or more: all of it.
 EightOverlaps primitive_overlaps(const Rebased<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t excluded, float until);
+                                 std::uint64_t excluded, float until, GapAt gap_at = GapAt::kEnd);
 EightOverlaps primitive_overlaps(const Rebased<KDop18>& over, const EightBounds<KDop18>& b,
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
-                                 std::uint64_t excluded, float until);
+                                 std::uint64_t excluded, float until, GapAt gap_at = GapAt::kEnd);
 
 /// Two leaves' blocks to be tested against each other: so many of each. With `same` each pair once, i <= j,
 /// and a block overlaps itself.
@@ -113,9 +114,11 @@ struct BlockCounts {
 };
 /// The same for the blocks of two leaves. The gap is that of the nearest two that do not overlap.
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, BlockCounts counts,
-                             const GridPair<Aabb>& between, OneOfLeaf whole_b, float until);
+                             const GridPair<Aabb>& between, OneOfLeaf whole_b, float until,
+                             GapAt gap_at = GapAt::kEnd);
 EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDop18>& b, BlockCounts counts,
-                             const GridPair<KDop18>& between, OneOfLeaf whole_b, float until);
+                             const GridPair<KDop18>& between, OneOfLeaf whole_b, float until,
+                             GapAt gap_at = GapAt::kEnd);
 
 /// How the numbers of two leaves stand to each other.
 GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b);

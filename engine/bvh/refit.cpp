@@ -11,19 +11,19 @@ namespace warmfront {
 namespace {
 
 // The bounds of a node whose children are of this step already.
-template <bool kAnew, class Bounds>
+template <Ends kEnds, class Bounds>
 WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, NodeId node) {
   Bounds& bounds = bvh.nodes[node];
-  if constexpr (!kAnew) bounds.shift();
+  if constexpr (kEnds == Ends::kNext) bounds.shift();
   const NodeId first_leaf = bvh.shape.first_leaf();
   if (node < first_leaf) {
-    constexpr std::size_t kFrom = kAnew ? 0 : kNewLanes<Bounds>;
+    constexpr std::size_t kFrom = kEnds == Ends::kBoth ? 0 : kNewLanes<Bounds>;
     const NodeId left = TreeShape::left(node);
     Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
     lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
     lanes.store(bounds);
   } else if (!bvh.blocks.empty()) {
-    refit_leaf<kAnew>(input.vertex_bounds, bvh, node);
+    refit_leaf<kEnds>(input.vertex_bounds, bvh, node);
   } else {
     bounds = Bounds::empty();
     for (const std::uint32_t v : primitive_vertices(input.scene, bvh.order[bvh.shape.begin(node)]))
@@ -67,9 +67,11 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
     if (input.known == Known::kNothing) bvh.states[node] |= kChanged;
     if ((bvh.states[node] & kChanged) == 0) continue;
     if (input.known == Known::kLastStep) {
-      refit_node<false>(input, bvh, node);
+      refit_node<Ends::kNext>(input, bvh, node);
+    } else if (input.known == Known::kLastTrial) {
+      refit_node<Ends::kLast>(input, bvh, node);
     } else {
-      refit_node<true>(input, bvh, node);
+      refit_node<Ends::kBoth>(input, bvh, node);
     }
     if (!bvh.travel.empty()) advance_travel(input.vertex_bounds, input.magnitude, bvh, node);
   }

@@ -143,21 +143,22 @@ struct EightEnds {
   }
 };
 
-// A leaf's bounds, and those of its blocks and primitives: of t = 1, or of both ends.
-template <bool kAnew, class Bounds>
+// What a refit makes of bounds: both ends, t = 1 after what was there has become t = 0, or t = 1 alone.
+enum class Ends : std::uint8_t { kBoth, kNext, kLast };
+
+// A leaf's bounds, and those of its blocks and primitives.
+template <Ends kEnds, class Bounds>
 WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds>& bvh, NodeId node) {
   constexpr std::size_t kLanes = Bounds::kEnd;
   const NodeId leaf = node - bvh.shape.first_leaf();
   const auto [first, end] = bvh.blocks_of[leaf];
   const std::uint32_t count = end - first;
   LeafGrid<Bounds>& grid = bvh.grids[leaf];
-  if constexpr (kAnew)
-    grid.begin_at_1 = Bounds::kAxes;
-  else
-    grid.shift();
+  if constexpr (kEnds == Ends::kBoth) grid.begin_at_1 = Bounds::kAxes;
+  if constexpr (kEnds == Ends::kNext) grid.shift();
   EightEnds<Bounds> primitives[8];
   EightEnds<Bounds> sums;
-  for (std::size_t t = kAnew ? 0 : 1; t < 2; ++t) {
+  for (std::size_t t = kEnds == Ends::kBoth ? 0 : 1; t < 2; ++t) {
     for (std::uint32_t b = 0; b < count; ++b) {
       primitives[b].take(points, bvh.corners[first + b], t);
       float sum[kLanes];

@@ -91,7 +91,7 @@ class SelfCheck {
       const auto v = static_cast<std::uint32_t>(i);
       const Motion& motion = core_.motion.vertices();
       const PointBounds bounds =
-          point_bounds(motion.vertices()[v], motion.frame(), core_.options.min_separation, kept_.magnitude);
+          point_bounds(motion.vertices()[v], motion.frame(), core_.bounds_separation, kept_.magnitude);
       if (!(core_.vertex_bounds[v] == bounds))
         found_.report(ErrorCode::kDataLoss, "vertex " +
                                                 std::to_string(core_.topology->numbering.vertices()[v]) +
@@ -262,7 +262,7 @@ class SelfCheck {
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.a); ++v)
           most = std::max(most, along(pair.parts.a, v));
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
-          if (!(along(pair.parts.b, v) - most > core_.options.min_separation))
+          if (!(along(pair.parts.b, v) - most > core_.asked_separation))
             return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
                           " are not apart along the direction that was found");
         }

@@ -17,7 +17,10 @@ struct TreePair {
   const Bvh<Bounds>& a;
   const Bvh<Bounds>& b;
 
-  TreePair(const Bvh<Bounds>& the_a, const Bvh<Bounds>& the_b) : a(the_a), b(the_b) {}
+  GapAt gap_at;  ///< where gaps are measured, and budgets begin
+
+  TreePair(const Bvh<Bounds>& the_a, const Bvh<Bounds>& the_b, GapAt the_end = GapAt::kEnd)
+      : a(the_a), b(the_b), gap_at(the_end) {}
 
   Bvtt bvtt() const { return {a.shape, b.shape, &a == &b}; }
   /// Union of the two nodes' states.
@@ -30,7 +33,7 @@ struct TreePair {
   float gap(const NodePair& pair, std::uint64_t& bv_tests) const {
     if (&a == &b && pair.a == pair.b) return -1;
     ++bv_tests;
-    return separation(a.nodes[pair.a], b.nodes[pair.b]);
+    return separation(a.nodes[pair.a], b.nodes[pair.b], gap_at);
   }
 };
 

@@ -126,7 +126,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
   constexpr double kShare = 1.0 / 256;
   constexpr double kLeastCost = 32;
   const auto pair_of = [&](const FrontSegment& s) {
-    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b]);
+    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b], how.gap_at);
   };
   double cost = 0;
   PacedStop paced(how.stop, 256);
@@ -145,7 +145,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
       for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
     } else {
       ++updated_;
-      if (near[s].rests && !how.retest) {
+      if (near[s].rests && !how.retest && !how.refind) {
         counts_.rested += segment.size;
         room_.take_pairs(segment.size);
         if (std::ranges::any_of(segment.chunks, [](const FrontChunk& c) { return !c.kept.empty(); }))
@@ -156,7 +156,7 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
           work.push_back({Work::kUpdate, s, c, {}, listed});
       }
     }
-    const bool rests = near[s].rests && !how.retest;
+    const bool rests = near[s].rests && !how.retest && !how.refind;
     for (std::size_t c = 0; c < segment.neighbours.size(); ++c) {
       if (std::exchange(segment.neighbours[c].tested, false)) continue;
       if (!rests || segment.neighbours[c].may_have_contacts) work.push_back({Work::kNeighbours, s, c});
@@ -205,7 +205,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
     return run_neighbours(trees[segment.parts.a], segment.parts.a, segment.neighbours[work.chunk], sink, how);
   const bool skip_neighbours = !segment.neighbours.empty();
   FrontChunk& chunk = segment.chunks[work.chunk];
-  const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b]);
+  const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b], how.gap_at);
   ChunkScratch& scratch = impl_->scratch.local();
   if (work.kind == Work::kBuild) {
     ChunkUpdate<Bounds> update(pair, segment.parts, skip_neighbours, sink, how, room_, scratch);
@@ -214,7 +214,8 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   }
   // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold
   // together, or those that do are lost: so no chunk is passed over where others may fold.
-  if (!how.retest && !how.prune && !work.listed && !chunk.nodes_a.meets(pair.a.changed) &&
+  const bool refind = work.listed || how.refind;
+  if (!how.retest && !how.prune && !refind && !chunk.nodes_a.meets(pair.a.changed) &&
       !chunk.nodes_b.meets(pair.b.changed)) {
     keep_all(chunk);
     scratch.counts.rested += chunk.pairs.size();
@@ -222,7 +223,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
     return;
   }
   ChunkUpdate<Bounds> update(pair, segment.parts, skip_neighbours, sink, how, room_, scratch);
-  if (update.run(chunk, work.listed)) return store(chunk);
+  if (update.run(chunk, refind)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   room_.take_pairs(chunk.pairs.size());
 }
@@ -243,6 +244,7 @@ void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, Leaf
 template <class Bounds>
 void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
                                    LeafPairSink& sink, const FrontUpdate& how) {
+  if (how.refind) chunk.at_rest = {};
   if (chunk.nodes.meets(tree.changed)) {
     test_moved(part, chunk, sink);
   } else if (!chunk.may_have_contacts) {
@@ -301,7 +303,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
-    if (near[s].rests && !how.retest && segment.size != 0) continue;
+    if (near[s].rests && !how.retest && !how.refind && segment.size != 0) continue;
     segment.size = 0;
     for (const FrontChunk& chunk : segment.chunks) segment.size += chunk.pairs.size();
     rebalance(segment);

@@ -23,6 +23,8 @@ struct FrontUpdate {
   bool lazy = false;    ///< do not look at pairs whose budget lasts
   bool record = true;   ///< keep the front
   bool retest = false;  ///< test leaf pairs at rest again, instead of keeping what they found
+  bool refind = false;  ///< what was found of leaf pairs at rest is void: test them, and keep what they find
+  GapAt gap_at = GapAt::kEnd;  ///< where the next motion will begin
   std::size_t max_bytes = ~std::size_t{0};
   StopSignal stop = {};
 };

@@ -27,7 +27,8 @@ template <class Bounds>
 TravelBudget grant_budget(const TreePair<Bounds>& trees, const NodePair& pair, float gap) {
   return trees.a.travel.empty() || trees.b.travel.empty()
              ? TravelBudget{}
-             : TravelBudget::grant(trees.a.travel[pair.a], trees.b.travel[pair.b], gap);
+             : TravelBudget::grant(trees.a.travel_at(trees.gap_at)[pair.a],
+                                   trees.b.travel_at(trees.gap_at)[pair.b], gap);
 }
 
 /// What is kept of stationary leaf pairs: a RestAnswer each.

@@ -13,6 +13,7 @@
 
 #include "engine/motion/local_lanes.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/part_way.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {
@@ -150,8 +151,18 @@ struct Targets {
   LocalLanes to_local;
 };
 
+// Where a vertex is before a question that begins from there, and its other end.
+template <From kFrom>
+WARMFRONT_INLINE std::array<double, 4>& before(VertexMotion& vertex) {
+  return kFrom == From::kEnd ? vertex.t1 : vertex.t0;
+}
+template <From kFrom>
+WARMFRONT_INLINE std::array<double, 4>& beyond(VertexMotion& vertex) {
+  return kFrom == From::kEnd ? vertex.t0 : vertex.t1;
+}
+
 // See Motion::move_all().
-template <class Real>
+template <From kFrom, class Real>
 WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vertices, MotionState* states,
                                 std::uint32_t begin, std::uint32_t end, Moved& sum) {
   Double4 largest{};
@@ -160,10 +171,10 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
     const Real* to = targets.positions + std::size_t{3} * (targets.order[v] - targets.first_row);
     const Double4 x{to[0], to[1], to[2]};
     Double4 at;
-    std::memcpy(&at, vertices[v].t1.data(), sizeof at);
+    std::memcpy(&at, before<kFrom>(vertices[v]).data(), sizeof at);
     MotionState state = 0;
     if ((states[v] & kMoving) != 0) {
-      std::memcpy(vertices[v].t0.data(), &at, sizeof at);
+      std::memcpy(beyond<kFrom>(vertices[v]).data(), &at, sizeof at);
       state = kChanged;
     }
     const Long4 differs = (Long4)x ^ (Long4)at;
@@ -184,15 +195,21 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
 }
 
 WARMFRONT_TARGET_CLONES
-void move_range(const Targets<float>& targets, VertexMotion* vertices, MotionState* states,
+void move_range(From from, const Targets<float>& targets, VertexMotion* vertices, MotionState* states,
                 std::uint32_t begin, std::uint32_t end, Moved& sum) {
-  move_each(targets, vertices, states, begin, end, sum);
+  if (from == From::kEnd)
+    move_each<From::kEnd>(targets, vertices, states, begin, end, sum);
+  else
+    move_each<From::kStart>(targets, vertices, states, begin, end, sum);
 }
 
 WARMFRONT_TARGET_CLONES
-void move_range(const Targets<double>& targets, VertexMotion* vertices, MotionState* states,
+void move_range(From from, const Targets<double>& targets, VertexMotion* vertices, MotionState* states,
                 std::uint32_t begin, std::uint32_t end, Moved& sum) {
-  move_each(targets, vertices, states, begin, end, sum);
+  if (from == From::kEnd)
+    move_each<From::kEnd>(targets, vertices, states, begin, end, sum);
+  else
+    move_each<From::kStart>(targets, vertices, states, begin, end, sum);
 }
 
 }  // namespace
@@ -249,14 +266,14 @@ void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first, S
 }
 
 template <class Real>
-void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
+void Motion::move_all(std::uint32_t first, std::uint32_t end, From from, std::span<const Real> positions,
                       std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range,
                       StopSignal signal) {
   const Targets<Real> targets{positions.data(), order.data(), first_row, LocalLanes(frame_)};
   expect_all(range);
   const Moved moved =
       over_grains(first, end, range, signal, [&](std::uint32_t begin, std::uint32_t stop, Moved& sum) {
-        move_range(targets, vertices_.data(), states_.data(), begin, stop, sum);
+        move_range(from, targets, vertices_.data(), states_.data(), begin, stop, sum);
       });
   range.any = moved.any;
   range.all = first == end ? 0 : moved.all;
@@ -265,16 +282,27 @@ void Motion::move_all(std::uint32_t first, std::uint32_t end, std::span<const Re
   range.listed = moved.any == 0;
 }
 
-void Motion::rest(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop) {
+void Motion::mark_changed(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept {
+  for (std::uint32_t v = first; v < end; ++v) {
+    vertices_[v].t1 = vertices_[v].t0;
+    states_[v] = kMoving | kChanged;
+  }
+  expect_all(range);
+}
+
+void Motion::rest(std::uint32_t first, std::uint32_t end, From from, RangeMotion& range, StopSignal stop) {
   const std::span<std::uint8_t> begun = begun_grains(range, grains_of(first, end));
-  if (range.any != 0) stop_range(first, end, range, stop);
+  if (range.any != 0) stop_range(first, end, from, range, stop);
   std::ranges::fill(begun, std::uint8_t{1});  // to be undone from here on
 }
 
-void Motion::stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal signal) {
-  const auto stop = [this](std::uint32_t v) {
+void Motion::stop_range(std::uint32_t first, std::uint32_t end, From from, RangeMotion& range,
+                        StopSignal signal) {
+  const auto stop = [this, from](std::uint32_t v) {
     const bool moved = (states_[v] & kMoving) != 0;
-    if (moved) vertices_[v].t0 = vertices_[v].t1;
+    VertexMotion& vertex = vertices_[v];
+    if (moved && from == From::kEnd) vertex.t0 = vertex.t1;
+    if (moved && from == From::kStart) vertex.t1 = vertex.t0;
     return states_[v] = moved ? kChanged : 0;
   };
   if (range.listed) {
@@ -313,14 +341,15 @@ void Motion::move_one(std::uint32_t v, const std::array<double, 3>& to, RangeMot
 }
 
 void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference,
-                        const Pose& from, const Pose& to, bool follows, RangeMotion& range, StopSignal stop) {
+                        const Pose& from, const Pose& to, std::optional<From> at_from, RangeMotion& range,
+                        StopSignal stop) {
   expect_all(range);
   const Moved moved = over_range(first, end, range, stop, [&](std::uint32_t v, Moved& sum) {
     VertexMotion& vertex = vertices_[v];
     const double* x = reference.data() + std::size_t{3} * (v - first);
-    if (follows) {
+    if (at_from == From::kEnd) {
       vertex.t0 = vertex.t1;
-    } else {
+    } else if (!at_from) {
       const auto x0 = from.place(x);
       vertex.t0 = {x0[0], x0[1], x0[2], 0.0};
     }
@@ -333,7 +362,7 @@ void Motion::move_posed(std::uint32_t first, std::uint32_t end, std::span<const 
   range.all = first == end ? 0 : moved.all;
 }
 
-void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept {
+void Motion::undo(std::uint32_t first, std::uint32_t end, From from, RangeMotion& range) noexcept {
   const auto back = [this](std::uint32_t v) {
     if (states_[v] == 0) return;
     vertices_[v].t1 = vertices_[v].t0;
@@ -341,6 +370,8 @@ void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) no
   };
   if (range.listed) {
     for (const std::uint32_t v : range.changed) back(v);
+  } else if (from == From::kStart) {
+    for (std::uint32_t v = first; v < end; ++v) back(v);
   } else {
     const std::uint32_t grains = grains_of(first, end);
     const std::span<const std::uint8_t> begun =
@@ -353,6 +384,20 @@ void Motion::undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) no
   }
   if (range.any != 0) range.any = kMoving | kChanged;
   range.all = 0;
+}
+
+void Motion::shorten(std::uint32_t first, std::uint32_t end, double fraction, bool single,
+                     RangeMotion& range) noexcept {
+  const auto shorten_one = [&](std::uint32_t v) {
+    if ((states_[v] & kMoving) == 0) return;
+    auto& [t0, t1] = vertices_[v];
+    for (int axis = 0; axis < 3; ++axis) t1[axis] = part_way(t0[axis], t1[axis], fraction, single);
+  };
+  if (range.listed) {
+    for (const std::uint32_t v : range.changed) shorten_one(v);
+  } else {
+    for (std::uint32_t v = first; v < end; ++v) shorten_one(v);
+  }
 }
 
 void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop) const {
@@ -397,10 +442,10 @@ Status check_positions(std::span<const Real> positions, std::uint32_t vertex_cou
   return {};
 }
 
-template void Motion::move_all<float>(std::uint32_t, std::uint32_t, std::span<const float>,
+template void Motion::move_all<float>(std::uint32_t, std::uint32_t, From, std::span<const float>,
                                       std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
                                       StopSignal);
-template void Motion::move_all<double>(std::uint32_t, std::uint32_t, std::span<const double>,
+template void Motion::move_all<double>(std::uint32_t, std::uint32_t, From, std::span<const double>,
                                        std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
                                        StopSignal);
 template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal);

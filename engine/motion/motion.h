@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,6 +38,12 @@ struct LocalTransform {
   double to_local(double length) const { return length * scale_a * scale_b; }
 };
 
+/// Where a question's motion begins.
+enum class From : std::uint8_t {
+  kEnd,    ///< where the motion before ended: that was taken
+  kStart,  ///< where it began: that was only asked about
+};
+
 /// The motion of a range of vertices within a step, in sum.
 struct RangeMotion {
   MotionState any = 0;  ///< union over the vertices
@@ -66,26 +73,32 @@ class Motion {
   void append(std::span<const double> positions, StopSignal stop = {});
   void truncate(std::size_t vertex_count);
 
-  /// A step of vertices [first, end) from where they are: row order[v] - first_row of `positions` is where
-  /// vertex v goes. What keeps its position, bit for bit, does not move. Parallel inside Workers::run().
-  /// After an exception, undo().
+  /// A step of vertices [first, end): row order[v] - first_row of `positions` is where vertex v goes. What
+  /// keeps its position, bit for bit, does not move. Parallel inside Workers::run(). After an exception,
+  /// undo().
   template <class Real>
-  void move_all(std::uint32_t first, std::uint32_t end, std::span<const Real> positions,
+  void move_all(std::uint32_t first, std::uint32_t end, From from, std::span<const Real> positions,
                 std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range,
                 StopSignal stop = {});
   /// The same, where only what is named moves: begins the step of a range (an exception leaves every position
   /// as it was: there is nothing to undo), ...
-  void rest(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop = {});
+  void rest(std::uint32_t first, std::uint32_t end, From from, RangeMotion& range, StopSignal stop = {});
   /// ... and moves one of its vertices; nothing has changed after an exception.
   void move_one(std::uint32_t vertex, const std::array<double, 3>& to, RangeMotion& range);
   /// A step of vertices [first, end) from one pose of their reference positions, (end - first, 3), to
-  /// another, whatever they did before; `follows` says that they are at `from` now. Sets no reach. Parallel
-  /// inside Workers::run(). After an exception, undo().
+  /// another, whatever they did before; `at_from` says at which end of their last motion they are at `from`,
+  /// if at any. Sets no reach. Parallel inside Workers::run(). After an exception, undo().
   void move_posed(std::uint32_t first, std::uint32_t end, std::span<const double> reference, const Pose& from,
-                  const Pose& to, bool follows, RangeMotion& range, StopSignal stop = {});
+                  const Pose& to, std::optional<From> at_from, RangeMotion& range, StopSignal stop = {});
   /// Takes back the step of a range that was moved, wholly or, by an exception, in part; the next step finds
-  /// its vertices changed.
-  void undo(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept;
+  /// its vertices changed. From::kStart: also of vertices that the step had not reached, which are where the
+  /// question before put them.
+  void undo(std::uint32_t first, std::uint32_t end, From from, RangeMotion& range) noexcept;
+  /// A range that is stationary counts as changed in the next step.
+  void mark_changed(std::uint32_t first, std::uint32_t end, RangeMotion& range) noexcept;
+  /// Ends the motion of a range, which was moved, at `fraction` of its way: see Collider::commit().
+  void shorten(std::uint32_t first, std::uint32_t end, double fraction, bool single,
+               RangeMotion& range) noexcept;
   /// Measures the range's reach at t = 1. O(end - first). Where it is stopped nothing has changed.
   void measure(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop = {}) const;
 
@@ -110,7 +123,7 @@ class Motion {
   }
 
  private:
-  void stop_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop);
+  void stop_range(std::uint32_t first, std::uint32_t end, From from, RangeMotion& range, StopSignal stop);
 
   std::vector<VertexMotion> vertices_;
   std::vector<MotionState> states_;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/part_way.h"
 
 namespace warmfront {
 namespace {
@@ -115,8 +116,9 @@ void SceneMotion::settle(std::uint32_t part, StopSignal stop) {
 void SceneMotion::settle(Part& part, StopSignal stop) {
   if (part.placed) return;
   const AtPose& at = std::get<AtPose>(part.now);
-  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, false, part.range, stop);
-  motion_.undo(part.first, part.end, part.range);  // they count as changed in the next step
+  motion_.move_posed(part.first, part.end, at.shape->positions, at.pose, at.pose, std::nullopt, part.range,
+                     stop);
+  motion_.mark_changed(part.first, part.end, part.range);
   part.placed = true;
 }
 
@@ -185,7 +187,7 @@ std::uint32_t SceneMotion::part_of(std::uint32_t vertex) const {
   return static_cast<std::uint32_t>(next - parts_.begin()) - 1;
 }
 
-Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal stop) {
+Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses) {
   if (frame.positions) {
     if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
       return invalid_argument(
@@ -199,7 +201,7 @@ Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal sto
     SceneMotion& motion;
     const Frame& frame;
   } const marks{*this, frame};
-  return check_parts(scene, frame, stop);
+  return check_parts(scene, frame, stop, poses);
 }
 
 void SceneMotion::clear_marks(const Frame& frame) noexcept {
@@ -232,7 +234,7 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, 
   return {};
 }
 
-Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop) {
+Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses) {
   PacedStop paced(stop);
   const auto check_body = [&](std::uint32_t index, const std::string& where) -> Status {
     if (scene.bodies().empty())
@@ -266,7 +268,7 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     if (scene.bodies()[index].kind != BodyKind::kRigid)
       return invalid_argument(where + ": body " + std::to_string(index) +
                               " is not rigid; give its positions, or make it rigid first");
-    if (Status status = check_pose(frame.poses[i].pose, where + ".pose"); !status) return status;
+    if (Status status = check_pose(frame.poses[i].pose, where + ".pose", poses); !status) return status;
   }
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     paced.check();
@@ -299,7 +301,8 @@ void SceneMotion::move_part(Part& part, const Positions& positions, std::uint32_
   part.written = true;
   std::visit(
       [&](auto values) {
-        motion_.move_all(part.first, part.end, values, numbering_->vertices(), first_row, part.range, stop);
+        motion_.move_all(part.first, part.end, from_, values, numbering_->vertices(), first_row, part.range,
+                         stop);
       },
       positions);
   if (part.rigid()) part.now = AtPositions{};
@@ -325,8 +328,28 @@ constexpr std::uint64_t kMeasureSteps = 16;
 
 }  // namespace
 
+// Puts a part back to where the motion begins.
+void SceneMotion::begin_part(Part& part) {
+  part.turned = part.rigid() && (turns(part) || part.shortened);
+  part.shortened = false;
+  part.follows = part.placed;
+  if (from_ == From::kEnd) {
+    if (part.rigid()) copy(part.now, part.start);
+    part.reach_at_start = part.range.reach;
+    return;
+  }
+  if (part.rigid()) copy(part.start, part.now);
+  part.range.reach = part.reach_at_start;
+  if (!part.placed && std::holds_alternative<AtPositions>(part.now)) {
+    // It was given a pose, and nobody asked for its vertices.
+    motion_.mark_changed(part.first, part.end, part.range);
+    part.placed = true;
+  }
+}
+
 void SceneMotion::begin(const Frame& frame, StopSignal stop) {
   PacedStop paced(stop);
+  from_ = trial_ ? From::kStart : From::kEnd;
   magnitude_before_ = motion_.magnitude();
   ++begun_;
   std::ranges::fill(given_, frame.positions ? kByPositions : kNotGiven);
@@ -336,17 +359,14 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
     paced.check();
     Part& part = parts_[p];
     part.written = false;
-    part.turned = part.rigid() && turns(part);
-    if (part.rigid()) copy(part.now, part.start);
-    part.reach_at_start = part.range.reach;
-    part.follows = part.placed;
     part.begun_in = begun_;
+    begin_part(part);
     // Static and removed bodies were checked to stay, or are of no interest.
     const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved;
     if (given_[p] == kByPositions && frame.positions && !fixed) {
       move_part(part, *frame.positions, 0, stop);
     } else if (given_[p] != kByPositions || fixed) {
-      if (part.placed) motion_.rest(part.first, part.end, part.range, stop);
+      if (part.placed) motion_.rest(part.first, part.end, from_, part.range, stop);
       part.written = true;
     }
   }
@@ -382,24 +402,48 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
 void SceneMotion::place(std::uint32_t index, StopSignal stop) {
   Part& part = parts_[index];
   const AtPose& to = std::get<AtPose>(part.now);
-  motion_.move_posed(part.first, part.end, to.shape->positions, pose_at_start(part), to.pose, part.follows,
-                     part.range, stop);
+  motion_.move_posed(part.first, part.end, to.shape->positions, pose_at_start(part), to.pose,
+                     part.follows ? std::optional(from_) : std::nullopt, part.range, stop);
   part.placed = true;
 }
 
 void SceneMotion::roll_back() noexcept {
   for (Part& part : parts_) {
-    if (part.begun_in != begun_) continue;
+    const bool begun = part.begun_in == begun_;
+    if (!begun && from_ == From::kEnd) continue;  // else it is where the trial before put it
     if (std::holds_alternative<AtPose>(part.start)) {
       part.placed = false;  // the vertices are made of the pose again when they are needed
     } else {
-      if (part.written) motion_.undo(part.first, part.end, part.range);
+      if (!part.placed) motion_.mark_changed(part.first, part.end, part.range);
+      if (part.written || from_ == From::kStart) motion_.undo(part.first, part.end, from_, part.range);
       part.placed = true;
     }
     copy(part.start, part.now);
     part.range.reach = part.reach_at_start;
   }
   motion_.restore_magnitude(magnitude_before_);
+  trial_ = false;
+}
+
+void SceneMotion::commit_trial(double fraction, bool single) noexcept {
+  trial_ = false;
+  if (fraction > 0) ++steps_;
+  if (fraction == 1) return;
+  if (fraction == 0) {
+    for (Part& part : parts_) part.shortened = part.rigid() && (turns(part) || part.range.any != 0);
+    return roll_back();
+  }
+  for (Part& part : parts_) {
+    part.range.reach = std::max(part.range.reach, part.reach_at_start);
+    if (turns(part)) {
+      Pose& pose = std::get<AtPose>(part.now).pose;
+      pose = part_way(pose_at_start(part), pose, fraction, single);
+      part.shortened = true;
+      part.placed = false;
+    } else if (part.placed && (part.range.any & kMoving) != 0) {
+      motion_.shorten(part.first, part.end, fraction, single, part.range);
+    }
+  }
 }
 
 // Is the part at a pose that is another one than at t = 0?
@@ -468,10 +512,12 @@ std::vector<double> SceneMotion::positions() const {
       const std::size_t given = numbering_ == nullptr ? v : numbering_->vertices()[v];
       std::array<double, 3> at{};
       if (part.placed) {
-        std::copy_n(motion_.vertices()[v].t1.begin(), 3, at.begin());
+        const VertexMotion& vertex = motion_.vertices()[v];
+        std::copy_n((trial_ ? vertex.t0 : vertex.t1).begin(), 3, at.begin());
       } else {
         const AtPose& now = std::get<AtPose>(part.now);
-        at = now.pose.place(now.shape->positions.data() + std::size_t{3} * (v - part.first));
+        const Pose pose = trial_ ? pose_at_start(part) : now.pose;
+        at = pose.place(now.shape->positions.data() + std::size_t{3} * (v - part.first));
       }
       std::ranges::copy(at, positions.begin() + static_cast<std::ptrdiff_t>(3 * given));
     }

@@ -48,15 +48,17 @@ class SceneMotion {
   /// kInvalidArgument, naming the field and the first offender, for a frame that does not fit the scene:
   /// wrong lengths, coordinates that are not finite, poses that are not rigid or not of a rigid body, indices
   /// out of range or named twice, static or removed bodies that move. Changes nothing, whatever happens.
-  Status check(const Scene& scene, const Frame& frame, StopSignal stop = {});
+  Status check(const Scene& scene, const Frame& frame, StopSignal stop = {},
+               PoseCheck poses = PoseCheck::kRigid);
 
-  /// A step that was begun. It is taken by commit(); a Step that ends without rolls it back: every placement
-  /// and position is then, bit for bit, what it was before begin().
+  /// A motion that was begun. It is taken by commit() or kept as a trial by keep(); a Step that ends without
+  /// either rolls it back: every placement and position is then, bit for bit, what it was before begin(), or
+  /// before the first of several trials.
   class Step {
    public:
     explicit Step(SceneMotion& motion) : motion_(motion) {}
     ~Step() {
-      if (begun_ && !committed_) motion_.roll_back();
+      if (begun_ && !done_) motion_.roll_back();
     }
     Step(const Step&) = delete;
     Step& operator=(const Step&) = delete;
@@ -68,15 +70,28 @@ class SceneMotion {
       motion_.begin(frame, stop);
     }
     void commit() noexcept {
-      committed_ = true;
+      done_ = true;
+      motion_.trial_ = false;
       ++motion_.steps_;
+    }
+    /// The next motion begins where this one did.
+    void keep() noexcept {
+      done_ = true;
+      motion_.trial_ = true;
     }
 
    private:
     SceneMotion& motion_;
     bool begun_ = false;
-    bool committed_ = false;
+    bool done_ = false;
   };
+
+  /// Was the last motion a trial, so that everything stands where that began?
+  bool trial() const { return trial_; }
+  /// Where the motion that has begun begins.
+  From from() const { return from_; }
+  /// Takes the trial up to `fraction`, as Collider::commit() says.
+  void commit_trial(double fraction, bool single) noexcept;
 
   /// Places the vertices of a part that moves by poses. Parallel inside Workers::run().
   void place(std::uint32_t part, StopSignal stop = {});
@@ -110,7 +125,8 @@ class SceneMotion {
 
   /// Vertices that are not where they were; of unplaced parts all.
   std::uint64_t moved_vertices() const;
-  /// Where everything is at the step's end, (n, 3), in the numbers first given.
+  /// Where everything is, (n, 3), in the numbers first given: at the end of a step, at the beginning of a
+  /// trial.
   std::vector<double> positions() const;
   std::size_t memory_bytes() const;
 
@@ -121,8 +137,9 @@ class SceneMotion {
     BodyKind kind = BodyKind::kDeformable;
 
     bool placed = true;          // the vertices are at both ends of this step
-    bool follows = true;         // they were at the end of the step before this one
-    bool turned = false;         // the pose changed in the step before this one
+    bool follows = true;         // they were at both ends of the motion before this one
+    bool turned = false;         // the pose changed in the motion before this one
+    bool shortened = false;      // that was committed in part
     bool written = false;        // in this step positions of vertices may be other than before it
     std::uint64_t begun_in = 0;  // the step that last began for the part; in others nothing is rolled back
     double reach_at_start = 0;   // RangeMotion::reach at t = 0
@@ -138,6 +155,7 @@ class SceneMotion {
   };
 
   void begin(const Frame& frame, StopSignal stop);
+  void begin_part(Part& part);
   void roll_back() noexcept;
 
   void find_parts(const Scene& scene, StopSignal stop);
@@ -150,7 +168,7 @@ class SceneMotion {
   static bool turns(const Part& part);
   static Pose pose_at_start(const Part& part);
   Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const;
-  Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop);
+  Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses);
   void clear_marks(const Frame& frame) noexcept;
   std::uint32_t new_vertex(std::uint32_t given) const {
     return numbering_ == nullptr ? given : numbering_->new_vertices()[given];
@@ -165,6 +183,8 @@ class SceneMotion {
   double magnitude_before_ = 0;      // the step that has begun
   std::uint64_t steps_ = 0;          // committed
   std::uint64_t begun_ = 0;          // whether or not they were committed
+  bool trial_ = false;               // the last motion was only asked about
+  From from_ = From::kEnd;           // where the motion that was begun last begins
 };
 
 }  // namespace warmfront

@@ -22,6 +22,7 @@ class BlockPairs {
   void begin(const NarrowPhaseInput& input) {
     scene_ = &input.scene;
     vertex_bounds_ = input.vertex_bounds;
+    gap_at_ = input.gap_at;
   }
 
   /// The next blocks are of leaves of these hierarchies, which stand to each other as `between` says; that
@@ -41,7 +42,7 @@ class BlockPairs {
     const EightBounds<Bounds>& eight_a = a.blocks[block_a];
     if (std::exchange(rebased_, &eight_a) != &eight_a) rebase(eight_a, *between_, over_);
     const EightOverlaps pairs =
-        primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, excluded, tester_.until());
+        primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, excluded, tester_.until(), gap_at_);
     tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~excluded));
     if (pairs.to_test != 0) test_found(a, block_a, b, block_b, pairs);
     return pairs.gap;
@@ -83,6 +84,7 @@ class BlockPairs {
   PairTester& tester_;
   const Scene* scene_ = nullptr;
   std::span<const PointBounds> vertex_bounds_;
+  GapAt gap_at_ = GapAt::kEnd;
   const GridPair<Bounds>* between_ = nullptr;
   std::uint64_t always_empty_ = 0;                // in all blocks of these hierarchies
   const EightBounds<Bounds>* rebased_ = nullptr;  // the block that is in `over_`

@@ -21,6 +21,7 @@ void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
   vf += more.vf;
   ee += more.ee;
   possible += more.possible;
+  overlaps += more.overlaps;
   earliest = std::min(earliest, more.earliest);
   elementary_seconds += more.elementary_seconds;
   warmfront::add(counts, more.counts);
@@ -39,6 +40,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     trees_ = trees;
     scene_ = &input.scene;
     stop_ = input.stop;
+    gap_at_ = input.gap_at;
     tester.begin(input, shared);
     blocks_.begin(input);
   }
@@ -72,8 +74,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
               excluded != 0};
     }
     const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
-    const EightOverlaps pairs = block_overlaps(
-        a.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between, whole_b, tester.until());
+    const EightOverlaps pairs =
+        block_overlaps(a.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between, whole_b,
+                       tester.until(), gap_at_);
     const std::uint64_t near = transposed(pairs.to_test);
     LeafGap nearest{pairs.gap, false};
     if (which.skip_neighbours)
@@ -106,6 +109,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
     const Bvh<Bounds>& tree = trees_[part];
     const std::span<const NodeTravel> travel = tree.block_travel;
+    const std::span<const NodeTravel> granted_at = tree.block_travel_at(gap_at_);
     due_.resize(chunk.pairs.size());
     due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel_slack, due_.data()));
     chunk.may_have_contacts = false;
@@ -126,7 +130,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         const OneOfLeaf whole_b = OneOfLeaf::of(wide_b, between.begin_at_1_of_b, pair.b - first_b);
         const float gap =
             blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
-        pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], gap);
+        pair.budget = TravelBudget::grant(granted_at[pair.a], granted_at[pair.b], gap);
         chunk.may_have_contacts |= !(gap > 0);
       }
     }
@@ -174,6 +178,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   std::span<const Bvh<Bounds>> trees_;
   const Scene* scene_ = nullptr;
   StopSignal stop_;
+  GapAt gap_at_ = GapAt::kEnd;
   std::uint64_t step_ = 0;
   Blocks blocks_{tester};
   std::vector<std::uint32_t> due_;

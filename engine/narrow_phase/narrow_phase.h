@@ -35,6 +35,7 @@ struct NarrowPhaseInput {
   std::span<const PointBounds> vertex_bounds;
   const ColliderOptions& options;
   StopSignal stop;
+  GapAt gap_at = GapAt::kEnd;  ///< see FrontUpdate
 };
 
 /// Thrown where more contacts are found than options.max_contacts allows to list: the step is refused at
@@ -46,6 +47,7 @@ struct NarrowPhaseOutput {
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
   std::uint64_t possible = 0;
+  std::uint64_t overlaps = 0;     ///< that options.leave_out_overlaps leaves out
   double earliest = 2;            ///< least toi; 2 without contacts
   double elementary_seconds = 0;  ///< that all threads spent in the cascade
   StepCounts counts;              ///< only what the narrow phase counts

@@ -171,6 +171,10 @@ void PairTester::test_features() {
     if (options.report == Report::kEarliest)
       elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
     if (const Verdict verdict = elementary_test(features, elementary, counts); verdict.contact) {
+      if (options.leave_out_overlaps && verdict.status == ContactStatus::kOverlapAtStart) {
+        ++output_.overlaps;
+        continue;
+      }
       report(input_->numbering.original({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
     }
   }

@@ -26,6 +26,8 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
            const ColliderOptions& the_options, std::shared_ptr<Workers> the_workers, StopSignal stop)
     : scene(std::move(the_scene)),
       options(the_options),
+      asked_separation(the_options.min_separation),
+      bounds_separation(the_options.min_separation),
       workers(std::move(the_workers)),
       motion(modelled, to_doubles(positions, stop), stop),
       model(modelled, stop) {
@@ -37,6 +39,11 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
     motion.hold(motion.vertices().frame().to_local(options.min_separation));
     take(make_parts(modelled, *scene, true, stop));
   });
+}
+
+void Core::widen_bounds(double separation) {
+  bounds_separation = separation;
+  motion.hold(motion.vertices().frame().to_local(separation));
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {

@@ -45,8 +45,13 @@ struct Core {
   /// Bytes held, the scene included.
   std::size_t memory_bytes() const;
 
+  /// Bounds serve questions of this minimum separation and less from now on; see PartTrees::widen().
+  void widen_bounds(double separation);
+
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
-  ColliderOptions options;
+  ColliderOptions options;             // of the question in hand; between questions the session's
+  double asked_separation = 0;         // the minimum separation of the last question
+  double bounds_separation = 0;        // that bounds are made for: the largest that was asked for
   std::shared_ptr<Workers> workers;
   SceneMotion motion;
   CollisionModel model;

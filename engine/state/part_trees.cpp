@@ -28,6 +28,7 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   const Scene& scene = core.topology->scene;
   refit_in_.resize(parts.size(), kNever);
   states_.resize(parts.size());
+  bases_.resize(parts.size());
   roots_.resize(parts.size());
   if (rebuild) {
     for (std::size_t p = 0; p < trees_.size(); ++p) {
@@ -41,6 +42,7 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
     trees_[p].arrange(scene, parts[p].shape, parts[p].order, parts[p].shared, is_lazy(core.options), stop);
   });
   std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
+  std::fill(bases_.begin() + static_cast<std::ptrdiff_t>(first), bases_.end(), Base{});
   return parts.size() - first;
 }
 
@@ -58,6 +60,7 @@ std::span<const std::uint32_t> PartTrees<Bounds>::rearrange_loose(const Core& co
     auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order, stop);
     tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options), stop);
     refit_in_[p] = kNever;
+    bases_[p] = {};
     rearranged_.push_back(p);
   }
   return rearranged_;
@@ -78,7 +81,7 @@ void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known kno
   const RangeMotion& range = core.motion.range(part);
   const auto bound = [&](std::size_t begin, std::size_t end) {
     point_bounds(motion.vertices().subspan(begin, end - begin), motion.states().subspan(begin, end - begin),
-                 motion.frame(), core.options.min_separation, magnitude_, known,
+                 motion.frame(), core.bounds_separation, magnitude_, known,
                  core.vertex_bounds.data() + begin);
   };
   if (range.listed && known != Known::kNothing) {
@@ -92,10 +95,12 @@ void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known kno
 
 template <class Bounds>
 void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then) {
-  const Known known = refit_in_[part] == kNever      ? Known::kNothing
-                      : refit_in_[part] == step_ - 1 ? Known::kLastStep
-                                                     : Known::kOlder;
+  const Known known = refit_in_[part] == kNever     ? Known::kNothing
+                      : refit_in_[part] < step_ - 1 ? Known::kOlder
+                      : from_ == From::kEnd         ? Known::kLastStep
+                                                    : Known::kLastTrial;
   refit_in_[part] = step_;
+  take_base(part);
   bound_vertices(core, part, known, stop);
   const RefitInput input{core.topology->scene,
                          core.vertex_bounds,
@@ -107,8 +112,63 @@ void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, StopSignal st
   const auto then_of_part = [&](std::uint32_t subtree) { then(part, subtree); };
   Bvh<Bounds>& tree = trees_[part];
   // By reference, which a std::function holds without memory of its own.
-  refit_nodes_ += refit(input, tree, std::cref(then_of_part));
+  const std::size_t changed = refit(input, tree, std::cref(then_of_part));
+  refit_nodes_ += changed;
+  bases_[part].left |= changed > 0;
   states_[part] = tree.states.empty() ? 0 : tree.states[0];
+}
+
+// Puts a part's travel back to that of the base where it left it, or makes it the base's.
+template <class Bounds>
+void PartTrees<Bounds>::take_base(std::uint32_t part) {
+  Bvh<Bounds>& tree = trees_[part];
+  Base& base = bases_[part];
+  if (from_ == From::kStart && base.of == base_) {
+    if (!std::exchange(base.left, false)) return;
+    std::ranges::copy(tree.base_travel, tree.travel.begin());
+    std::ranges::copy(tree.base_block_travel, tree.block_travel.begin());
+  } else if (trial_) {
+    base.of = base_;
+    if (!std::exchange(base.left, false)) return;
+    tree.base_travel.assign(tree.travel.begin(), tree.travel.end());
+    tree.base_block_travel.assign(tree.block_travel.begin(), tree.block_travel.end());
+  }
+}
+
+// With f in (0, 1) and d and w what a node's points are displaced by, d in common and within w of that: at f
+// of the way they are displaced by f d, and within f w <= w of that. So may bounds be, whose ends are convex
+// functions of where on the way points are.
+template <class Bounds>
+void PartTrees<Bounds>::shorten(double fraction) {
+  const auto f = static_cast<float>(fraction);
+  const auto shorten_all = [&](std::span<const NodeTravel> base, std::span<NodeTravel> travel,
+                               std::uint32_t slack) {
+    for (std::size_t n = 0; n < travel.size(); ++n) {
+      for (int k = 0; k < 3; ++k)
+        travel[n].centre[k] = base[n].centre[k] + f * (travel[n].centre[k] - base[n].centre[k]);
+      travel[n].wandered += slack;
+    }
+  };
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+    if (waits(p) || (states_[p] & kMoving) == 0) continue;
+    Bvh<Bounds>& tree = trees_[p];
+    shorten_all(tree.base_travel, tree.travel, tree.travel_slack);
+    shorten_all(tree.base_block_travel, tree.block_travel, tree.travel_slack);
+    refit_in_[p] = step_ - 1;  // bounds at t = 1 are not those of where it is
+  }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::widen(double more) {
+  const std::uint32_t units = travel::units(static_cast<float>(more));
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+    Bvh<Bounds>& tree = trees_[p];
+    for (auto* travels : {&tree.travel, &tree.block_travel, &tree.base_travel, &tree.base_block_travel}) {
+      for (NodeTravel& travel : *travels)
+        travel.wandered += std::min(units + tree.travel_slack, travel::kMost);
+    }
+  }
+  forget_bounds();
 }
 
 template <class Bounds>
@@ -118,7 +178,7 @@ void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool rebuild
   const SceneMotion& motion = core.motion;
   const auto root = [&](const auto&... what) {
     return narrow<Bounds>(
-        moving_bounds(what..., motion.vertices().frame(), core.options.min_separation, magnitude_));
+        moving_bounds(what..., motion.vertices().frame(), core.bounds_separation, magnitude_));
   };
   tbb::parallel_for(std::uint32_t{0}, motion.part_count(), [&](std::uint32_t p) {
     stop.check();
@@ -181,7 +241,7 @@ void PartTrees<Bounds>::forget_bounds() {
 
 template <class Bounds>
 std::size_t PartTrees<Bounds>::memory_bytes() const {
-  std::size_t bytes = roots_.capacity() * sizeof(Bounds);
+  std::size_t bytes = roots_.capacity() * sizeof(Bounds) + bases_.capacity() * sizeof(Base);
   for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
   return bytes;
 }

@@ -27,8 +27,19 @@ class PartTrees {
   /// Called with each subtree of a part that changed, by the task that has just made it: see refit().
   using Then = std::function<void(std::uint32_t part, std::uint32_t subtree)>;
 
-  /// Begins a step, whose motion has begun.
-  void begin_step() { ++step_; }
+  /// Begins a question, whose motion begins where the last one did (From::kStart) or ended. Of a trial, what
+  /// nodes have travelled by its start is kept.
+  void begin_step(From from, bool trial) {
+    ++step_;
+    from_ = from;
+    trial_ = trial;
+    if (from == From::kEnd) ++base_;
+  }
+  /// The last question's motion was committed up to a fraction below 1.
+  void shorten(double fraction);
+  /// Bounds are wider by `more` (local length) on each side from now on: all are made anew, and budgets are
+  /// shorter by as much.
+  void widen(double more);
   /// Parts without a hierarchy get one; with `rebuild` those that are tested against themselves, and were
   /// not, learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and
   /// is good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
@@ -69,6 +80,7 @@ class PartTrees {
   static constexpr std::int64_t kNever = -1;
 
   void refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then);
+  void take_base(std::uint32_t part);
   void bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop);
   // Is the part's hierarchy not of this step?
   bool waits(std::uint32_t part) const { return refit_in_[part] != step_; }
@@ -79,8 +91,17 @@ class PartTrees {
   std::vector<std::int64_t> refit_in_;
   std::vector<std::uint32_t> late_;        // parts that waited
   std::vector<std::uint32_t> rearranged_;  // as rearrange_loose() returned
+  // By part: the base whose travel its hierarchy keeps, and whether its own travel is another one.
+  struct Base {
+    std::int64_t of = kNever;
+    bool left = true;
+  };
+  std::vector<Base> bases_;
   double magnitude_ = 0;
   std::int64_t step_ = 0;
+  std::int64_t base_ = 0;  // where motions begin: one for all trials from there
+  From from_ = From::kEnd;
+  bool trial_ = false;
   std::atomic<std::uint64_t> refit_nodes_{0};
 };
 

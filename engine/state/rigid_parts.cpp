@@ -86,8 +86,12 @@ void RigidParts::give_up(Part& part) {
 
 void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& scene,
                          const SceneMotion& motion, MotionState state, const ColliderOptions& options,
-                         StopSignal stop) {
-  if ((state & kMoving) == 0) return;  // it rests as it was
+                         bool trial, StopSignal stop) {
+  const bool from_start = motion.from() == From::kStart;
+  if ((state & kMoving) == 0) {  // it rests as it was
+    if (from_start) part.at_end = part.at_start;
+    return;
+  }
   part.rigid = false;
   if (part.wait > 0) {
     --part.wait;
@@ -104,27 +108,33 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   }
   const double shown = part.clearance.value_or(kLadder[part.rung] * part.edges.mean);
   const double limit = 0.25 * kLeastStretch * shown;
-  if (!part.follows) part.last = part.reference->fit(vertices, true, limit, stop);
-  const RigidReference::Fit now = part.reference->fit(vertices, false, limit, stop);
-  if (!(std::max(part.last.residual, now.residual) <= limit)) {
-    give_up(part);
+  if (!part.follows)
+    part.at_start = part.reference->fit(vertices, true, limit, stop);
+  else if (!from_start)
+    part.at_start = part.at_end;
+  part.at_end = part.reference->fit(vertices, false, limit, stop);
+  if (!(std::max(part.at_start.residual, part.at_end.residual) <= limit)) {
+    // Part of the way between two places of a rigid body is none of its places: a trial says nothing of it.
+    if (trial && part.at_start.residual <= limit)
+      part.follows = true;
+    else
+      give_up(part);
     return;
   }
-  part.rigid = part.clearance && apart(part.edges, *part.clearance, part.last, now, options);
-  part.last = now;
+  part.rigid = part.clearance && apart(part.edges, *part.clearance, part.at_start, part.at_end, options);
   part.follows = true;
   ++part.fitted;
 }
 
 void RigidParts::look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
                       const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
-                      BodiesWithin bodies_within, StopSignal stop) {
+                      BodiesWithin bodies_within, bool trial, StopSignal stop) {
   count_ = 0;
   if (!options.find_rigid || options.tier == Tier::kFast) return;
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
     if (model.self_collision(p))
-      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options, stop);
+      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options, trial, stop);
   });
   for (const Part& part : parts_) count_ += part.rigid ? 1 : 0;
   const std::vector<std::uint32_t> parts = due(topology, motion);
@@ -211,6 +221,10 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
       part.overrun = part.wait = kMostPatience;
     }
   }
+}
+
+void RigidParts::lose_track() noexcept {
+  for (Part& part : parts_) part.follows = false;
 }
 
 void RigidParts::undo() noexcept {

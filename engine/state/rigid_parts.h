@@ -57,12 +57,14 @@ class RigidParts {
   /// Looks at a step's motion, after it began; measures some of the parts that are due. Parallel; call it
   /// inside Workers::run(). Throws Stopped when told to stop. A part whose measurement ended so, or by an
   /// exception, is measured again only after ever more steps: a measurement that takes longer than a caller's
-  /// deadline fails a few steps of very many.
+  /// deadline fails a few steps of very many. `trial`: the motion is only asked about.
   void look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
             const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
-            BodiesWithin bodies_within, StopSignal stop);
-  /// The step was taken back.
+            BodiesWithin bodies_within, bool trial, StopSignal stop);
+  /// The step was taken back, or what is asked for has changed: nothing that was learnt of it holds.
   void undo() noexcept;
+  /// Where parts are is not where any motion that was looked at ended.
+  void lose_track() noexcept;
 
   /// Needs the part no test against itself in this step?
   bool rigid(std::uint32_t part) const { return part < parts_.size() && parts_[part].rigid; }
@@ -74,8 +76,9 @@ class RigidParts {
  private:
   struct Part {
     std::unique_ptr<RigidReference> reference;
-    RigidReference::Fit last;         // at the end of the last step that was looked at
-    bool follows = false;             // that was the step before
+    RigidReference::Fit at_start;  // of the last motion that was looked at
+    RigidReference::Fit at_end;
+    bool follows = false;             // that was the motion before
     std::uint32_t fitted = 0;         // steps in a row that fitted
     EdgeLengths edges;                // of the reference
     std::optional<double> clearance;  // of the reference, once measured; 0: too little
@@ -89,7 +92,7 @@ class RigidParts {
   void give_up(Part& part);
   static void postpone(Part& part);
   void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
-               MotionState state, const ColliderOptions& options, StopSignal stop);
+               MotionState state, const ColliderOptions& options, bool trial, StopSignal stop);
   double wanted_clearance(std::uint32_t part) const;
   std::vector<std::uint32_t> due(const Topology& topology, const SceneMotion& motion) const;
   void measure(std::span<const std::uint32_t> parts, const Topology& topology,

@@ -14,13 +14,13 @@ std::uint64_t median(std::array<std::uint64_t, N> counts) {
 
 class AutoPipeline final : public Pipeline {
  public:
-  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+  Result<StepResult> step(Core& core, const Frame& frame, Kind kind, StopSignal stop,
                           const AcceptStep& accept) override {
     if (pipeline_->bounds() != trial_.bounds()) {  // now, since after a step was taken nothing may fail
       pipeline_ = make_pipeline(trial_.bounds());
       changed_ = true;
     }
-    Result<StepResult> result = pipeline_->step(core, frame, stop, accept);
+    Result<StepResult> result = pipeline_->step(core, frame, kind, stop, accept);
     if (!result) return result;
     StepStatistics& statistics = result.value().statistics;
     if (changed_ && statistics.front_state == FrontState::kBuilt) {
@@ -30,6 +30,11 @@ class AutoPipeline final : public Pipeline {
     if (core.options.report != Report::kEarliest) trial_.take(statistics.counts);
     return result;
   }
+  void commit(Core& core, double fraction, Rounding rounding) noexcept override {
+    pipeline_->commit(core, fraction, rounding);
+  }
+  void options_changed(Core& core) override { pipeline_->options_changed(core); }
+  void bounds_widened(double more) override { pipeline_->bounds_widened(more); }
   void parts_changed() override { pipeline_->parts_changed(); }
   BoundsKind bounds() const override { return pipeline_->bounds(); }
   Status self_check(const Core& core, StopSignal stop) override { return pipeline_->self_check(core, stop); }

@@ -57,10 +57,11 @@ Error too_many_contacts(const ColliderOptions& options) {
 template <class Bounds>
 class PipelineWith final : public Pipeline {
  public:
-  Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+  Result<StepResult> step(Core& core, const Frame& frame, Kind kind, StopSignal stop,
                           const AcceptStep& accept) override {
     StepResult result;
     Attempt attempt(*this, core);
+    kind_ = kind;
     NarrowPhaseOutput output;
     try {
       core.workers->run([&] { output = run(core, attempt.motion, frame, stop, result.statistics); });
@@ -76,14 +77,34 @@ class PipelineWith final : public Pipeline {
     result.vf = output.vf;
     result.ee = output.ee;
     result.possible = output.possible;
+    result.overlaps_at_start = output.overlaps;
     if (output.vf + output.ee > 0) result.earliest_toi = output.earliest;
     result.contacts = core.contacts;
     result.geometry = core.geometry;
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
-    attempt.commit();
+    attempt.done(kind);
+    refind_ = false;
     return result;
   }
+
+  void commit(Core& core, double fraction, Rounding rounding) noexcept override {
+    core.motion.commit_trial(fraction, rounding == Rounding::kFloat32);
+    if (fraction == 1) return;
+    trees_.shorten(fraction);
+    core.rigid_parts.lose_track();
+    anew_ = true;  // rounding may put parts where no motion that was looked at goes
+  }
+
+  void options_changed(Core& core) override {
+    refind_ = anew_ = true;
+    core.rigid_parts.undo();
+    for (const auto& orphans : core.orphans) {
+      if (orphans != nullptr) orphans->forget();
+    }
+  }
+
+  void bounds_widened(double more) override { trees_.widen(more); }
 
   void parts_changed() override { anew_ = true; }
   BoundsKind bounds() const override {
@@ -137,8 +158,8 @@ class PipelineWith final : public Pipeline {
     Attempt(const Attempt&) = delete;
     Attempt& operator=(const Attempt&) = delete;
 
-    void commit() noexcept {
-      motion.commit();
+    void done(Kind kind) noexcept {
+      kind == Kind::kStep ? motion.commit() : motion.keep();
       committed = true;
     }
 
@@ -163,13 +184,13 @@ class PipelineWith final : public Pipeline {
                         StepStatistics& statistics) {
     Stopwatch total;
     Stopwatch stage;
-    trees_.begin_step();
     arranged_ = false;
     statistics.bounds = bounds();
     motion.begin(frame, stop);
+    trees_.begin_step(core.motion.from(), kind_ == Kind::kTrial);
     forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, &bodies_within,
-                          stop);
+                          kind_ == Kind::kTrial, stop);
     const bool new_hierarchy = arrange(core, stop);
     arranged_ = true;
     cull_patches(core, stop, statistics.counts);
@@ -182,7 +203,8 @@ class PipelineWith final : public Pipeline {
                                  core.motion.vertices().states(),
                                  core.vertex_bounds,
                                  core.options,
-                                 stop};
+                                 stop,
+                                 gap_at()};
     narrow_.begin(trees_.trees(), input);
     double among_neighbours = refit_and_find_near(core, stop, statistics.counts.bv_tests);
     if (near_.overflowed()) {
@@ -291,7 +313,12 @@ class PipelineWith final : public Pipeline {
       near_count_ += near_pairs_.size();
       trees_.refit_near(core, near_pairs_, stop, no_neighbours);
       front_.advance(trees_.trees(), near_pairs_, narrow_,
-                     {.prune = false, .record = false, .retest = true, .max_bytes = 0, .stop = stop});
+                     {.prune = false,
+                      .record = false,
+                      .retest = true,
+                      .gap_at = gap_at(),
+                      .max_bytes = 0,
+                      .stop = stop});
       bv_tests += front_.counts().bv_tests;
     }
     near_pairs_.clear();
@@ -306,12 +333,15 @@ class PipelineWith final : public Pipeline {
     const auto cull = [&](std::size_t p) {
       const std::uint32_t part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
       core.patch_culled[p] =
-          core.tests_itself(part) &&
+          core.options.tier == Tier::kExact && core.tests_itself(part) &&
           provably_embedded(scene, core.motion.vertices().vertices(), patches.faces[p], patches.contours[p]);
     };
     for_each_index(0, patches.count(), stop, cull, kAtOnce);
     counts.cone_patches = static_cast<std::uint64_t>(std::ranges::count(core.patch_culled, 1));
   }
+
+  // Where the next motion begins, for which budgets are granted now.
+  GapAt gap_at() const { return kind_ == Kind::kStep ? GapAt::kEnd : GapAt::kStart; }
 
   // What is found of leaves at rest serves again, unless later contacts were left out.
   static bool retest(const ColliderOptions& options) { return options.report == Report::kEarliest; }
@@ -332,6 +362,8 @@ class PipelineWith final : public Pipeline {
                     .lazy = lazy,
                     .record = keep,
                     .retest = retest(options),
+                    .refind = refind_,
+                    .gap_at = gap_at(),
                     .max_bytes = options.max_front_bytes,
                     .stop = stop});
     front_lost_ = front_.overflowed();
@@ -421,6 +453,8 @@ class PipelineWith final : public Pipeline {
   bool anew_ = true;       // nothing that is known of near parts holds
   Front<Bounds> front_;
   bool front_lost_ = true;
+  Kind kind_ = Kind::kStep;  // of the question in hand
+  bool refind_ = false;      // what was found of stationary parts was found by other options
   Rebuild lost_to_ = Rebuild::kNone;
   NarrowPhase<Bounds> narrow_;
   tbb::enumerable_thread_specific<double> neighbour_ms_;  // taken by tests among neighbours in refit

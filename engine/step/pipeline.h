@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "engine/frame.h"
+#include "engine/question.h"
 #include "engine/result.h"
 #include "engine/state/core.h"
 #include "engine/step_result.h"
@@ -12,14 +13,23 @@
 
 namespace warmfront {
 
+/// What becomes of a motion that was answered: it is where everything stands from now on, or was a question.
+enum class Kind : std::uint8_t { kStep, kTrial };
+
 /// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds. One may take
 /// over from another between steps.
 class Pipeline {
  public:
   virtual ~Pipeline() = default;
-  /// Carries out a frame that was checked, if `accept` accepts its answer.
-  virtual Result<StepResult> step(Core& core, const Frame& frame, StopSignal stop,
+  /// Carries out a frame that was checked, by core.options, if `accept` accepts its answer.
+  virtual Result<StepResult> step(Core& core, const Frame& frame, Kind kind, StopSignal stop,
                                   const AcceptStep& accept) = 0;
+  /// Takes the last trial up to a fraction in [0, 1]. After a trial only.
+  virtual void commit(Core& core, double fraction, Rounding rounding) noexcept = 0;
+  /// core.options are others than in the last step, in what they say of contacts.
+  virtual void options_changed(Core& core) = 0;
+  /// core.bounds_separation has grown by `more`, a local length.
+  virtual void bounds_widened(double more) = 0;
   /// Parts were added or changed: which are near each other is found anew.
   virtual void parts_changed() = 0;
   /// The kind that the next step uses.

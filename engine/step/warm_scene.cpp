@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/step/warm_scene.h"
 
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -25,6 +26,14 @@ Status check_all(const Positions& positions, std::uint32_t vertex_count, StopSig
                     positions);
 }
 
+// Do they ask for the same contacts, told in the same way?
+bool ask_alike(const ColliderOptions& a, const ColliderOptions& b) {
+  const auto of = [](const ColliderOptions& o) {
+    return std::tie(o.tier, o.tolerance, o.min_separation, o.report, o.leave_out_overlaps);
+  };
+  return of(a) == of(b);
+}
+
 }  // namespace
 
 Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Positions& positions,
@@ -37,6 +46,32 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
   Core core(std::move(scene), *modelled, positions, options, std::move(workers), stop);
   return WarmScene{std::move(core), options.bounds == BoundsKind::kAuto ? make_auto_pipeline()
                                                                         : make_pipeline(options.bounds)};
+}
+
+Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderOptions& options,
+                                  StopSignal stop, const AcceptStep& accept) {
+  if (Status status = validate(options); !status) return status.error();
+  if (options.min_separation > core.bounds_separation) {
+    const LocalTransform& local = core.motion.vertices().frame();
+    const double more = local.to_local(options.min_separation) - local.to_local(core.bounds_separation);
+    core.widen_bounds(options.min_separation);
+    pipeline->bounds_widened(more / 2);
+  }
+  if (!ask_alike(options, asked)) pipeline->options_changed(core);
+  asked = options;
+  struct Restored {
+    explicit Restored(ColliderOptions& of_core) : options(of_core), before(of_core) {}
+    ~Restored() { options = before; }
+    ColliderOptions& options;
+    const ColliderOptions before;
+  } const restored(core.options);
+  core.options = options;
+  core.asked_separation = options.min_separation;
+  return pipeline->step(core, frame, kind, stop, accept);
+}
+
+void WarmScene::drop_trial() noexcept {
+  if (core.motion.trial()) pipeline->commit(core, 0, Rounding::kFloat64);
 }
 
 }  // namespace warmfront

@@ -19,6 +19,7 @@ namespace warmfront {
 struct WarmScene {
   Core core;
   std::unique_ptr<Pipeline> pipeline;
+  ColliderOptions asked = core.options;  ///< of the last question
 
   /// At rest at `positions`, which are checked. As Collider::create(), whose work this is; throws Stopped
   /// when told to stop.
@@ -28,8 +29,13 @@ struct WarmScene {
 
   /// As Collider::step(), but that `frame` is not checked.
   Result<StepResult> step(const Frame& frame, StopSignal stop, const AcceptStep& accept = {}) {
-    return pipeline->step(core, frame, stop, accept);
+    return ask(frame, Kind::kStep, core.options, stop, accept);
   }
+  /// The same by other options, which are checked, and for a trial.
+  Result<StepResult> ask(const Frame& frame, Kind kind, const ColliderOptions& options, StopSignal stop,
+                         const AcceptStep& accept);
+  /// Forgets a trial that was not committed: what needs to know where everything stands finds it there.
+  void drop_trial() noexcept;
 
   std::size_t memory_bytes() const { return core.memory_bytes() + pipeline->memory_bytes(); }
 };

@@ -344,6 +344,34 @@ Script changes_together() {
   return script;
 }
 
+// Trials of all kinds from one base, by other options than the session's, and commits of all of one and of
+// part.
+Script trials() {
+  Script script{"trials",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+                {},
+                {}};
+  const auto trial = [](StepOperation step) {
+    step.as = StepOperation::As::kTrial;
+    return step;
+  };
+  StepOperation far = trial(posed(1, shifted(0.1, 0.05, -0.6)));
+  StepOperation near = trial(posed(1, shifted(0.05, 0.02, -0.4)));
+  near.options.min_separation = 0.1;
+  StepOperation most = posed(1, shifted(0.1, 0.05, -0.6));
+  most.as = StepOperation::As::kMaxStep;
+  StepOperation both = trial(everything(joined(sheet(2, 0.02), sheet(2, -0.2))));
+  both.options.fields = ContactFields{.normal = true};
+  for (const StepOperation& one : {far, near, most, far}) script.operations.emplace_back(one);
+  script.operations.emplace_back(CommitOperation{0.5, Rounding::kFloat64});
+  for (const StepOperation& one : {near, both, far}) script.operations.emplace_back(one);
+  script.operations.emplace_back(CommitOperation{1, Rounding::kFloat64});
+  script.operations.emplace_back(both);
+  script.operations.emplace_back(CommitOperation{0, Rounding::kFloat64});
+  script.operations.emplace_back(posed(1, shifted(0, 0, 0.2)));
+  return script;
+}
+
 Script placed() {
   Script script{"placed",
                 {two_bodies(BodyKind::kRigid, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
@@ -434,6 +462,7 @@ std::vector<Script> scripts() {
                           falling(),
                           changes(),
                           changes_together(),
+                          trials(),
                           placed(),
                           exact_numbers(),
                           kinds_of_bounds()};

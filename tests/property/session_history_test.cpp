@@ -6,12 +6,14 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <limits>
 
+#include "engine/part_way.h"
 #include "tests/support/accepted_state.h"
 #include "tests/support/carry_out.h"
 
@@ -35,6 +37,11 @@ struct Command {
     kWrongAddition,
     kWrongPlace,
     kOutlier,  // a vertex, or a body, is far away for a step
+    kTrial,
+    kLineSearch,  // trials of ever shorter motions, then perhaps a commit
+    kMaxStep,
+    kCommit,
+    kWrongCommit,
     kKinds
   };
   Kind kind = kFrame;
@@ -43,9 +50,10 @@ struct Command {
 };
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
-  constexpr const char* kNames[] = {"frame",        "nothing moves",  "glide",      "add",    "change",
-                                    "place",        "self_check",     "forget",     "resume", "wrong frame",
-                                    "wrong change", "wrong addition", "wrong place"};
+  constexpr const char* kNames[] = {
+      "frame",  "nothing moves", "glide",       "add",          "change",         "place",       "self_check",
+      "forget", "resume",        "wrong frame", "wrong change", "wrong addition", "wrong place", "outlier",
+      "trial",  "line search",   "max_step",    "commit",       "wrong commit"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }
@@ -59,6 +67,7 @@ rc::Gen<Command> any_command() {
                                                                  {2, Fault::Kind::kCancelled}});
   const auto kind =
       rc::gen::map(rc::gen::weightedOneOf<int>({{3, rc::gen::just(int{Command::kFrame})},
+                                                {2, rc::gen::just(int{Command::kLineSearch})},
                                                 {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
                    [](int k) { return static_cast<Command::Kind>(k); });
   return rc::gen::build<Command>(
@@ -119,7 +128,18 @@ class History {
     Draws draws(command.draw);
     switch (command.kind) {
       case Command::kFrame:
-        return carry(draw_step(draws, state_), command.fault);
+        return ask(draws, StepOperation::As::kStep, command.fault);
+      case Command::kTrial:
+        return ask(draws, StepOperation::As::kTrial, command.fault);
+      case Command::kMaxStep:
+        return ask(draws, StepOperation::As::kMaxStep, command.fault);
+      case Command::kLineSearch:
+        return line_search(draws, command.fault);
+      case Command::kCommit:
+        if (!state_.trial) return refuse(draw_commit(draws), command.fault, ErrorCode::kFailedPrecondition);
+        return carry(draw_commit(draws), command.fault);
+      case Command::kWrongCommit:
+        return refuse(CommitOperation{draws.below(2) == 0 ? 1.0 + 0x1p-52 : std::nan("")}, command.fault);
       case Command::kNothingMoves:
         return carry(StepOperation{}, command.fault);
       case Command::kGlide:
@@ -140,6 +160,7 @@ class History {
       case Command::kResume:
         collider_ = state_.fresh(options_, workers_);
         state_.stepped = false;
+        state_.trial.reset();
         return;
       case Command::kWrongFrame:
         return refuse(spoiled(draws, state_, draw_step(draws, state_)), command.fault);
@@ -163,6 +184,35 @@ class History {
   }
 
  private:
+  void ask(Draws& draws, StepOperation::As as, const Fault& fault) {
+    StepOperation step = draw_step(draws, state_);
+    step.as = as;
+    if (as != StepOperation::As::kStep || draws.below(3) == 0) step.options = draw_question(draws, state_);
+    step.leave_out_overlaps = draws.below(2) == 0;
+    carry(step, fault);
+  }
+
+  CommitOperation draw_commit(Draws& draws) const {
+    const double fraction = std::array{0.0, 1.0, 1.0, 0.5, 0.25, 0.7}[draws.below(6)];
+    const bool single = state_.unit == 1 && draws.below(3) == 0;  // else it may leave float32's range
+    return {fraction, single ? Rounding::kFloat32 : Rounding::kFloat64};
+  }
+
+  // Where everything is moved to is brought nearer to where it is, again and again.
+  void line_search(Draws& draws, const Fault& fault) {
+    StepOperation step = draw_step(draws, state_);
+    step.as = StepOperation::As::kTrial;
+    const int trials = 1 + draws.below(5);
+    for (int i = 0; i < trials; ++i) {
+      if (draws.below(3) == 0) step.options = draw_question(draws, state_);
+      carry(step, i + 1 == trials ? fault : Fault{});
+      if (!step.all) continue;
+      for (std::size_t x = 0; x < step.all->size(); ++x)
+        (*step.all)[x] = part_way(state_.positions[x], (*step.all)[x], 0.5, false);
+    }
+    if (state_.trial && draws.below(3) != 0) carry(draw_commit(draws), {});
+  }
+
   // The answer that an operation must get when it meets no fault.
   Outcome right(const Operation& operation) const {
     const auto* step = std::get_if<StepOperation>(&operation);
@@ -177,7 +227,12 @@ class History {
       const Outcome expected = right(operation);
       if (const std::string differs = difference(outcome, expected); !differs.empty())
         fail(operation, differs);
-      if (expected.done()) state_.accept(operation);
+      if (expected.done())
+        state_.accept(operation);
+      else
+        forget_trial(operation);
+    } else {
+      forget_trial(operation);
     }
     expect_accepted_state(operation);
   }
@@ -190,7 +245,16 @@ class History {
       fail(operation, "it is wrong, and came to: " + to_string(outcome));
     if (outcome.kind == Outcome::Kind::kRefused && outcome.error.message.empty())
       fail(operation, "refused without a word");
+    forget_trial(operation);
     expect_accepted_state(operation);
+  }
+
+  // A question that failed is followed by no commit; nor are changes.
+  void forget_trial(const Operation& failed) {
+    const bool keeps = std::holds_alternative<CheckOperation>(failed) ||
+                       std::holds_alternative<ForgetOperation>(failed) ||
+                       std::holds_alternative<CommitOperation>(failed);
+    if (!keeps) state_.trial.reset();
   }
 
   static bool failed_by(const Fault& fault, const Outcome& outcome) {

@@ -2,6 +2,7 @@
 #include "tests/support/accepted_state.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -11,6 +12,7 @@
 
 #include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/elementary_test.h"
+#include "engine/part_way.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/scenes.h"
 
@@ -67,6 +69,30 @@ void accept_step(AcceptedState& state, const StepOperation& step) {
   state.stepped = true;
 }
 
+void accept_commit(AcceptedState& state, const CommitOperation& commit) {
+  const StepOperation step = *state.trial;
+  const double f = commit.fraction;
+  if (f == 0) return;
+  if (f == 1) return accept_step(state, step);
+  const bool single = commit.rounding == Rounding::kFloat32;
+  const std::vector<std::optional<Pose>> from = state.pose;
+  const std::vector<double> start = state.positions;
+  accept_step(state, step);
+  for (std::size_t v = 0; v < start.size(); v += 3) {
+    if (std::memcmp(&start[v], &state.positions[v], 3 * sizeof(double)) == 0) continue;
+    for (std::size_t i = v; i < v + 3; ++i)
+      state.positions[i] = part_way(start[i], state.positions[i], f, single);
+  }
+  for (const BodyPose& pose : step.poses) {
+    Pose& to = *state.pose[pose.body];
+    const Pose before = from[pose.body].value_or(Pose{});
+    if (!(to == before)) to = part_way(before, to, f, single);
+    const Body& body = state.scene.bodies[pose.body];
+    for (std::ptrdiff_t i = first_number(body); i < first_number(body) + numbers(body); i += 3)
+      std::ranges::copy(to.place(state.reference.data() + i), state.positions.begin() + i);
+  }
+}
+
 void accept_addition(AcceptedState& state, const AddOperation& add) {
   Body body = add.addition.body;
   body.first_vertex = state.scene.vertex_count;
@@ -105,6 +131,8 @@ bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
 // What of all contacts the options ask for.
 Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options) {
   Outcome outcome;
+  if (options.leave_out_overlaps)
+    std::erase_if(contacts, [](const Contact& c) { return c.status == ContactStatus::kOverlapAtStart; });
   for (const Contact& contact : contacts)
     outcome.earliest_toi = std::min(outcome.earliest_toi.value_or(2), contact.toi);
   if (options.report == Report::kEarliest)
@@ -203,7 +231,16 @@ bool AcceptedState::fixed(std::size_t body) const {
 }
 
 void AcceptedState::accept(const Operation& operation) {
-  if (const auto* step = std::get_if<StepOperation>(&operation)) accept_step(*this, *step);
+  const auto* step = std::get_if<StepOperation>(&operation);
+  if (step != nullptr && step->as != StepOperation::As::kStep) {
+    trial = *step;
+    return;
+  }
+  if (step != nullptr) accept_step(*this, *step);
+  if (const auto* commit = std::get_if<CommitOperation>(&operation)) accept_commit(*this, *commit);
+  if (!std::holds_alternative<CheckOperation>(operation) &&
+      !std::holds_alternative<ForgetOperation>(operation))
+    trial.reset();
   if (const auto* add = std::get_if<AddOperation>(&operation)) accept_addition(*this, *add);
   if (const auto* change = std::get_if<ChangeOperation>(&operation)) accept_change(*this, *change);
   if (const auto* several = std::get_if<ChangesOperation>(&operation)) {
@@ -263,7 +300,20 @@ std::string AcceptedState::difference(const Collider& collider) const {
   return same_faces ? "" : "scene().faces() differ";
 }
 
-Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOptions& options) const {
+Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOptions& of_session) const {
+  ColliderOptions options = merged(of_session, step.options);
+  const bool max_step = step.as == StepOperation::As::kMaxStep;
+  if (max_step) {
+    options.report = Report::kEarliest;
+    options.fields = {};
+    options.leave_out_overlaps = step.leave_out_overlaps;
+  }
+  if (const Status valid = validate(options); !valid) {
+    Outcome refused;
+    refused.kind = Outcome::Kind::kRefused;
+    refused.error = valid.error();
+    return refused;
+  }
   const Scene made = Scene::create(scene).value();
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
   const ElementaryOptions elementary{
@@ -277,6 +327,10 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
   });
   Outcome outcome = answer_of(std::move(contacts), options);
+  if (max_step) {  // which tells of the first alone
+    outcome.vf = outcome.ee = outcome.possible = 0;
+    outcome.contacts.resize(std::min<std::size_t>(outcome.contacts.size(), 1));
+  }
   if (!options.fields.any()) return outcome;
   for (const Contact& contact : outcome.contacts) {
     const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
@@ -356,6 +410,19 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
     }
   }
   return operation;
+}
+
+QuestionOptions draw_question(Draws& draws, const AcceptedState& state) {
+  QuestionOptions options;
+  if (draws.below(2) == 0) return options;
+  if (draws.below(3) == 0) options.tier = draws.below(2) == 0 ? Tier::kExact : Tier::kCertified;
+  if (draws.below(4) == 0) options.tolerance = 1e-3;
+  if (draws.below(2) == 0)
+    options.min_separation = std::array{0.0, 0.02, 0.1, 0.3}[draws.below(4)] * state.unit;
+  if (draws.below(2) == 0) options.report = static_cast<Report>(draws.below(3));
+  if (draws.below(3) == 0) options.fields = ContactFields{draws.below(2) == 0, draws.below(2) == 0, true};
+  if (draws.below(6) == 0) options.max_contacts = static_cast<std::size_t>(draws.below(30));
+  return options;
 }
 
 AddOperation draw_addition(Draws& draws, const AcceptedState& state) {

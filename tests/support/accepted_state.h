@@ -27,8 +27,9 @@ struct AcceptedState {
   /// reference and pose then. None of one whose positions were given.
   std::vector<std::optional<Pose>> pose;
   bool stepped = false;
-  double unit = 1;    ///< what is drawn for it is of this size, ...
-  double offset = 0;  ///< ... and near here, on each axis
+  std::optional<StepOperation> trial;  ///< that may be committed
+  double unit = 1;                     ///< what is drawn for it is of this size, ...
+  double offset = 0;                   ///< ... and near here, on each axis
 
   bool fixed(std::size_t body) const;
 
@@ -55,6 +56,8 @@ AcceptedState scaled(AcceptedState state, double unit, double offset);
 /// A valid frame: everything, or some bodies by positions, some by poses, some by single vertices; one that
 /// moves nothing now and then.
 StepOperation draw_step(Draws& draws, const AcceptedState& state);
+/// Options of one question; some contradict those of a session in the exact tier.
+QuestionOptions draw_question(Draws& draws, const AcceptedState& state);
 /// A body to be added, and one described otherwise; of a scene that declares bodies.
 AddOperation draw_addition(Draws& draws, const AcceptedState& state);
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state);

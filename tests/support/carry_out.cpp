@@ -38,8 +38,11 @@ class Call {
     };
     return std::visit(
         Overloaded{
-            [&](const StepOperation&) -> Answer {
-              Result<StepResult> result = collider.step(frame_, flag);
+            [&](const StepOperation& step) -> Answer {
+              if (step.as == StepOperation::As::kMaxStep) return max_step(collider, step, flag);
+              Result<StepResult> result = step.as == StepOperation::As::kTrial
+                                              ? collider.trial(frame_, step.options, flag)
+                                              : collider.step(frame_, flag, {}, step.options);
               if (!result) return {std::move(result.error()), std::nullopt};
               return {std::nullopt, std::move(result).value()};
             },
@@ -52,6 +55,9 @@ class Call {
               return of(collider.change_body(change.body, change.as, flag));
             },
             [&](const ChangesOperation&) { return of(collider.change(std::move(changes_), flag)); },
+            [&](const CommitOperation& commit) {
+              return of(collider.commit(commit.fraction, commit.rounding));
+            },
             [&](const CheckOperation&) { return of(collider.self_check(flag)); },
             [&](const ForgetOperation&) {
               collider.forget_warmth();
@@ -62,6 +68,20 @@ class Call {
   }
 
  private:
+  // As the answer of a step, of which the first contact is known.
+  Answer max_step(Collider& collider, const StepOperation& step, const std::atomic<bool>* flag) {
+    Result<MaxStep> result = collider.max_step(frame_, step.leave_out_overlaps, step.options, flag);
+    if (!result) return {std::move(result.error()), std::nullopt};
+    StepResult answer;
+    answer.overlaps_at_start = result.value().overlaps_at_start;
+    if (result.value().first) {
+      answer.earliest_toi = result.value().fraction;
+      first_ = *result.value().first;
+      answer.contacts = {&first_, 1};
+    }
+    return {std::nullopt, std::move(answer)};
+  }
+
   void lay_out(const StepOperation& step) {
     if (step.all) frame_.positions = std::span<const double>(*step.all);
     for (const StepOperation::Rows& rows : step.bodies)
@@ -73,6 +93,7 @@ class Call {
   }
 
   const Operation& operation_;
+  Contact first_{};
   Frame frame_;
   std::vector<BodyPositions> bodies_;
   BodyAddition addition_;

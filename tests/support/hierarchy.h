@@ -62,7 +62,7 @@ class Hierarchy {
 
   void step(std::span<const double> positions) {
     const double before = range_.reach;
-    motion_.move_all(0, scene_->vertex_count(), positions, order_, 0, range_);
+    motion_.move_all(0, scene_->vertex_count(), From::kEnd, positions, order_, 0, range_);
     motion_.follow(std::max(before, range_.reach));
     refresh(motion_.magnitude() != magnitude_ ? Known::kNothing : Known::kLastStep);
   }

@@ -53,34 +53,37 @@ std::string difference(const char* what, const std::vector<T>& was, const std::v
 }  // namespace
 
 std::string to_string(const Operation& operation) {
-  return std::visit(Overloaded{
-                        [](const StepOperation& step) {
-                          if (step.all) return std::string("step(all positions)");
-                          std::string text = "step(";
-                          for (const auto& rows : step.bodies) text += " body " + std::to_string(rows.body);
-                          for (const auto& pose : step.poses) text += " pose " + std::to_string(pose.body);
-                          if (!step.vertices.empty())
-                            text += " " + std::to_string(step.vertices.size()) + " vertices";
-                          return text + " )";
-                        },
-                        [](const PlaceOperation& place) {
-                          return "place(" + std::to_string(place.poses.size()) + " poses)";
-                        },
-                        [](const AddOperation& add) {
-                          return "add_body(" + std::string(name_of(add.addition.body.kind)) + ", " +
-                                 std::to_string(add.positions.size() / 3) + " vertices)";
-                        },
-                        [](const ChangeOperation& change) {
-                          return "change_body(" + std::to_string(change.body) + ", " +
-                                 name_of(change.as.kind) + ")";
-                        },
-                        [](const ChangesOperation& several) {
-                          return "change(" + std::to_string(several.changes.size()) + " changes)";
-                        },
-                        [](const CheckOperation&) { return std::string("self_check()"); },
-                        [](const ForgetOperation&) { return std::string("forget_warmth()"); },
-                    },
-                    operation);
+  return std::visit(
+      Overloaded{
+          [](const StepOperation& step) {
+            const std::string as = step.as == StepOperation::As::kStep    ? "step"
+                                   : step.as == StepOperation::As::kTrial ? "trial"
+                                                                          : "max_step";
+            if (step.all) return as + "(all positions)";
+            std::string text = as + "(";
+            for (const auto& rows : step.bodies) text += " body " + std::to_string(rows.body);
+            for (const auto& pose : step.poses) text += " pose " + std::to_string(pose.body);
+            if (!step.vertices.empty()) text += " " + std::to_string(step.vertices.size()) + " vertices";
+            return text + " )";
+          },
+          [](const PlaceOperation& place) {
+            return "place(" + std::to_string(place.poses.size()) + " poses)";
+          },
+          [](const AddOperation& add) {
+            return "add_body(" + std::string(name_of(add.addition.body.kind)) + ", " +
+                   std::to_string(add.positions.size() / 3) + " vertices)";
+          },
+          [](const ChangeOperation& change) {
+            return "change_body(" + std::to_string(change.body) + ", " + name_of(change.as.kind) + ")";
+          },
+          [](const ChangesOperation& several) {
+            return "change(" + std::to_string(several.changes.size()) + " changes)";
+          },
+          [](const CommitOperation& commit) { return "commit(" + std::to_string(commit.fraction) + ")"; },
+          [](const CheckOperation&) { return std::string("self_check()"); },
+          [](const ForgetOperation&) { return std::string("forget_warmth()"); },
+      },
+      operation);
 }
 
 std::string to_string(const Outcome& outcome) {

@@ -13,8 +13,12 @@
 
 namespace warmfront::testing {
 
-/// A frame that owns what it says.
+/// A frame that owns what it says, and what is asked of it.
 struct StepOperation {
+  enum class As : std::uint8_t { kStep, kTrial, kMaxStep };
+  As as = As::kStep;
+  QuestionOptions options;
+  bool leave_out_overlaps = false;  // of kMaxStep
   struct Rows {
     std::uint32_t body;
     std::vector<double> positions;
@@ -40,10 +44,14 @@ struct ChangeOperation {
 struct ChangesOperation {
   std::vector<SceneChange> changes;
 };
+struct CommitOperation {
+  double fraction = 1;
+  Rounding rounding = Rounding::kFloat64;
+};
 struct CheckOperation {};
 struct ForgetOperation {};
 using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, ChangeOperation, ChangesOperation,
-                               CheckOperation, ForgetOperation>;
+                               CommitOperation, CheckOperation, ForgetOperation>;
 std::string to_string(const Operation& operation);
 
 /// What a call came to.

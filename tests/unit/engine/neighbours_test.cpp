@@ -377,6 +377,43 @@ TEST_P(Crumpled, WhateverHappensMeanwhile) {
   EXPECT_GT(met, 10U);
 }
 
+// A line search from each place: trials of ever shorter motions, and one elsewhere, of which the last, a part
+// of it or none is taken. Each answers as a collider that keeps nothing.
+TEST_P(Crumpled, TrialsAnswerAsStepsAndLeaveNoTrace) {
+  std::mt19937_64 random(83);
+  std::vector<double> positions = flat();
+  Both both(testing::grid(kSide), positions);
+  std::uint64_t met = 0, skipped = 0;
+  for (int step = 0; step < 40; ++step) {
+    for (int trial = 0; trial < 4; ++trial) {
+      std::vector<double> to = positions;
+      shake(random, step % 7 == 0 ? 0.06 : 0.004 / (trial + 1), to);
+      const Frame frame{std::span<const double>(to)};
+      const Result<StepResult> a = both.lazy.trial(frame);
+      const Result<StepResult> b = both.anew.trial(frame);
+      ASSERT_TRUE(a.ok() && b.ok());
+      ASSERT_TRUE(std::ranges::equal(a.value().contacts, b.value().contacts)) << step << "." << trial;
+      ASSERT_EQ(a.value().vf + a.value().ee, b.value().vf + b.value().ee);
+      ASSERT_EQ(both.lazy.positions(), positions);
+      const Status status = both.lazy.self_check();
+      ASSERT_TRUE(status.ok()) << status.error().message;
+      met += a.value().vf + a.value().ee;
+      if (trial > 0) skipped += a.value().statistics.counts.front_skipped;
+    }
+    const double fraction = std::array{1.0, 0.5, 0.0, 0.3}[static_cast<std::size_t>(step % 4)];
+    ASSERT_TRUE(both.lazy.commit(fraction).ok());
+    ASSERT_TRUE(both.anew.commit(fraction).ok());
+    positions = both.lazy.positions();
+    ASSERT_EQ(both.anew.positions(), positions);
+    if (step % 5 != 0) continue;
+    shake(random, 0.002, positions);
+    StepResult result;
+    ASSERT_NO_FATAL_FAILURE(both.expect_same_step(positions, result)) << "step " << step;
+  }
+  EXPECT_GT(met, 10U);
+  EXPECT_GT(skipped, 100U) << "trials share what is learnt of their base";
+}
+
 // Stopped before, while or after the refit tests among neighbours, or not at all: the frame again is as ever.
 TEST_P(Crumpled, StoppedAtAnyMoment) {
   std::mt19937_64 random(61);

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/question.h"
+
+namespace warmfront {
+
+ColliderOptions merged(ColliderOptions options, const QuestionOptions& question) {
+  options.tier = question.tier.value_or(options.tier);
+  options.tolerance = question.tolerance.value_or(options.tolerance);
+  options.min_separation = question.min_separation.value_or(options.min_separation);
+  options.report = question.report.value_or(options.report);
+  options.fields = question.fields.value_or(options.fields);
+  options.max_contacts = question.max_contacts.value_or(options.max_contacts);
+  return options;
+}
+
+}  // namespace warmfront

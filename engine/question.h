@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is asked of a warm scene beside a step. Plain values.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "engine/contact.h"
+#include "engine/options.h"
+#include "engine/statistics.h"
+
+namespace warmfront {
+
+/// Options of one question; what is absent is as the collider was created with. Ranges as ColliderOptions
+/// says. An answer never depends on what was asked before. A question whose options differ from those of the
+/// one before tests again what is stationary; one with the largest min_separation so far remakes all bounds
+/// once, and bounds stay that wide.
+struct QuestionOptions {
+  std::optional<Tier> tier = std::nullopt;
+  std::optional<double> tolerance = std::nullopt;
+  std::optional<double> min_separation = std::nullopt;
+  std::optional<Report> report = std::nullopt;
+  std::optional<ContactFields> fields = std::nullopt;
+  std::optional<std::size_t> max_contacts = std::nullopt;
+
+  friend bool operator==(const QuestionOptions&, const QuestionOptions&) = default;
+};
+
+/// The collider's options with those of a question in their places.
+ColliderOptions merged(ColliderOptions options, const QuestionOptions& question);
+
+/// How the positions that a commit makes are rounded: see part_way().
+enum class Rounding : std::uint8_t { kFloat64, kFloat32 };
+
+/// What a commit took.
+struct CommitResult {
+  double fraction = 1;
+  /// Of the contacts that the trial listed (Report::kAll, kEarliest), those with toi <= fraction. Of
+  /// Report::kCount the trial's own counts for fraction 1; none where only some of them lie within it.
+  std::optional<std::uint64_t> vf;
+  std::optional<std::uint64_t> ee;
+  std::optional<double> earliest_toi;  ///< none where no contact is known within the fraction
+};
+
+/// How far a motion may go.
+struct MaxStep {
+  /// In [0, 1]: nothing touches, or comes within the separation, before it. Tiers certified and exact: a
+  /// lower bound. 1 where nothing does in the whole motion; then, and only then, `first` is empty.
+  double fraction = 1;
+  /// Of what comes first, the first in the order of contacts.
+  std::optional<Contact> first;
+  /// Pairs that are within the separation at the start, which count only where they are not left out.
+  std::uint64_t overlaps_at_start = 0;
+  StepStatistics statistics;
+};
+
+}  // namespace warmfront
