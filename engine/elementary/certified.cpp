@@ -13,15 +13,15 @@
 namespace warmfront {
 namespace {
 
-// The search for the first window that cannot be excluded. Windows to the right wait on a stack; each
-// bisection halves one, and none is halved below 2^-46, so the stack stays short.
+// Searches for the first window that cannot be excluded. Later windows wait on a stack; each bisection pushes
+// one, and no window is halved below 2^-46, so the stack stays short.
 class Search {
  public:
   Search(const Query& query, const CertifiedOptions& options)
       : query_(query), options_(options), cubic_(query), resolution_(options.tolerance * query.size / 2) {}
 
   Verdict run(Window window) {
-    // Nearer than the separation from the start: the search would only halve its way down to t = 0.
+    // Nearer than the separation from the start: bisection would only lead to t = 0.
     if (query_.separation > 0 && window.begin == 0 &&
         distance_above(0) <= query_.separation * (1 - 0x1p-48)) {
       return {true, ContactStatus::kOverlapAtStart, 0};
@@ -34,8 +34,7 @@ class Search {
       Step step = narrow(window);
       if (step == Step::kReport) {
         if (proved(window)) return Verdict::at(window.begin, ContactStatus::kHit);
-        // One clip may leap from a wide window to a fine one, in which nothing has been asked of the cubic
-        // yet.
+        // One clip may turn a wide window into a fine one before the cubic was evaluated in it.
         Window rest = window;
         if (cubic_.clip(rest) && comes_near(window))
           return Verdict::at(window.begin, ContactStatus::kPossible);
@@ -53,18 +52,18 @@ class Search {
   }
 
  private:
-  // Half of what certified_reach() allows for rounding, of a query's size of 1/2 at least.
+  // Half of the rounding allowance of certified_reach(), for the least query size, 1/2.
   static constexpr double kClose = 0x1p-20;
   static constexpr int kSettlingLooks = 640;
 
   enum class Step { kExcluded, kReport, kNarrowed };
 
-  // Takes off the window what is certainly free of contact.
+  // Trims from the window the times that are certainly free of contact.
   Step narrow(Window& window) const {
     const double before = window.width();
     if (!cubic_.clip(window)) return Step::kExcluded;
     const bool fine = is_fine(window);
-    // The cubic is closing in on a root: let it, before the dearer tests are asked.
+    // The cubic is converging to a root: continue before running the more expensive tests.
     if (!fine && window.width() < 0.25 * before) return Step::kNarrowed;
     Inside where = Inside::kUnknown;
     if (query_.separation == 0) {
@@ -75,8 +74,8 @@ class Search {
     return fine ? Step::kReport : Step::kNarrowed;
   }
 
-  // Directional certificate, from the closest points in the window's middle and, where that leaves much, at
-  // its begin (conservative advancement).
+  // Separating directions from the closest points in the window's middle and, if much is left, at its begin
+  // (conservative advancement).
   bool trim_by_direction(Window& window) const {
     const double before = window.width();
     const double middle = window.begin + 0.5 * before;
@@ -85,14 +84,13 @@ class Search {
     return trim(window, separated_times(query_, normalised(closest_direction(query_, window.begin))));
   }
 
-  // Within the window nothing moves farther than half the tolerance; or time itself cannot be halved
-  // meaningfully.
+  // Within the window no relative motion exceeds half the tolerance, or the window is too short to halve.
   bool is_fine(const Window& window) const {
     return query_.relative_motion * window.width() <= resolution_ || window.width() <= 0x1p-46;
   }
 
   // Contact is proved by a certain sign change of the cubic while the inside tests certainly hold, over a
-  // window a little wider than the root's own; with a separation, by closest points nearer than that.
+  // window slightly wider than the root's; with a separation, by closest points nearer than the separation.
   bool proved(const Window& window) const {
     if (query_.separation > 0) {
       const double after = std::min(1.0, window.end + window.width());
@@ -106,17 +104,17 @@ class Search {
     return false;
   }
 
-  // May the primitives come within the separation in a fine window? Directions from closest points cannot
-  // tell where these are thin or nearly parallel, so what they leave is reported only where it is near at the
-  // window's begin, too: this is what certified_reach() rests on.
+  // May the primitives come within the separation in a fine window? Directions from closest points are
+  // inconclusive for thin or nearly parallel primitives, so such windows are reported only if the primitives
+  // are also near at the window's begin; certified_reach() relies on this.
   [[gnu::noinline]] bool comes_near(const Window& window) const {
     const double within = barely_apart() + query_.relative_motion * window.width();
     return distance_above(window.begin) <= within + kClose || distance_below(query_, window.begin) <= within;
   }
 
-  // The budget is used up. What is left of the step is free of contact where one direction separates all of a
-  // window, of whatever width, and is halved where none does; but not where the primitives are close. README,
-  // "What the budget leaves", says for which pairs this always ends with no contact.
+  // The budget is spent. A remaining window of any width is free of contact if one direction separates all of
+  // it; otherwise it is halved, unless the primitives are close. README.md, "What certified reports", says
+  // for which pairs this always ends with no contact.
   [[gnu::noinline]] Verdict settle(Window window) {
     for (int looks = 0; looks < kSettlingLooks && window.begin <= options_.latest; ++looks) {
       const double middle = window.begin + 0.5 * window.width();
@@ -135,11 +133,10 @@ class Search {
     return Verdict::at(window.begin, ContactStatus::kBudget);
   }
 
-  // Beyond this the separation is kept for certain: it is more than the roundings of all that is compared
-  // with it.
+  // Distances above this certainly exceed the separation: the margin exceeds all rounding in the comparison.
   double barely_apart() const { return query_.separation * (1 + 0x1p-40) + 0x1p-40; }
 
-  // An upper bound of the distance at t: between points that lie in the primitives up to 2^-44 of the query's
+  // An upper bound of the distance at t, between points that are in the primitives up to 2^-44 of the query's
   // size.
   double distance_above(double t) const {
     return norm(closest_direction(query_, t)) * (1 + 0x1p-50) + 0x1p-44;

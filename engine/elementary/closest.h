@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closest points, in floating point and without guarantees: they propose directions that are then proved.
-// Their barycentric coordinates are clamped, so the result always ends in the primitives (up to rounding).
-// Source: Ericson, Real-Time Collision Detection, sections 5.1.5 and 5.1.9. Pure functions.
+// Closest points in floating point, without guarantees: they propose directions that are then proved. Their
+// barycentric coordinates are clamped, so the result is always in the primitives (up to rounding). Source:
+// Ericson, Real-Time Collision Detection, sections 5.1.5 and 5.1.9. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,7 @@ inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   }
   const double sum = va + vb + vc;
   const Vec3 n = cross(ab, ac);
-  // A needle: the areas are rounding. Its edges are all there is to it.
+  // A needle: its areas are only rounding. Use its edges.
   if (!(sum > 0) || dot(n, n) <= 0x1p-40 * dot(ab, ab) * dot(ac, ac)) {
     const Vec3 sides[3] = {closest_on_segment(a, b), closest_on_segment(b, c), closest_on_segment(c, a)};
     return *std::min_element(sides, sides + 3,
@@ -53,7 +53,7 @@ inline Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return a + v * ab + std::clamp(vc / sum, 0.0, 1.0 - v) * ac;
 }
 
-/// How far along the segments (0, e) and (g, q) their closest points lie, each in [0, 1].
+/// Parameters in [0, 1] of the closest points of the segments (0, e) and (g, q).
 inline std::array<double, 2> closest_shares(const Vec3& e, const Vec3& g, const Vec3& q) {
   const Vec3 h = q - g;
   const double ee = dot(e, e);
@@ -62,10 +62,10 @@ inline std::array<double, 2> closest_shares(const Vec3& e, const Vec3& g, const 
   const double eg = dot(e, g);
   const double hg = dot(h, g);
   const double denominator = ee * hh - eh * eh;
-  // Parallel edges: any point of the first will do to start from.
+  // Parallel edges: start from any point of the first.
   double s = denominator > 0 ? std::clamp((eg * hh - eh * hg) / denominator, 0.0, 1.0) : 0.0;
   double r = hh > 0 ? (s * eh - hg) / hh : 0.0;
-  // The second edge is a point: the first one's parameter is what is left to find.
+  // The second edge is a point: only the first parameter is unknown.
   if (r < 0 || !(hh > 0)) {
     r = 0;
     s = ee > 0 ? std::clamp(eg / ee, 0.0, 1.0) : 0.0;
@@ -82,9 +82,9 @@ inline Vec3 closest_between_edges(const Vec3& e, const Vec3& g, const Vec3& q) {
   return (g + r * (q - g)) - s * e;
 }
 
-/// A direction, scaled to a largest coordinate of 1: the slack of separated_times() grows with the direction,
-/// and a tiny direction's dot products would drown in the underflow guard. Tinier still: 0, which separates
-/// nothing.
+/// The direction, scaled to a largest coordinate of 1: the slack of separated_times() grows with the
+/// direction, and a tiny direction's dot products would be lost in the underflow guard. Below 2^-900: 0,
+/// which separates nothing.
 inline Vec3 normalised(const Vec3& direction) {
   const double largest = max_abs(direction);
   return largest > 0x1p-900 ? (1 / largest) * direction : Vec3{0, 0, 0};

@@ -13,7 +13,7 @@ Vec3 at(const VertexMotion& vertex, double t) {
   return lerp({vertex.t0[0], vertex.t0[1], vertex.t0[2]}, {vertex.t1[0], vertex.t1[1], vertex.t1[2]}, t);
 }
 
-// Where q, in the segment from a to b, lies.
+// The parameter of q, a point of the segment from a to b.
 double share(const Vec3& q, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;
   const double length = dot(ab, ab);
@@ -24,7 +24,7 @@ double share(const Vec3& q, const Vec3& a, const Vec3& b) {
 std::array<double, 3> barycentric(const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = cross(b - a, c - a);
   const double area = dot(n, n);
-  if (!(area > 0x1p-80 * dot(b - a, b - a) * dot(c - a, c - a))) {  // a needle is its longest edge
+  if (!(area > 0x1p-80 * dot(b - a, b - a) * dot(c - a, c - a))) {  // a needle: use its longest edge
     const double ab = dot(b - a, b - a), bc = dot(c - b, c - b), ca = dot(a - c, a - c);
     if (ab >= bc && ab >= ca) return {1 - share(q, a, b), share(q, a, b), 0};
     if (bc >= ca) return {0, 1 - share(q, b, c), share(q, b, c)};
@@ -38,8 +38,8 @@ std::array<double, 3> barycentric(const Vec3& q, const Vec3& a, const Vec3& b, c
   return weights;
 }
 
-// Scaled by a power of two, so that the largest coordinate is in [1/2, 1): what is computed of them is a
-// product of up to four, which leaves double's range where a scene is large or small.
+// Scaled by a power of two to a largest coordinate in [1/2, 1): products of up to four of them would
+// otherwise overflow or underflow in large or small scenes.
 template <std::size_t N>
 std::array<Vec3, N> near_one(std::array<Vec3, N> vectors) {
   double largest = 0;
@@ -51,7 +51,7 @@ std::array<Vec3, N> near_one(std::array<Vec3, N> vectors) {
   return vectors;
 }
 
-// The vertices as seen from the first one. Scaled before, too, since differences may overflow.
+// The vertices relative to the first one. Scaled first, since differences may overflow.
 std::array<Vec3, 4> from_first(const std::array<Vec3, 4>& vertices) {
   std::array<Vec3, 4> x = near_one(vertices);
   for (std::size_t k = 4; k-- > 0;) x[k] = x[k] - x[0];

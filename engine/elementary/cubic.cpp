@@ -7,9 +7,9 @@
 namespace warmfront {
 namespace {
 
-// max over the step of |n(t)|, from above, for the normal n = p x q of two moving vectors: a quadratic
-// Bezier, bounded by its controls p0 x q0, (p0 x q1 + p1 x q0) / 2, p1 x q1. Ten roundings and a scale of 2
-// are well below 2^-40.
+// An upper bound of |n(t)| over the step for the normal n = p x q of two moving vectors: a quadratic Bezier,
+// bounded by its controls p0 x q0, (p0 x q1 + p1 x q0) / 2, p1 x q1. Ten roundings and a scale of 2 are well
+// below 2^-40.
 double normal_bound(const MovingVec3& p, const MovingVec3& q) {
   const Vec3 n0 = cross(p.t0, q.t0);
   const Vec3 n1 = cross(p.t1, q.t1);
@@ -66,10 +66,10 @@ std::array<double, 4> Cubic::on(const Window& window) const {
 bool Cubic::clip(Window& window) const {
   const std::array<double, 4> k = on(window);
   const double widening = certain() + slack;
-  // The hull of the points (i, k[i] +- widening) meets zero at points whose own band holds zero, and between
-  // the crossings of segments from a point not below zero to one not above: the lower points among themselves
-  // and the upper ones among themselves give the extremes, as a crossing moves away from the positive end
-  // when either end is raised.
+  // The hull of the points (i, k[i] +- widening) meets zero at points whose own band contains zero, and
+  // between the crossings of segments from a point not below zero to one not above. The lower points among
+  // themselves and the upper ones among themselves give the extremes: raising either end moves a crossing
+  // away from the positive end.
   double first = 4;
   double last = -1;
   const auto reach = [&](double crossing) {

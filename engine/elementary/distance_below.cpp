@@ -9,18 +9,18 @@
 namespace warmfront {
 namespace {
 
-// The nearest multiple of 2^-24, of what is between -1 and 1: sums, and products of two, of such are exact.
+// The nearest multiple of 2^-24 to an x in [-1, 1]: sums of these, and products of two, are exact.
 double on_grid(double x) {
   return (x + 0x1.8p28) - 0x1.8p28;
 }
 
-/// Points of the grid whose hull 0 is far from, or not.
+/// Points on the grid, and the distance of 0 from their hull.
 class Hull {
  public:
   void add(const Vec3& point) { points_[count_++] = {on_grid(point.x), on_grid(point.y), on_grid(point.z)}; }
 
-  // The distance of 0, from below. The hull's nearest point is the nearest of what one, two or three of its
-  // points span, and lies in the direction that keeps 0 from all of them: so all of these are tried.
+  // A lower bound of the distance of 0. The hull's nearest point is the nearest point of the span of one, two
+  // or three of its points, and its direction keeps all points away from 0: so try all of these.
   double distance_below() const {
     double most = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < count_; ++i) {
@@ -35,12 +35,12 @@ class Hull {
           most = std::max(most, kept_along(cross(ab, points_[k] - a)));
       }
     }
-    // 0.87 for what the grid moves a point by; the rest is far more than all other roundings, of 2^-48.
+    // 0.87 * 2^-24 for rounding to the grid; the remainder far exceeds all other rounding, 2^-48.
     return most - 0x1p-24;
   }
 
  private:
-  // How far all points lie beyond 0 along a direction or against it; negative where they do not.
+  // How far all points lie beyond 0 along a direction or its opposite; negative where they do not.
   double kept_along(const Vec3& direction) const {
     const double length = norm(direction);
     if (!(length > 0)) return -std::numeric_limits<double>::infinity();

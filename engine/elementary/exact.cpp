@@ -15,8 +15,8 @@
 namespace warmfront {
 namespace {
 
-// What double arithmetic can say with certainty. kYes: a root of the cubic is a contact, the first one, and
-// the only root in `window`, before which the cubic has the sign `sign_before`.
+// What double arithmetic can decide with certainty. kYes: a root of the cubic is the first contact, and the
+// only root in `window`, before which the cubic has the sign `sign_before`.
 class CertainAnswer {
  public:
   explicit CertainAnswer(const Query& query) : query_(query), cubic_(query), powers_(cubic_.coefficient) {}
@@ -24,7 +24,7 @@ class CertainAnswer {
   Answer find(double latest) {
     if (const Answer answer = piece({0, 1}, cubic_.coefficient); answer != Answer::kUnknown) return answer;
     if (near_a_root_) return Answer::kUnknown;
-    // Between the times at which it turns, a cubic has one root or none.
+    // Between its critical points a cubic has at most one root.
     const Turns turns(powers_);
     for (int i = 1; i < turns.count; ++i) {
       const Window between{turns.time[i - 1], turns.time[i]};
@@ -38,15 +38,15 @@ class CertainAnswer {
   int sign_before = 0;
 
  private:
-  // One piece of the step, with the cubic's coefficients on it: none, one or an unknown number of roots by
-  // Descartes' rule; where there is one, whether it is a contact.
+  // One interval of the step, with the cubic's coefficients on it: no, one or an unknown number of roots by
+  // Descartes' rule; if one, whether it is a contact.
   Answer piece(const Window& whole, const std::array<double, 4>& k) {
     const double certain = cubic_.certain();
     std::array<int, 4> sign;
     for (int i = 0; i < 4; ++i) sign[i] = (k[i] > certain) - (k[i] < -certain);
     if (sign[0] == 0 || sign[3] == 0) return Answer::kUnknown;
     if (sign[0] == sign[3]) return sign[1] == sign[0] && sign[2] == sign[0] ? Answer::kNo : Answer::kUnknown;
-    // One change at most from sign[0] to sign[3], whatever an uncertain one in between is.
+    // At most one sign change from sign[0] to sign[3], whatever an uncertain sign in between is.
     if (sign[1] != sign[0] && sign[2] != sign[3]) return Answer::kUnknown;
     sign_before = sign[0];
     return root(whole, k[0]);
@@ -73,8 +73,8 @@ class CertainAnswer {
     return Answer::kUnknown;
   }
 
-  // Where the primitives are parallel or degenerate at the root, the inside tests say nothing; a direction
-  // may.
+  // Where the primitives are parallel or degenerate at the root, inside tests are inconclusive; try
+  // directions.
   bool apart() const {
     const Vec3 direction = normalised(closest_direction(query_, window.begin + 0.5 * window.width()));
     Window left = window;
@@ -84,7 +84,7 @@ class CertainAnswer {
   const Query& query_;
   Cubic cubic_;
   PowerCubic powers_;
-  bool near_a_root_ = false;  // an unknown answer is not for want of knowing where the roots are
+  bool near_a_root_ = false;  // the roots are located, but an inside test at one is inconclusive
 };
 
 using MaybeVerdict = std::optional<Verdict>;
@@ -108,11 +108,11 @@ MaybeVerdict only_root(const DifferencePolygon<Width>& polygon, const Window& wi
   return Verdict::at(root->floor, ContactStatus::kHit);
 }
 
-// The origin stays in the polygon's plane. It is in the polygon from the start (which has been excluded), or
-// from a time on when it comes to lie on a side: before the first such time it is outside, and if it were
-// strictly inside then, it would have been so before. A side i holds it when C_i = 0 and P_i . P_i+1 <= 0:
-// the first time is a root of any component of C_i that is not zero for good, or, when C_i is, of P_i .
-// P_i+1, positive at first.
+// The origin stays in the polygon's plane. It is in the polygon from the start (excluded before), or from the
+// time at which it first lies on a side: before that time it is outside, and if it were strictly inside at
+// that time, it would have been so before. Side i contains it when C_i = 0 and P_i . P_i+1 <= 0: the first
+// time is a root of any component of C_i that is not identically zero, or, if C_i is, of P_i . P_i+1,
+// positive at first.
 template <class Width>
 MaybeVerdict coplanar(const DifferencePolygon<Width>& polygon) {
   double toi = 2;
@@ -136,7 +136,7 @@ MaybeVerdict coplanar(const DifferencePolygon<Width>& polygon) {
   return toi <= 1 ? Verdict::at(toi, ContactStatus::kHit) : Verdict{};
 }
 
-// The whole question in integers.
+// The whole test in integers.
 template <class Width>
 MaybeVerdict decide(const DifferencePolygon<Width>& polygon) {
   auto f = polygon.volume();
@@ -162,7 +162,7 @@ MaybeVerdict in_integers(const FeatureVertices& features, const CoordinateBits& 
   return certain != nullptr ? only_root(polygon, certain->window, certain->sign_before) : decide(polygon);
 }
 
-// `certain`: an answer kYes; null if nothing is known.
+// `certain`: an answer kYes; null if double arithmetic decided nothing.
 Verdict in_integers(const FeatureVertices& features, const CertainAnswer* certain,
                     std::uint64_t& exact_tests) {
   const CoordinateBits bits(features);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// An elementary query in integers: the polygon of differences between its primitives, and when the origin is
-// in it. Over Fixed and over Big. Used by one thread at a time.
+// An elementary query in integers: the polygon of differences between its primitives, and when it contains
+// the origin. Over Fixed and over Big. Not thread-safe: one thread at a time.
 //
 // A vertex p meets a face (a, b, c) when the origin is in the triangle P = (a-p, b-p, c-p); an edge (a, b)
 // meets an edge (c, d) when it is in their Minkowski difference, the parallelogram P = (c-a, d-a, d-b, c-b).
-// With C_i = P_i x P_i+1 and N their sum (twice the area's normal, or four times), at a time when the origin
+// With C_i = P_i x P_i+1 and N their sum (two or four times the area's normal), at a time when the origin
 // lies in the polygon's plane:
-//   N != 0: it is inside when no C_i points against N, which any axis k with N_k != 0 tells: the projection
-//   along
-//           k maps the plane one to one;
+//   N != 0: it is inside when no C_i points against N. Any axis k with N_k != 0 decides this, since the
+//   projection
+//           along k maps the plane one to one;
 //   N == 0: all P_i are on a line, and the closed walk P_0, P_1, ... covers their hull: the origin is in it
-//   when
-//           it is on one of the sides, C_i = 0 and P_i . P_i+1 <= 0.
+//   when it
+//           is on one of the sides, C_i = 0 and P_i . P_i+1 <= 0.
 // Scaling an axis changes neither answer, so each axis has its own power of two.
 #pragma once
 
@@ -39,7 +39,7 @@ struct CoordinateBits {
 ///   C_i, P_i . P_i+1: coefficients below 2^(2k+1), 2^(2k+3), 2^(2k+3) and 3 2^2k, 3 2^(2k+2), 3 2^(2k+2);
 ///   N: four times as much, so all within 2^(2k+5) = 2^(128 W - 1);
 ///   f: below 3 2^(3k+1), 36 2^3k, 72 2^3k, 48 2^3k, within 2^(3k+6.2) = 2^(192 W - 2.8).
-/// So they fit 2 W and 3 W limbs, with what evaluate() and discriminant_sign() ask for to spare.
+/// So they fit in 2 W and 3 W limbs, which also satisfies evaluate() and discriminant_sign().
 template <int kWords>
 struct FixedWidth {
   using Linear = Fixed<kWords>;
@@ -112,7 +112,7 @@ class DifferencePolygon {
     return sum;
   }
 
-  /// det(P_0, P_1, P_2): zero where the origin is in the polygon's plane, or the polygon has none.
+  /// det(P_0, P_1, P_2): zero where the origin is in the polygon's plane, or the polygon has no plane.
   Cubic volume() const {
     using Value = typename Width::Cubic;
     Cubic f{Value(0), Value(0), Value(0), Value(0)};
@@ -174,7 +174,7 @@ class DifferencePolygon {
     auto mantissa = static_cast<std::int64_t>(bits & ((std::uint64_t{1} << 52) - 1));
     if (exponent != 0) mantissa |= std::int64_t{1} << 52;
     if (mantissa == 0) return Linear(0);
-    // mantissa * 2^(max(exponent, 1) - 1075), in units of 2^lowest: shifted down, it loses zeros only.
+    // mantissa * 2^(max(exponent, 1) - 1075), in units of 2^lowest: the right shift drops only zeros.
     const int shift = std::max(exponent, 1) - 1075 - lowest;
     if (shift < 0) mantissa >>= -shift;
     const Linear whole(x < 0 ? -mantissa : mantissa);

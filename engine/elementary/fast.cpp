@@ -10,7 +10,7 @@
 namespace warmfront {
 namespace {
 
-// Sides as good as parallel have no plane to be inside in, and count as apart.
+// Nearly parallel sides span no plane to be inside of, and count as apart.
 bool spans(const Vec3& n, const Vec3& p, const Vec3& q) {
   return dot(n, n) > 0x1p-70 * dot(p, p) * dot(q, q);
 }
@@ -32,8 +32,8 @@ bool inside_at(const Query& query, double t) {
   return spans(n, a, h) && along_e >= 0 && along_e <= nn && along_h >= 0 && along_h <= nn;
 }
 
-// A root at which the points seem to be inside, as a contact; but not where bounds, or distances, are certain
-// that there is none: culls leave such pairs out, some in one frame and not in another.
+// A root at which the points seem to be inside, as a contact; unless bounds or distances certainly exclude
+// it: culls drop such pairs in some frames and not in others.
 Verdict contact_at(const Query& query, double root, double latest) {
   Window window;
   if (!trim_by_kdop(query, window)) return {};

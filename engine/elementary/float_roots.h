@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The roots of a cubic in plain floating point: proposals, exact only by chance. Pure functions.
+// The roots of a cubic in plain floating point, approximate: proposals for exact tests. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ struct PowerCubic {
   double slope(double t) const { return c1 + t * (2 * c2 + t * (3 * c3)); }
 };
 
-/// The root of f in [begin, end], at whose ends f has different signs (or is zero): Newton's steps where they
-// stay within the bracket, halving where they do not.
+/// The root of f in [begin, end], at whose ends f has different signs (or is zero): Newton steps while they
+/// stay within the bracket, else bisection.
 inline double root_between(const PowerCubic& f, double begin, double end, double at_begin) {
   double t = 0.5 * (begin + end);
   for (int i = 0; i < 60; ++i) {
@@ -40,7 +40,7 @@ inline double root_between(const PowerCubic& f, double begin, double end, double
   return t;
 }
 
-/// The times at which f turns, ascending within (0, 1), with 0 before and 1 after them.
+/// The critical points of f in (0, 1), ascending, with 0 before and 1 after them.
 struct Turns {
   std::array<double, 4> time{0, 1};
   int count = 2;

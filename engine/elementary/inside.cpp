@@ -40,7 +40,7 @@ double largest(const MovingVec3& v) {
   return std::max(max_abs(v.t0), max_abs(v.t1));
 }
 
-// Folds one condition "quartic >= 0" into the verdict.
+// Combines one condition "quartic >= 0" with the answer so far.
 Inside require(Inside so_far, const Quartic& quartic, double error) {
   if (so_far == Inside::kNo) return so_far;
   const auto [lo, hi] = std::minmax_element(quartic.begin(), quartic.end());

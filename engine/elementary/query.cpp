@@ -46,8 +46,8 @@ WARMFRONT_INLINE Query differences(const FeatureVertices& features, double presc
   return query;
 }
 
-// 2^exponent as two factors, each within double's range. std::ldexp is a call; for a normal power the bits
-// will do.
+// 2^exponent as two factors, each within double's range. Built from bits for a normal power, since std::ldexp
+// is a call.
 struct PowerOfTwo {
   double a;
   double b;
@@ -69,7 +69,7 @@ int exponent_of(double x) {
   return exponent;
 }
 
-// The times at which all gaps, linear between p0 and p1, are above the threshold.
+// The times at which all gaps, linear between p0 and p1, exceed the threshold.
 SeparatedTimes times_above(std::span<const double> p0, std::span<const double> p1, double threshold) {
   SeparatedTimes separated{true, {0, 1}};
   for (std::size_t k = 0; k < p0.size(); ++k) {
@@ -112,7 +112,7 @@ Query Query::prepare(const FeatureVertices& features, double min_separation) {
         std::max(query.relative_motion, 1.75 * max_abs(query.gaps[k].t1 - query.gaps[k].t0));
   }
   query.size = scale(query.size);
-  // Beyond 2^100 sizes a separation always holds; the clamp keeps products finite.
+  // A separation above 2^100 sizes is never exceeded; the clamp keeps products finite.
   query.separation = min_separation > 0
                          ? std::min(scale(min_separation * prescale) * (1 + 0x1p-50) + 0x1p-1022, 0x1p100)
                          : 0;
@@ -143,8 +143,8 @@ bool trim(Window& window, const SeparatedTimes& separated) {
 
 namespace {
 
-// The gaps projected on the nine axes, three vectors of three and a lane of padding that never separates:
-// (x, y, z), (x+y, y+z, z+x), (x-y, y-z, z-x); and their extremes over the gaps.
+// The gaps projected on the nine axes, three vectors of three and a padding lane that never separates: (x, y,
+// z), (x+y, y+z, z+x), (x-y, y-z, z-x); and their extremes over the gaps.
 struct Projections {
   Double4 gap[4][3];
   Double4 lowest[3];
@@ -169,8 +169,8 @@ WARMFRONT_INLINE void project(const Query& query, Vec3 MovingVec3::*end, Project
   }
 }
 
-// Bit 4 g + i: lane i of group g has a positive sense that separates one end or the other; 16 bits up, a
-// negative sense.
+// Bit 4 g + i: lane i of group g separates one end or the other in its positive sense; bit 16 + 4 g + i: in
+// its negative sense.
 WARMFRONT_TARGET_CLONES
 std::uint32_t separating_senses(const Query& query, double straight, double diagonal, Projections& p0,
                                 Projections& p1) {

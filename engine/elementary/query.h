@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One elementary query, brought into local, scaled coordinates, and the question when a direction separates
-// it. Pure values and functions.
+// One elementary query in local, scaled coordinates, and the times at which a direction separates it. Pure
+// values and functions.
 #pragma once
 
 #include <array>
@@ -32,22 +32,21 @@ struct Query {
   ContactKind kind;
   /// Vertices 1, 2, 3 relative to vertex 0.
   std::array<MovingVec3, 3> from0;
-  /// From a vertex of the first primitive to a vertex of the second: 3 (vertex-face) or 4 (edge-edge) of
-  /// them.
+  /// From a vertex of the first primitive to a vertex of the second: 3 (vertex-face) or 4 (edge-edge).
   std::array<MovingVec3, 4> gaps;
   int gap_count;
   /// Largest coordinate of the gaps, in [0.5, 1); 0 when all gaps vanish.
   double size;
-  /// Bound on how far any point of one primitive moves relative to any point of the other over the whole
-  /// step.
+  /// Bound on the motion, over the whole step, of any point of one primitive relative to any point of the
+  /// other.
   double relative_motion;
-  /// Minimum separation, scaled, rounded up; 0 when none is asked for.
+  /// Minimum separation, scaled and rounded up; 0 for none.
   double separation;
 
   static Query prepare(const FeatureVertices& features, double min_separation);
 };
 
-/// Every separated time found by one direction.
+/// All times at which one direction separates.
 struct SeparatedTimes {
   bool any = false;
   Window times;  ///< meaningful only if any
@@ -57,16 +56,15 @@ struct SeparatedTimes {
 /// separation. Each projected gap is linear in t, so these times form one interval (reference/algorithms 3.5
 /// and 3.6 T0: directional advancement).
 ///
-/// Error bound, in units of size 1: a dot product of three terms has at most 4 roundings on values whose
-/// input carries one more, 5 u * 3 |w|; interpolation and the quotient that solves for the crossing are done
-/// on what is left after the slack 48 u |w| is taken off, and the interval is then shrunk by 2^-50 at each
-/// end it does not share with [0, 1].
+/// Error bound, in units of size 1: a dot product of three terms has at most 4 roundings on values with one
+/// input rounding, 5 u * 3 |w|; interpolation and the quotient for the crossing act on the value less the
+/// slack 48 u |w|, and each end of the interval not shared with [0, 1] is then moved inward by 2^-50.
 SeparatedTimes separated_times(const Query& query, const Vec3& direction);
 
-/// Takes from `window` what separated times cover at its ends. Returns false when nothing is left.
+/// Trims the separated times off the ends of `window`. Returns false when nothing is left.
 bool trim(Window& window, const SeparatedTimes& separated);
 
-/// The moving 18-DOP stage: the nine axes in both senses. Returns false when nothing is left of the window.
+/// The moving 18-DOP stage: trims by the nine axes in both senses. Returns false when nothing is left.
 bool trim_by_kdop(const Query& query, Window& window);
 
 /// From the closest point of the first primitive to that of the second at time t (approximate: any direction

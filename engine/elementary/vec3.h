@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small vector algebra of bounds and elementary tests, one IEEE rounding an operation and in a stated
-// order, because the error bounds count them. (Eigen would be free to reassociate its reductions.) Pure
-// functions.
+// Small vector algebra for bounds and elementary tests: one IEEE rounding per operation, in a stated order,
+// because the error bounds count roundings. (Eigen may reassociate its reductions.) Pure functions.
 #pragma once
 
 #include <algorithm>

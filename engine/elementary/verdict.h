@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an elementary test answers, whatever its tier. A plain value.
+// The answer of an elementary test of any tier. A plain value.
 #pragma once
 
 #include "engine/contact.h"
@@ -11,7 +11,7 @@ struct Verdict {
   ContactStatus status = ContactStatus::kHit;  ///< meaningful only if contact
   double toi = 0;                              ///< likewise
 
-  /// A contact from `toi` on; at 0 it is an overlap at start, whatever proved it.
+  /// A contact from `toi` on; kOverlapAtStart if `toi` is 0, whatever `status` is.
   static Verdict at(double toi, ContactStatus status) {
     return {true, toi == 0 ? ContactStatus::kOverlapAtStart : status, toi};
   }

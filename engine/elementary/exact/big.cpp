@@ -9,7 +9,7 @@
 namespace warmfront {
 namespace {
 
-// GMP multiplies longer operands by ways that may take temporary room from the heap.
+// For longer operands GMP may use multiplication algorithms that allocate temporary space on the heap.
 constexpr std::size_t kLongest = 1024;
 
 mp_size_t size_of(const std::vector<mp_limb_t>& limbs) {
@@ -141,7 +141,7 @@ int Big::bits() const {
 
 double Big::scaled(int shift) const {
   if (limbs_.empty()) return 0;
-  // The highest 64 bits, cut to the 53 that a double holds.
+  // The highest 64 bits, truncated to the 53 of a double.
   const int zeros = std::countl_zero(limbs_.back());
   mp_limb_t top = limbs_.back() << zeros;
   if (zeros > 0 && limbs_.size() > 1) top |= limbs_[limbs_.size() - 2] >> (64 - zeros);
@@ -150,7 +150,7 @@ double Big::scaled(int shift) const {
 }
 
 double Big::floor_scaled(int shift) const {
-  // Cut to a multiple of 2^-1074 and to 53 bits, so that scaling is exact.
+  // Truncated to a multiple of 2^-1074 and to 53 bits, so that scaling is exact.
   if (shift > 1074) return (*this >> (shift - 1074)).floor_scaled(1074);
   return scaled(shift);
 }

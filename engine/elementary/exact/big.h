@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integers of any size: GMP's arithmetic on limbs of our own, behind the same face as Fixed. A value as
-// thread-safe as a vector; it allocates, and throws std::bad_alloc, as one.
+// Integers of any size: GMP's arithmetic on our own limbs, with the interface of Fixed. As thread-safe as a
+// vector; allocates and throws std::bad_alloc like one.
 #pragma once
 
 #include <gmp.h>
@@ -12,10 +12,10 @@ namespace warmfront {
 
 struct BigDyadic;
 
-/// GMP's integers (mpz_t) end the process when memory ends, and nothing may be thrown through their C. So
-/// only its functions on limbs are used (mpn_*): these are given room for what they compute, and take
-/// temporary room on the stack for operands of up to some thousand limbs. The longest numbers here, of
-/// coordinates that use all of double's range, have some two thousand.
+/// GMP's integers (mpz_t) abort the process when memory runs out, and exceptions must not pass through C. So
+/// only its functions on limbs (mpn_*) are used: they write to space that we provide, and use the stack for
+/// temporaries of operands up to about a thousand limbs. The longest numbers here, from coordinates over all
+/// of double's range, have about two thousand.
 class Big {
  public:
   using Dyadic = BigDyadic;
@@ -47,9 +47,9 @@ class Big {
 
   /// Of the magnitude; 0 for 0.
   int bits() const;
-  /// About value / 2^shift; what leaves double's range is infinite or 0.
+  /// About value / 2^shift; infinity or 0 outside double's range.
   double scaled(int shift) const;
-  /// The largest double not above value / 2^shift, of a value >= 0 where that is at most 1.
+  /// The largest double not above value / 2^shift, which must be in [0, 1].
   double floor_scaled(int shift) const;
 
  private:
@@ -62,11 +62,11 @@ class Big {
   static Big shifted_down(const Big& a, int bits);
   static Big quotient(const Big& a, const Big& b);
   static Big root(const Big& a);
-  /// The magnitude with leading zeros taken off.
+  /// Takes the magnitude's leading zeros off.
   static Big of(Limbs limbs, bool negative);
   void add_one_to_magnitude();
 
-  Limbs limbs_;  // of the magnitude, the least first; the last one is not 0
+  Limbs limbs_;  // of the magnitude, least significant first; the last one is not 0
   bool negative_ = false;
 };
 

@@ -68,7 +68,7 @@ auto evaluate_in(const Polynomial<Int, kDegree>& p, const typename Int::Dyadic& 
 ///
 /// Over Fixed<N>: needs |c[0]| + ... + |c[kDegree]| < 2^(64 N + 1), t in [0, 1] and shift <= kMaxShift. With
 /// W words a degree and shifts up to 63 W - 1 every intermediate value is below 2^(64 N + 1 + (63 W - 1)
-/// kDegree), which is at most 2^(64 (N + W kDegree) - 1) for W = 2; for W = 1 the shift is held to 62.
+/// kDegree), at most 2^(64 (N + W kDegree) - 1) for W = 2; for W = 1 the shift is at most 62.
 template <class Int, int kDegree>
 auto evaluate(const Polynomial<Int, kDegree>& p, const typename Int::Dyadic& t) {
   if constexpr (!Int::kUnbounded) {
@@ -81,8 +81,8 @@ auto evaluate(const Polynomial<Int, kDegree>& p, const typename Int::Dyadic& t) 
 
 inline constexpr int kUnknownSign = 2;
 
-/// The sign that the quadratic has all over [t, next double after t], or kUnknownSign where its Bernstein
-/// coefficients there are not all of one sign. Needs ulp_shift(t) <= kMaxShift and what evaluate() needs.
+/// The sign of the quadratic on all of [t, next double after t], or kUnknownSign where its Bernstein
+/// coefficients there differ in sign. Needs ulp_shift(t) <= kMaxShift and the conditions of evaluate().
 template <class Int>
 int sign_over_ulp(const Polynomial<Int, 2>& p, double t) {
   const auto [mantissa, shift] = parts_of(t);

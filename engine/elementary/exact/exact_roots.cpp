@@ -42,7 +42,7 @@ int sign_of(const Coefficients& p, const BigDyadic& t) {
 }
 
 // The Cauchy index of f' g / f over (begin, end) by Sturm: variations lost along the signed remainder
-// sequence of f and f' g. Adding a multiple of f to the numerator leaves the index, so f' g is reduced first.
+// sequence of f and f' g. Adding a multiple of f to the numerator keeps the index, so f' g is reduced first.
 int query(const Coefficients& f, const Coefficients& g, const BigDyadic& begin, const BigDyadic& end) {
   Coefficients numerator(f.size() + g.size() - 2, Big(0));
   for (std::size_t i = 1; i < f.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real roots in (0, 1] of a polynomial of degree 3 or less with integer coefficients: each isolated, and
+// The real roots in (0, 1] of a polynomial of degree at most 3 with integer coefficients: isolated, and each
 // found as the largest double not above it. Over Fixed without allocation, where a rare root may stay
 // unknown; over Big always. Pure functions.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace warmfront {
 
-/// kUnknown comes from Fixed only: the question is then asked again over Big.
+/// kUnknown comes from Fixed only: the caller then repeats the test over Big.
 enum class Answer { kNo, kYes, kUnknown };
 
 /// A root of f, the only one in (begin, end], and none at begin; f is not zero at `end` unless the root is.
@@ -36,7 +36,7 @@ inline double floor_of(const BigDyadic& t) {
   return t.numerator.floor_scaled(t.shift);
 }
 
-/// The coefficients, divided by a power of two so that the largest is in [1/2, 1), rounded.
+/// The coefficients in double, divided by a power of two so that the largest is in [1/2, 1).
 template <int kDegree>
 struct Approximation {
   std::array<double, kDegree + 1> c;
@@ -57,7 +57,7 @@ struct Approximation {
     for (int i = kDegree - 1; i > 0; --i) value = value * t + i * c[i];
     return value;
   }
-  /// A root of the approximation between `begin` and `end`, where it has the sign `sign` before the root.
+  /// A root of the approximation between `begin` and `end`; before it the sign is `sign`.
   double root(double begin, double end, int sign) const {
     double t = 0.5 * (begin + end);
     for (int i = 0; i < 100; ++i) {
@@ -108,7 +108,7 @@ int variations_at_zero(const Polynomial<Int, kDegree>& f) {
 }
 
 /// By sums of coefficients: the Taylor coefficients at 1, by Horner's scheme. Over Fixed these fit
-/// (FixedWidth), and what a sum on the way there carries beyond the highest limb comes back.
+/// (FixedWidth); intermediate overflow beyond the highest limb cancels.
 template <class Int, int kDegree>
 int variations_at_one(Polynomial<Int, kDegree> f) {
   std::array<int, kDegree + 1> sign;
@@ -139,15 +139,15 @@ int discriminant_sign(const Polynomial<Int, 2>& f) {
   return (b * b - a * c * std::uint64_t{4}).sign();
 }
 
-/// Points in (0, 1) near f's critical points, ascending, at which f is not zero: all of them at a `precision`
-/// of so many bits after the point, or fewer.
+/// Points in (0, 1) near f's critical points, ascending, at which f is not zero: all of them with `precision`
+/// bits after the point, or fewer.
 template <class Int, int kDegree>
 struct SplitPoints {
   std::array<typename Int::Dyadic, 2> at;
   int count = 0;
 };
 
-/// Over Fixed: doubles, whatever the precision.
+/// Over Fixed: doubles, `precision` is ignored.
 template <int kLimbs, int kDegree>
 SplitPoints<Fixed<kLimbs>, kDegree> split_points(const Polynomial<Fixed<kLimbs>, kDegree>& f,
                                                  int /*precision*/) {
@@ -170,8 +170,8 @@ SplitPoints<Fixed<kLimbs>, kDegree> split_points(const Polynomial<Fixed<kLimbs>,
 SplitPoints<Big, 3> split_points(const Polynomial<Big, 3>& f, int precision);
 SplitPoints<Big, 2> split_points(const Polynomial<Big, 2>& f, int precision);
 
-/// Polynomials with one root each, ascending, which are f's roots, for an f with a multiple root: rational
-/// ones then.
+/// For an f with a multiple root, whose roots are rational: polynomials with one root each, ascending, with
+/// the roots of f.
 struct LinearFactors {
   std::array<std::array<Big, 2>, 2> c;  ///< c[0] + c[1] t
   int count = 0;
@@ -179,19 +179,13 @@ struct LinearFactors {
 LinearFactors linear_factors(const Polynomial<Big, 3>& f);
 LinearFactors linear_factors(const Polynomial<Big, 2>& f);
 
-/// Tarski's query: the sum, over f's roots in (root.begin, root.end), of the sign of g there; there is one
-/// root.
+/// Tarski's query: the sum of the signs of g at f's roots in (root.begin, root.end), of which there is one.
 int tarski_query(const Polynomial<Big, 3>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 int tarski_query(const Polynomial<Big, 2>& f, const Polynomial<Big, 2>& g, const Root<Big>& root);
 
-/// The largest double not above f's root near t, from f(t) and f'(t), where that is certain. For an f with
-/// coefficients of at most 1: `value` with a relative error below 2^-49, and an absolute one of `value_error`
-/// besides, `slope` from coefficients within 2^-52.
-///
-/// The slope is within 6 (2^-52 + 4 u) < 2^-48 of f'(t), and f' changes by at most 2 + 6 = 8 a unit of time.
-/// With reach = |step| + value_error / |slope|: up to 2 reach away from t it is within e = (2^-48 + 16 reach)
-/// / |slope|, relatively. For e < 2^-10 there is a root there, the only one, and by the mean value theorem it
-/// is t - step up to reach (1.01 e + 2^-48) + 1.01 value_error / |slope|.
+/// The largest double not above f's root near t, from f(t) and f'(t), if certain. For an f with coefficients
+/// of at most 1: `value` with a relative error below 2^-49 and an absolute error of `value_error`, `slope`
+/// from coefficients within 2^-52. Error bound: README.md.
 inline std::optional<double> floor_by_newton(double t, double value, double slope, double value_error = 0) {
   const double step = value / slope;
   const double blur = value_error / std::fabs(slope);
@@ -205,11 +199,11 @@ inline std::optional<double> floor_by_newton(double t, double value, double slop
   return above > 0 ? nearest : std::bit_cast<double>(std::bit_cast<std::uint64_t>(nearest) - 1);
 }
 
-/// floor_by_newton() at t, with f(t) in fixed point of 128 bits: the coefficients times a power of two, so
-/// that all are below 2^124, and Horner's rule rounded down to integers. Each of the three products errs by
-/// less than 1 and t <= 1 lets no error grow: f(t) is within 3 units, below 2^-122 of the largest coefficient
-/// allowed. None for t below 2^-10, whose bits reach below 2^-62, for a t that is not in (0, 1], and for
-/// coefficients that fill the 128 bits.
+/// floor_by_newton() at t, with f(t) in fixed point of 128 bits: the coefficients scaled by a power of two to
+/// below 2^124, and Horner's rule rounded down to integers. Each of the three products errs by less than 1
+/// and t <= 1 amplifies no error: f(t) is within 3 units, below 2^-122 of the largest allowed coefficient.
+/// None for t below 2^-10, whose bits reach below 2^-62, for t outside (0, 1], and for coefficients that fill
+/// the 128 bits.
 inline std::optional<double> floor_in_fixed_point(const Polynomial<Fixed<2>, 3>& f, double t) {
   if (!(t >= 0x1p-10 && t <= 1)) return {};
   const auto numerator = static_cast<std::uint64_t>(t * 0x1p62);
@@ -237,9 +231,8 @@ inline std::optional<double> floor_in_fixed_point(const Polynomial<Fixed<2>, 3>&
 }
 
 /// The largest double not above the only root in (begin, end], by exact signs at doubles: at the guess (or
-/// where floating point finds the root), where Newton's steps lead from there, and then in steps that double
-/// and in the end halve what is left: some 3 signs as a rule, at most 140. None where Fixed has no room for a
-/// double.
+/// the floating-point root), at the Newton iterates, and then in doubling and finally halving steps:
+/// typically 3 signs, at most 140. None where Fixed is too narrow for a double.
 template <class Int, int kDegree>
 std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typename Int::Dyadic& begin,
                                 const typename Int::Dyadic& end, int sign_before, const double* guess) {
@@ -250,7 +243,7 @@ std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typenam
   const double end_floor = floor_of(end);
   auto low = std::bit_cast<std::uint64_t>(begin_floor);
   auto high = std::bit_cast<std::uint64_t>(end_floor) + 1;
-  // The least double whose lowest bit is within the room that Fixed has.
+  // The least double whose lowest bit Fixed can hold.
   constexpr std::uint64_t kLeast = Int::kUnbounded ? 0 : std::bit_cast<std::uint64_t>(0x1p-73);
   const Approximation<kDegree> approximation(f);
 
@@ -299,11 +292,11 @@ std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typenam
 }  // namespace roots
 
 /// Calls visit(f, root) for the roots of f in (0, 1], ascending, with f or a factor of it that has the root
-/// as its only one there, until an answer is not kNo; gives that answer. f is not zero everywhere.
+/// as its only one there, until an answer is not kNo; returns that answer. f is not identically zero.
 template <class Int, int kDegree, class Visit>
 Answer visit_roots(Polynomial<Int, kDegree> f, Visit&& visit) {
   using Dyadic = typename Int::Dyadic;
-  // Roots at 0 are of no interest: divided out.
+  // Divide out roots at 0.
   while (f.c[0].sign() == 0) {
     for (int i = 0; i < kDegree; ++i) f.c[i] = f.c[i + 1];
     f.c[kDegree] = Int(0);
@@ -334,13 +327,13 @@ Answer visit_roots(Polynomial<Int, kDegree> f, Visit&& visit) {
       }
       return Answer::kUnknown;
     }
-    // Two roots of a cubic, or of a quadratic, are complex: Budan and Fourier's count is right but for them.
+    // Two roots of a cubic, or of a quadratic, are complex: Budan and Fourier's count includes them.
     if (discriminant < 0) count %= 2;
     if (count == 0) return Answer::kNo;
   }
   if (count == 1) return visit_only(zero, one, f.c[0].sign());
 
-  // All roots are real and simple, and f's critical points keep them apart: near enough to those, it shows.
+  // All roots are real and simple, and f's critical points separate them: a sufficient precision shows it.
   for (int precision = 64;; precision *= 2) {
     const auto points = roots::split_points(f, precision);
     std::array<int, 4> count_at{at_begin, at_end};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Integers of a fixed number of 64-bit limbs on the stack: exact arithmetic without allocation, for
-// elementary tests whose coordinates span few enough bits. Values and pure functions; widths grow by type
-// where products do, and whoever adds owes a bound that shows the sum fits.
+// elementary tests whose coordinates span few enough bits. Values and pure functions. Products widen the
+// type; for sums, the caller must prove that the result fits.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ template <int kLimbs>
 class Fixed {
  public:
   using Dyadic = SmallDyadic;
-  /// The largest shift of a Dyadic that evaluate() has room for.
+  /// The largest shift of a Dyadic that fits evaluate().
   static constexpr int kMaxShift = 125;
   static constexpr bool kUnbounded = false;
   static constexpr int kWidth = kLimbs;
@@ -48,7 +48,7 @@ class Fixed {
     return wide;
   }
 
-  /// As wide as evaluate() at degree kDegree needs, for shifts up to 63 kWords - 1: so many limbs a degree.
+  /// Wide enough for evaluate() at degree kDegree, for shifts up to 63 kWords - 1: kWords limbs per degree.
   template <int kDegree, int kWords = 2>
   auto room() const {
     return widened<kLimbs + kWords * kDegree>();
@@ -78,7 +78,7 @@ class Fixed {
   }
   Fixed operator-() const { return Fixed(0) - *this; }
 
-  /// As many limbs as both have together: always exact.
+  /// The sum of both widths: always exact.
   template <int kOther>
   Fixed<kLimbs + kOther> operator*(const Fixed<kOther>& b) const {
     if constexpr (kLimbs == 1 && kOther == 1) {
@@ -95,13 +95,13 @@ class Fixed {
       }
       product.limb_[i + kOther] = carry;
     }
-    // A negative factor was taken for itself + 2^(64 limbs).
+    // A negative factor was read as itself + 2^(64 limbs).
     product.subtract_at(kLimbs, b, extension());
     product.subtract_at(kOther, *this, b.extension());
     return product;
   }
 
-  /// a * b, which the caller knows to fit.
+  /// a * b, which the caller has proved to fit.
   template <int kA, int kB>
   static Fixed product(const Fixed<kA>& a, const Fixed<kB>& b) {
     if constexpr (kLimbs == 2) {
@@ -111,7 +111,7 @@ class Fixed {
     }
   }
 
-  /// Products that the caller knows to fit.
+  /// Products that the caller has proved to fit.
   friend Fixed operator*(const Fixed& a, std::uint64_t b) {
     Fixed product;
     std::uint64_t carry = 0;
@@ -133,7 +133,7 @@ class Fixed {
     return shifted;
   }
 
-  /// The value, and its magnitude, where the language has integers of this width.
+  /// The value and its magnitude as built-in integers, where this width has one.
   __extension__ using Whole = unsigned __int128;
   __extension__ using SignedWhole = __int128;
   SignedWhole value() const {
@@ -151,8 +151,8 @@ class Fixed {
     return 0;
   }
 
-  /// About value / 2^shift, relative 2^-52, where that is within double's normal range; what lies more than
-  /// 2^1000 below is 0.
+  /// About value / 2^shift, relative 2^-52, within double's normal range; limbs that contribute less than
+  /// 2^-1000 are dropped.
   double scaled(int shift) const {
     const Fixed magnitude = negative() ? -*this : *this;
     double sum = 0;
