@@ -20,7 +20,7 @@ WARMFRONT_INLINE EightAxes eight_axes(const KDop18& k, int begin) {
   return {load<Float8>(&k.lane[begin]), load<Float8>(&k.lane[begin + 9])};
 }
 
-// Those of a vertex, as slab_ends().
+// The axes of a vertex, as slab_ends().
 WARMFRONT_INLINE EightAxes eight_axes(const PointBounds& point, std::size_t t) {
   constexpr Float8 kSign{0, 0, 0, 1, -1, 1, -1, 1};
   constexpr float kDiagonal = PointBounds::kDiagonal;
@@ -36,13 +36,13 @@ WARMFRONT_INLINE EightAxes merged(const EightAxes& a, const EightAxes& b) {
   return {lesser(a.lower, b.lower), lesser(a.upper, b.upper)};
 }
 
-// From a gap at t = 0 and at t = 1, positive where it stays open throughout the step.
+// From a gap at t = 0 and at t = 1: positive if it stays open throughout the step.
 struct Throughout {
   WARMFRONT_INLINE Float8 operator()(Float8 at0, Float8 at1) const { return lesser(at0, at1); }
 };
 
-// The same up to a time below 1. A gap between bounds is no smaller in between than interpolated, because the
-// vertices' gaps are linear; four roundings of values up to |at0| + |at1| are far below 2^-20 of that.
+// The same up to a time below 1. A gap between bounds is at least the interpolated one, because the vertices'
+// gaps are linear; four roundings of values up to |at0| + |at1| are far below 2^-20 of that.
 struct Until {
   float time;
   WARMFRONT_INLINE Float8 operator()(Float8 at0, Float8 at1) const {
@@ -51,7 +51,7 @@ struct Until {
   }
 };
 
-// Positive in the lanes of axes that keep a and b apart, on one side.
+// Positive in the lanes of axes that separate a and b, on one side.
 template <class When>
 WARMFRONT_INLINE Float8 gap(When open, const EightAxes& a0, const EightAxes& a1, const EightAxes& b0,
                             const EightAxes& b1) {

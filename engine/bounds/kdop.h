@@ -10,14 +10,15 @@
 
 namespace warmfront {
 
-/// The bounds of things that move linearly from t = 0 to t = 1: slabs along `Axes` directions at either end
-/// of the step. Two are apart when one axis has all of one beyond all of the other, on the same side at both
-/// ends: every gap between two vertices is linear in time, so it stays open in between. What moves along does
-/// not matter, which a volume swept from t = 0 to t = 1 cannot say: those are apart only where these are.
+/// The bounds of points that move linearly from t = 0 to t = 1: slabs along `Axes` directions at both ends of
+/// the step. Two bounds are apart when one axis has all of one beyond all of the other, on the same side at
+/// both ends: every gap between two vertices is linear in time, so it stays open in between. Common motion
+/// does not matter, unlike for a volume swept from t = 0 to t = 1: such volumes are apart only where these
+/// are.
 ///
-/// In float32. Lower ends are held as they are and upper ends negated, so that one `min` merges all lanes and
-/// one sum compares a lower end with an upper end. Every value was rounded outward. Lanes are never +infinity
-/// (that would be an empty slab), so no sum of two of them is NaN.
+/// In float32. Upper ends are stored negated, so that one `min` merges all lanes and one sum compares a lower
+/// end with an upper end. Every value is rounded outward. Lanes are never +infinity (an empty slab), so no
+/// sum of two of them is NaN.
 template <int Axes>
 struct Slabs {
   static constexpr int kAxes = Axes;
@@ -25,7 +26,7 @@ struct Slabs {
   /// Lower ends of axes 0.., then negated upper ends of axes 0.., at t = 0; then the same at t = 1.
   std::array<float, 4 * Axes> lane;
 
-  /// The identity of merge(): holds nothing.
+  /// The identity of merge(): empty.
   [[gnu::always_inline]] static Slabs empty() {
     Slabs slabs;
     slabs.lane.fill(std::numeric_limits<float>::max());
@@ -36,14 +37,14 @@ struct Slabs {
     for (std::size_t k = 0; k < lane.size(); ++k) lane[k] = lane[k] < other.lane[k] ? lane[k] : other.lane[k];
   }
 
-  /// A step later: where things were at t = 1, they are at t = 0.
+  /// Starts the next step: t = 1 becomes t = 0.
   [[gnu::always_inline]] void shift() { std::copy_n(lane.data() + kEnd, kEnd, lane.data()); }
 
   /// The sum of the three widths.
   double extent() const {
     return double{upper(0) - lower(0)} + double{upper(1) - lower(1)} + double{upper(2) - lower(2)};
   }
-  /// Of the whole step.
+  /// Lower end over the whole step.
   float lower(int axis) const { return std::min(lane[axis], lane[axis + kEnd]); }
   float upper(int axis) const { return -std::min(lane[axis + Axes], lane[axis + Axes + kEnd]); }
 };

@@ -15,7 +15,7 @@ namespace {
 constexpr double kSqrt2Up = 1.4142135623730952;  // >= sqrt(2)
 constexpr double kFloatMax = std::numeric_limits<float>::max();
 
-// A float <= value. The cast rounds to nearest, so 2^-23 of the value and a denormal are taken off first.
+// A float <= value. The cast rounds to nearest, so subtract 2^-23 of the value and a denormal first.
 WARMFRONT_INLINE float round_down(double value) {
   const double lowered = value - std::fabs(value) * 0x1p-23 - 0x1p-148;
   return lowered < -kFloatMax ? -std::numeric_limits<float>::infinity()
@@ -43,12 +43,12 @@ WARMFRONT_INLINE std::array<double, 3> local_position(const std::array<double, 4
   return local;
 }
 
-// By how much each axis' slabs are thickened, at t = 0 and again at t = 1.
+// How much each axis's slabs are thickened, at t = 0 and again at t = 1.
 struct Thickening {
   double lane[18];
 
   Thickening(const LocalTransform& frame, double min_separation, double magnitude, double radius = 0) {
-    // A ball's own rounding is added to that of its vertices.
+    // A ball adds its own rounding to that of its vertices.
     const double margin = (radius > 0 ? 2 : 1) * 0x1p-44 * magnitude;
     const double separation = 0.5 * frame.to_local(min_separation) + frame.to_local(radius);
     for (int k = 0; k < 18; ++k) lane[k] = (k % 9 < 3 ? separation : kSqrt2Up * separation) + margin;
@@ -71,12 +71,12 @@ WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalTransform
   bounds_at(vertex.t1, frame, thickening, slabs.lane.data() + KDop18::kEnd);
 }
 
-// Makes what stands for a vertex at one end of the step.
+// Computes the PointBounds of a vertex at one end of the step.
 class PointMaker {
  public:
   PointMaker(const LocalTransform& frame, double min_separation, double magnitude) : to_local_(frame) {
     const double thickening = Thickening(frame, min_separation, magnitude).lane[0];
-    // Rounding of the margin, and of float32 where it has no more bits, is far below what is added.
+    // The added terms far exceed the rounding of the margin, and of float32 where its exponent range ends.
     const double more = thickening * (1 + 0x1p-20) + 0x1p-126;
     thickening_ = more < kFloatMax ? static_cast<float>(more) : std::numeric_limits<float>::infinity();
   }
@@ -86,7 +86,7 @@ class PointMaker {
     std::memcpy(&x, position.data(), sizeof x);
     const Float4 local = __builtin_convertvector(to_local_(x), Float4);
     const Float4 size = local < 0.0F ? -local : local;
-    if ((size[0] < kFarthest) & (size[1] < kFarthest) & (size[2] < kFarthest)) {  // numbers, too
+    if ((size[0] < kFarthest) & (size[1] < kFarthest) & (size[2] < kFarthest)) {  // false for NaN
       const float largest = std::max(std::max(size[0], size[1]), size[2]);
       const Float4 point{local[0], local[1], local[2], largest * kRounding + thickening_};
       std::memcpy(at.data(), &point, sizeof point);
@@ -116,7 +116,7 @@ void points_of_all(std::span<const VertexMotion> vertices, std::span<const Motio
   }
 }
 
-// How far points reach along each axis' slabs, down and up: as axes_of(), of the least and of the largest.
+// How far points reach along each axis's slabs, down and up: axes_of() of the least and of the largest.
 WARMFRONT_TARGET_CLONES
 void reaches_of(const MovingPoints& points, int end, double* reach) {
   constexpr std::size_t kLanes = 8;
@@ -155,7 +155,7 @@ void point_bounds(std::span<const VertexMotion> vertices, std::span<const Motion
   points_of_all(vertices, states, PointMaker(frame, min_separation, magnitude), known, bounds);
 }
 
-// Far out of the frame's range bounds hold everything: slower, never wrong.
+// Outside the frame's range, bounds contain everything: slower, never wrong.
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
                      double magnitude) {
   return moving_bounds(vertex, 0, frame, min_separation, magnitude);
@@ -177,7 +177,8 @@ KDop18 moving_bounds(const MovingPoints& points, const LocalTransform& frame, do
   bounds.lane.fill(-std::numeric_limits<float>::infinity());
   if (!(magnitude < 1e300)) return bounds;
   const Thickening thickening(frame, min_separation, magnitude);
-  // What MovingPoints says of its coordinates, of which a diagonal sums two; the sum's own rounding is less.
+  // The stated error of MovingPoints' coordinates, two of which a diagonal sums; the sum's own rounding is
+  // less.
   const double slack = 0x1p-19 * points.radius() + 4 * points.blur() + 0x1p-44 * magnitude;
   for (int end = 0; end < 2; ++end) {
     double reach[18];

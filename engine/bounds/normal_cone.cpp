@@ -36,8 +36,8 @@ Sides sides(const Face& face, std::span<const VertexMotion> vertices) {
   return {between(vertices[face[0]], vertices[face[1]]), between(vertices[face[0]], vertices[face[2]])};
 }
 
-// The sum of the normals at both ends of the step, scaled to a largest coordinate of 1, or zero. Any axis is
-// valid.
+// The sum of the normals at both ends of the step, scaled to a largest coordinate of 1, or zero. The proof
+// holds for any axis.
 Vec3 choose_axis(const Scene& scene, std::span<const VertexMotion> vertices,
                  std::span<const std::uint32_t> patch) {
   Vec3 sum{0, 0, 0};
@@ -60,10 +60,10 @@ bool contour_is_simple(std::span<const VertexMotion> vertices, std::span<const s
     centre.t0[k] /= static_cast<double>(contour.size());
     centre.t1[k] /= static_cast<double>(contour.size());
   }
-  // `across` is exactly perpendicular to the axis: the ray in the plane normal to both of them starts where
-  // the sign of a point's component along it changes. Each edge turns left by less than half a turn, so it
-  // crosses the ray from below to above exactly when its ends lie so, and the contour winds as often as that
-  // happens.
+  // `across` is exactly perpendicular to the axis: the ray in the plane normal to both starts where the sign
+  // of a point's component along it changes. Each edge turns left by less than half a turn, so it crosses the
+  // ray from below to above exactly when its ends are below and above: the number of crossings is the winding
+  // number.
   const Vec3 across =
       std::fabs(axis.x) < std::fabs(axis.y) ? Vec3{0, axis.z, -axis.y} : Vec3{-axis.z, 0, axis.x};
   const auto side = [&](const MovingVec3& p) {
@@ -87,7 +87,7 @@ bool contour_is_simple(std::span<const VertexMotion> vertices, std::span<const s
 bool provably_embedded(const Scene& scene, std::span<const VertexMotion> vertices,
                        std::span<const std::uint32_t> patch, std::span<const std::uint32_t> contour) {
   const Vec3 axis = choose_axis(scene, vertices, patch);
-  if (!(max_abs(axis) > 0.5)) return false;  // no normals to speak of
+  if (!(max_abs(axis) > 0.5)) return false;  // no usable normals
   const bool graph = std::ranges::all_of(patch, [&](std::uint32_t f) {
     const auto [e, g] = sides(scene.faces()[f], vertices);
     return turns_left(e, g, axis);

@@ -26,9 +26,9 @@ namespace warmfront {
 /// covers each point as often as its boundary winds around it: once inside J, never outside. So it is one to
 /// one.
 ///
-/// Every sign must exceed its error bound: with difference vectors carrying relative u, a triple product of
+/// Every sign must exceed its error bound: with difference vectors of relative error u, a triple product of
 /// coordinates bounded by A, B and an axis bounded by 1 has 6 products of 7 roundings, 42 u A B; coefficients
-/// that average two are bounded alike. 64 u A B is used, and 2^-900 for underflow.
+/// that average two have the same bound. 64 u A B is used, and 2^-900 for underflow.
 bool provably_embedded(const Scene& scene, std::span<const VertexMotion> vertices,
                        std::span<const std::uint32_t> patch, std::span<const std::uint32_t> contour);
 

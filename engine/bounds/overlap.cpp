@@ -20,7 +20,7 @@ WARMFRONT_INLINE Feature merged(const Feature& a, const Feature& b) {
   return {merged(a.at0, b.at0), merged(a.at1, b.at1)};
 }
 
-// Sets `bit` in some lane when some axis keeps a and b apart.
+// Sets `bit` in some lane when some axis separates a and b.
 template <class When>
 WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, std::int32_t bit,
                                  Int8& marks) {
@@ -50,7 +50,7 @@ WARMFRONT_INLINE Feature face(const TriangleBounds& t) {
   return merged(merged(feature(*t.vertex[0]), feature(*t.vertex[1])), feature(*t.vertex[2]));
 }
 
-// Whether the ninth axis keeps two triangles apart.
+// Does the ninth axis separate two triangles?
 WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleBounds& g) {
   const auto ends = [](const TriangleBounds& triangle, std::size_t t) {
     SlabEnds<float> all = ninth(*triangle.vertex[0], t);
@@ -68,9 +68,9 @@ WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleB
          ((f0.upper + g0.lower > 0) & (f1.upper + g1.lower > 0));
 }
 
-// Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. The first eight axes go
-// pair by pair, an axis a lane; of the ninth each lane is a pair. No branches: which features a pair of
-// triangles owns is close to random.
+// Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. For the first eight axes a
+// lane is an axis and the loop runs over pairs; for the ninth a lane is a pair. Branchless: which features a
+// pair of triangles owns is nearly random.
 template <class When>
 WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f, const TriangleBounds& g) {
   const Feature vf[3] = {feature(*f.vertex[0]), feature(*f.vertex[1]), feature(*f.vertex[2])};

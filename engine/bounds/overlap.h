@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Overlap tests, compiled for the instruction sets at hand. Slabs are closed: touching counts. The sign of a
-// float sum is that of the exact sum, so no rounding enters. Pure functions.
+// Overlap tests, dispatched by instruction set. Slabs are closed: touching counts. The sign of a float sum is
+// that of the exact sum, so there is no rounding error. Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -22,17 +22,16 @@ enum class GapAt : std::uint8_t { kStart, kEnd };
 float separation(const Aabb& a, const Aabb& b, GapAt at = GapAt::kEnd);
 float separation(const KDop18& a, const KDop18& b, GapAt at = GapAt::kEnd);
 
-/// The moving bounds of a triangle's vertices; of an edge or a vertex, where one stands more than once.
+/// The moving bounds of a triangle's vertices; an edge or a vertex repeats a pointer.
 struct TriangleBounds {
   const PointBounds* vertex[3];
 };
 
-/// Whether the moving bounds of two such overlap, as slabs of either kind.
+/// Do the moving bounds of two primitives overlap, as slabs of either kind?
 template <class Bounds>
 bool overlap(const TriangleBounds& f, const TriangleBounds& g);
 
-/// Of the feature pairs of two triangles in `wanted` (bits as Ownership::owned), those whose moving bounds
-/// overlap.
+/// Those feature pairs of two triangles in `wanted` (bits as Ownership::owned) whose moving bounds overlap.
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted);
 /// The same up to the time `until` < 1.
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted,

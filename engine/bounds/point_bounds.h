@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounds of one vertex in 32 bytes, from which its 18-DOPs follow. Plain values.
+// The bounds of one vertex in 32 bytes, from which its 18-DOPs are computed. Plain values.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace warmfront {
 
 /// A vertex at t = 0 and at t = 1: its local coordinates, and the margin by which its slabs along x, y and z
-/// reach beyond them on either side. Along a diagonal they reach kDiagonal times as far beyond the sum or
+/// extend beyond them on either side. Along a diagonal they extend kDiagonal times as far beyond the sum or
 /// difference of two coordinates. See point_bounds() for what the margin covers.
 struct alignas(32) PointBounds {
   static constexpr float kDiagonal = 1.41422F;  // above sqrt(2)
@@ -21,8 +21,8 @@ struct alignas(32) PointBounds {
   bool operator==(const PointBounds&) const = default;
 };
 
-/// The ends of the slabs along axis k of an 18-DOP, one below and one (negated) above a point; of one lane or
-/// of many. Wherever bounds are made of points, they are made of these, so they are the same bits.
+/// The ends of the slabs along axis k of an 18-DOP, one below and one (negated) above a point; for one lane
+/// or many. All bounds of points are computed here, so that they have the same bits.
 template <class Real>
 struct SlabEnds {
   Real lower;
@@ -58,7 +58,7 @@ WARMFRONT_INLINE SlabEnds<Real> slab_ends(std::size_t k, Real x, Real y, Real z,
   return {at - beyond, -at - beyond};
 }
 
-/// Its 18-DOPs.
+/// The 18-DOPs of a point.
 inline KDop18 bounds_of(const PointBounds& point) {
   KDop18 bounds;
   for (std::size_t t = 0; t < 2; ++t) {

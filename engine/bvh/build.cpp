@@ -38,8 +38,8 @@ namespace {
 
 using Centroid = std::array<double, 3>;
 
-// Where each primitive stands, by its place in the list to be ordered: its own centroid, and that of the
-// body it belongs to. Bodies are numbered from the first one present.
+// The centroid of each primitive, by its index in the list to be ordered, and of its body. Bodies are
+// numbered from the first one present.
 struct Places {
   std::vector<Centroid> own;
   std::vector<Centroid> of_body;    // by body
@@ -104,7 +104,7 @@ struct Splitter {
     }
   }
 
-  // Ties are broken by numbers, so that each half is one set, whoever computes it.
+  // Ties are broken by numbers, so that each half is the same set on any thread.
   bool before(std::uint32_t a, std::uint32_t b, int axis) const {
     const double x = places.own[a][axis];
     const double y = places.own[b][axis];
@@ -150,7 +150,7 @@ Places find_places(const Scene& scene, const Motion& motion, std::span<const Pri
     for (int axis = 0; axis < 3; ++axis) {
       double sum = 0;
       for (const std::uint32_t v : vertices) {
-        // Far out of the frame's range all places are one; a sum that is not a number would have no order.
+        // Outside the frame's range all centroids are equal; a NaN sum would break the order.
         sum += std::clamp(frame.to_local(motion.vertices()[v].t1[axis]), -1e290, 1e290);
       }
       places.own[p][axis] = sum / 3;
@@ -219,7 +219,7 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
 
 namespace {
 
-// So many elements, whatever is in them.
+// Resizes; the elements' values are unspecified.
 template <class List>
 void make_room(List& list, std::size_t size, StopSignal stop) {
   if (list.size() > size) list.resize(size);
@@ -248,7 +248,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
                                                order, [](Primitive p) { return (p & kPoint) != 0; }));
   make_room(leaf_of_face, faces, stop);
   first_face = 0;
-  if (faces > 0)  // points have the greater numbers
+  if (faces > 0)  // points have greater numbers than faces
     first_face = *std::ranges::min_element(order);
   begin_anew(travel, keep_travel ? nodes.size() : 0, stop);
   begin_anew(block_travel, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);

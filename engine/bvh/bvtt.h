@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounding volume test tree (BVTT), by its fixed shape. Pure values and functions.
+// The bounding volume test tree (BVTT), which has a fixed shape. Pure values and functions.
 #pragma once
 
 #include "engine/bvh/bvh.h"
 
 namespace warmfront {
 
-/// A BVTT node: a node of either part's hierarchy. Of a part against itself, a <= b; one node against itself
-/// when a == b.
+/// A BVTT node: a node of each part's hierarchy. For a part against itself, a <= b; a == b is a node against
+/// itself.
 struct NodePair {
   NodeId a;
   NodeId b;
@@ -18,11 +18,11 @@ inline NodePair ordered(NodeId x, NodeId y) {
   return x < y ? NodePair{x, y} : NodePair{y, x};
 }
 
-/// The BVTT of a part against itself, or of two parts. Its shape depends on the hierarchies' shapes alone. Of
+/// The BVTT of a part against itself, or of two parts. Its shape depends on the hierarchies' shapes only. For
 /// a part against itself, (n, n) opens into (l, l), (r, r), (l, r) with l, r the children of n. Any other (a,
-/// b) opens the node nearer its root (the smaller number; of equals a) that is no leaf, into its children
+/// b) opens the node nearer its root (the smaller number; a if equal) that is not a leaf, into its children
 /// with the other. As a node's number is less than its children's, a path to (a, b) opens the ancestors of
-/// both in ascending order, so the last one opened is the greater of the two parents (of equals b's): that
+/// both in ascending order, so the last one opened is the greater of the two parents (b's if equal): this
 /// makes the parent of a pair computable.
 class Bvtt {
  public:
@@ -36,7 +36,7 @@ class Bvtt {
   bool is_self(const NodePair& pair) const { return self_ && pair.a == pair.b; }
   bool is_leaf(const NodePair& pair) const { return a_.is_leaf(pair.a) && b_.is_leaf(pair.b); }
 
-  /// Calls `visit` for the children of `pair`, which is no leaf, in order.
+  /// Calls `visit` for the children of `pair`, which must not be a leaf pair, in order.
   template <class Visit>
   void for_children(const NodePair& pair, Visit&& visit) const {
     if (is_self(pair)) {
@@ -55,7 +55,7 @@ class Bvtt {
     }
   }
 
-  /// Of a pair that is not the root.
+  /// `pair` must not be the root.
   NodePair parent(const NodePair& pair) const {
     if (opened_a(pair)) return in_order(TreeShape::parent(pair.a), pair.b);
     const NodeId of_b = TreeShape::parent(pair.b);
@@ -63,8 +63,7 @@ class Bvtt {
     return in_order(pair.a, of_b);
   }
 
-  /// Is this the first child of its parent? Pairs that have a self pair as parent and are no self pair never
-  /// are.
+  /// Is this the first child of its parent? Never true for a non-self pair with a self pair as parent.
   bool is_first_child(const NodePair& pair) const {
     if (opened_a(pair)) return TreeShape::is_left(pair.a);
     if (self_ && pair.a != pair.b && TreeShape::parent(pair.a) == TreeShape::parent(pair.b)) return false;
@@ -74,8 +73,8 @@ class Bvtt {
  private:
   NodePair in_order(NodeId a, NodeId b) const { return self_ ? ordered(a, b) : NodePair{a, b}; }
 
-  // Was a opened last on the way to the pair, rather than b? Of a part against itself b's parent is never the
-  // smaller one, because b's number is not.
+  // Was a opened last on the way to the pair, rather than b? For a part against itself b's parent is never
+  // the smaller one, because b is not.
   bool opened_a(const NodePair& pair) const {
     if (pair.b == 0) return true;
     if (pair.a == 0 || self_) return false;

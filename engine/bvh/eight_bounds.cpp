@@ -14,7 +14,7 @@ constexpr Int8 kSlot{0, 1, 2, 3, 4, 5, 6, 7};
 constexpr std::int16_t kFarthest = std::numeric_limits<std::int16_t>::max();
 constexpr Short16 kFar = Short16{} + kFarthest;
 
-// A pair of 16 bits in all eight slots.
+// A pair of 16-bit numbers in all eight slots.
 WARMFRONT_INLINE Short16 in_all(std::int32_t pair) {
   return (Short16)(Int8{} + pair);
 }
@@ -33,8 +33,8 @@ WARMFRONT_INLINE Short16 larger_of(Short16 v) {
   return greater(v, swapped(v));
 }
 
-// How far open the widest gap is that stays open, in each slot: positive where one does. From gaps at t = 0
-// and t = 1, each in units of its own.
+// The widest gap, per slot, that stays open: positive if there is one. From gaps at t = 0 and t = 1, each in
+// its own unit.
 struct OpenThroughout {
   Short16 widest = Short16{} + std::numeric_limits<std::int16_t>::min();
 
@@ -42,7 +42,7 @@ struct OpenThroughout {
   WARMFRONT_INLINE Short16 result() const { return larger_of(widest); }
 };
 
-// The same up to a time below 1. As the units differ, in float32.
+// The same up to a time below 1. In float32, since the units differ.
 struct OpenUntil {
   Until until;
   std::array<float, 2> unit;
@@ -57,7 +57,7 @@ struct OpenUntil {
     const Float8 high = open((Int8)at0 >> 16, (Int8)at1 >> 16);
     widest = greater(greater(low, high), widest);
   }
-  // Nobody asks in another step what was near up to some time of this one: none is unsure.
+  // Overlaps up to a time within this step are not reused in later steps: none is unsure.
   WARMFRONT_INLINE Short16 result() const {
     constexpr Short16 kOpen = Short16{} + 1;
     constexpr Short16 kShut = Short16{} - GridPair<Aabb>::kSlack;
@@ -65,8 +65,8 @@ struct OpenUntil {
   }
 };
 
-// The compiler is not to know where it points: or it keeps what lies there, and every address that it makes
-// of it, on the stack over the whole loop.
+// Hides the pointer's origin from the compiler, which would otherwise keep the data and all derived addresses
+// on the stack for the whole loop.
 WARMFRONT_INLINE const std::int16_t* unknown(const std::int16_t* pointer) {
 #if defined(__GNUC__)
   asm("" : "+r"(pointer));
@@ -74,13 +74,13 @@ WARMFRONT_INLINE const std::int16_t* unknown(const std::int16_t* pointer) {
   return pointer;
 }
 
-// One item against each slot of eight; each number stands twice in its slot.
+// One item against each of eight slots; each number occupies both halves of its slot.
 struct Row {
   Short16 open;  // positive where they are apart
   Short16 gap;  // at the end asked for, along the axis along which it is widest (half of it along a diagonal)
 };
 
-// Eight by end of the step: rows of 16 numbers, by axis.
+// Eight, by end of the step: rows of 16 numbers, by axis.
 using RowsAt = std::array<const std::int16_t*, 2>;
 
 template <class Bounds>
@@ -105,7 +105,7 @@ WARMFRONT_INLINE Row against(Open open, const RowsAt& eight, One&& one) {
   return {open.result(), larger_of(greater(straight, diagonal >> 1))};
 }
 
-// Byte j is slot j. Most often there is nothing to pack.
+// Byte j is slot j. Usually no bit is set.
 WARMFRONT_INLINE std::uint64_t bytes_of(Int8 slots) {
   if (!any(slots)) return 0;
   const Byte8 bytes = __builtin_convertvector(slots, Byte8);
@@ -114,7 +114,7 @@ WARMFRONT_INLINE std::uint64_t bytes_of(Int8 slots) {
   return packed;
 }
 
-// Of numbers that stand twice in each slot.
+// The least number; each occurs twice in its slot.
 WARMFRONT_INLINE std::int16_t least(Short16 v) {
   const auto shuffled = [&](Int8 by) { return (Short16)__builtin_shuffle((Int8)v, by); };
   v = lesser(v, shuffled(Int8{4, 5, 6, 7, 0, 1, 2, 3}));
@@ -139,7 +139,7 @@ WARMFRONT_INLINE void rebase_all(const EightBounds<Bounds>& a, const GridPair<Bo
   }
 }
 
-// Rows in common units.
+// Shifts rows to common units.
 template <class Bounds>
 WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int32_t, 2>& by,
                                   Rebased<Bounds>& to) {
@@ -151,17 +151,17 @@ WARMFRONT_INLINE void shift_right(const RowsAt& rows, const std::array<std::int3
   }
 }
 
-// Two ways to say which pairs there are: by row those of b that item i of a meets, and which of these say the
-// gap.
+// Two policies for which pairs exist: per row, the slots of b that item i of a is paired with, and which of
+// these determine the gap.
 
-// Primitives: whoever is near says it.
+// Primitives: all pairs determine the gap.
 struct Primitives {
   std::uint64_t excluded;
 
   WARMFRONT_INLINE Int8 meets(int i) const {
     return ((Int8{} + static_cast<std::int32_t>((excluded >> (8 * i)) & 0xff)) & kLaneBit) == 0;
   }
-  // The rows in which there is a pair.
+  // The rows that have a pair.
   WARMFRONT_INLINE std::uint32_t rows() const {
     std::uint64_t full = excluded & (excluded >> 4) & 0x0f0f0f0f0f0f0f0f;
     full &= full >> 2;
@@ -173,7 +173,7 @@ struct Primitives {
   }
 };
 
-// Blocks: those that are near are looked into, and their primitives say the gap.
+// Blocks: overlapping pairs are opened, and their primitives determine the gap.
 struct Blocks {
   BlockCounts counts;
 

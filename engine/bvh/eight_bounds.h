@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is below a leaf side by side, so that one is tested against eight of another leaf at once: primitives
-// in blocks, and blocks in leaves that hold more than one. Written by refit, read by all threads for the rest
-// of the step.
+// The bounds below a leaf side by side, so that one is tested against eight of another leaf at once:
+// primitives in blocks, and blocks in leaves that hold more than one. Written by refit, read by all threads
+// for the remaining step.
 #pragma once
 
 #include <array>
@@ -14,20 +14,20 @@
 
 namespace warmfront {
 
-/// Up to eight bounds in their leaf's numbers (leaf_grid.h), by end and axis; of each the lower end and,
-/// beside it, the upper end, negated. Whole cache lines, all of which a test reads, and nothing beside them:
-/// how many there are, and of what, is known elsewhere (Bvh).
+/// Up to eight bounds in their leaf's numbers (leaf_grid.h), by end and axis; each as its lower end and,
+/// beside it, its negated upper end. Whole cache lines, all of which a test reads, and nothing else: the
+/// count and the primitives' numbers are stored elsewhere (Bvh).
 template <class Bounds>
 struct EightBounds {
   static constexpr std::uint32_t kSlots = 8;
   static constexpr std::uint32_t kAxes = Bounds::kAxes;
   static constexpr std::size_t kRows = std::size_t{2} * kAxes;
-  /// In a hierarchy, empty slots hold what the first does.
+  /// In a hierarchy, empty slots repeat the first.
   alignas(64) std::array<std::array<std::int16_t, 2 * kSlots>, kRows> row;
 };
 static_assert(sizeof(EightBounds<KDop18>) == 9 * 64);
 
-/// The row of an end of the step (0 or 1) and axis, where t = 1 begins as the leaf's grid says.
+/// The row of an end of the step (0 or 1) and axis; the leaf's grid says where t = 1 begins.
 template <class Bounds>
 WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, std::uint32_t begin_at_1,
                                             std::size_t t, std::size_t axis) {
@@ -35,13 +35,13 @@ WARMFRONT_INLINE const std::int16_t* row_of(const EightBounds<Bounds>& eight, st
 }
 
 /// The vertices of up to eight primitives, by corner and slot: written once for an order of primitives, read
-/// by refit, and where no SharedVertices tells who shares one. An isolated vertex stands three times, the
-/// first primitive in empty slots too.
+/// by refit, and by sharing_pairs() where SharedVertices is not available. An isolated vertex is stored three
+/// times; empty slots repeat the first primitive.
 struct alignas(32) EightCorners {
   std::array<std::array<std::uint32_t, 8>, 3> vertex;
 };
 
-/// One bounds of a leaf: one of eight, or the leaf as a whole.
+/// One bounds within a leaf: one of eight, or the leaf as a whole.
 struct OneOfLeaf {
   std::array<const std::int16_t*, 2> first;  ///< by end of the step
   std::size_t stride;
@@ -65,17 +65,17 @@ struct OneOfLeaf {
 /// Bit 8 j + i stands for slot i of a and slot j of b.
 struct EightOverlaps {
   std::uint64_t to_test;
-  /// Of these, the ones whose bounds in float32 might be apart all the same.
+  /// Those overlaps whose bounds in float32 might still be apart.
   std::uint64_t unsure;
   float gap;
 };
 
-/// The pairs of slots whose primitives share a vertex, bit 8 i + j standing for slot i of a and slot j of b:
-/// what SharedVertices knows, looked for.
+/// The pairs of slots whose primitives share a vertex, bit 8 i + j for slot i of a and slot j of b: the same
+/// as SharedVertices, computed from the corners.
 std::uint64_t sharing_pairs(const EightCorners& a, const EightCorners& b);
 
-/// The numbers of one block as those of another leaf's blocks are to meet them: in common units, lower and
-/// upper ends in each other's place, and what lies between the leaves added. Rows of t = 0, then of t = 1.
+/// One block's numbers, converted for tests against another leaf's blocks: in common units, lower and upper
+/// ends swapped, and the offset between the leaves added. Rows of t = 0, then of t = 1.
 template <class Bounds>
 struct Rebased {
   alignas(32) std::array<std::array<std::int16_t, 16>, EightBounds<Bounds>::kRows> row;
@@ -88,7 +88,7 @@ struct Rebased {
   }
 };
 
-/// A block of the first leaf of `between` to its second.
+/// Converts a block of the first leaf of `between` for the second.
 void rebase(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, Rebased<Aabb>& over);
 void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebased<KDop18>& over);
 
@@ -105,8 +105,8 @@ EightOverlaps primitive_overlaps(const Rebased<KDop18>& over, const EightBounds<
                                  const GridPair<KDop18>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t excluded, float until, GapAt gap_at = GapAt::kEnd);
 
-/// Two leaves' blocks to be tested against each other: so many of each. With `same` each pair once, i <= j,
-/// and a block overlaps itself.
+/// Number of blocks of each of two leaves to be tested against each other. With `same` each pair once, i <=
+/// j, and a block overlaps itself.
 struct BlockCounts {
   std::uint32_t a;
   std::uint32_t b;
@@ -120,7 +120,7 @@ EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDo
                              const GridPair<KDop18>& between, OneOfLeaf whole_b, float until,
                              GapAt gap_at = GapAt::kEnd);
 
-/// How the numbers of two leaves stand to each other.
+/// The relation between the numbers of two leaves.
 GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b);
 GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b);
 

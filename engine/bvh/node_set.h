@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A coarse set of a hierarchy's nodes, to tell at once that nothing of interest is among many. Plain value.
+// A coarse set of a hierarchy's nodes, for a quick check that none of many nodes is of interest. Plain value.
 #pragma once
 
 #include <array>
@@ -10,9 +10,9 @@ namespace warmfront {
 
 using NodeId = std::uint32_t;
 
-/// Holds nodes by the 256 nodes of level 8 that they are, lie below or lie above (on shallower levels as if
-/// the tree went on). Of two sets of one hierarchy that do not meet, no node of one is a node of the other,
-/// or above or below it.
+/// Stores nodes as the nodes of level 8 (256) that they are, lie below or lie above (on shallower levels as
+/// if the tree continued). If two sets of one hierarchy are disjoint, no node of one equals, contains or lies
+/// below a node of the other.
 class NodeSet {
  public:
   void add(NodeId node) {

@@ -15,9 +15,9 @@
 
 namespace warmfront {
 
-// Bounds in registers: their lanes from kFrom on, 0 for both ends of the step or kEnd for t = 1 alone. Whole
-// vectors, of which the last takes some lanes again. In registers, because bounds that are read from memory
-// in other pieces than they were written in wait for their stores.
+// Bounds in registers: their lanes from kFrom on, 0 for both ends of the step or kEnd for t = 1 only. Whole
+// vectors, of which the last one overlaps the one before. In registers, because reading memory in other
+// pieces than it was written in stalls on the stores.
 template <class Bounds, std::size_t kFrom>
 struct Lanes {
   static constexpr std::size_t kTotal = std::tuple_size_v<decltype(Bounds::lane)>;
@@ -27,7 +27,7 @@ struct Lanes {
 
   Float8 of[kCount];
 
-  /// Of Bounds::empty().
+  /// Lanes of Bounds::empty().
   WARMFRONT_INLINE Lanes() {
 #pragma GCC unroll 8
     for (std::size_t i = 0; i < kCount; ++i) of[i] = Float8{} + std::numeric_limits<float>::max();
@@ -46,12 +46,12 @@ struct Lanes {
   }
 };
 
-// Where the lanes begin that a step changes, given those of the step before. An AABB's halves are less than a
-// vector: both are made.
+// The first lane that a step changes, given the step before. An AABB's halves are less than a vector: both
+// are recomputed.
 template <class Bounds>
 inline constexpr std::size_t kNewLanes = Bounds::kEnd >= 8 ? Bounds::kEnd : 0;
 
-// The least of each of eight rows, in a row.
+// The least number of each of eight rows, in a row.
 WARMFRONT_INLINE Float8 least_of_each(const Float8 (&row)[8]) {
   Float8 four[4];
 #pragma GCC unroll 8
@@ -73,14 +73,14 @@ WARMFRONT_INLINE Float8 least_of_each(const Float8 (&row)[8]) {
                 __builtin_shufflevector(two[0], two[1], 4, 5, 6, 7, 12, 13, 14, 15));
 }
 
-// The bounds of eight at one end of the step, before they are numbers of their leaf: a row an end of a slab,
-// in the order of Slabs::lane.
+// The bounds of eight primitives at one end of the step, before quantisation: one row per end of a slab, in
+// the order of Slabs::lane.
 template <class Bounds>
 struct EightEnds {
   static constexpr std::size_t kAxes = Bounds::kAxes;
   alignas(32) float row[2 * kAxes][8];
 
-  // Of eight triangles.
+  // The bounds of eight triangles.
   WARMFRONT_INLINE void take(std::span<const PointBounds> points, const EightCorners& corners,
                              std::size_t t) {
     const EightPoints a(points, corners.vertex[0], t);
@@ -100,12 +100,12 @@ struct EightEnds {
     std::memcpy(row[lane], &eight, sizeof eight);
   }
 
-  // One of eight takes an end's lanes.
+  // Sets one slot's lanes at one end.
   WARMFRONT_INLINE void set(std::uint32_t slot, const float* lanes) {
     for (std::size_t lane = 0; lane < 2 * kAxes; ++lane) row[lane][slot] = lanes[lane];
   }
 
-  // What holds all of them.
+  // The union of all.
   WARMFRONT_INLINE void sum(float* lanes) const {
     constexpr std::size_t kLanes = 2 * kAxes;
     for (std::size_t group = 0; group < kLanes; group += 8) {
@@ -118,7 +118,7 @@ struct EightEnds {
     }
   }
 
-  // Puts them in place as numbers of their leaf.
+  // Writes them as numbers of their leaf.
   WARMFRONT_INLINE void put(const LeafGrid<Bounds>& grid, std::size_t t, EightBounds<Bounds>& eight) const {
     auto* to = const_cast<std::int16_t*>(row_of(eight, grid.begin_at_1, t, 0));
     const auto& end = grid.end[t];
@@ -137,7 +137,7 @@ struct EightEnds {
   }
 
  private:
-  // As grid_floor().
+  // See grid_floor().
   WARMFRONT_INLINE static Int8 numbers(Float8 units) {
     return __builtin_convertvector(units + kGridUp, Int8) - kGridBase;
   }
@@ -165,7 +165,7 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
       primitives[b].sum(sum);
       sums.set(b, sum);
     }
-    for (std::uint32_t b = count; b < 8; ++b)  // what is not there holds what the first does
+    for (std::uint32_t b = count; b < 8; ++b)  // empty slots repeat the first
       for (auto& row : sums.row) row[b] = row[0];
     sums.sum(bvh.nodes[node].lane.data() + t * kLanes);
     grid.set(bvh.nodes[node], t);

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 
-/// Where each of a range of faces is: kBlockSize times the block, and the slot. And their vertices' range.
+/// Position of each of a range of faces: kBlockSize times the block, plus the slot. And their vertices'
+/// range.
 struct Places {
   std::uint32_t first_face = kNowhere;
   std::uint32_t first_vertex = kNowhere;
@@ -96,7 +97,7 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   std::ranges::sort(more_, {}, [](const More& more) { return std::pair(more.owner, more.other); });
 }
 
-// The items around a vertex: those of one block with those of another are a product of bits.
+// The items around a vertex: the pairs between two blocks are a product of their bits.
 void SharedVertices::list_vertex(std::span<const std::uint32_t> places) {
   struct Items {
     std::uint32_t block;
@@ -136,7 +137,7 @@ std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t othe
   const auto by = [](const More& more) { return std::pair(more.owner, more.other); };
   const auto wanted = std::pair(owner, other);
   std::uint64_t pairs = 0;
-  // One for each vertex that they share.
+  // One entry for each vertex that they share.
   for (auto at = std::ranges::lower_bound(more_, wanted, {}, by); at != more_.end() && by(*at) == wanted;
        ++at)
     pairs |= at->pairs;

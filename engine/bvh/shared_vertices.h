@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which primitives of a hierarchy's blocks share a vertex, and so are never tested against each other by way
-// of their bounds (nor are slots that are no pair): found once for an order of primitives, looked up in every
+// Which primitives in a hierarchy's blocks share a vertex, and so are never tested against each other by
+// their bounds (the same holds for empty slots): found once for an order of primitives, looked up in every
 // step. Immutable once built.
 #pragma once
 
@@ -27,8 +27,8 @@ inline std::uint64_t transposed(std::uint64_t bits) {
   return bits;
 }
 
-/// The pairs of two blocks' slots that are none, bit 8 i + j standing for slot i of a and slot j of b; where
-/// they are one block, all but each pair once, i < j.
+/// The pairs of two blocks' slots that do not exist, bit 8 i + j for slot i of a and slot j of b; for one
+/// block with itself, all except i < j.
 inline std::uint64_t no_pairs(std::uint32_t count_a, std::uint32_t count_b, bool same) {
   constexpr std::uint64_t kEachRow = 0x0101010101010101;
   constexpr std::uint64_t kNotBeyond = 0xff7f3f1f0f070301;
@@ -40,37 +40,37 @@ inline std::uint64_t no_pairs(std::uint32_t count_a, std::uint32_t count_b, bool
 class SharedVertices {
  public:
   static constexpr std::uint32_t kBlockSize = 8;
-  /// A vertex of more faces is left out, since each pair of its blocks would be listed.
+  /// Vertices of more faces are left out, since each pair of their blocks would be listed.
   static constexpr std::size_t kMostFaces = 64;
 
   SharedVertices() = default;
-  /// Block b holds `blocks[b]`, primitives of `scene`, kBlockSize at most, whose vertices are a range. O(P).
+  /// Block b holds `blocks[b]`, at most kBlockSize primitives of `scene`, whose vertices are a range. O(P).
   /// Throws Stopped when told to stop.
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                  StopSignal stop = {});
 
-  /// Bit 8 i + j says that slot i of block a and slot j of block b are not to be tested against each other:
-  /// their primitives share a vertex, or they are no pair (no_pairs()). 0 of blocks that share no vertex,
-  /// whatever is in their slots. Where both blocks are crowded(), perhaps not all bits that would have to.
+  /// Bit 8 i + j: slot i of block a and slot j of block b are not to be tested against each other, because
+  /// their primitives share a vertex or the pair does not exist (no_pairs()). 0 for blocks that share no
+  /// vertex, even if slots are empty. Where both blocks are crowded(), some bits may be missing.
   std::uint64_t of(std::uint32_t a, std::uint32_t b) const {
     return a <= b ? in_row(a, b) : transposed(in_row(b, a));
   }
-  /// Calls `visit(b)` for blocks b >= a that share a vertex with block a, itself first. None twice; not those
-  /// that found no place.
+  /// Calls `visit(b)` for blocks b >= a that share a vertex with block a, itself first, each once; except
+  /// those that did not fit in a's row.
   template <class Visit>
   void for_neighbours(std::uint32_t a, Visit&& visit) const {
     for (std::uint32_t place = kRow * a; place < kRow * (a + 1) && others_[place] != kNone; ++place)
       visit(others_[place]);
   }
-  /// As of(), of two that for_neighbours() does not tell of.
+  /// As of(), for two blocks that for_neighbours() does not visit.
   std::uint64_t of_no_place(std::uint32_t a, std::uint32_t b) const {
     return a <= b ? beyond_row(a, b) : transposed(beyond_row(b, a));
   }
-  /// Does for_neighbours() tell of these two?
+  /// Does for_neighbours(a) visit b?
   bool has_place(std::uint32_t a, std::uint32_t b) const {
     return place_in_row(std::min(a, b), std::max(a, b)) != kNone;
   }
-  /// Whether the block has a vertex that was left out.
+  /// Does the block have a vertex that was left out?
   bool crowded(std::uint32_t block) const { return !crowded_.empty() && crowded_[block] != 0; }
 
   std::size_t memory_bytes() const {
@@ -91,7 +91,7 @@ class SharedVertices {
     bool operator==(const More&) const = default;
   };
 
-  // All of a row is looked at, as nobody could foretell where to stop.
+  // Branchless over the whole row: the exit is unpredictable.
   std::uint32_t place_in_row(std::uint32_t owner, std::uint32_t other) const {
     const std::uint32_t row = kRow * owner;
     std::uint32_t found = 0;
@@ -110,12 +110,12 @@ class SharedVertices {
   void list_vertex(std::span<const std::uint32_t> places);
   void add(std::uint32_t owner, std::uint32_t other, std::uint64_t pairs);
 
-  // A row a block: itself, and those after it that it shares vertices with, some five.
+  // One row a block: itself, and the blocks after it that it shares vertices with, about five.
   std::vector<std::uint32_t> others_;
   std::vector<std::uint64_t> pairs_;
-  std::vector<More> more_;              // what found no place in its row, by owner and other
-  std::vector<std::uint8_t> has_more_;  // by owner; empty where none does
-  std::vector<std::uint8_t> crowded_;   // by block; empty where none is
+  std::vector<More> more_;              // entries that did not fit in a row, by owner and other
+  std::vector<std::uint8_t> has_more_;  // by owner; empty if none has
+  std::vector<std::uint8_t> crowded_;   // by block; empty if none is
 };
 
 }  // namespace warmfront

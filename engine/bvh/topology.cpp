@@ -10,11 +10,11 @@
 namespace warmfront {
 namespace {
 
-/// Rings of faces in a patch whose self-collision the normal cone can rule out: few enough to be flat often,
+/// Rings of faces in a patch whose self-collision the normal cone can exclude: few enough to be flat often,
 /// enough that most near pairs of faces lie in one patch.
 constexpr int kPatchRings = 3;
 
-// The primitives of vertices [first, end), in the numbers given; faces of one body are not always a range.
+// The primitives of vertices [first, end), in original numbers; the faces of one body are not always a range.
 std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std::size_t first_part,
                                                         std::size_t parts, std::uint32_t first_face,
                                                         StopSignal stop) {
@@ -39,7 +39,7 @@ Topology::Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_
                    StopSignal stop)
     : leaf_size_(leaf_size), ownership(scene) {
   add_parts(given, motion, stop);
-  // Found in the numbers first given, so that they are the same whatever the first positions.
+  // Found in original numbers, so that they do not depend on the first positions.
   if (cones) patches = numbering.apply(find_patches(given, kPatchRings, stop));
   patches.of_face.resize(given.face_count(), Patches::kNone);
 }

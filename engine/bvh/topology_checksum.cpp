@@ -9,7 +9,7 @@
 namespace warmfront {
 namespace {
 
-/// A word at a time, each place with a weight of its own (after MurmurHash3's finaliser, Appleby 2011).
+/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011).
 class Checksum {
  public:
   explicit Checksum(StopSignal stop) : paced_(stop, 1U << 16) {}
@@ -73,7 +73,7 @@ std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop) {
   Checksum sum(stop);
   sum.add(part.orphans.vertex_face);
   sum.add(part.orphans.edge_edge);
-  // Whose they are: two parts whose sets are swapped are not what they were.
+  // Include the part's identity, so that swapping two parts' sets changes the sum.
   sum.add(std::array<std::uint32_t, 2>{part.features.first_vertex, part.features.first_edge});
   return sum.value();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checksums of what must not change between steps, for the self-check. Thread-safe.
+// Checksums of data that must not change between steps, for the self-check. Thread-safe.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops, copies and sorting that look at a stop flag, however much there is to do.
-// Thread-safe.
+// Loops, copies and sorting that check a stop flag at bounded intervals. Thread-safe.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -18,8 +17,8 @@
 
 namespace warmfront {
 
-/// Calls `body(begin, end)` for pieces of [first, end) of `most` turns at most, in parallel; throws Stopped
-/// when told to stop. Call it inside Workers::run().
+/// Calls `body(begin, end)` for pieces of [first, end) of at most `most` iterations, in parallel; throws
+/// Stopped when told to stop. Call it inside Workers::run().
 template <class Body>
 void for_pieces(std::size_t first, std::size_t end, std::size_t most, StopSignal stop, Body&& body) {
   if (first >= end) return;
@@ -31,7 +30,7 @@ void for_pieces(std::size_t first, std::size_t end, std::size_t most, StopSignal
   });
 }
 
-/// The same, turn by turn: `body(i)`.
+/// The same per index: `body(i)`.
 template <class Body>
 void for_each_index(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
                     std::size_t most = PacedStop::kEvery) {
@@ -40,8 +39,8 @@ void for_each_index(std::size_t first, std::size_t end, StopSignal stop, Body&& 
   });
 }
 
-/// Calls `body(begin, end)` for pieces of [first, end) of `most` turns at most, one after the other on this
-/// thread; for turns of some nanoseconds each.
+/// Calls `body(begin, end)` for pieces of [first, end) of at most `most` iterations, in order on this thread;
+/// for iterations of a few nanoseconds.
 template <class Body>
 void in_pieces(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
                std::size_t most = std::size_t{8} * PacedStop::kEvery) {
@@ -51,16 +50,16 @@ void in_pieces(std::size_t first, std::size_t end, StopSignal stop, Body&& body,
   }
 }
 
-/// Elements of a list that are written in a piece: the system gives memory a page at a time, when it is
-/// touched, and a page takes a third of a microsecond.
+/// Elements of a list that are written per piece: the system maps memory page by page on first touch, a third
+/// of a microsecond each.
 template <class T>
 constexpr std::size_t kFreshAtOnce = std::max<std::size_t>(1, (std::size_t{1} << 20) / sizeof(T));
 
 template <class T>
 void reserve(std::vector<T>& list, std::size_t size, StopSignal stop);
 
-/// Appends to a list. What is fresh of its memory is touched a piece at a time, and so is what moves there.
-/// Throws Stopped when told to stop; the list may be longer than before then, and nothing else is changed.
+/// Appends to a list. Touches new memory, and moves old elements, piece by piece. Throws Stopped when told to
+/// stop; the list may then be longer than before, and nothing else is changed.
 template <class T>
 void append(std::vector<T>& list, std::span<const T> more, StopSignal stop) {
   reserve(list, list.size() + more.size(), stop);
@@ -71,7 +70,7 @@ void append(std::vector<T>& list, std::span<const T> more, StopSignal stop) {
   in_pieces(0, more.size(), stop, append_piece, kFreshAtOnce<T>);
 }
 
-/// The same of a list that becomes `size` elements long; not of one that becomes shorter.
+/// Grows a list to `size` elements, as append() does. Must not shrink it.
 template <class T>
 void lengthen(std::vector<T>& list, std::size_t size, const T& value, StopSignal stop) {
   reserve(list, size, stop);
@@ -79,7 +78,7 @@ void lengthen(std::vector<T>& list, std::size_t size, const T& value, StopSignal
   in_pieces(list.size(), size, stop, lengthen_to, kFreshAtOnce<T>);
 }
 
-/// Makes room for exactly `size` elements where there is less.
+/// Reserves exactly `size` elements if the capacity is less.
 template <class T>
 void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
   if (size <= list.capacity()) return;
@@ -89,8 +88,8 @@ void reserve(std::vector<T>& list, std::size_t size, StopSignal stop) {
   list = std::move(roomier);
 }
 
-/// Sorts a list in parallel. Throws Stopped when told to stop; the list holds the same elements then, in some
-/// order.
+/// Sorts a list in parallel. Throws Stopped when told to stop; the list then holds the same elements in
+/// unspecified order.
 template <class List, class Less>
 void sort_in_parallel(List& list, StopSignal stop, Less&& less) {
   constexpr std::size_t kFew = 4 * std::size_t{PacedStop::kEvery};

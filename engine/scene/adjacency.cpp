@@ -11,19 +11,19 @@ std::uint64_t pairs_of(std::uint64_t n) {
   return n < 2 ? 0 : n * (n - 1) / 2;
 }
 
-// The vertex of a face that is not one of the edge's.
+// The vertex of a face that is not on the edge.
 std::uint32_t third_vertex(const Face& face, const Edge& edge) {
-  const auto third = std::ranges::find_if(face, [&](std::uint32_t v) { return v != edge[0] && v != edge[1]; });
+  const auto third =
+      std::ranges::find_if(face, [&](std::uint32_t v) { return v != edge[0] && v != edge[1]; });
   return *third;
 }
 
 }  // namespace
 
-
-// Counted at vertices, a pair that shares one is counted once, a pair that shares two (and then the edge
-// between them) twice, and a pair of duplicates three times, with three edges. Edges are those between two
-// vertices, and duplicates faces of three: (a, a, b) and (a, b, c) share two vertices and one edge. Along an
-// edge, duplicates are those of one third vertex.
+// Counting pairs at vertices counts a pair that shares one vertex once, a pair that shares two (and then the
+// edge between them) twice, and a pair of duplicates three times, with three edges. Edges join two distinct
+// vertices, and duplicates are faces of three: (a, a, b) and (a, b, c) share two vertices and one edge. Along
+// an edge, duplicates are the faces with the same third vertex.
 std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop) {
   PacedStop paced(stop);
   std::uint64_t at_vertices = 0;

@@ -27,8 +27,8 @@ inline bool repeats_vertex(const Face& face) {
   return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
 }
 
-/// How many pairs of faces are adjacent, within a range that faces do not lead out of. O(m log m). Throws
-/// Stopped when told to stop.
+/// Number of adjacent pairs of faces in a range that is closed under faces. O(m log m). Throws Stopped when
+/// told to stop.
 std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
 inline std::uint64_t count_adjacent_pairs(const Scene& scene) {
   return count_adjacent_pairs(scene, whole(scene));

@@ -44,7 +44,7 @@ bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
 
 std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
   PacedStop paced(stop);
-  // Parts that say the same of themselves are counted together.
+  // Parts with equal properties are counted together.
   std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint64_t> classes;
   std::uint64_t alive = 0;
   std::uint64_t kept = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may meet whom: what a scene's bodies say of it (DESIGN 5). Immutable once built; free to share.
+// Which bodies may meet, from their groups, masks and kinds. Immutable once built; safe to share between
+// threads.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +11,13 @@
 
 namespace warmfront {
 
-/// Bodies as the hierarchy's parts see them. A scene that declares no bodies is one part, tested against
-/// itself.
+/// Bodies, as parts of the hierarchy. A scene that declares no bodies is one part, tested against itself.
 class CollisionModel {
  public:
   explicit CollisionModel(const Scene& scene, StopSignal stop = {});
 
-  /// What a set of parts can meet: the union of its members' groups and masks, and whether it holds anything
-  /// that moves. Two sets that cannot meet hold no two parts that may.
+  /// The combined properties of a set of parts: the union of groups and masks, and whether any part moves.
+  /// Two sets that cannot meet contain no two parts that may meet.
   struct Set {
     std::uint32_t groups = 0;
     std::uint32_t masks = 0;
@@ -34,14 +34,14 @@ class CollisionModel {
   };
 
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(sets_.size()); }
-  /// Of one part; a removed one is empty and meets nothing.
+  /// Of one part; a removed part is empty and meets nothing.
   const Set& set_of(std::uint32_t part) const { return sets_[part]; }
   bool is_static(std::uint32_t part) const { return !sets_[part].moving; }
   bool is_removed(std::uint32_t part) const { return sets_[part].groups == 0; }
   bool self_collision(std::uint32_t part) const { return self_[part] != 0; }
   /// Are two parts tested against each other (p != q), or a part against itself (p == q)?
   bool may_meet(std::uint32_t p, std::uint32_t q) const;
-  /// Pairs of parts that the model leaves out, a part with itself included.
+  /// Number of pairs of parts that the model excludes, including a part with itself.
   std::uint64_t excluded_pairs(StopSignal stop = {}) const;
 
  private:

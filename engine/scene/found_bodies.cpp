@@ -8,13 +8,13 @@
 namespace warmfront {
 namespace {
 
-/// Fewest faces of a body of its own: a full block; where that gives many bodies, all of which may be near
-/// all others, a full leaf.
+/// Fewest faces of a body: a full block; a full leaf where that gives many bodies, all of which may be near
+/// all others.
 constexpr std::uint32_t kFewestFaces = 8;
 constexpr std::uint32_t kFewestOfMany = 64;
 constexpr std::size_t kMany = 512;
 
-// By vertex: the end of what its faces reach, and how many faces have it for their least vertex.
+// By vertex: the end of the vertices that its faces reach, and how many faces have it as their least vertex.
 struct Reach {
   std::vector<std::uint32_t> end;
   std::vector<std::uint32_t> faces;
@@ -52,7 +52,7 @@ std::vector<Body> ranges(const Scene& scene, const Reach& reach, std::uint32_t f
     first = v + 1;
     faces = 0;
   }
-  if (!bodies.empty()) bodies.back().vertex_count += scene.vertex_count() - first;  // too small a rest
+  if (!bodies.empty()) bodies.back().vertex_count += scene.vertex_count() - first;  // remainder too small
   return bodies;
 }
 

@@ -8,10 +8,10 @@
 
 namespace warmfront {
 
-/// The finest ranges of vertices that no face leaves, as deformable bodies that cover the scene, in order:
-/// its connected components where the mesh lists one after the other. Components whose numbers interleave
-/// share a range, and small ones go along with their neighbours, since a body has a cost of its own. None
-/// where that would be a single body. O(n + m).
+/// The finest ranges of vertices closed under faces, as deformable bodies that cover the scene, in order: its
+/// connected components if the mesh lists one after the other. Components with interleaved numbers share a
+/// range, and small ones join their neighbours, since each body has a cost. Empty if there would be only one
+/// body. O(n + m).
 std::vector<Body> found_bodies(const Scene& scene, StopSignal stop = {});
 
 }  // namespace warmfront

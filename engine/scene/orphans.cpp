@@ -61,7 +61,7 @@ Status check_hubs(const Scene& scene, StopSignal stop, std::uint32_t* worst) {
 
 namespace {
 
-// Only faces that share a vertex with the first face around v, and do not hold v, can be adjacent to all.
+// Only faces that share a vertex with the first face around v, and do not contain v, can be adjacent to all.
 void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
   const auto around = scene.vertex_faces()[v];
   if (around.empty()) return;
@@ -80,9 +80,9 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
   consider_around(last, true);
 }
 
-// Likewise: the first face along an orphan's other edge holds a, b or c of the first face (a, b, c) along
-// this one, (a, b); not both a and b, or the edges would share a vertex. Of a face that repeats an index some
-// are found twice: gather() keeps one.
+// Likewise: the first face along an orphan's other edge contains a, b or c of the first face (a, b, c) along
+// this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat an index give
+// some pairs twice: gather() removes duplicates.
 void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
   const auto [a, b] = scene.edges()[e1];
   const Face& first = scene.faces()[scene.edge_faces()[e1].front()];
@@ -99,7 +99,7 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
       const bool has_b = has_vertex(face, b);
       if (a != b && has_a && has_b) continue;
       if (corner != a && corner != b) {
-        if (has_a || has_b || !adjacent(face, second)) continue;  // met at that corner; or no orphan's
+        if (has_a || has_b || !adjacent(face, second)) continue;  // found at that corner; or not an orphan
         for (const std::uint32_t e2 : scene.face_edges()[h]) consider(h, e2);
       } else {
         const int at = face[0] == corner ? 0 : face[1] == corner ? 1 : 2;
@@ -109,8 +109,8 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
   }
 }
 
-// Runs `of_each` for all ids of a range and returns what it finds, sorted, each once. Range by range, so that
-// little more is held than what is returned.
+// Runs `of_each` for all ids of a range and returns the results, sorted, without duplicates. Works range by
+// range, so that the peak memory is little more than the result.
 template <class OfEach>
 std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSignal stop, OfEach&& of_each) {
   constexpr std::uint32_t kIds = 2048;

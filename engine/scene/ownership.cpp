@@ -24,7 +24,7 @@ bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
   return (bloom[slot(v) >> 6] >> (slot(v) & 63U)) & 1U;
 }
 
-// The pairs of these corners (bits 0-2) and sides (bits 3-5) of f with those of g.
+// The pairs of the given corners (bits 0-2) and sides (bits 3-5) of f with those of g.
 std::uint32_t pairs_of(std::uint32_t f, std::uint32_t g) {
   const std::uint32_t edges_g = (g >> 3) & 7U;
   std::uint32_t mask = (f & 7U) | ((g & 7U) << 3);
@@ -38,7 +38,7 @@ std::uint32_t pairs_of(std::uint32_t f, std::uint32_t g) {
 
 void Ownership::extend(StopSignal stop) {
   const Scene& scene = *scene_;
-  // Each of many faces around a vertex or along an edge has the same ring there: it is found once.
+  // Many faces around one vertex or along one edge share the ring there: compute it once.
   constexpr std::size_t kMany = 64;
   std::unordered_map<std::uint32_t, Bloom> around;
   std::unordered_map<std::uint32_t, Bloom> along;
@@ -86,10 +86,10 @@ void Ownership::truncate(std::uint32_t face_count) noexcept {
   signatures_.resize(std::min<std::size_t>(face_count, signatures_.size()));
 }
 
-// An earlier face of a feature can only be adjacent to the other side when the sides are near each other in
-// the mesh: around a vertex, when that face holds a vertex of the other; along edges, when the two edge rings
-// share a vertex. The edge rings hold the faces' own vertices, which non-adjacent faces do not share, but
-// collisions only cost time.
+// An earlier face of a feature can be adjacent to the other side only when the sides are near each other in
+// the mesh: around a vertex, when that face contains a vertex of the other; along edges, when the two edge
+// rings share a vertex. The edge rings contain the faces' own vertices, which non-adjacent faces do not
+// share; hash collisions only cost time.
 bool Ownership::perhaps_near(const Record& f, const Record& g) const {
   for (int i = 0; i < 3; ++i) {
     if (perhaps_contains(f.vertex_ring, g.vertices[i]) || perhaps_contains(g.vertex_ring, f.vertices[i]))
@@ -112,7 +112,7 @@ Ownership::Candidates Ownership::candidates(std::uint32_t f, std::uint32_t g) co
   return {owned, perhaps_near(rf, rg) ? pairs_of(rf.first_bits >> 6, rg.first_bits >> 6) & ~owned : 0};
 }
 
-// A pair that is not the first one of a feature can own it only if the first one is adjacent.
+// A pair that is not a feature's first pair can own it only if the first pair is adjacent.
 bool Ownership::owns(std::uint32_t f, std::uint32_t g, int bit) const {
   if (bit >= 3 && bit < 6) return owns(g, f, bit - 3);
   const Record& rf = records_[f];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which triangle pair tests which feature pair, so that each is tested exactly once. Immutable; free to
-// share.
+// Which triangle pair tests which feature pair, so that each is tested exactly once. Immutable during a step;
+// safe to share between threads.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ namespace warmfront {
 /// Together with the orphan sets this covers every valid pair exactly once.
 class Ownership {
  public:
-  /// The scene is referred to: it stays where it is.
+  /// Keeps a reference to the scene, which must outlive this at the same address.
   explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
 
-  /// Takes the faces that were appended to the scene since; truncate() takes them back, also after an
-  /// exception. O(m). Throws Stopped when told to stop.
+  /// Adds the faces that were appended to the scene since the last call; truncate() removes them, also after
+  /// an exception. O(m). Throws Stopped when told to stop.
   void extend(StopSignal stop = {});
   void truncate(std::uint32_t face_count) noexcept;
 
@@ -33,24 +33,23 @@ class Ownership {
   /// against f; bits 6 + 3 i + j: edge i of f against edge j of g.
   struct Candidates {
     std::uint32_t owned;    ///< certainly owned
-    std::uint32_t perhaps;  ///< owned if owns() says so; the others are not
+    std::uint32_t perhaps;  ///< owned if owns() returns true
   };
-  /// What the non-adjacent faces (f, g) own. Cheap, where owns() walks through the faces around.
+  /// The feature pairs owned by the non-adjacent faces (f, g). Cheap; owns() walks the incident faces.
   Candidates candidates(std::uint32_t f, std::uint32_t g) const;
-  /// Is the feature pair of this bit, one of candidates(f, g).perhaps, owned by (f, g)?
+  /// Does (f, g) own the feature pair of this bit, one of candidates(f, g).perhaps?
   bool owns(std::uint32_t f, std::uint32_t g, int bit) const;
 
   std::size_t memory_bytes() const { return records_.size() * (sizeof(Record) + sizeof(std::uint64_t)); }
 
  private:
-  // A set of vertices as a 256-bit Bloom filter of one hash: it answers "certainly disjoint" or "perhaps
-  // not".
+  // A set of vertices as a 256-bit Bloom filter with one hash: "certainly disjoint" or "perhaps not".
   using Bloom = std::array<std::uint64_t, 4>;
 
   struct Record {
     Face vertices;
-    // Bits 0-2: first face of vertex i; bits 3-5: first face of edge i; bits 6-11: likewise, that no corner
-    // or side before it is the same one. The latter are all set unless the face repeats an index; a
+    // Bits 0-2: first face of vertex i; bits 3-5: first face of edge i; bits 6-11: the same corner or side
+    // does not occur earlier in the face. The latter are all set unless the face repeats an index; a
     // repetition owns nothing.
     std::uint32_t first_bits;
     Face first_of_vertex;  // the first face around each vertex

@@ -36,7 +36,7 @@ class Grower {
     patches_.contours.begin = {0};
   }
 
-  // Large rings first, then what fits between them.
+  // Large rings first, then smaller ones in the gaps.
   Patches run(int rings, StopSignal stop) {
     PacedStop paced(stop, 64);
     for (; rings >= 2; --rings) {
@@ -51,7 +51,7 @@ class Grower {
  private:
   bool is_free(std::uint32_t face) const { return patches_.of_face[face] == Patches::kNone; }
 
-  // Puts the faces around all vertices within rings - 1 edges of `centre` into piece_; false when one is
+  // Collects the faces around all vertices within rings - 1 edges of `centre` in piece_; false when one is
   // taken.
   bool gather(std::uint32_t centre, int rings) {
     piece_.clear();
@@ -63,7 +63,7 @@ class Grower {
       const std::size_t ring_end = vertices_.size();
       for (; ring_begin < ring_end; ++ring_begin) {
         for (const std::uint32_t f : scene_.vertex_faces()[vertices_[ring_begin]]) {
-          // Without a normal of its own, a face that repeats an index is in no patch.
+          // A face that repeats an index has no normal, so it is in no patch.
           if (!is_free(f) || repeats_vertex(scene_.faces()[f]) || piece_.size() > kMostFaces) return false;
           if (face_seen_[f] == stamp_) continue;
           face_seen_[f] = stamp_;
@@ -76,7 +76,7 @@ class Grower {
         }
       }
     }
-    return piece_.size() >= 4;  // fewer have no non-adjacent pairs to speak of
+    return piece_.size() >= 4;  // smaller pieces have few non-adjacent pairs
   }
 
   // Are all faces of the piece connected through its manifold, consistently oriented edges?
@@ -97,9 +97,9 @@ class Grower {
     return queue_.size() == piece_.size();
   }
 
-  // Walks the piece's boundary. Two faces of the piece that share an edge are joined there only if across()
-  // says so, and an edge with more than two faces joins none: then both sides count as boundary and the walk
-  // finds no single contour.
+  // Walks the piece's boundary. Two faces of the piece that share an edge are joined only if across() says
+  // so, and an edge with more than two faces joins none: then both sides count as boundary and the walk finds
+  // no single contour.
   bool find_contour() {
     std::unordered_map<std::uint32_t, std::uint32_t> next;
     for (const std::uint32_t f : piece_) {
@@ -136,7 +136,7 @@ class Grower {
     csr.begin.push_back(static_cast<std::uint32_t>(csr.items.size()));
   }
 
-  // A hub vertex would make a ring of any size.
+  // A hub vertex would give a ring of unbounded size.
   static constexpr std::size_t kMostFaces = 256;
 
   const Scene& scene_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Patches: pieces of surface on which the normal cone theorem can hold. Found once per topology; immutable.
+// Patches: connected sets of faces on which the normal cone theorem can hold. Found once per topology;
+// immutable.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +12,8 @@
 namespace warmfront {
 
 /// A patch is a set of faces that is connected through edges, manifold and consistently oriented there, and
-/// bounded by one closed contour (reference/algorithms 2.2). It depends on the topology alone, so that what
-/// the cone test leaves out is the same whatever the hierarchy.
+/// bounded by one closed contour (reference/algorithms 2.2). It depends on the topology only, so that the
+/// cone test excludes the same pairs for every hierarchy.
 struct Patches {
   static constexpr std::uint32_t kNone = 0xffffffff;
 
@@ -26,10 +27,10 @@ struct Patches {
   }
 };
 
-/// Takes the faces within `rings` rings around a vertex wherever none of them is taken, lowest vertex first,
+/// Takes the faces within `rings` rings around each vertex, lowest first, where none of them is taken yet;
 /// then with one ring less, down to two (one ring has no non-adjacent faces). Full rings have a round
-/// contour, which is what the contour test can prove; pieces that are not manifold, oriented and bounded by
-/// one contour are in no patch. O(m) for bounded degree. Throws Stopped when told to stop.
+/// contour, which the contour test can prove; pieces that are not manifold, oriented and bounded by one
+/// contour are in no patch. O(m) for bounded degree. Throws Stopped when told to stop.
 Patches find_patches(const Scene& scene, int rings, StopSignal stop = {});
 
 }  // namespace warmfront

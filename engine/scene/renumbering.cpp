@@ -30,7 +30,7 @@ Csr renamed_items(Csr csr, std::span<const std::uint32_t> renamed) {
   return csr;
 }
 
-// Appends the rows that `result` lacks, which keep their places.
+// Appends the rows that `result` lacks, in the same order.
 void append_same_rows(const Csr& csr, std::span<const std::uint32_t> renamed, StopSignal stop, Csr& result) {
   const std::size_t first = result.items.size();
   result.begin.insert(result.begin.end(),
@@ -102,7 +102,7 @@ Renumbering::Extent Renumbering::extent(const Scene& renumbered) {
 }
 
 void Renumbering::truncate(const Extent& extent, Scene& scene) noexcept {
-  Scene::Mesh& mesh = *scene.mesh_;  // nobody else's: it was extended
+  Scene::Mesh& mesh = *scene.mesh_;  // not shared: it was extended
   const auto shorten = [](auto& list, std::size_t size) {
     list.erase(list.begin() + static_cast<std::ptrdiff_t>(std::min(size, list.size())), list.end());
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene renumbered along its hierarchies, so that what is near in space is near in memory. Changed between
-// steps only, when a body is added; read by all threads during a step.
+// A scene renumbered in the order of its hierarchies, so that neighbours in space are neighbours in memory.
+// Changed between steps only, when a body is added; read by all threads during a step.
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,21 @@ namespace warmfront {
 
 /// New numbers for faces and vertices, in the order in which the hierarchies' primitives meet them. Bodies
 /// keep their vertex ranges, edges their numbers, features the order of their vertices, and lists of faces
-/// their order: so owners, elementary tests and their bits are those of the scene as given.
+/// their order: so ownership, elementary tests and their bits are the same as in the original scene.
 class Renumbering {
  public:
   Renumbering() = default;
   /// `order` holds each primitive of the scene once.
   Renumbering(const Scene& scene, std::span<const Primitive> order) { extend(scene, order); }
 
-  /// Numbers the primitives of the vertices and faces that the scene has beyond those numbered so far. Throws
-  /// Stopped when told to stop, as all that takes a StopSignal; truncate() takes back what was done by then.
+  /// Numbers the primitives of the scene's vertices and faces that are not numbered yet. Throws Stopped when
+  /// told to stop; truncate() then undoes the partial work.
   void extend(const Scene& scene, std::span<const Primitive> order, StopSignal stop = {});
 
-  /// The same scene in new numbers, without its bodies. Appends to `renumbered` what it lacks of it.
+  /// Appends to `renumbered` what it lacks of the scene, in new numbers and without bodies.
   void extend(const Scene& scene, Scene& renumbered, StopSignal stop = {}) const;
 
-  /// What extend() appends to.
+  /// Sizes before an extend(), for truncate().
   struct Extent {
     std::uint32_t vertices = 0;
     std::uint32_t faces = 0;
@@ -38,7 +38,7 @@ class Renumbering {
     std::uint32_t bodies = 0;
   };
   static Extent extent(const Scene& renumbered);
-  /// Takes back what was appended since, also where extend() ended by an exception.
+  /// Removes what was appended after `extent`, also after extend() threw.
   void truncate(const Extent& extent, Scene& renumbered) noexcept;
   Patches apply(const Patches& patches) const;
   /// A primitive in its new number.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of several numbers, a lane each, and what is done with them: the one vocabulary of all sources that
-// dispatch by instruction set, and only for these.
+// Vectors of several numbers, one per lane, and their operations. Only for sources that dispatch by
+// instruction set, which use no other SIMD code.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace warmfront {
 
-// Vectors of the compiler's: one register where the instruction set has it, two or more where it has not.
+// The compiler's vector types: one register where the instruction set has it, else two or more.
 using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 using Short16 = std::int16_t __attribute__((vector_size(32)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
@@ -50,7 +50,7 @@ WARMFRONT_INLINE float largest(Float8 x) {
   return x[0];
 }
 
-// All lanes ored: the even ones in the low half, the odd ones in the high.
+// Bitwise or of all lanes: the even ones in the low half, the odd ones in the high.
 WARMFRONT_INLINE std::uint64_t ored_by_two(Int8 lanes) {
   const auto words = (Long4)lanes;
   return static_cast<std::uint64_t>((words[0] | words[1]) | (words[2] | words[3]));
@@ -63,7 +63,7 @@ WARMFRONT_INLINE bool any(Int8 lanes) {
   return ored_by_two(lanes) != 0;
 }
 
-// One bit a lane, of lanes that are all ones or all zeros.
+// One bit a lane, for lanes that are all ones or all zeros.
 inline constexpr Int8 kLaneBit{1, 2, 4, 8, 16, 32, 64, 128};
 WARMFRONT_INLINE std::uint32_t bits_of(Int8 lanes) {
   return ored(lanes & kLaneBit);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of three coordinates, a lane each of many at once. Only for sources that dispatch by instruction
-// set.
+// Vectors of three coordinates, many points at once, one per lane. Only for sources that dispatch by
+// instruction set.
 #pragma once
 
 #include "engine/simd/lanes.h"

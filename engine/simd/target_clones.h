@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Run-time dispatch for hot loops that the compiler vectorises: the same source, compiled for AVX-512 (whose
-// 32 registers it is that help), AVX2 and the baseline, chosen when the program is loaded. None contracts
-// multiplications and additions, so answers are the same bits.
+// Run-time dispatch for hot loops that the compiler vectorises: the same source, compiled for AVX-512 (for
+// its 32 registers), AVX2 and the baseline, chosen when the program is loaded. None contracts multiplications
+// and additions, so all give the same bits.
 #pragma once
 
-/// For helpers of a dispatched function: what is not inlined into it is compiled for the baseline only.
+/// For helpers of a dispatched function: a helper that is not inlined is compiled for the baseline only.
 #define WARMFRONT_INLINE [[gnu::always_inline]] inline
 
 #if defined(WARMFRONT_ONE_TARGET)  // tests/clones
