@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step reports. Plain values, free to copy between threads.
+// The contacts that a step reports. Plain values, free to copy between threads.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@ namespace warmfront {
 /// Vertex-face: `a` is a vertex, `b` a face. Edge-edge: `a` < `b` are edges.
 enum class ContactKind : std::uint8_t { kVertexFace = 0, kEdgeEdge = 1 };
 
-/// How sure the elementary test is. CLEAR pairs are not reported, so it has no value here.
+/// Certainty of the elementary test. Pairs that are certainly clear are not reported and have no value here.
 enum class ContactStatus : std::uint8_t {
   kHit = 1,       ///< proved: the primitives meet within the step
   kPossible = 2,  ///< they come within tolerance of touching; neither a meeting nor a miss could be proved
-  kOverlapAtStart = 3,  ///< they are not provably apart at t = 0: toi is 0
-  kBudget = 4,          ///< the test's effort ended undecided; toi is the earliest time not yet excluded
+  kOverlapAtStart = 3,  ///< not provably apart at t = 0: toi is 0
+  kBudget = 4,          ///< the test's budget ended undecided; toi is the earliest time not yet excluded
 };
 
 /// One pair of primitives that meet (or could not be proved apart) on the linear motion from t = 0 to t = 1.
@@ -29,16 +29,15 @@ struct Contact {
   friend bool operator==(const Contact&, const Contact&) = default;
 };
 
-/// Where and how a contact touches: a description in floating point, not a proof.
+/// Barycentric coordinates, normal and closest points of a contact, in floating point: not a proof.
 struct ContactGeometry {
-  /// Of the contact's four vertices at the time of impact: vertex-face 1, then the barycentric coordinates of
-  /// the face's closest point; edge-edge those of either edge's closest point. Each in [0, 1].
+  /// Of the contact's four vertices at the time of impact: vertex-face: 1, then the barycentric coordinates
+  /// of the face's closest point; edge-edge: those of each edge's closest point. Each in [0, 1].
   std::array<double, 4> weights{};
   /// Unit normal of the face, or common normal of the edges, at the time of impact, towards the side that the
-  /// vertex or first edge comes from. Where that is degenerate, the direction that it comes from; zero if
-  /// none. It is the features' own: where two things are apart (with a separation) and the closest point lies
-  /// on the face's rim or at an edge's end, the direction between the closest points is another one; take
-  /// that from `points`.
+  /// vertex or first edge comes from. If degenerate, the direction that it comes from; zero if none. With a
+  /// separation it differs from the direction between the closest points if one of these lies on the face's
+  /// rim or at an edge's end; take that direction from `points`.
   std::array<double, 3> normal{};
   /// The closest point of the vertex or first edge, then of the face or second edge, in the scene's unit.
   std::array<double, 6> points{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fingerprint of answers, so that two ways to compute them can be compared over whole sequences.
+// A fingerprint of answers, to compare two computations over whole sequences.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ class ContactHash {
  public:
   void add_step(const Scene& scene, std::span<const Contact> contacts);
 
-  /// The same in pieces, for answers that came over the wire: once a step, then once a contact.
+  /// The same piece by piece, for answers from the wire: begin_step() per step, then add() per contact.
   void begin_step(std::uint64_t contact_count);
   void add(ContactKind kind, ContactStatus status, const std::array<std::uint32_t, 4>& vertices, double toi);
 

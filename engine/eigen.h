@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes and positions as Eigen matrices, the form in which simulations hold them (V and F). Views, no copies
-// of positions; include it only where matrices are at hand. Pure functions.
+// Scenes and positions as Eigen matrices (V and F, as simulations hold them). Views; positions are not
+// copied. Include it only where Eigen is available. Pure functions.
 #pragma once
 
 #include <Eigen/Core>

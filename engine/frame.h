@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a caller says of a step: where things are at its end. Plain views; what they refer to outlives the
-// call that they are given to.
+// A caller's input for a step: positions at its end. Plain views; the referenced data must outlive the call.
 #pragma once
 
 #include <cstdint>
@@ -21,25 +20,27 @@ struct BodyPositions {
   Positions positions;
 };
 
-/// The pose of a rigid body, of its rest shape: its positions last given, in a frame or when it was made.
+/// The pose of a rigid body, relative to its reference shape: its positions last given, in a frame or at
+/// creation.
 struct BodyPose {
   std::uint32_t body;
   Pose pose;
 };
 
-/// A frame: either all vertices, or only what moved, in any mixture. What is not mentioned rests where it is.
-/// It is the end of a motion, always: a body that is put elsewhere (reset, respawned) is tested along the
-/// straight way there, and meets what lies on it. Make the scene again, or remove the body and add another.
+/// A frame: either all vertices, or only what moved, in any mixture. Everything else is stationary. A frame
+/// is always the end of a linear motion: a body that is moved elsewhere (reset, respawned) collides with
+/// everything on the straight path. To avoid this, create the scene again, or remove the body and add
+/// another.
 struct Frame {
   Frame() = default;
   Frame(const Positions& all) : positions(all) {}         // NOLINT: implicit by design
   Frame(std::span<const double> all) : positions(all) {}  // NOLINT: implicit by design
   Frame(std::span<const float> all) : positions(all) {}   // NOLINT: implicit by design
 
-  std::optional<Positions> positions;  ///< of all n vertices; then the rest is empty
+  std::optional<Positions> positions;  ///< of all n vertices; then all other fields must be empty
   std::span<const BodyPositions> bodies;
   std::span<const BodyPose> poses;
-  /// Single vertices, each once, and where they go: (k, 3).
+  /// Single vertices, each at most once, and their positions: (k, 3).
   std::span<const std::uint32_t> vertices;
   Positions vertex_positions;
 };

@@ -11,12 +11,12 @@
 
 namespace warmfront {
 
-/// A 3x4 matrix [R t], row-major: a vertex at rest position x is at R x + t. Within a step vertices move
-/// linearly from one pose to the next.
+/// A 3x4 matrix [R t], row-major: a vertex at reference position x is placed at R x + t. Within a step
+/// vertices move linearly from one pose to the next.
 struct Pose {
   std::array<double, 12> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-  /// In this order of operations, each rounded once, so that every machine places a vertex at the same bits.
+  /// In this order of operations, each rounded once, so that every machine computes the same bits.
   std::array<double, 3> place(const double* x) const {
     std::array<double, 3> placed;
     for (int row = 0; row < 3; ++row) {
@@ -29,11 +29,11 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-/// The pose with each number the nearest float32, as poses travel in a float32 session. Out of line: inlined
-/// beside what uses the numbers, GCC 12 at -O3 leaves the rounding of some of them out.
+/// The pose with each number rounded to the nearest float32, as poses are sent in a float32 session. Out of
+/// line: when inlined, GCC 12 at -O3 omits some of the roundings.
 Pose in_float32(const Pose& pose);
 
-/// How far R^T R may be from the identity, entry by entry: float32 matrices pass.
+/// Maximum entry of |R^T R - I|: float32 matrices pass.
 inline constexpr double kPoseTolerance = 1e-5;
 
 /// Which matrices pass: rotations, or also what is part of the way from one to another (part_way.h), which

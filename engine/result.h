@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Result<T>: a value or an Error, which a caller cannot overlook. Values are as thread-safe as T.
+// Result<T>: a value or an Error, which a caller must check. Values are as thread-safe as T.
 #pragma once
 
 #include <stdexcept>
@@ -9,34 +9,34 @@
 
 namespace warmfront {
 
-/// What kind of thing went wrong. The names follow the canonical gRPC codes, so that one table in the server
-/// maps them.
+/// Kind of an error. The names follow the canonical gRPC codes, so that one table in the server maps them.
 enum class ErrorCode {
-  kInvalidArgument,     ///< the input itself is bad; the message names the field and the first offender
-  kFailedPrecondition,  ///< the input is good, but not in this state
-  kResourceExhausted,   ///< a stated limit was met
-  kUnimplemented,       ///< a feature this build does not have
-  kCancelled,           ///< the caller asked to stop
-  kInternal,            ///< an invariant broke
-  kDataLoss,            ///< what was kept is broken, and cannot be made anew from what is left
+  kInvalidArgument,     ///< the input is invalid; the message names the field and the first offender
+  kFailedPrecondition,  ///< the input is valid, but not in this state
+  kResourceExhausted,   ///< a stated limit was exceeded
+  kUnimplemented,       ///< this build lacks the feature
+  kCancelled,           ///< the caller cancelled
+  kInternal,            ///< an invariant does not hold
+  kDataLoss,            ///< stored data are broken and cannot be recomputed
+  // Added by a service; the engine itself never returns these.
   // The engine itself never gives these: they are what a service in between adds.
   kNotFound,          ///< no such session
-  kAlreadyExists,     ///< the id is taken
-  kAborted,           ///< someone else holds what was asked for, or changed it
-  kDeadlineExceeded,  ///< not done in the time stated
-  kUnauthenticated,   ///< it is not known who asks
-  kPermissionDenied,  ///< it is known, and may not
-  kUnavailable,       ///< the service cannot be reached, or is about to stop; trying again may help
+  kAlreadyExists,     ///< the id is in use
+  kAborted,           ///< another caller holds the resource, or changed it
+  kDeadlineExceeded,  ///< not done in the stated time
+  kUnauthenticated,   ///< the caller is not authenticated
+  kPermissionDenied,  ///< the caller is authenticated, but not permitted
+  kUnavailable,       ///< the service is unreachable or about to stop; a retry may help
 };
 
-/// An error: its kind, and one sentence that says what, where (field, index) and what to do.
+/// An error: its kind, and one sentence that says what, where (field, index) and how to correct it.
 struct Error {
   ErrorCode code;
   std::string message;
 };
 
-/// Thrown by value() of a Result that holds an error, so that a program that did not ask ok() ends with the
-/// error's own message. Not caught anywhere in this project: asking ok() first is the way.
+/// Thrown by value() of a Result that holds an error, so that a program that did not check ok() ends with the
+/// error's own message. Never caught in this project: check ok() first.
 class BadResultAccess : public std::logic_error {
  public:
   explicit BadResultAccess(Error error)
@@ -59,8 +59,8 @@ namespace result_detail {
 }
 }  // namespace result_detail
 
-/// Either a T or an Error. `ok()` must be asked before `value()`, which else throws BadResultAccess, or
-/// `error()`, which else throws std::logic_error.
+/// Either a T or an Error. Check ok() before value(), which otherwise throws BadResultAccess, or error(),
+/// which otherwise throws std::logic_error.
 template <class T>
 class [[nodiscard]] Result {
  public:

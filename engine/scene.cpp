@@ -28,7 +28,7 @@ Status check_faces(const SceneDescription& description, StopSignal stop) {
   return {};
 }
 
-// No pair can ever be in contact, and none can come to be.
+// No pair can ever be in contact, even after later changes.
 bool could_never_touch(const SceneDescription& description) {
   return description.vertex_count > 0 && description.faces.empty() && description.bodies.empty();
 }
@@ -37,7 +37,7 @@ std::string name_of(std::size_t body) {
   return "bodies[" + std::to_string(body) + "]";
 }
 
-// What a body says of itself, its range apart.
+// Checks a body's description, except its range.
 Status check_body(const Body& body, const std::string& where) {
   if (body.name.size() > kMaxNameBytes)
     return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
@@ -105,7 +105,7 @@ Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::u
   return {};
 }
 
-// Rows of the items that mention each key, once however often they do; items stay ascending in a row.
+// For each key, the items that contain it, each once and ascending.
 template <std::size_t K>
 Csr invert(std::span<const std::array<std::uint32_t, K>> lists, std::size_t rows, StopSignal stop) {
   Csr csr;
@@ -275,7 +275,7 @@ Result<Scene> Scene::with_bodies(std::vector<Body> bodies, StopSignal stop) cons
 
 namespace {
 
-// Appends a list of each of some meshes, `shift` added to every number in it.
+// Appends the same list of several meshes, with `shift` added to every number in it.
 template <class T, class List, class Shift>
 void join(std::vector<T>& to, const auto& meshes, StopSignal stop, List&& list, Shift&& shift) {
   std::size_t size = 0;
@@ -330,7 +330,7 @@ std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>
       to.edges, meshes, stop, [](const Mesh& m) -> auto& { return m.edges; }, by_vertex);
   join(
       to.face_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.face_edges; }, by_edge);
-  // Rows end where those before them do and their own items: all but each list's leading 0 is taken.
+  // Offsets continue from the previous mesh: all but each list's leading 0 is appended.
   const auto join_rows = [&](Csr& rows, auto&& of, auto&& first_item) {
     join(
         rows.items, meshes, stop, [&](const Mesh& m) -> auto& { return of(m).items; }, by_face);
@@ -388,7 +388,7 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
       return Error{ErrorCode::kFailedPrecondition,
                    "bodies: the scene declares none; declare its bodies to add one"};
     if (Status status = check_body(addition.body, where); !status) return status.error();
-    // As a body: points of their own may be added to a scene, whose faces they meet.
+    // Checked as a body: unlike a scene, it may have no faces, since its points may meet the scene's faces.
     SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {addition.body}};
     description.bodies.front().first_vertex = 0;
     Result<Scene> added = create(std::move(description), stop);
@@ -441,7 +441,7 @@ std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
 }
 
 FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex) {
-  // Edges are sorted by their vertices as first given, and bodies are ranges of these.
+  // Edges are sorted by their vertices in original numbers, and bodies are ranges of these.
   const auto edges_before = [&](std::uint32_t vertex) {
     return static_cast<std::uint32_t>(
         std::ranges::partition_point(scene.edges(), [&](const Edge& e) { return e[0] < vertex; }) -

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is modelled: triangles, edges, incidence and bodies. Immutable once built, so free to share between
-// threads.
+// The model of a scene: triangles, edges, incidence and bodies. Immutable once built, so safe to share
+// between threads.
 #pragma once
 
 #include <array>
@@ -29,24 +29,24 @@ struct Csr {
   std::size_t memory_bytes() const { return (begin.capacity() + items.capacity()) * sizeof(std::uint32_t); }
 };
 
-/// How a body moves, which says what need not be tested (DESIGN 5).
+/// How a body moves, which determines what need not be tested (DESIGN 5).
 enum class BodyKind : std::uint8_t {
-  kDeformable,  ///< any way; tested against itself unless that is switched off
+  kDeformable,  ///< any motion; tested against itself unless that is switched off
   kRigid,       ///< as a whole, by poses or positions; never tested against itself
-  kStatic,      ///< not at all; never tested against itself or another static body
-  kRemoved,     ///< gone: its vertices and faces keep their numbers and are tested against nothing
+  kStatic,      ///< no motion; never tested against itself or another static body
+  kRemoved,     ///< its vertices and faces keep their numbers and are tested against nothing
 };
 
 /// The longest name that a body may have.
 inline constexpr std::size_t kMaxNameBytes = 1024;
 
-/// A range of vertices that belong together.
+/// A range of vertices that form a body.
 struct Body {
-  std::string name;  ///< any text, of at most kMaxNameBytes
+  std::string name;  ///< any text, at most kMaxNameBytes
   std::uint32_t first_vertex = 0;
   std::uint32_t vertex_count = 0;
   BodyKind kind = BodyKind::kDeformable;
-  bool self_collision = true;  ///< of a deformable body; the others have none
+  bool self_collision = true;  ///< for deformable bodies; the others are never tested against themselves
   /// Two bodies are tested against each other when the group of either has a bit in the mask of the other.
   std::uint32_t group = 1;
   std::uint32_t mask = 0xffffffff;
@@ -54,22 +54,22 @@ struct Body {
   friend bool operator==(const Body&, const Body&) = default;
 };
 
-/// What a caller says of a scene.
+/// A caller's description of a scene.
 struct SceneDescription {
   std::uint32_t vertex_count = 0;
-  /// (m, 3) vertex indices, each in [0, vertex_count). A face may repeat an index: it is the segment or the
-  /// point that it names.
+  /// (m, 3) vertex indices, each in [0, vertex_count). A face may repeat an index: it is then a segment or a
+  /// point.
   std::vector<std::array<std::int32_t, 3>> faces;
-  /// Disjoint ranges that cover all vertices, in order; each face lies within one. Empty: all is deformable,
-  /// and its connected components count as the bodies.
+  /// Disjoint ranges that cover all vertices, in order; each face lies within one. Empty: everything is
+  /// deformable, and the connected components are the bodies.
   std::vector<Body> bodies;
   /// Pairs of bodies, by index, that are not tested against each other.
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs = {};
 };
 
-/// A body to be added to a scene: its faces count its own vertices from 0.
+/// A body to be added to a scene: its faces number its own vertices from 0.
 struct BodyAddition {
-  Body body;  ///< the range's beginning is not looked at: it is appended
+  Body body;  ///< first_vertex is ignored: the body is appended
   std::vector<std::array<std::int32_t, 3>> faces;
 };
 
@@ -79,15 +79,15 @@ struct AddBody {
   std::vector<double> positions;  ///< (k, 3)
 };
 struct ChangeBody {
-  std::uint32_t index;  ///< may be of a body that an earlier change of the same adds
-  Body body;            ///< its range is not looked at: it stays
+  std::uint32_t index;  ///< may be a body added by an earlier change of the same list
+  Body body;            ///< its range is ignored and stays
 };
 using SceneChange = std::variant<AddBody, ChangeBody>;
 
 using Face = std::array<std::uint32_t, 3>;
-using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in the numbers first given
+using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in original numbers
 
-/// What the hierarchy holds: a face, by its number, or an isolated vertex, by its number and this bit.
+/// A primitive of the hierarchy: a face's number, or an isolated vertex's number with this bit set.
 using Primitive = std::uint32_t;
 inline constexpr Primitive kPoint = 0x80000000;
 
@@ -99,25 +99,25 @@ class Scene {
   /// An empty scene.
   Scene() = default;
 
-  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, when bodies
-  /// overlap or leave a gap, a face joins two bodies, or a group, mask or excluded pair says nothing; and
-  /// with kUnimplemented for vertices without any face, unless declared bodies let faces be added later:
-  /// nothing could ever touch. O((n + m) log m). Throws Stopped when told to stop, as all that takes a
-  /// StopSignal.
+  /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, bodies overlap or
+  /// leave a gap, a face joins two bodies, or a group, mask or excluded pair has no effect; and with
+  /// kUnimplemented when nothing could ever touch: vertices without any face, unless bodies are declared, so
+  /// that faces can be added later. O((n + m) log m). Throws Stopped when told to stop, as do all functions
+  /// that take a StopSignal.
   static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
-  /// The scene with one more body, whose vertices, faces and edges come after all others; what was there
-  /// keeps its numbers. Fails as create() does, and with kFailedPrecondition for a scene without declared
-  /// bodies. O(n + m), and O(k log k) for a body of k faces.
+  /// The scene with one more body, whose vertices, faces and edges come after all others; existing numbers do
+  /// not change. Fails as create() does, and with kFailedPrecondition for a scene without declared bodies.
+  /// O(n + m), and O(k log k) for a body of k faces.
   Result<Scene> with_body(BodyAddition addition) const;
-  /// The scene with these changes, one after the other, all or none: as with_body() and with_body_changed(),
-  /// and with kInvalidArgument for a removed body that is changed. Takes what the changes hold but the
-  /// positions, at which it does not look. `failed`: the change that an error is of. O(n + m) at most once,
-  /// however many bodies are added.
+  /// The scene with these changes in order, all or none: as with_body() and with_body_changed(), and with
+  /// kInvalidArgument for a change of a removed body. Moves the changes' content out, except positions, which
+  /// it ignores. `failed`: index of the change that caused the error. O(n + m) at most once, however many
+  /// bodies are added.
   Result<Scene> with_changes(std::span<SceneChange> changes, std::size_t& failed, StopSignal stop = {}) const;
   /// The scene with these bodies instead of its own, and no excluded pairs. Fails as create() does.
   Result<Scene> with_bodies(std::vector<Body> bodies, StopSignal stop = {}) const;
-  /// The scene with body `index` described anew: its range stays as it is. Fails as create() does.
+  /// The scene with a new description of body `index`, whose range does not change. Fails as create() does.
   Result<Scene> with_body_changed(std::uint32_t index, Body body) const;
 
   std::uint32_t vertex_count() const { return mesh_->vertex_count; }
@@ -126,16 +126,16 @@ class Scene {
 
   std::span<const Face> faces() const { return mesh_->faces; }
   std::span<const Edge> edges() const { return mesh_->edges; }
-  /// The edges (v0 v1), (v1 v2), (v2 v0) of each face; where the face repeats an index, two of them may be
-  /// one.
+  /// The edges (v0 v1), (v1 v2), (v2 v0) of each face; if the face repeats an index, two of them may be the
+  /// same.
   std::span<const std::array<std::uint32_t, 3>> face_edges() const { return mesh_->face_edges; }
-  /// Faces around a vertex and along an edge, each once, ascending in the numbers first given.
+  /// Faces around a vertex and along an edge, each once, ascending in original numbers.
   const Csr& vertex_faces() const { return mesh_->vertex_faces; }
   const Csr& edge_faces() const { return mesh_->edge_faces; }
-  /// Vertices of no face, ascending: they are tested as points against faces, and against nothing else.
+  /// Vertices of no face, ascending: tested as points against faces, and against nothing else.
   std::span<const std::uint32_t> isolated_vertices() const { return mesh_->isolated_vertices; }
 
-  /// The bodies as given; empty when they default to the connected components.
+  /// The bodies as declared; empty when they default to the connected components.
   std::span<const Body> bodies() const { return bodies_; }
   std::span<const std::array<std::uint32_t, 2>> excluded_pairs() const { return excluded_pairs_; }
   std::uint32_t body_count() const { return mesh_->body_count; }
@@ -149,14 +149,14 @@ class Scene {
   std::size_t memory_bytes() const;
 
  private:
-  // Takes checked bodies.
+  // Takes over bodies that were checked.
   Status take_bodies(SceneDescription& description, StopSignal stop);
   Status change(std::uint32_t index, Body body);
 
-  friend class Renumbering;  // makes another Scene of this one
+  friend class Renumbering;  // builds the renumbered Scene
 
-  // What does not depend on how bodies are described. Copies of a scene share it, so that describing a body
-  // anew costs nothing that grows with the mesh.
+  // Data that do not depend on the bodies' descriptions. Shared by copies of a scene, so that a new
+  // description of a body costs nothing that grows with the mesh.
   struct Mesh {
     std::uint32_t vertex_count = 0;
     std::uint32_t body_count = 0;
@@ -168,21 +168,21 @@ class Scene {
     std::vector<std::uint32_t> isolated_vertices;
     std::vector<std::uint32_t> body_of_vertex;
   };
-  // To be written to by the only one that knows it: copied where it is shared.
+  // For writing: copies the mesh if it is shared.
   Mesh& own_mesh() {
     if (mesh_.use_count() != 1) mesh_ = std::make_shared<Mesh>(*mesh_);
     return *mesh_;
   }
-  // One mesh after the other, each in numbers of its own before.
+  // Concatenates meshes, each with its own numbering.
   static std::shared_ptr<Mesh> joined(std::span<const std::shared_ptr<Mesh>> meshes, StopSignal stop);
 
   std::shared_ptr<Mesh> mesh_ = std::make_shared<Mesh>();
   std::vector<Body> bodies_;
-  std::size_t name_bytes_ = 0;  // of these bodies
+  std::size_t name_bytes_ = 0;  // of `bodies_`
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs_;
 };
 
-/// A range of vertices and of edges, such as a body's.
+/// A range of vertices and of edges, for example of a body.
 struct FeatureRange {
   std::uint32_t first_vertex = 0;
   std::uint32_t end_vertex = 0;

@@ -7,10 +7,10 @@
 
 namespace warmfront {
 
-/// Thrown by what was told to stop; the collider answers it with kCancelled.
+/// Thrown when told to stop; the collider turns it into kCancelled.
 struct Stopped {};
 
-/// Asks a flag of the caller's, between two grains of work.
+/// Checks a caller's flag between two grains of work.
 class StopSignal {
  public:
   StopSignal() = default;
@@ -24,20 +24,20 @@ class StopSignal {
   const std::atomic<bool>* flag() const { return flag_; }
 
  private:
-  // Alone in its source file, so that a test program may link another in its place, which stops at the n-th
+  // Defined alone in its source file, so that a test program may link a replacement that stops at the n-th
   // look: tests/support/counted_looks.h.
   void look() const;
 
   const std::atomic<bool>* flag_ = nullptr;
 };
 
-/// Asks once in so many units of work, for loops of which each turn takes some nanoseconds. Used by one
-/// thread at a time.
+/// Checks the flag once per several units of work, for loops whose iterations take a few nanoseconds. Used by
+/// one thread at a time.
 class PacedStop {
  public:
   explicit PacedStop(StopSignal stop, std::uint32_t every = kEvery) : stop_(stop), every_(every) {}
 
-  /// Does another unit. Throws Stopped when the flag is set and it is time to look.
+  /// Counts a unit of work. Throws Stopped when the flag is set and a look is due.
   void check() {
     if (++units_ < every_) return;
     units_ = 0;

@@ -17,7 +17,7 @@ namespace warmfront {
 namespace {
 
 // A linked library may have changed MXCSR (rounding, flush to zero) in any thread, so every thread that
-// enters the arena is put into the default environment.
+// enters the arena is switched to the default environment.
 class DefaultFloatingPoint final : public tbb::task_scheduler_observer {
  public:
   explicit DefaultFloatingPoint(tbb::task_arena& arena) : tbb::task_scheduler_observer(arena) {
@@ -27,7 +27,7 @@ class DefaultFloatingPoint final : public tbb::task_scheduler_observer {
   void on_scheduler_entry(bool) override { std::fesetenv(FE_DFL_ENV); }
 };
 
-// The default environment, and the calling thread's own back at the end.
+// Sets the default environment, and restores the calling thread's own at the end.
 class CallerEnvironment {
  public:
   CallerEnvironment() {
@@ -53,8 +53,8 @@ int thread_count(int asked) {
 struct Workers::Impl {
   Impl(int the_threads, Bounds bounds) : in_all(allow(the_threads, bounds)), threads(the_threads) {}
 
-  // oneTBB starts no more threads than the machine has cores unless told to, before the arena starts; the
-  // least of what it was told counts.
+  // By default oneTBB starts at most one thread per core; a higher limit must be set before the arena starts.
+  // The least of all limits applies.
   static std::optional<tbb::global_control> allow(int threads, Bounds bounds) {
     if (bounds == Bounds::kOneCall && static_cast<unsigned>(threads) <= std::thread::hardware_concurrency())
       return std::nullopt;
@@ -66,8 +66,7 @@ struct Workers::Impl {
   const int threads;
 };
 
-Workers::Workers(int threads, Bounds bounds)
-    : impl_(std::make_unique<Impl>(thread_count(threads), bounds)) {}
+Workers::Workers(int threads, Bounds bounds) : impl_(std::make_unique<Impl>(thread_count(threads), bounds)) {}
 Workers::~Workers() = default;
 
 namespace {
@@ -78,8 +77,8 @@ struct Arena {
   DefaultFloatingPoint environment;
 };
 
-// The calling thread's own arena of so many slots; made when it is first needed. oneTBB hands the environment
-// in which an arena was made to every task, so it is made in the default one.
+// The calling thread's own arena with this many slots, created on first use in the default environment,
+// because oneTBB passes the environment in which an arena was created to every task.
 Arena& own_arena(int threads) {
   thread_local std::vector<std::pair<int, std::unique_ptr<Arena>>> arenas;
   for (const auto& [count, arena] : arenas)
@@ -87,7 +86,7 @@ Arena& own_arena(int threads) {
   const CallerEnvironment environment;
   return *arenas.emplace_back(threads, std::make_unique<Arena>(threads)).second;
 }
-thread_local int alone = 0;  // OneThreads alive
+thread_local int alone = 0;  // number of living OneThreads
 
 }  // namespace
 
@@ -104,12 +103,12 @@ int Workers::threads() const {
 }
 
 void Workers::run(const std::function<void()>& work) {
-  // Another thread of the arena may do the work. oneTBB orders it before the return; the flag says so in code
-  // that the thread sanitizer can see.
+  // Another thread of the arena may run the work. oneTBB orders it before the return; the flag states this in
+  // a form that the thread sanitizer can see.
   std::atomic<bool> done{false};
   own_arena(threads()).arena.execute([&] {
     const CallerEnvironment environment;
-    // Tasks of another collider in the same arena must not run inside a wait of this one: it may hold
+    // Tasks of another collider in the same arena must not run inside a wait of this one: it may use
     // thread-local state.
     tbb::this_task_arena::isolate([&work] { work(); });
     done.store(true, std::memory_order_release);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads that steps run on. Thread-safe: many colliders may share one Workers and step at once.
+// The threads that steps run on. Thread-safe: many colliders may share one Workers and step concurrently.
 #pragma once
 
 #include <functional>
@@ -7,30 +7,30 @@
 
 namespace warmfront {
 
-/// oneTBB arenas, one for each thread that calls, so that none waits for what another has begun: oneTBB's own
-/// threads divide themselves among those that have work. All run in the IEEE default environment (round to
-/// nearest, no flush to zero), which the elementary tests' error bounds take for granted, whatever the
-/// environment of the threads that make and call it.
+/// oneTBB arenas, one for each calling thread, so that no caller waits for another's work: oneTBB divides its
+/// own threads among the arenas that have work. All run in the IEEE default environment (round to nearest, no
+/// flush to zero), which the elementary tests' error bounds require, whatever the environment of the calling
+/// threads.
 class Workers {
  public:
   enum class Bounds {
-    kOneCall,  ///< one call takes so many threads at most
-    kProcess,  ///< oneTBB has so many in all, the one that calls included, while this lives
+    kOneCall,  ///< at most this many threads per call
+    kProcess,  ///< at most this many oneTBB threads in the process, the caller included, while this lives
   };
-  /// `threads` >= 1, or 0 for as many as the machine has.
+  /// `threads` >= 1, or 0 for one per core.
   explicit Workers(int threads = 0, Bounds bounds = Bounds::kOneCall);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  /// That run() would use on the calling thread.
+  /// Number of threads that run() would use on the calling thread.
   int threads() const;
 
   /// Runs `work` inside the calling thread's arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);
 
-  /// While one lives, every run() of the thread that made it takes this thread alone: a small step does not
-  /// look for the threads that a large one has taken. Lives on one thread's stack.
+  /// While one lives, every run() on the thread that created it uses this thread only: a small step need not
+  /// wait for threads that a large one occupies. Must stay on one thread's stack.
   class OneThread {
    public:
     OneThread();

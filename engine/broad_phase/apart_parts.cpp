@@ -9,12 +9,12 @@
 namespace warmfront {
 namespace {
 
-/// Near pairs a part. Where there are more, bodies are not side by side but in one place: nothing separates
-/// them, and lists of their pairs would be long.
+/// Near pairs per part. With more, the bodies overlap in one place: nothing separates them, and the lists of
+/// pairs would be long.
 constexpr std::size_t kMostNear = 64;
 
-// How far apart along one direction two parts must be, so that nothing between them is reported, however far
-// they move: the certified tier's promise of certified.h. Only for the tiers certified and exact.
+// The distance along one direction beyond which nothing between two parts is reported, for any motion: the
+// certified tier's promise in certified.h. Only for the tiers certified and exact.
 WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame) {
   if (options.tier == Tier::kExact) return {};
   return {.least = frame.to_local(options.min_separation),
@@ -60,7 +60,7 @@ void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options,
   near.resize(kept);
 }
 
-// Pairs of small parts, but for those at rest that were not shown to be apart: they are as near as they were.
+// Pairs of small parts, except stationary ones that were not proved apart: their distance has not changed.
 void ApartParts::choose(const SceneMotion& motion, bool rebuild, StopSignal stop,
                         std::span<const NearPair> near) {
   candidates_.clear();

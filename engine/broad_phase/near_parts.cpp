@@ -15,7 +15,8 @@ double middle(const Bounds& bounds, int axis) {
 
 }  // namespace
 
-// The static ones apart first, then by the widest axis of the middles, as the parts' own hierarchies.
+// Splits off the static parts first, then by the widest axis of the centres, as the parts' own hierarchies
+// do.
 template <class Bounds>
 void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node,
                               StopSignal stop) {
@@ -63,7 +64,7 @@ template <class Bounds>
 void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bounds> roots, StopSignal stop) {
   order_.clear();
   for (std::uint32_t p = 0; p < model.part_count(); ++p) {
-    // Bounds that hold everything have no middle: their parts meet all others, wherever they are put.
+    // Unbounded parts have no centre: they overlap all others at any position in the order.
     if (!model.is_removed(p)) order_.push_back(p);
   }
   shape_ = TreeShape(static_cast<std::uint32_t>(order_.size()), 1);
@@ -169,12 +170,12 @@ std::span<const NearPair> NearParts<Bounds>::find(const CollisionModel& model, s
   stack_.clear();
   if (!nodes_.empty()) stack_.push_back(Bvtt::root());
   const std::uint64_t tests_before = bv_tests;
-  // A part with itself is no more than the part takes anyway.
+  // The memory for a part with itself is within the part's own.
   const std::size_t allowed = most < ~std::size_t{0} - order_.size() ? most + order_.size() : most;
   traverse(model, changed, rebuild, allowed, stop, bv_tests);
   if (near_.size() > allowed) {
     overflowed_ = true;
-    bv_tests = tests_before;  // they are made again
+    bv_tests = tests_before;  // the tests are repeated
     std::vector<NearPair>().swap(near_);
     std::vector<NearPair>().swap(last_);
     stack_.assign(1, Bvtt::root());

@@ -17,21 +17,20 @@ namespace warmfront {
 template <class Bounds>
 class NearParts {
  public:
-  /// The parts' bounds in this step, and which of them are other than in the last. The pairs that may meet
-  /// and overlap, sorted, parts that are tested against themselves with themselves among them; valid until
-  /// the next call. Pairs of which neither part changed are taken from the last step, unless `rebuild`. Adds
-  /// its overlap tests to `bv_tests`. Throws Stopped when told to stop, and is good for a find() with
-  /// `rebuild` then.
+  /// Takes the parts' bounds in this step, and which changed since the last one. Returns the pairs that may
+  /// meet and overlap, sorted, including self-tested parts with themselves; valid until the next call. Pairs
+  /// of which neither part changed are taken from the last step, unless `rebuild`. Adds its overlap tests to
+  /// `bv_tests`. Throws Stopped when told to stop; the next find() must then be `rebuild`.
   ///
-  /// Where there are more than `most` pairs of two parts, none is returned, overflowed() is true, and
-  /// next_block() tells of all of them; the next find() is `rebuild`.
+  /// With more than `most` pairs of two parts it returns none, overflowed() is true, and next_block() returns
+  /// them block by block; the next find() must be `rebuild`.
   std::span<const NearPair> find(const CollisionModel& model, std::span<const Bounds> roots,
                                  std::span<const std::uint8_t> changed, bool rebuild, std::uint64_t& bv_tests,
                                  std::size_t most = ~std::size_t{0}, StopSignal stop = {});
 
   bool overflowed() const { return overflowed_; }
-  /// After a find() that overflowed, in the same step: the next pairs, about kBlock of them, sorted; in all
-  /// blocks together each pair is once. None when there are no more. Valid until the next call.
+  /// After a find() that overflowed, in the same step: the next block of about kBlock pairs, sorted; each
+  /// pair occurs in one block. Empty when there are no more. Valid until the next call.
   std::span<const NearPair> next_block(const CollisionModel& model, std::span<const std::uint8_t> changed,
                                        std::uint64_t& bv_tests, StopSignal stop);
   static constexpr std::size_t kBlock = std::size_t{1} << 16;
@@ -53,7 +52,7 @@ class NearParts {
   void refit(const CollisionModel& model, std::span<const Bounds> roots,
              std::span<const std::uint8_t> changed);
   double looseness() const;
-  // Goes on from `stack_` until it is empty, or there are more than `most` pairs in `near_`.
+  // Continues from `stack_` until it is empty, or there are more than `most` pairs in `near_`.
   void traverse(const CollisionModel& model, std::span<const std::uint8_t> changed, bool rebuild,
                 std::size_t most, StopSignal stop, std::uint64_t& bv_tests);
   void sort(StopSignal stop);
@@ -64,8 +63,8 @@ class NearParts {
   double built_looseness_ = 0;
   std::vector<NearPair> near_;
   std::vector<NearPair> last_;
-  std::vector<NodePair> stack_;  // what is to be traversed yet
-  std::size_t next_self_ = 0;    // of `order_`: the parts against themselves that blocks tell of next
+  std::vector<NodePair> stack_;  // not yet traversed
+  std::size_t next_self_ = 0;    // index in `order_` of the next part against itself for next_block()
   bool overflowed_ = false;
 };
 

@@ -14,10 +14,10 @@ struct PartPair {
   friend auto operator<=>(const PartPair&, const PartPair&) = default;
 };
 
-/// Two parts that are near each other, or one that is tested against itself.
+/// Two parts that are near each other, or one part that is tested against itself.
 struct NearPair {
   PartPair parts;
-  /// Neither part changed: what was found between them last time holds.
+  /// Neither part changed: the cached results between them hold.
   bool rests = false;
 };
 

@@ -18,7 +18,7 @@ struct Extreme {
   std::uint32_t point;
 };
 
-// The point that reaches least far in a direction.
+// The least point in a direction.
 WARMFRONT_INLINE Extreme least(const MovingPoints& points, int end, const std::array<float, 3>& direction) {
   const float* x = points.lane(end, 0);
   const float* y = points.lane(end, 1);
@@ -41,10 +41,10 @@ WARMFRONT_INLINE Vec3 point(const MovingPoints& points, int end, std::uint32_t i
   return {points.lane(end, 0)[i], points.lane(end, 1)[i], points.lane(end, 2)[i]};
 }
 
-// What one direction says: the least of all differences between a point of b and one of a, at either end.
+// The result of one direction: the least of all differences between a point of b and one of a, at either end.
 struct Look {
   double gap;
-  Vec3 difference;  // that has it
+  Vec3 difference;  // the least one
 };
 
 WARMFRONT_TARGET_CLONES
@@ -67,7 +67,7 @@ Look look(const MovingPoints& a, const MovingPoints& b, const std::array<Vec3, 2
 // Up to four differences, and the point of their hull that is nearest to 0.
 class Simplex {
  public:
-  // Takes one more, and drops those that the nearest point does not lie between. Gives that point.
+  // Adds a difference, drops those that do not contribute to the nearest point, and returns that point.
   Vec3 add(const Vec3& difference) {
     points_[count_++] = difference;
     const unsigned newest = 1U << (count_ - 1);
@@ -82,7 +82,7 @@ class Simplex {
         distance = dot(candidate, candidate);
       }
     }
-    // The hull's faces without the newest have been looked at before.
+    // The hull's faces without the newest difference were examined before.
     int kept = 0;
     for (int i = 0; i < count_; ++i) {
       if ((best >> i & 1U) != 0) points_[kept++] = points_[i];
@@ -93,15 +93,15 @@ class Simplex {
   bool full() const { return count_ == 4; }
 
  private:
-  // The point nearest to 0 of what a subset spans; is it within the subset's hull?
+  // The nearest point to 0 of a subset's span; is it within the subset's hull?
   bool between(unsigned subset, Vec3& nearest) const {
     std::array<Vec3, 4> of{};
     int n = 0;
     for (int i = 0; i < count_; ++i) {
       if ((subset >> i & 1U) != 0) of[n++] = points_[i];
     }
-    // Edges from the first, made orthogonal one by one; each takes its part off the first point. The weights
-    // follow from the triangular system.
+    // Edges from the first point, orthogonalised one by one; the first point's components along them are
+    // removed. The weights follow from the triangular system.
     std::array<Vec3, 3> edge{};
     std::array<std::array<double, 3>, 3> shear{};
     std::array<double, 3> weight{};
@@ -151,7 +151,7 @@ std::optional<std::array<double, 3>> separating_direction(const MovingPoints& a,
   const double least_gap = wanted.least + wanted.share_of_size * size + slack;
   if (!(least_gap < std::numeric_limits<double>::infinity())) return std::nullopt;
 
-  // At first from centre to centre, which is no difference of points: they may be outside of their parts.
+  // First from centre to centre, which is not a difference of points: centres may lie outside their parts.
   Vec3 nearest = first ? Vec3{(*first)[0], (*first)[1], (*first)[2]} : 0.5 * (offset[0] + offset[1]);
   Simplex simplex;
   for (int looks = 0; looks < kMostLooks; ++looks) {
@@ -159,8 +159,8 @@ std::optional<std::array<double, 3>> separating_direction(const MovingPoints& a,
     const Vec3 direction = distance > 0 ? (1 / distance) * nearest : Vec3{1, 0, 0};
     const Look found = look(a, b, offset, direction);
     if (found.gap > least_gap) return std::array{direction.x, direction.y, direction.z};
-    // No direction keeps the parts farther apart than the nearest of what lies between differences; nor, when
-    // this one shows that it is the nearest of all, as far as float32 can tell, than it does.
+    // No direction separates the parts by more than the nearest point of the simplex; and when this direction
+    // attains that distance, as far as float32 can tell, none is better.
     if (looks > 0 && !(found.gap < distance - slack)) return std::nullopt;
     nearest = simplex.add(found.difference);
     if (simplex.full() || !(norm(nearest) > least_gap)) return std::nullopt;

@@ -37,7 +37,7 @@ class Ends {
   }
 
  private:
-  // As of something that rests where the step ends.
+  // The bounds of a primitive that is stationary at the end of the step.
   Bounds bounds(std::uint32_t block, std::uint32_t i) const {
     Bounds bounds = Bounds::empty();
     for (const std::uint32_t v :
@@ -61,9 +61,9 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
   if (!std::ranges::equal(kept, list_neighbours(tree, stop), same_lists))
     return "does not list the neighbouring blocks";
   if (std::ranges::any_of(kept, &NeighbourChunk::tested))
-    return "has neighbours that were tested for a step which did not come";
+    return "has neighbours tested for a step that was rolled back";
   const Ends<Bounds> ends(tree, scene, vertex_bounds);
-  std::atomic<std::uint64_t> wrong{0};  // one more than a block of the last that was found
+  std::atomic<std::uint64_t> wrong{0};  // one more than the last wrong block found; 0: none
   const auto check = [&](std::size_t turns) {
     const std::size_t c = turns * kBudgetTurns + turn % kBudgetTurns;
     if (c >= kept.size()) return;
@@ -78,7 +78,7 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
   };
   tbb::parallel_for(std::size_t{0}, kept.size() / kBudgetTurns + 1, check);
   if (wrong == 0) return "";
-  return "takes block " + std::to_string(wrong - 1) + " and a neighbour for apart";
+  return "marks block " + std::to_string(wrong - 1) + " and a neighbour as apart";
 }
 
 template std::string broken_neighbours(std::span<const NeighbourChunk>, const Bvh<Aabb>&, const Scene&,

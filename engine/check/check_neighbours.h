@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checking what a front keeps of a part's neighbouring blocks: a part of the self-check (self_check.h).
+// Checks a front's cached budgets of a part's neighbouring blocks: a part of the self-check (self_check.h).
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,9 @@
 
 namespace warmfront {
 
-/// What is wrong first, empty where nothing is: that `kept` lists the neighbours of `tree` as they are, and
-/// that those whose budgets last are apart at the end of the step. Budgets are looked at in one chunk of
-/// kBudgetTurns, another one in each turn. Parallel. Throws Stopped when told to
-/// stop.
+/// The first fault, or an empty string: `kept` must list the neighbours of `tree`, and those with budget left
+/// must be apart at the end of the step. Checks the budgets of one chunk in kBudgetTurns, rotating with
+/// `turn`. Parallel. Throws Stopped when told to stop.
 template <class Bounds>
 std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bounds>& tree,
                               const Scene& scene, std::span<const PointBounds> vertex_bounds,

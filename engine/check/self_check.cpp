@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checking, part by part and segment by segment. Thread safety as stated in the header.
+// Checks part by part and segment by segment. Thread safety: see the header.
 #include "engine/check/self_check.h"
 
 #include <tbb/parallel_for.h>
@@ -28,7 +28,7 @@ std::string text(const NodePair& pair) {
   return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")";
 }
 
-/// The first thing that any thread found.
+/// The first fault found by any thread.
 class Finding {
  public:
   explicit operator bool() const { return found_.load(std::memory_order_relaxed); }
@@ -58,9 +58,9 @@ class SelfCheck {
 
   Status run() {
     if (checksum(core_, kept_.stop) != core_.checksum())
-      found_.report(ErrorCode::kDataLoss, "the scene's topology is not what it was");
+      found_.report(ErrorCode::kDataLoss, "the scene's topology has changed");
     if (kept_.trees.size() != core_.topology->parts.size())
-      found_.report(ErrorCode::kInternal, "parts and hierarchies differ in number");
+      found_.report(ErrorCode::kInternal, "the numbers of parts and hierarchies differ");
     if (!found_) {
       tbb::parallel_for(std::size_t{0}, kept_.trees.size(),
                         [&](std::size_t p) { check_part(static_cast<std::uint32_t>(p)); });
@@ -74,7 +74,7 @@ class SelfCheck {
  private:
   void broken(const std::string& what) { found_.report(ErrorCode::kInternal, what); }
 
-  // A part whose bounds are those of the last step.
+  // Are the part's bounds those of the last step?
   bool current(std::uint32_t p) const {
     return !core_.model.is_removed(p) && kept_.refit_in[p] == kept_.step && !kept_.trees[p].nodes.empty() &&
            !kept_.trees[p].order.empty();
@@ -84,8 +84,9 @@ class SelfCheck {
     kept_.stop.check();
     if (!current(p)) return;
     const std::string of_part = " of part " + std::to_string(p);
-    if (!holds_each_once(p)) return broken("the hierarchy" + of_part + " does not hold each primitive once");
-    if (!leaves_agree(p)) return broken("the leaves" + of_part + " are not those of its order");
+    if (!holds_each_once(p))
+      return broken("the hierarchy" + of_part + " does not contain each primitive exactly once");
+    if (!leaves_agree(p)) return broken("the leaves" + of_part + " do not match its primitive order");
     const FeatureRange& features = core_.topology->parts[p].features;
     for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
       const auto v = static_cast<std::uint32_t>(i);
@@ -93,9 +94,9 @@ class SelfCheck {
       const PointBounds bounds =
           point_bounds(motion.vertices()[v], motion.frame(), core_.bounds_separation, kept_.magnitude);
       if (!(core_.vertex_bounds[v] == bounds))
-        found_.report(ErrorCode::kDataLoss, "vertex " +
-                                                std::to_string(core_.topology->numbering.vertices()[v]) +
-                                                " is not within its bounds");
+        found_.report(
+            ErrorCode::kDataLoss,
+            "vertex " + std::to_string(core_.topology->numbering.vertices()[v]) + " is outside its bounds");
     });
     const Bvh<Bounds>& tree = kept_.trees[p];
     for_each_index(
@@ -103,7 +104,7 @@ class SelfCheck {
         [&](std::size_t i) {
           const auto node = static_cast<NodeId>(i);
           if (!node_holds(tree, node))
-            broken("node " + std::to_string(node) + of_part + " does not hold what is below it");
+            broken("node " + std::to_string(node) + of_part + " does not contain its children");
         },
         kNodesAtOnce);
   }
@@ -115,7 +116,7 @@ class SelfCheck {
         tree.shape.primitive_count() != part.shape.primitive_count() ||
         tree.shape.leaf_count() != part.shape.leaf_count())
       return false;
-    // The first order is the hierarchy's own at first, and the same set ever after.
+    // At first this is the hierarchy's own order, later always a permutation of it.
     if (std::ranges::equal(tree.order, part.order)) return true;
     std::vector<Primitive> order(tree.order), first(part.order);
     PacedStop paced(kept_.stop);
@@ -222,7 +223,7 @@ class SelfCheck {
     return true;
   }
 
-  // Parts that may meet and whose bounds overlap are looked at.
+  // Pairs of parts that may meet and whose bounds overlap must be in `near` or `apart`.
   void check_near() {
     const auto parts = static_cast<std::uint32_t>(kept_.roots.size());
     constexpr std::uint64_t kTests = 1U << 20;
@@ -241,12 +242,12 @@ class SelfCheck {
         if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&
             !std::ranges::binary_search(kept_.apart, pair, {}, &ApartPair::parts))
           return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
-                        " are near and are not looked at");
+                        " are near but have no front");
       }
     });
   }
 
-  // All of b lies beyond all of a, at both ends.
+  // All of b must lie beyond all of a, at both ends.
   void check_apart() {
     for_each_index(0, kept_.apart.size(), kept_.stop, [&](std::size_t i) {
       const ApartPair& pair = kept_.apart[i];
@@ -264,7 +265,7 @@ class SelfCheck {
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
           if (!(along(pair.parts.b, v) - most > core_.asked_separation))
             return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
-                          " are not apart along the direction that was found");
+                          " are not apart along the stored direction");
         }
       }
     });
@@ -273,10 +274,10 @@ class SelfCheck {
   void check_front() {
     const std::span<const FrontSegment> segments = kept_.front->segments();
     if (!std::ranges::equal(segments, kept_.near, {}, &FrontSegment::parts, &NearPair::parts))
-      return broken("the front's segments are not those of the parts that are near");
+      return broken("the front's segments do not match the pairs of near parts");
     std::size_t size = 0;
     for (const FrontSegment& segment : segments) size += segment.size;
-    if (size != kept_.front->size()) return broken("the front counts other pairs than it holds");
+    if (size != kept_.front->size()) return broken("the front has a wrong pair count");
     tbb::parallel_for(std::size_t{0}, segments.size(), [&](std::size_t s) {
       const FrontSegment& segment = segments[s];
       if (!current(segment.parts.a) || !current(segment.parts.b)) return;
@@ -299,7 +300,8 @@ class SelfCheck {
     return " of parts " + std::to_string(segment.parts.a) + " and " + std::to_string(segment.parts.b);
   }
 
-  // Walking down the test tree meets the front's pairs in order: each path from the root ends at one of them.
+  // A depth-first walk of the test tree meets the front's pairs in order: each path from the root ends at one
+  // of them.
   void check_cut(const FrontSegment& segment) {
     const Bvtt bvtt(kept_.trees[segment.parts.a].shape, kept_.trees[segment.parts.b].shape,
                     segment.parts.a == segment.parts.b);
@@ -322,8 +324,8 @@ class SelfCheck {
       }
     }
     if (!stack.empty())
-      return broken("the front" + of(segment) + " lacks what is below " + text(stack.back()));
-    if (pairs != segment.size) broken("the front" + of(segment) + " counts other pairs than it holds");
+      return broken("the front" + of(segment) + " has no pairs below " + text(stack.back()));
+    if (pairs != segment.size) broken("the front" + of(segment) + " has a wrong pair count");
   }
 
   void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
@@ -334,24 +336,25 @@ class SelfCheck {
     std::uint64_t tests = 0;
     for (const FrontPair& pair : chunk.pairs) {
       if (!bvtt.is_leaf(pair.nodes) && !(trees.gap(pair.nodes, tests) > 0))
-        return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for disjoint");
+        return broken("the front" + of(segment) + " marks overlapping pair " + text(pair.nodes) +
+                      " as disjoint");
       if (pair.adjacent && trees.gap(pair.nodes, tests) > 0)
-        return broken("the front" + of(segment) + " takes pair " + text(pair.nodes) + " for adjacent");
+        return broken("the front" + of(segment) + " marks pair " + text(pair.nodes) + " as adjacent");
     }
     std::size_t contacts = 0;
     for (std::size_t i = 0; i < chunk.kept.pairs.size(); ++i) {
       contacts += chunk.kept.pairs[i].contacts;
       if (chunk.kept.pairs[i].pair >= chunk.pairs.size() ||
           (i > 0 && chunk.kept.pairs[i].pair <= chunk.kept.pairs[i - 1].pair))
-        return broken("the front" + of(segment) + " keeps answers of pairs that it does not hold");
+        return broken("the front" + of(segment) + " caches answers of pairs that it does not contain");
     }
     if (contacts != chunk.kept.contacts.size())
-      broken("the front" + of(segment) + " counts other contacts than it keeps");
+      broken("the front" + of(segment) + " has a wrong count of cached contacts");
   }
 
   static constexpr std::size_t kNodesAtOnce = 64;
 
-  // Two nodes of 31 levels at most, and two siblings left behind at each.
+  // Two nodes of at most 31 levels, with two pending siblings at each.
   static constexpr std::size_t kDeepest = 192;
 
   const KeptState<Bounds>& kept_;
@@ -363,7 +366,7 @@ class SelfCheck {
 
 std::uint64_t checksum(const Core& core, StopSignal stop) {
   std::uint64_t sum = topology_checksum(*core.scene, *core.topology, stop);
-  // Those of other parts may have been found for a change that came to nothing.
+  // Orphans of other parts may have been found for a change that was rolled back.
   for (std::size_t p = 0; p < core.orphans.size(); ++p) {
     if (core.orphans[p] != nullptr) sum += orphans_checksum(core.topology->parts[p], stop);
   }

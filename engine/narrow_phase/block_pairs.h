@@ -16,7 +16,7 @@ namespace warmfront {
 template <class Bounds>
 class BlockPairs {
  public:
-  /// Takes what it finds to `tester`.
+  /// Passes primitive pairs to `tester`.
   explicit BlockPairs(PairTester& tester) : tester_(tester) {}
 
   void begin(const NarrowPhaseInput& input) {
@@ -25,16 +25,16 @@ class BlockPairs {
     gap_at_ = input.gap_at;
   }
 
-  /// The next blocks are of leaves of these hierarchies, which stand to each other as `between` says; that
-  /// outlives their tests.
+  /// The next blocks belong to leaves of these hierarchies, related by `between`, which must outlive their
+  /// tests.
   void begin_leaves(const Bvh<Bounds>& a, const Bvh<Bounds>& b, const GridPair<Bounds>& between) {
     between_ = &between;
     rebased_ = nullptr;
     always_empty_ = no_pairs(a.shape.largest_block(), b.shape.largest_block(), false);
   }
 
-  /// Tests all primitives of two blocks against each other, but for the pairs `excluded` (Bvh::excluded()).
-  /// `whole_b` bounds the second one as a whole; null where they are one block. Returns the gap of
+  /// Tests all primitives of two blocks against each other, except the pairs in `excluded` (Bvh::excluded()).
+  /// `whole_b` bounds the second one as a whole; null if they are one block. Returns the gap of
   /// primitive_overlaps().
   float test(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
              std::uint64_t excluded, const OneOfLeaf* whole_b) {
@@ -48,10 +48,10 @@ class BlockPairs {
     return pairs.gap;
   }
 
-  /// What is not to be tested of any two blocks.
+  /// Pairs of two blocks' slots that must not be tested.
   static std::uint64_t excluded(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b,
                                 std::uint32_t block_b) {
-    return &a == &b ? a.excluded(block_a, block_b) : 0;  // two hierarchies have no vertex in common
+    return &a == &b ? a.excluded(block_a, block_b) : 0;  // two hierarchies share no vertex
   }
 
  private:
@@ -59,20 +59,20 @@ class BlockPairs {
                   const EightOverlaps& pairs) {
     const std::uint32_t first_a = a.shape.begin_of_block(block_a);
     const std::uint32_t first_b = b.shape.begin_of_block(block_b);
-    // What `excluded` need not say: the first of a block stands in its empty slots.
+    // `excluded` may omit empty slots, which repeat the block's first.
     const std::uint64_t none = no_pairs(b.shape.begin_of_block(block_b + 1) - first_b,
                                         a.shape.begin_of_block(block_a + 1) - first_a, false);
     for (std::uint64_t bits = pairs.to_test & ~none; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       const Primitive p = a.order[first_a + bit % 8];
       const Primitive q = b.order[first_b + bit / 8];
-      // So that which pairs are counted does not depend on the leaves that they are in.
+      // So that the counted pairs do not depend on the leaves that they are in.
       if ((bits & -bits & pairs.unsure) != 0 && !bounds_overlap(p, q)) continue;
       tester_.primitive_pair(p, q);
     }
   }
 
-  // In float32.
+  // Overlap of the float32 bounds.
   bool bounds_overlap(Primitive p, Primitive q) const {
     const auto bounds = [this](Primitive primitive) {
       const auto [a, b, c] = primitive_vertices(*scene_, primitive);
@@ -87,7 +87,7 @@ class BlockPairs {
   GapAt gap_at_ = GapAt::kEnd;
   const GridPair<Bounds>* between_ = nullptr;
   std::uint64_t always_empty_ = 0;                // in all blocks of these hierarchies
-  const EightBounds<Bounds>* rebased_ = nullptr;  // the block that is in `over_`
+  const EightBounds<Bounds>* rebased_ = nullptr;  // the block that `over_` was computed from
   Rebased<Bounds> over_;
 };
 

@@ -63,23 +63,22 @@ WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const 
     const double g = largest(g0, g1);
     const double q = largest(q0, q1);
     // As in Cubic; one rounding more for the product with 1/3. Products that underflow err by less than
-    // 2^-1074 times a coordinate each; products that overflow make the bound infinite or not a number, and
-    // the pair survives.
-    // The product of two may underflow where that of all three does not: the greatest of the three orders is
-    // right.
+    // 2^-1074 times a coordinate each; products that overflow make the bound infinite or NaN, and the pair
+    // survives. The product of two may underflow where that of all three does not: the greatest of the three
+    // orders is right.
     const auto greater = [](double x, double y) { return x > y ? x : y; };
     const double product = greater(greater((e * g) * q, (g * q) * e), (q * e) * g);
     double bound = 120 * kUnit * product + 0x1p-1000 * (1 + e);
     if constexpr (kSeparated) {
-      // |f| <= separation * |n| in contact; |n| <= |p| |r| <= 3 |p|inf |r|inf for the two vectors whose
-      // product n is: vertex-face: differences of face vertices, at most e + g and e + q; edge-edge: e and q
-      // - g.
+      // |f| <= separation * |n| in contact; |n| <= |p| |r| <= 3 |p|inf |r|inf for the two vectors with
+      // product n: vertex-face: differences of face vertices, at most e + g and e + q; edge-edge: e and q -
+      // g.
       const double normal = edge_edge[i] != 0 ? 3 * e * (g + q) : 3 * (e + g) * (e + q);
       bound += separation * normal * (1 + 0x1p-48);
     }
     const double lo = std::min(std::min(k0, k1), std::min(k2, k3));
     const double hi = std::max(std::max(k0, k1), std::max(k2, k3));
-    // A coefficient that is not a number could hide in the minimum: its sum is not a number either.
+    // The minimum may ignore a NaN coefficient; the sum does not.
     const bool finite = std::fabs(k0 + k1 + k2 + k3) < 0x1p1000;
     apart[i] = finite && (lo > bound || hi < -bound) ? 1.0 : 0.0;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A block of feature pairs on their way through the elementary cascade. Used by one thread at a time.
+// A block of feature pairs for the elementary cascade. Used by one thread at a time.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct FeaturePair {
   ContactKind kind;
 };
 
-/// Candidates are never materialised whole: they are tested a block at a time.
+/// Candidates are never stored all at once: they are tested a block at a time.
 struct FeatureBlock {
   static constexpr std::size_t kCapacity = 512;
   std::array<FeaturePair, kCapacity> pairs;

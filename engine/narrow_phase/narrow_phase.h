@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From leaf pairs to contacts: triangle pairs, the feature pairs they own, and the elementary cascade, block
-// by block. One NarrowPhase serves all threads of a step; each thread works through its own sink.
+// by block. One NarrowPhase serves all threads of a step; each thread uses its own sink.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@
 
 namespace warmfront {
 
-/// What a step's narrow phase reads. Constant from begin() on; the bounds of a part's vertices, and its
-/// hierarchy, from when they were made for the step: nothing of the part is tested before.
+/// Input of a step's narrow phase. Constant from begin() on, except a part's vertex bounds and hierarchy:
+/// these are constant once computed for the step, and the part is not tested before.
 struct NarrowPhaseInput {
   const Scene& scene;
   const Renumbering& numbering;  ///< contacts are reported in original numbers
@@ -38,20 +38,19 @@ struct NarrowPhaseInput {
   GapAt gap_at = GapAt::kEnd;  ///< see FrontUpdate
 };
 
-/// Thrown where more contacts are found than options.max_contacts allows to list: the step is refused at
-/// once.
+/// Thrown when more contacts are found than options.max_contacts allows: the step is refused at once.
 struct TooManyContacts {};
 
-/// A step's answer and what it cost.
+/// A step's answer and its cost.
 struct NarrowPhaseOutput {
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
   std::uint64_t possible = 0;
   std::uint64_t overlaps = 0;     ///< that options.leave_out_overlaps leaves out
   double earliest = 2;            ///< least toi; 2 without contacts
-  double elementary_seconds = 0;  ///< that all threads spent in the cascade
-  StepCounts counts;              ///< only what the narrow phase counts
-  bool over_limit = false;        ///< of Report::kEarliest, more ties than options.max_contacts
+  double elementary_seconds = 0;  ///< in the cascade, summed over all threads
+  StepCounts counts;              ///< only the narrow phase's counts
+  bool over_limit = false;        ///< Report::kEarliest: more ties than options.max_contacts
 
   void add(const NarrowPhaseOutput& more);
 };
@@ -62,25 +61,25 @@ class NarrowPhase final : public LeafPairSinks {
   NarrowPhase();
   ~NarrowPhase() override;
 
-  /// Forgets the last step's answer. `trees`, by part, and `input` must outlive the step.
+  /// Clears the last step's answer. `trees`, by part, and `input` must outlive the step.
   void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input);
 
   LeafPairSink& local() override;
 
-  /// Tests what is left in the threads' blocks. Parallel.
+  /// Tests the remaining pairs in the threads' blocks. Parallel.
   void flush();
 
-  /// Seconds that all threads have spent in the cascade so far in this step.
+  /// Seconds spent in the cascade so far in this step, summed over all threads.
   double elementary_seconds() const;
 
-  /// Tests the orphan sets of parts, in parallel. Where `retest`, also those whose vertices have not changed
-  /// since they were tested last.
+  /// Tests the orphan sets of parts, in parallel. With `retest`, also those whose vertices have not changed
+  /// since their last test.
   void test_orphans(std::span<OrphanBlocks* const> parts, bool retest);
 
-  /// Puts the threads' contacts together, sorted, into `contacts` (left empty for Report::kCount). Parallel.
+  /// Merges the threads' contacts, sorted, into `contacts` (left empty for Report::kCount). Parallel.
   NarrowPhaseOutput finish(std::vector<Contact>& contacts);
 
-  /// Gives back what a step that failed has grown: before the next begin().
+  /// Frees the memory that a failed step allocated; call it before the next begin().
   void release() noexcept;
 
   std::size_t memory_bytes() const;

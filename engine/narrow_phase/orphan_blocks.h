@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The orphan sets of a part in blocks, with what was found of those at rest. A block is tested by one thread
-// at a time.
+// The orphan sets of a part in blocks, with cached contacts of the stationary ones. A block is tested by one
+// thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@ class PairTester;
 
 class OrphanBlocks {
  public:
-  /// `orphans` and `scene` stay where they are.
+  /// `orphans` and `scene` must outlive this at the same address.
   OrphanBlocks(const Scene& scene, const Orphans& orphans);
 
   std::size_t count() const { return blocks_.size(); }
-  /// Tests a block in this step: the motion of all of the part's vertices is `range`. What has not changed
-  /// since it was tested is kept, unless `retest`.
+  /// Tests a block in this step: the motion of all of the part's vertices is `range`. Orphans that have not
+  /// changed since their last test keep their result, unless `retest`.
   void test(std::size_t block, const RangeMotion& range, std::span<const MotionState> states, bool retest,
             PairTester& tester);
 
-  /// A step was taken back: what was found in it does not count.
+  /// Drops the results of a step that was rolled back.
   void forget();
 
   std::size_t memory_bytes() const;
 
-  /// Of the part, in this step.
+  /// Motion of the part in this step.
   const RangeMotion* range = nullptr;
 
  private:

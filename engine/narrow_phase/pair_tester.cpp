@@ -87,7 +87,8 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
   const Scene& scene = input_->scene;
   const Face& face_f = scene.faces()[f];
   const Face& face_g = scene.faces()[g];
-  // Whether a near pair owns a feature is dear to find out: only where the features' moving bounds overlap.
+  // Ownership of a near pair's features is expensive: query it only where the features' moving bounds
+  // overlap.
   const auto [owned, perhaps] = input_->ownership.candidates(f, g);
   if ((owned | perhaps) == 0) return;
   const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
@@ -202,7 +203,7 @@ void PairTester::report(const Contact& contact) {
   output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   output_.earliest = std::min(output_.earliest, contact.toi);
   const Report wanted = input_->options.report;
-  // Past the limit the answer is refused as a whole, so there is no point in looking for more of it.
+  // Past the limit the whole answer is refused, so further contacts are not needed.
   if (wanted == Report::kAll &&
       shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts)
     throw TooManyContacts();
@@ -213,11 +214,11 @@ void PairTester::report(const Contact& contact) {
     while (contact.toi < earliest &&
            !shared_->earliest.compare_exchange_weak(earliest, contact.toi, std::memory_order_relaxed)) {
     }
-    // Ties with the earliest are kept; what was kept before it came is dropped at the end, or here before it
-    // grows.
+    // Ties with the earliest are kept; later contacts kept before it was found are dropped at the end, or
+    // here before the list grows.
     if (contact.toi > earliest) return;
     if (!contacts_.empty() && contact.toi < contacts_.back().toi) contacts_.clear();
-    // One more than allowed is enough to refuse the answer, if these ties turn out to be the earliest.
+    // One more than allowed suffices to refuse the answer, if these ties turn out to be the earliest.
     if (contacts_.size() > input_->options.max_contacts) return;
   }
   contacts_.push_back(contact);

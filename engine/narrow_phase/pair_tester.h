@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One thread's way from triangle pairs to contacts. Used by one thread at a time; `Shared` by all of them.
+// One thread's path from triangle pairs to contacts. Used by one thread at a time; `Shared` by all of them.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace warmfront {
 
-/// What the threads of a step share besides the constant input.
+/// Data that the threads of a step share besides the constant input.
 struct NarrowPhaseShared {
   std::atomic<double> earliest{2};       ///< least toi found so far; prunes for Report::kEarliest
   std::atomic<std::size_t> contacts{0};  ///< contacts kept by all threads
@@ -35,14 +35,13 @@ class PairTester {
   void orphan_vf(const FeatureIds& ids);
   void orphan_ee(const FeatureIds& ids);
 
-  /// Later contacts are of no interest (Report::kEarliest); rounded up, 1 or more when all are.
+  /// Contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are.
   float until() const;
 
-  /// Tests what was taken so far to the end.
+  /// Tests all pairs taken so far.
   void flush();
 
-  /// Runs `test`, and appends the contacts that it leads to to `found` as well, as far as max_contacts
-  /// allows. Not nested.
+  /// Runs `test`, and also appends the contacts found to `found`, up to max_contacts. Not nested.
   template <class Test>
   void recording_contacts(std::vector<Contact>& found, Test&& test) {
     flush();
@@ -51,7 +50,7 @@ class PairTester {
     flush();
     recorder_ = nullptr;
   }
-  /// Runs `test`, and puts what it finds into `answer` as well: for Report::kCount how many, else which.
+  /// Runs `test`, and also stores its result in `answer`: for Report::kCount the number, else the contacts.
   template <class Test>
   void recording(RestAnswer& answer, Test&& test) {
     const std::uint64_t before = output_.counts.triangle_pairs;
@@ -61,12 +60,12 @@ class PairTester {
       recording_contacts(answer.contacts, test);
     answer.triangle_pairs += static_cast<std::uint32_t>(output_.counts.triangle_pairs - before);
   }
-  /// Counts and reports a contact that was found before and still holds.
+  /// Counts and reports a cached contact.
   void keep(const Contact& contact);
-  /// Counts contacts that were found before and still hold.
+  /// Counts cached contacts.
   void keep(const ContactTally& tally);
 
-  /// Gives back what a step that failed has grown.
+  /// Frees the memory that a failed step allocated.
   void release() noexcept { std::vector<Contact>().swap(contacts_); }
 
   std::vector<Contact>& contacts() { return contacts_; }
@@ -88,7 +87,7 @@ class PairTester {
   }
 
   void face_pair(std::uint32_t f, std::uint32_t g);
-  // Goes on with those of the face pairs in hand that no plane keeps apart.
+  // Continues with the pending face pairs that no plane separates.
   void filter_faces();
   void feature_pairs(std::uint32_t f, std::uint32_t g);
   // Runs the elementary cascade over the block and empties it.
@@ -103,9 +102,9 @@ class PairTester {
   std::vector<Contact> contacts_;
   std::vector<Contact>* recorder_ = nullptr;
   NarrowPhaseOutput output_;
-  std::array<std::array<std::uint32_t, 2>, 8> faces_;  // face pairs in hand
+  std::array<std::array<std::uint32_t, 2>, 8> faces_;  // pending face pairs
   std::size_t face_pairs_ = 0;
-  EightTrianglePairs corners_;  // theirs
+  EightTrianglePairs corners_;  // their corners
   FeatureBlock block_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage between the coplanarity filter and the elementary tests: directions that keep a pair apart for
-// the whole step, several pairs at a time. Pure functions.
+// The stage between the coplanarity filter and the elementary tests: directions that separate a pair for the
+// whole step, several pairs at a time. Pure functions.
 #include "engine/narrow_phase/separation_filter.h"
 
 #include <algorithm>
@@ -21,8 +21,8 @@ using LaneMask = decltype(Lanes{} < Lanes{});
 
 using Four3 = Lanes3<Lanes>;
 
-// The polygon of differences between the primitives (exact_polygon.h) at both times: a triangle, whose first
-// corner is its last, too, or a parallelogram.
+// The polygon of differences between the primitives (exact_polygon.h) at both times: a triangle, which
+// repeats its first corner at the end, or a parallelogram.
 using Polygons = Four3[2][4];  // [time][corner]
 
 // One corner of four pairs, at one end of the step.
@@ -47,7 +47,7 @@ WARMFRONT_INLINE void gather(const VertexMotion* const (&vertex)[kLanes][2],
 
 WARMFRONT_INLINE void gather(const FeaturePair* const (&pairs)[kLanes],
                              std::span<const VertexMotion> vertices, Polygons& to) {
-  // The vertices whose difference is a corner: one of the second primitive less one of the first.
+  // The vertices whose difference is a corner: one of the second primitive minus one of the first.
   constexpr int kCorners[2][4][2]{{{1, 0}, {2, 0}, {3, 0}, {1, 0}}, {{2, 0}, {3, 0}, {3, 1}, {2, 1}}};
   for (int k = 0; k < 4; ++k) {
     const VertexMotion* vertex[kLanes][2];
@@ -63,8 +63,8 @@ WARMFRONT_INLINE void gather(const FeaturePair* const (&pairs)[kLanes],
 // Where `direction` keeps all corners on one side of the origin at both times.
 //
 // A corner moves linearly, and so does its product with a direction: beyond 0 at both ends, beyond 0
-// throughout. Error bound, with |d| and |p| the largest coordinates: a corner carries one rounding, a product
-// of three terms at most three more a term, so it is within 3 * 4.01 u |d| |p|; 16 u |d| |p| is used, which
+// throughout. Error bound, with |d| and |p| the largest coordinates: a corner has one rounding, a product of
+// three terms at most three more a term, so it is within 3 * 4.01 u |d| |p|; 16 u |d| |p| is used, which
 // covers the rounding of the bound. Products that underflow err by 2^-1074 each: 2^-1000 covers them.
 WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Four3& direction, const Lanes& size) {
   Lanes lowest = dot(direction, p[0][0]);
@@ -78,12 +78,12 @@ WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Four3& direction,
   return (lowest > slack) | (highest < -slack);
 }
 
-// Bit i is set where a direction keeps pair i apart.
+// Bit i is set where a direction separates pair i.
 //
-// Where the primitives rush past each other, as seen along their mean relative motion v they stay where they
-// are, up to turns and deformation: what separates them there, separates them for the whole step. There the
-// polygon of differences is convex, and when the origin is not in it, one of its sides shows it: the normal
-// of side S is S x v. (For two convex polygons that only translate this would be the whole truth.)
+// When primitives pass each other at speed, they are stationary as seen along their mean relative motion v,
+// up to rotation and deformation: a line that separates them there separates them for the whole step. The
+// projected polygon of differences is convex, and if the origin is outside, one of its sides proves it: the
+// normal of side S is S x v. (For two convex polygons that only translate this test is complete.)
 WARMFRONT_INLINE unsigned certainly_apart(const Polygons& p) {
   Lanes size{};
   for (int time = 0; time < 2; ++time) {
@@ -93,12 +93,12 @@ WARMFRONT_INLINE unsigned certainly_apart(const Polygons& p) {
   }
   const Four3 v = ((p[1][0] - p[0][0]) + (p[1][1] - p[0][1])) + ((p[1][2] - p[0][2]) + (p[1][3] - p[0][3]));
   LaneMask apart{};
-  for (int k = 0; k < 3; ++k) {  // a parallelogram's are two and two alike
+  for (int k = 0; k < 3; ++k) {  // opposite sides of a parallelogram are parallel
     const Four3 begin = p[0][k] + p[1][k];
     const Four3 end = p[0][k + 1] + p[1][k + 1];
     apart |= keeps_apart(p, cross(end - begin, v), size);
   }
-  apart &= size < 0x1p300;  // where nothing overflows, and all numbers are numbers
+  apart &= size < 0x1p300;  // no overflow, no NaN
   unsigned mask = 0;
   for (int i = 0; i < kLanes; ++i) mask |= static_cast<unsigned>(apart[i] & 1) << i;
   return mask;

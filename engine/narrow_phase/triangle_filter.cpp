@@ -9,10 +9,10 @@ namespace {
 
 using Eight3 = Lanes3<Float8>;
 
-// Eight pairs of triangles, by end of the step and corner, seen from the first corner.
+// Eight pairs of triangles, by end of the step and corner, relative to the first corner.
 struct Corners {
   Eight3 at[2][6];
-  Float8 margin{};  // of the first triangle's vertices and of the second one's, together
+  Float8 margin{};  // sum of the vertex margins of both triangles
   Float8 size{};    // the largest coordinate
 
   WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points) {
@@ -32,24 +32,24 @@ struct Corners {
   }
 };
 
-// The length of a vector with these magnitudes, or up to a twelfth more: in order, x + (sqrt(2) - 1) y +
-// (sqrt(3) - sqrt(2)) z, which is linear where a length is convex, and right at (1, 0, 0), (1, 1, 0) and
-// (1, 1, 1).
+// An upper bound of the length of a vector with these magnitudes, at most a twelfth more: in descending
+// order, x + (sqrt(2) - 1) y + (sqrt(3) - sqrt(2)) z, which is linear, above the convex length, and equal to
+// it at (1, 0, 0), (1, 1, 0) and (1, 1, 1).
 WARMFRONT_INLINE Float8 length_above(const Eight3& size, Float8 largest) {
   const Float8 least = lesser(lesser(size.x, size.y), size.z);
   const Float8 middle = ((size.x + size.y) + size.z) - largest - least;
   return (largest + 0.41422F * middle + 0.31785F * least) * (1 + 0x1p-20F);
 }
 
-// Where `direction` d keeps the triangles of a pair apart at both ends of the step. Corners move linearly, so
-// does what is between them along d: beyond 0 at both ends, beyond 0 throughout.
+// Where `direction` d separates the triangles of a pair at both ends of the step. Corners move linearly, and
+// so do their differences along d: beyond 0 at both ends, beyond 0 throughout.
 //
 // Error bound, u = 2^-24, with |d| and |p| the largest coordinates. A vertex lies within its margin of its
-// place, in whatever direction (point_bounds(): the margin holds eight roundings of it, of which three
-// coordinates need less than two). A corner carries one rounding, a product of three terms three more a term,
-// 12 u |d| |p|; so two of them and their difference are within 30 u |d| |p|. Products that underflow are far
-// below 2^-110. As to the reach that a contact may be reported from: a pair of features is at most 2 |p| in
-// size and d at most sqrt(3) |d| long, so 4 reaches of |d| |p| are beyond it, and are 2^8 u at least.
+// position, in any direction (point_bounds(): the margin includes eight roundings, of which three coordinates
+// need less than two). A corner has one rounding, a product of three terms three more a term, 12 u |d| |p|;
+// so two of them and their difference are within 30 u |d| |p|. Products that underflow are far below 2^-110.
+// The reach of a contact: a pair of features has size at most 2 |p| and d length at most sqrt(3) |d|, so 4
+// reaches of |d| |p| exceed it, and are at least 2^8 u.
 WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& direction, float closest) {
   const Eight3 size = magnitudes(direction);
   const Float8 largest = largest_of(size);
@@ -72,7 +72,7 @@ WARMFRONT_INLINE Int8 keeps_apart(const Corners& corners, const Eight3& directio
   return (Int8)(greater(lesser(above[0], above[1]), lesser(below[0], below[1])) > slack);
 }
 
-// Where some plane does.
+// Where some plane separates.
 WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
   Eight3 place[6];  // twice the mean over the step
 #pragma GCC unroll 6
@@ -88,7 +88,7 @@ WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
     if (bits_of(apart) == 0xff) break;
     apart |= keeps_apart(corners, cross(edge[k], motion), closest);
   }
-  return apart & (corners.size < 0x1p30F);  // where nothing overflows
+  return apart & (corners.size < 0x1p30F);  // no overflow
 }
 
 }  // namespace

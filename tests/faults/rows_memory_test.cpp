@@ -98,7 +98,7 @@ TEST_F(FaultTableMemory, Row27_ASceneThatBreaksIsDataLossAndTheClientGoesOn) {
   step_victim_to(3);
   ASSERT_GE(break_scene(), 1);
   expect_fault(step(4, victim_frame(4)), StatusCode::DATA_LOSS, v1::ERROR_REASON_DATA_LOSS,
-               "frame 4: self-check: the scene's topology is not what it was");
+               "frame 4: self-check: the scene's topology has changed");
 
   // The client library makes the session again from what it keeps, and no answer is missing or other.
   client::Client client = client::Client::connect(daemon_->socket()).value();

@@ -149,40 +149,40 @@ TYPED_TEST(SelfCheckOf, WhatCannotBeMadeAnewIsDataLoss) {
   using K = Kept<TypeParam>;
   const auto loss = ErrorCode::kDataLoss;
   this->expect_found([](K& k) { const_cast<Face&>(k.core.topology->scene.faces()[5])[1] ^= 1; }, loss,
-                     "topology is not what it was");
+                     "topology has changed");
   this->expect_found([](K& k) { const_cast<Face&>(k.core.scene->faces()[7])[2] ^= 1U << 20; }, loss,
-                     "topology is not what it was");
+                     "topology has changed");
   this->expect_found([](K& k) { k.core.topology->parts[1].orphans.edge_edge[3].b ^= 4; }, loss,
-                     "topology is not what it was");
+                     "topology has changed");
   this->expect_found(
       [](K& k) {
         const std::uint32_t v = k.core.topology->numbering.new_vertices()[17];
         const_cast<VertexMotion&>(k.core.motion.vertices().vertices()[v]).t1[0] += 1e-3;
       },
-      loss, "vertex 17 is not within its bounds");
+      loss, "vertex 17 is outside its bounds");
 }
 
 TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
   using K = Kept<TypeParam>;
   const auto broken = ErrorCode::kInternal;
   this->expect_found([](K& k) { k.trees[0].order[3] = k.trees[0].order[4]; }, broken,
-                     "of part 0 does not hold each primitive once");
+                     "of part 0 does not contain each primitive exactly once");
   this->expect_found([](K& k) { std::swap(k.trees[1].order[0], k.trees[1].order[200]); }, broken,
                      "leaves of part 1");
   this->expect_found([](K& k) { k.trees[1].leaf_of_face[9] ^= 1; }, broken, "leaves of part 1");
   this->expect_found([](K& k) { k.trees[0].corners[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].shared = k.trees[1].shared; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].blocks[2].row[0][0] += 50; }, broken,
-                     "of part 0 does not hold what is below it");
+                     "of part 0 does not contain its children");
   this->expect_found([](K& k) { k.trees[0].grids[1].begin_at_1 += 1; }, broken, "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].grids[1].end[1].exponent += 1; }, broken,
-                     "of part 0 does not hold what is below it");
+                     "of part 0 does not contain its children");
   this->expect_found([](K& k) { k.trees[0].grids[0].end[0].origin[2] += 0.125F; }, broken,
-                     "of part 0 does not hold what is below it");
+                     "of part 0 does not contain its children");
   this->expect_found([](K& k) { k.trees[1].nodes[6].lane[2] += 0.125F; }, broken,
-                     "of part 1 does not hold what is below it");
+                     "of part 1 does not contain its children");
   this->expect_found([](K& k) { k.trees[1].nodes[0].lane[5] = std::numeric_limits<float>::quiet_NaN(); },
-                     broken, "node 0 of part 1 does not hold what is below it");
+                     broken, "node 0 of part 1 does not contain its children");
 }
 
 TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
@@ -197,28 +197,28 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   expect([](K& k) { k.trees[1].blocks_of.pop_back(); }, "leaves of part 1");
   expect([](K& k) { k.trees[0].corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
   expect([](K& k) { k.trees[0].corners.pop_back(); }, "leaves of part 0");
-  expect([](K& k) { k.trees[0].blocks[9].row[1][6] += 50; }, "of part 0 does not hold what is below it");
-  expect([](K& k) { k.trees[1].wide[1].row[4][4] += 50; }, "of part 1 does not hold what is below it");
+  expect([](K& k) { k.trees[0].blocks[9].row[1][6] += 50; }, "of part 0 does not contain its children");
+  expect([](K& k) { k.trees[1].wide[1].row[4][4] += 50; }, "of part 1 does not contain its children");
 }
 
 TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
   using K = Kept<TypeParam>;
   const auto broken = ErrorCode::kInternal;
   this->expect_found([](K& k) { k.near.erase(k.near.begin() + 1); }, broken,
-                     "parts 0 and 1 are near and are not looked at");
-  this->expect_found([](K& k) { k.front.forget(0); }, broken, "lacks what is below (0, 0)");
+                     "parts 0 and 1 are near but have no front");
+  this->expect_found([](K& k) { k.front.forget(0); }, broken, "has no pairs below (0, 0)");
   this->expect_found([](K& k) { k.segment(0).chunks[0].pairs[20].nodes.a ^= 2; }, broken, "lacks pair");
   this->expect_found(
       [](K& k) { k.segment(0).chunks[0].pairs.erase(k.segment(0).chunks[0].pairs.begin() + 30); }, broken,
       "of parts 0 and 0 lacks pair");
-  this->expect_found([](K& k) { k.segment(0).chunks.pop_back(); }, broken, "lacks what is below");
+  this->expect_found([](K& k) { k.segment(0).chunks.pop_back(); }, broken, "has no pairs below");
   this->expect_found(
       [](K& k) {
         auto& pairs = k.segment(0).chunks.back().pairs;
         pairs.push_back(pairs.back());
       },
       broken, "out of place");
-  this->expect_found([](K& k) { k.segment(1).size += 1; }, broken, "counts other pairs than it holds");
+  this->expect_found([](K& k) { k.segment(1).size += 1; }, broken, "has a wrong pair count");
   this->expect_found(
       [](K& k) {
         // Two nodes held apart that are not: one of them grows over everything.
@@ -229,7 +229,7 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
           if (node == 0) break;
         }
       },
-      broken, "for disjoint");
+      broken, "as disjoint");
   this->expect_found(
       [](K& k) {
         const auto far = [&](const FrontPair& pair) {
@@ -242,14 +242,14 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
           return;
         }
       },
-      broken, "for adjacent");
+      broken, "as adjacent");
   this->expect_found(
       [](K& k) {
         k.segment(2).chunks[0].kept.pairs.push_back({1U << 30, 1, 0});
       },
-      broken, "keeps answers of pairs that it does not hold");
+      broken, "caches answers of pairs that it does not contain");
   this->expect_found([](K& k) { k.segment(2).chunks[0].kept.contacts.push_back({}); }, broken,
-                     "counts other contacts than it keeps");
+                     "has a wrong count of cached contacts");
 }
 
 TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
@@ -262,7 +262,7 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
   this->expect_found([&](K& k) { pairs(k)[3].excluded ^= 1; }, broken,
                      "does not list the neighbouring blocks", kWide);
   this->expect_found([](K& k) { k.segment(0).neighbours[0].tested = true; }, broken,
-                     "tested for a step which did not come", kWide);
+                     "tested for a step that was rolled back", kWide);
   this->expect_found([](K& k) { --k.segment(0).neighbours[0].leaves[1].end; }, broken,
                      "does not list the neighbouring blocks", kWide);
   this->expect_found(
@@ -275,10 +275,10 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
         }
         const std::string wrong = broken_neighbours<TypeParam>(
             k.segment(0).neighbours, k.trees[0], k.core.topology->scene, k.core.vertex_bounds, kBudgetTurns);
-        EXPECT_THAT(wrong, HasSubstr("and a neighbour for apart"));
+        EXPECT_THAT(wrong, HasSubstr("and a neighbour as apart"));
         pairs(k).clear();
       },
-      ErrorCode::kDataLoss, "is not within its bounds", kWide);
+      ErrorCode::kDataLoss, "is outside its bounds", kWide);
 }
 
 TYPED_TEST(SelfCheckOf, PartsThatAreTakenForApartAndAreNotAreNamed) {
