@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A contact as the outside sees it: by its four vertices rather than by the engine's ids, so that it means
-// the same in-process, over the wire and in a file. Plain values.
+// A contact for users: by its four vertices instead of the engine's ids, so that it means the same
+// in-process, over the wire and in a file. Plain values.
 #pragma once
 
 #include <array>

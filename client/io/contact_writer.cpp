@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the contact writers share: see contact_writer.h.
+// Code shared by the contact writers: see contact_writer.h.
 #include "client/io/contact_writer.h"
 
 #include <array>

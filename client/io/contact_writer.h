@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contacts to a file, frame by frame as they are found. A writer is used by one thread at a time.
+// Writes contacts to a file, frame by frame. A writer is used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +19,13 @@ class ContactWriter {
   virtual ~ContactWriter() = default;
 
   /// Writes a step's contacts. `frame` is the index of the step's end frame; `start` and `end` are the
-  /// positions between which the contacts were found. `geometry` is that of each contact, where the writer
-  /// was opened with any fields. A full disk may show here or in close().
+  /// positions at both ends of the step. `geometry` has an entry per contact if the writer was opened with
+  /// any fields. A full disk may be reported here or by close().
   virtual Status write(std::uint64_t frame, const Positions& start, const Positions& end,
                        std::span<const ContactRecord> contacts,
                        std::span<const ContactGeometry> geometry) = 0;
 
-  /// Flushes and closes; fails when anything written did not reach the file.
+  /// Flushes and closes; fails when any written data did not reach the file.
   virtual Status close() = 0;
 };
 

@@ -45,7 +45,7 @@ class CsvContactWriter final : public ContactWriter {
   Status close() override { return file_.close(); }
 
  private:
-  // Lines are gathered to this many bytes, however many contacts a frame has.
+  // Lines are written in blocks of this many bytes.
   static constexpr std::size_t kBlock = std::size_t{1} << 16;
   OutputFile file_;
   const ContactFields fields_;

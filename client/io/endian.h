@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scalars in a stated byte order, whatever the machine's own is. Pure functions.
+// Scalars in a stated byte order, on any machine. Pure functions.
 #pragma once
 
 #include <algorithm>

@@ -25,7 +25,7 @@ Result<std::string> read_file(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
   if (!file) return file_error(path, "cannot open", errno);
   std::string bytes;
-  // Read what there is rather than trust a size: pipes have none.
+  // Read to the end instead of trusting a size: pipes have none.
   constexpr std::size_t kBlock = std::size_t{1} << 20;
   for (;;) {
     const std::size_t have = bytes.size();
@@ -61,7 +61,7 @@ Status check_writable(std::span<const std::string> paths) {
 }
 
 Result<OutputFile> OutputFile::create(const std::string& path) {
-  // A descriptor of its own: closing the file leaves stdout as it is.
+  // Uses a duplicate descriptor, so that closing the file leaves stdout open.
   std::FILE* file = path == "-" ? fdopen(dup(STDOUT_FILENO), "wb") : std::fopen(path.c_str(), "wb");
   if (!file) return file_error(path, "cannot write", errno);
   std::setvbuf(file, nullptr, _IOFBF, std::size_t{1} << 18);

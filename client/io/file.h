@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole files in, streamed files out, with every disk error reported. One thread at a time each.
+// Reads whole files and writes streamed files, reporting every disk error. One thread at a time each.
 #pragma once
 
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace warmfront::client {
 /// The bytes of a file. Fails with the path and the system's reason.
 Result<std::string> read_file(const std::string& path);
 
-/// A file being written. Errors are kept until close(), so that a writer need not look after each piece.
+/// A file being written. Errors are kept until close(), so that writers need not check every call.
 class OutputFile {
  public:
   /// Creates or truncates `path`; "-" is stdout.
@@ -24,7 +24,7 @@ class OutputFile {
 
   void write(std::string_view bytes);
 
-  /// Hands what was written to the system; the first error since create().
+  /// Passes buffered data to the system; returns the first error since create().
   Status flush();
 
   /// Flushes and closes; the first error since create(), with the path and the system's reason.
@@ -41,11 +41,11 @@ class OutputFile {
   int error_ = 0;
 };
 
-/// Makes the folder, and those above it, where they are not there yet.
+/// Creates the folder and missing parents.
 Status make_folder(const std::string& path);
 
-/// Fails, as writing would, for the first path of a file in no folder, or that this user may not write; makes
-/// nothing. "" and "-" pass. For results that take long to come.
+/// Fails for the first path whose folder does not exist or that this user may not write; creates nothing. ""
+/// and "-" pass. For results that take long to compute.
 Status check_writable(std::span<const std::string> paths);
 
 /// Creates `path` with `bytes` in it.

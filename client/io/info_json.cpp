@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Reads fields of one object; the first that is not what it should be is kept as the problem.
+/// Reads fields of one object; keeps the first invalid one as the problem.
 class Fields {
  public:
   Fields(const Json& object, std::string where) : object_(object), where_(std::move(where)) {}

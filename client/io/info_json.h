@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// info.json, which lies beside a mesh and its cache: what the scene is called and which vertices are which
-// body. Pure functions over bytes.
+// info.json beside a mesh and its cache: the scene's name and bodies. Pure functions over bytes.
 #pragma once
 
 #include <array>
@@ -31,10 +30,10 @@ std::string_view to_string(BodyKind kind);
 /// Reads an object with any of the fields "name", "triangles", "vertices", "frames", "fps", "generator" and
 /// "bodies", a list of {"name", "first_vertex", "vertex_count", "kind", "self_collision", "group", "mask"},
 /// and "excluded_pairs", a list of pairs of indices of bodies; other fields are ignored. Errors name `file`
-/// and the byte, or the field and body. Whether the ranges fit together is for Scene::create() to say.
+/// and the byte, or the field and body. Scene::create() checks whether the ranges fit together.
 Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file);
 
-/// All fields, indented, with a line end at the end.
+/// All fields, indented, with a final line end.
 std::string format_info_json(const SceneInfo& info);
 
 }  // namespace warmfront::client

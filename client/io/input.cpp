@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Telling inputs apart, and the built-in ones: see input.h.
+// Selects the kind of input, and the built-in ones: see input.h.
 #include "client/io/input.h"
 
 #include "client/io/mesh_file.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command steps through: a scene and its frames, wherever they come from. One thread at a time each.
+// The input of a command: a scene and its frames, from any source. One thread at a time each.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,18 @@ class Input {
  public:
   virtual ~Input() = default;
 
-  /// For people: a path or "builtin:...".
+  /// Display name: a path or "builtin:...".
   const std::string& name() const { return name_; }
-  /// Faces, vertex count, and the bodies where the source tells them.
+  /// Faces, vertex count, and the bodies if the source declares them.
   const SceneDescription& scene() const { return scene_; }
-  /// What of the source is not part of the scene, or only in part, a sentence each, for people.
+  /// Warnings for people, a sentence each: what the scene omits from the source.
   const std::vector<std::string>& notes() const { return notes_; }
   /// At least two.
   std::uint32_t frame_count() const { return frame_count_; }
 
-  /// Reads frame `index` in [0, frame_count) into `positions`, (n, 3), in the source's precision. Any order
-  /// is allowed; ascending is fast. Fails when the source cannot be read or does not fit the scene; the
-  /// message says where.
+  /// Reads frame `index` in [0, frame_count) into `positions`, (n, 3), in the source's precision. In any
+  /// order; ascending is fastest. Fails when the source cannot be read or does not fit the scene; the message
+  /// says where.
   virtual Status read_frame(std::uint32_t index, PositionBuffer& positions) = 0;
 
  protected:
@@ -47,8 +47,7 @@ class Input {
   std::uint32_t frame_count_;
 };
 
-/// Whether the arguments make an input as far as their form tells, without a look at any file; else what to
-/// give. They are
+/// Checks the form of the arguments without opening a file; an error says what to give. They are
 /// - one folder with mesh.ply and frames.pc2 (and info.json, for the bodies), or with t0.ply, t1.ply, ...;
 /// - two or more mesh files (.ply, .obj, .stl) of one topology, which are successive frames;
 /// - one `builtin:NAME`, with `?key=value&...` (client/scenes/catalog.h).

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs from files: see input.h. Frames are read when they are asked for, so that long sequences need little
-// memory.
+// Inputs from files: see input.h. Frames are read on demand, so that long sequences need little memory.
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -46,14 +45,14 @@ class CacheInput final : public Input {
 
 using Faces = std::vector<std::array<std::int32_t, 3>>;
 
-/// The first thing in which a frame's mesh is not the scene's, whose file listed `listed`.
+/// The first difference between a frame's mesh and the scene's, whose file listed `listed`.
 std::optional<std::string> difference(const SceneDescription& scene, const Faces& listed, const Mesh& mesh) {
   const std::size_t vertices = vertex_count(mesh.positions);
   if (vertices != scene.vertex_count)
     return std::to_string(vertices) + " vertices, not " + std::to_string(scene.vertex_count);
   if (mesh.faces.size() != listed.size())
     return std::to_string(mesh.faces.size()) + " triangles, not " + std::to_string(listed.size());
-  // One frame may list polygons, and another the triangles that they are cut into.
+  // One frame may list polygons, and another their triangles.
   if (mesh.polygons.empty() && mesh.faces == scene.faces) return std::nullopt;
   const auto text = [](const std::array<std::int32_t, 3>& f) {
     std::string corners;
@@ -92,7 +91,7 @@ class MeshFilesInput final : public Input {
 
  private:
   std::vector<std::string> paths_;
-  // As the first file lists them, where it has polygons: how they are cut depends on where they lie in it.
+  // As listed in the first file, if it has polygons: their triangulation depends on its positions.
   Faces listed_;
   PositionBuffer first_;
 };

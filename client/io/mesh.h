@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A triangle mesh as a file holds it: positions in the file's own precision, and faces. Plain values.
+// A triangle mesh as stored in a file: positions in the file's own precision, and faces. Plain values.
 #pragma once
 
 #include <array>
@@ -13,11 +13,11 @@
 
 namespace warmfront::client {
 
-/// Row-major (n, 3) positions. Which alternative is held is the precision of the source: float32 stays
-/// float32, so that half the bytes go over the wire; the engine converts it to double exactly.
+/// Row-major (n, 3) positions in the source's precision: float32 stays float32, which halves the bytes on the
+/// wire; the engine converts it to double exactly.
 using PositionBuffer = std::variant<std::vector<float>, std::vector<double>>;
 
-/// The buffer as the engine takes it; valid as long as the buffer is not changed.
+/// A view for the engine; valid until the buffer changes.
 inline Positions view(const PositionBuffer& buffer) {
   return std::visit([](const auto& values) { return Positions(std::span(values)); }, buffer);
 }
@@ -36,7 +36,7 @@ inline double coordinate(const Positions& positions, std::size_t index) {
 struct Polygon {
   std::size_t first_face = 0;
   std::size_t corners = 0;
-  std::size_t line = 0;    ///< where it stands in the file; 0 in a binary one
+  std::size_t line = 0;    ///< its line in the file; 0 in a binary one
   std::size_t number = 0;  ///< of the file's faces, from 0
 };
 
@@ -44,9 +44,9 @@ struct Mesh {
   PositionBuffer positions;
   /// (m, 3) vertex indices, each in [0, vertex_count(positions)).
   std::vector<std::array<std::int32_t, 3>> faces;
-  /// As parsed these are fans, which a concave polygon's reaches beyond: see triangulate.h.
+  /// As parsed these are fans, which are wrong for concave polygons: see triangulate.h.
   std::vector<Polygon> polygons = {};
-  /// Edges that the file lists beside its faces (OBJ l, PLY edge): not modelled, so left out.
+  /// Edges listed beside the faces (OBJ l, PLY edge): not modelled, so ignored.
   std::size_t lone_edges = 0;
 };
 

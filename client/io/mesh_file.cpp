@@ -38,7 +38,7 @@ Result<Mesh> read_listed_mesh(const std::string& path) {
   const Result<std::string> bytes = read_file(path);
   if (!bytes) return bytes.error();
   Result<Mesh> mesh = parse(bytes.value(), path);
-  // An exporter that failed, or something else by this name: its answer would be that nothing touches.
+  // A failed export, or not a mesh: without this error the answer would be "no contact".
   if (mesh && vertex_count(mesh.value().positions) == 0)
     return invalid_argument(path + ": no vertex is in it; a mesh with one or more is expected");
   return mesh;

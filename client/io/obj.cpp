@@ -21,7 +21,7 @@ class ObjParser {
     std::string joined;
     std::string_view line;
     while (lines_.next(line)) {
-      // A continued line is rare: only then is it copied.
+      // Copied only if the line is continued, which is rare.
       if (!line.empty() && line.back() == '\\') {
         joined.clear();
         bool more = true;
@@ -39,7 +39,7 @@ class ObjParser {
       if (keyword == "l") lone_edges(line);
       if (problem) return error_at_line(file_, lines_.line_number(), *problem);
     }
-    // Faces may come before their vertices, so that only now is it known which indices exist.
+    // Faces may precede their vertices, so indices are checked at the end.
     const std::size_t count = positions_.size() / 3;
     if (largest_index_ > count)
       return error_at_line(file_, largest_index_line_,
@@ -99,7 +99,7 @@ class ObjParser {
   std::string_view file_;
   std::vector<double> positions_;
   Mesh mesh_;
-  std::size_t faces_ = 0;  // of the file
+  std::size_t faces_ = 0;  // in the file
   std::vector<std::int32_t> polygon_;
   std::size_t largest_index_ = 0;
   std::size_t largest_index_line_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY: see ply.h. One walk over the elements serves both kinds of file through a small source of scalars.
+// PLY: see ply.h. One parser for ASCII and binary files, over a small source of scalars.
 #include "client/io/ply.h"
 
 #include <algorithm>
@@ -95,7 +95,7 @@ class AsciiSource {
       problem_ = "too few values on the line";
       return false;
     }
-    // Straight to float: through double would round twice.
+    // Directly to float: via double it would be rounded twice.
     float single = 0;
     const bool good = type == PlyType::kFloat32 ? parse_number(word, single) : parse_number(word, value);
     if (type == PlyType::kFloat32) value = single;
@@ -134,10 +134,10 @@ std::string spelled(double value) {
   return whole ? std::to_string(static_cast<std::int64_t>(value)) : std::to_string(value);
 }
 
-/// What is wrong with an entry, where its source has nothing to complain of.
+/// What is wrong with an entry, if its source has no error itself.
 using Problem = std::optional<std::string>;
 
-/// A list's length; nothing when the source failed or the value is no length.
+/// A list's length; none when the source failed or the value is not a valid length.
 template <class Source>
 std::optional<std::uint64_t> read_length(Source& source, PlyType type, Problem& problem) {
   double value = 0;
@@ -165,13 +165,13 @@ bool skip(Source& source, const PlyProperty& property, Problem& problem) {
 }
 
 /// Reads the element's entries one by one: `visit(entry, property_index, property)` reads or skips one
-/// property and says an error of its own, if any.
+/// property and reports its own error, if any.
 template <class Source, class Visit>
 Status for_each_entry(Source& source, const PlyHeader& header, const PlyElement& element, Visit visit) {
   if (element.count == 0) return {};
   if (element.properties.empty())
     return source.error("element " + in_quotes(element.name) + " has no properties");
-  // Before anything is allocated for them: are the bytes there?
+  // Check that the file is long enough before allocating.
   if (element.count > source.remaining() / element.least_bytes(header.format))
     return source.error("the header says " + std::to_string(element.count) + " entries of " +
                         in_quotes(element.name) + ", more than the rest of the file can hold");

@@ -31,7 +31,7 @@ struct PlyElement {
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  /// The fewest bytes that one entry takes.
+  /// Minimum size of one entry.
   std::size_t least_bytes(PlyFormat format) const;
 };
 

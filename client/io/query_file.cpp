@@ -29,7 +29,7 @@ bool parse_integer(std::string_view word, mpz_class& value) {
   return true;
 }
 
-// The double that numerator / denominator is, if it is one.
+// numerator / denominator as a double, if it is exactly one.
 std::optional<double> exact_double(const mpz_class& numerator, const mpz_class& denominator) {
   mpq_class q(numerator, denominator);
   q.canonicalize();
@@ -48,7 +48,7 @@ std::optional<double> exact_double(const mpz_class& numerator, const mpz_class& 
   return std::ldexp(odd.get_d(), static_cast<int>(exponent));
 }
 
-// What a row holds, or what is wrong with it.
+// The content of a row, or its error.
 struct Row {
   std::array<double, 4> position{};
   bool truth = false;

@@ -43,11 +43,11 @@ struct QueryFile {
 /// query cut short, no query at all.
 Result<std::vector<KnownQuery>> parse_queries(std::string_view text, std::string_view name);
 
-/// The kind that the path tells: the last of its parts to be named vertex-face or vf, edge-edge or ee.
+/// The kind according to the path: the last component named vertex-face or vf, edge-edge or ee.
 std::optional<ContactKind> query_kind_of(std::string_view path);
 
-/// Reads files, and every .csv in folders and theirs (in the order of their names). `kind` overrides what
-/// paths tell; without it, a path that tells nothing is an error.
+/// Reads files, and all .csv files in folders and their subfolders (in the order of their names). `kind`
+/// overrides the paths; without it, a path that has no kind is an error.
 Result<std::vector<QueryFile>> read_query_files(std::span<const std::string> paths,
                                                 std::optional<ContactKind> kind);
 

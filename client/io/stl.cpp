@@ -152,7 +152,7 @@ Result<Mesh> parse_stl(std::string_view bytes, std::string_view file) {
   const std::uint32_t count =
       has_header ? load_scalar<std::uint32_t>(bytes.data() + 80, std::endian::little) : 0;
   const std::uint64_t expected = kHeaderBytes + std::uint64_t{kFacetBytes} * count;
-  // Some binary files start with "solid" too, so the size is asked first.
+  // Some binary files start with "solid" too, so check the size first.
   if (has_header && bytes.size() == expected) return parse_binary(bytes, count);
   std::string_view probe = bytes.substr(0, kHeaderBytes);
   if (next_word(probe).substr(0, 5) == "solid") return AsciiParser(bytes, file).run();

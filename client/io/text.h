@@ -11,7 +11,7 @@
 
 namespace warmfront::client {
 
-/// Walks over the lines of a text, which end in LF or CR LF; the last one need not end at all.
+/// Iterates over the lines of a text, ended by LF or CR LF; the last one may have no end.
 class LineScanner {
  public:
   explicit LineScanner(std::string_view text) : text_(text) {}
@@ -33,15 +33,14 @@ class LineScanner {
 /// Cuts the first word (no blanks, no tabs) off `rest`. Empty when there is none.
 std::string_view next_word(std::string_view& rest);
 
-/// The number that the whole of `word` spells, rounded to nearest; "nan" and "inf" are numbers, and what is
-/// too large or too small becomes infinite or zero as the format's rounding has it. False when `word` is no
-/// number.
+/// Parses all of `word`, rounded to nearest; "nan" and "inf" are numbers, and overflow or underflow gives
+/// infinity or zero. False when `word` is not a number.
 bool parse_number(std::string_view word, double& value);
 bool parse_number(std::string_view word, float& value);
 bool parse_number(std::string_view word, std::int64_t& value);
 bool parse_number(std::string_view word, std::uint64_t& value);
 
-/// `word` in quotes, cut to a sane length and with control characters replaced, for error messages.
+/// `word` in quotes for error messages, truncated and with control characters replaced.
 std::string in_quotes(std::string_view word);
 
 /// `field` as one field of a CSV file: in double quotes where it needs them.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ear clipping: see triangulate.h.
 //
-// That the triangles cover the polygon, and nothing else, needs no trust in which ears are cut: cutting one
-// leaves the sum of the boundaries as it was, so the number of triangles over a point is the number of times
-// that the polygon winds around it, as long as none of them is turned over. Ears are therefore only ever
-// corners that turn left or not at all, by exact predicates; the look for corners within an ear is what lets
-// the others be cut as well.
+// The triangles cover exactly the polygon whichever ears are cut: cutting one keeps the sum of the
+// boundaries, so the number of triangles over a point is the polygon's winding number there, provided that no
+// triangle is reversed. Ears are therefore only corners that turn left or not at all, by exact predicates;
+// the check for corners within an ear only ensures that the remaining ears can be cut.
 #include "client/io/triangulate.h"
 
 #include <gmpxx.h>
@@ -142,7 +141,7 @@ std::optional<std::vector<std::array<std::size_t, 3>>> clip_ears(const std::vect
   }
   ears.push_back({left[0], left[1], left[2]});
   const int last = orientation(points[left[0]], points[left[1]], points[left[2]]);
-  // What is flat in this plane, and was not found to be so in all, winds to and fro.
+  // Flat in this plane but not degenerate: it winds back and forth.
   if (last < 0 || (last == 0 && !any_area)) return std::nullopt;
   return ears;
 }

@@ -14,8 +14,8 @@
 
 namespace warmfront::client {
 
-/// A feature pair by its vertices, in one order whatever order it is named in: a vertex and the face's three,
-/// ascending; or two edges, the ends of each ascending, the lower edge first.
+/// A feature pair by its vertices in canonical order: a vertex and the face's three, ascending; or two edges,
+/// the ends of each ascending, the lower edge first.
 struct PairKey {
   ContactKind kind = ContactKind::kVertexFace;
   std::array<std::uint32_t, 4> vertices{};

@@ -51,7 +51,7 @@ Status VtpSeries::add(std::uint64_t number, std::string_view vtp) {
   std::string digits = std::to_string(number);
   if (digits.size() < 6) digits.insert(0, 6 - digits.size(), '0');
   const std::string path = stem_ + "_" + digits + ".vtp";
-  // The index lies beside the files, so it names them without their folder.
+  // The index is in the same folder, so it lists names without a path.
   const std::string name = path.substr(path.rfind('/') + 1);
   index_.write("<DataSet timestep=\"" + std::to_string(number) + "\" part=\"0\" file=\"" + escaped(name) +
                "\"/>\n");

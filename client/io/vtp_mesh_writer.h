@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meshes as a series of VTK PolyData files, frame by frame. Used by one thread at a time.
+// Writes the meshes as a series of VTK PolyData files, frame by frame. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace warmfront::client {
 
-/// NAME_000000.vtp, ... and NAME.pvd: triangles; of each vertex `toi`, the least time of impact of the step's
-/// contacts that it takes part in, NaN for none; of each triangle `body`.
+/// NAME_000000.vtp, ... and NAME.pvd: triangles; per vertex `toi`, the least time of impact of its contacts
+/// in the step, NaN if none; per triangle `body`.
 class VtpMeshWriter {
  public:
   static Result<VtpMeshWriter> create(const std::string& path, const SceneDescription& scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a daemon answers, as plain values: free to copy between threads.
+// A daemon's answers as plain values: free to copy between threads.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct ContactTable {
   /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
   std::vector<std::array<std::uint32_t, 4>> vertices;
   std::vector<double> toi;  ///< in [0, 1]; see Contact
-  // Those that ColliderOptions::fields ask for; see ContactGeometry.
+  // Only with the matching ColliderOptions::fields; see ContactGeometry.
   std::vector<std::array<double, 4>> weights;
   std::vector<std::array<double, 3>> normal;
   std::vector<std::array<double, 6>> points;
@@ -32,28 +32,28 @@ struct ContactTable {
   friend bool operator==(const ContactTable&, const ContactTable&) = default;
 };
 
-/// What a frame and its answer cost beside the step itself.
+/// Cost of sending a frame and receiving its answer, besides the step itself.
 struct Travel {
   double encode_ms = 0;              ///< the frame to messages, in this process
   double decode_ms = 0;              ///< the answer's messages to columns, in this process
   double queue_ms = 0;               ///< in the daemon, between the frame's arrival and its step
-  std::uint64_t sent_bytes = 0;      ///< of the frame's messages, as often as they were sent
+  std::uint64_t sent_bytes = 0;      ///< of the frame's messages, resent ones included
   std::uint64_t received_bytes = 0;  ///< of the answer's messages
 };
 
-/// What a step would have taken with everything deformable, and its frame.
+/// Cost of the same step and frame with everything deformable.
 struct AllDeformable {
   StepStatistics statistics;
-  std::uint64_t frame_bytes = 0;      ///< that the frame took, as it was sent
-  std::uint64_t positions_bytes = 0;  ///< that all positions would have taken
+  std::uint64_t frame_bytes = 0;      ///< of the frame as sent
+  std::uint64_t positions_bytes = 0;  ///< of a frame with all positions
 };
 
-/// One frame's answer: the same bits as a collider in this process would give.
+/// One frame's answer: the same bits as from a collider in this process.
 struct Answer {
   std::uint64_t frame = 0;
   std::uint64_t vf = 0;                ///< vertex-face contacts
   std::uint64_t ee = 0;                ///< edge-edge contacts
-  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded
+  std::uint64_t possible = 0;          ///< of both kinds, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   ContactTable contacts;               ///< empty for Report::kCount
   StepStatistics statistics;
@@ -61,9 +61,9 @@ struct Answer {
   Travel travel;
 };
 
-/// What a daemon allows.
+/// A daemon's limits.
 struct ServerLimits {
-  std::uint32_t window = 1;  ///< frames of a session that may be unanswered
+  std::uint32_t window = 1;  ///< most unanswered frames of a session
   std::uint64_t max_message_bytes = 0;
   std::uint64_t answer_chunk_bytes = 0;
   std::uint32_t max_sessions = 0;
@@ -81,10 +81,10 @@ struct ServerInfo {
   std::chrono::milliseconds uptime{0};
 };
 
-/// A session as it stands in the daemon.
+/// State of a session in the daemon.
 struct SessionInfo {
   std::string id;
-  std::string principal;  ///< who made it, as administrators are told; else empty
+  std::string principal;  ///< the creator, for callers with the admin role; else empty
   std::uint32_t vertex_count = 0;
   std::uint32_t face_count = 0;
   std::uint32_t edge_count = 0;
@@ -94,9 +94,9 @@ struct SessionInfo {
   std::uint64_t last_frame = 0;
   std::uint64_t steps = 0;         ///< since it was created there
   std::uint64_t memory_bytes = 0;  ///< in the daemon
-  bool attached = false;           ///< a stream holds it
+  bool attached = false;           ///< a stream is attached to it
   std::chrono::system_clock::time_point created;
-  std::chrono::milliseconds idle{0};  ///< since the last request about it; 0 while one is carried out
+  std::chrono::milliseconds idle{0};  ///< since the last request about it; 0 during a request
 };
 
 }  // namespace warmfront::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client's connections: as many as its calls need. Thread-safe.
+// A client's connections, as many as its calls need. Thread-safe.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -16,23 +16,23 @@
 
 namespace warmfront::client {
 
-/// A connection carries a limited number of calls at once (HTTP/2's SETTINGS_MAX_CONCURRENT_STREAMS); gRPC
-/// lets a call beyond it wait, without a word, until another ends, and a session's stream does not end. So
-/// calls are counted, and one that no connection has room for gets another connection.
+/// A connection carries a limited number of concurrent calls (HTTP/2's SETTINGS_MAX_CONCURRENT_STREAMS); gRPC
+/// silently queues further calls until another ends, and a session's stream does not end. So calls are
+/// counted, and a new connection is opened when all are full.
 class ChannelPool {
  public:
-  /// Where no daemon has said how many: half of what daemons allow by default, and below what proxies do (100
-  /// in HAProxy).
+  /// Default if the daemon states no number: half of a daemon's default, and below that of proxies (100 in
+  /// HAProxy).
   static constexpr std::uint32_t kMostCalls = 64;
 
   struct Channel {
     std::shared_ptr<grpc::Channel> channel;
     std::unique_ptr<v1::CollisionService::Stub> service;
     std::unique_ptr<v1::AdminService::Stub> admin;
-    std::uint32_t calls = 0;  ///< under way; under the pool's lock
+    std::uint32_t calls = 0;  ///< running; protected by the pool's lock
   };
 
-  /// Room for one call on a channel until it is destroyed. Movable; outlived by the pool.
+  /// Reserves one call on a channel until destroyed. Movable; the pool must outlive it.
   class Lease {
    public:
     Lease(ChannelPool& pool, Channel& channel) : pool_(&pool), channel_(&channel) {}
@@ -46,21 +46,21 @@ class ChannelPool {
     Channel* channel_;
   };
 
-  /// `open` makes a channel with a connection of its own.
+  /// `open` creates a channel with its own connection.
   explicit ChannelPool(std::function<std::shared_ptr<grpc::Channel>()> open) : open_(std::move(open)) {}
 
   Lease take();
-  /// What a daemon says that a connection carries; 0: it does not say. Above kMostCalls a connection is not
-  /// filled: it is bound to about one core.
+  /// The daemon's limit of calls per connection; 0: unknown. At most kMostCalls are used, since a connection
+  /// is bound to about one core.
   void set_calls_per_channel(std::uint32_t most);
 
  private:
   // Constant after construction.
   const std::function<std::shared_ptr<grpc::Channel>()> open_;
 
-  // Protected by mutex_. Channels stay: gRPC itself closes connections that have been idle for half an hour.
+  // Protected by mutex_. Channels are kept: gRPC itself closes connections after half an hour idle.
   std::mutex mutex_;
-  std::uint32_t most_calls_ = 1;  // until a daemon has been asked
+  std::uint32_t most_calls_ = 1;  // until a daemon has stated its limit
   std::vector<std::unique_ptr<Channel>> channels_;
 };
 

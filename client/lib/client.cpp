@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The public face over Connection and Session::Impl. Thread safety as stated in the header.
+// The public interface over Connection and Session::Impl. Thread safety as stated in the header.
 #include "client/lib/client.h"
 
 #include <utility>

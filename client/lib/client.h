@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client of a Warmfront daemon: sessions that are stepped frame by frame and survive the daemon.
+// The client of a Warmfront daemon: sessions that are stepped frame by frame and survive the daemon's
+// restart.
 // A Client is thread-safe. A Session is used by one thread at a time; different sessions are independent.
 #pragma once
 
@@ -18,18 +19,18 @@
 
 namespace warmfront::client {
 
-/// How a daemon is known, and who the client is. Files are PEM and read when the client connects.
+/// How to authenticate the daemon and the client. Files are PEM and read when the client connects.
 struct ClientSecurity {
-  bool tls = false;       ///< encrypt; any of the next three files sets it
-  std::string ca_file;    ///< who signed the daemon's certificate; empty: whom the system trusts
-  std::string cert_file;  ///< the client's own certificate and its key, for daemons that demand one
+  bool tls = false;       ///< encrypt; implied by any of the next three files
+  std::string ca_file;    ///< CA of the daemon's certificate; empty: the system's CAs
+  std::string cert_file;  ///< the client's certificate and key, for daemons that require them
   std::string key_file;
-  std::string server_name;  ///< that the daemon's certificate must bear; empty: the address's host
-  /// A file that holds the token to send, and nothing else. Without TLS only to this machine.
+  std::string server_name;  ///< expected in the daemon's certificate; empty: the address's host
+  /// A file that contains only the token to send. Without TLS only to this machine.
   std::string token_file;
 };
 
-/// How to reach a daemon, and how long to wait for what. All times are positive.
+/// How to reach a daemon, and time limits. All times are positive.
 struct ClientOptions {
   ClientSecurity security = {};
   std::chrono::milliseconds call_timeout = std::chrono::seconds(10);   ///< connecting, and small calls
@@ -38,35 +39,36 @@ struct ClientOptions {
       std::chrono::minutes(5);  ///< one frame; then the session is resumed
   std::chrono::milliseconds resume_timeout =
       std::chrono::minutes(1);  ///< finding a daemon again after losing it
-  /// Resumes in a row without an answer in between, after which a session gives up: a frame that brings every
-  /// daemon down must not be sent forever.
+  /// A session fails after this many consecutive resumes without an answer, so that a frame that crashes
+  /// every daemon is not sent forever.
   int max_resumes_without_answer = 5;
-  /// Told, on the thread that uses the session, why it lost its daemon, before it looks for one again.
+  /// Called on the thread that uses the session with the reason for losing the daemon, before the session
+  /// looks for one again.
   std::function<void(const Error& why)> on_lost = {};
 };
 
 struct SessionOptions {
   /// A UUID; a random one when empty.
   std::string id;
-  /// The number of the positions that the session is created with; the first step is the next.
+  /// Frame number of the positions that the session is created with; the first step is the next.
   std::uint64_t first_frame = 0;
 };
 
-/// A session of a daemon. It keeps the scene, the positions last answered and the frames unanswered, so that
-/// it can be created again: when the daemon dies, restarts, drains or forgets it, the session goes on there
-/// or at whatever daemon the address leads to by then, with exactly one answer to each frame, in order and of
-/// the same bits. A copy that a daemon still has is gone on with where it is in this session's own state,
-/// which the daemon states; another, and that of a daemon too old to state it, is deleted and made again. A
-/// limit that is met on the way, and that others fill, is waited for within the resume timeout. After an
-/// error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further call gives that error.
+/// A session of a daemon. It keeps the scene, the last answered positions and the unanswered frames, so that
+/// it can be created again: when the daemon dies, restarts, drains or loses it, the session continues there
+/// or at the daemon that the address then leads to, with exactly one answer to each frame, in order and with
+/// the same bits. A copy in a daemon is reused if the daemon reports this session's exact state; otherwise,
+/// and if the daemon is too old to report it, the copy is deleted and created again. If others use up a limit
+/// during a resume, the session waits for room within the resume timeout. After kUnavailable,
+/// kDeadlineExceeded, kAborted or kInternal every further call returns that error.
 class Session {
  public:
-  ~Session();  ///< close(), its error ignored
+  ~Session();  ///< calls close() and ignores its error
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 
   const std::string& id() const;
-  /// Frames that may be unanswered at once.
+  /// Most frames that may be unanswered at once.
   std::uint32_t window() const;
   /// How often the session was resumed.
   std::uint64_t resumes() const;
@@ -74,28 +76,28 @@ class Session {
   /// Submits a frame and takes its answer. kFailedPrecondition while earlier answers were not taken.
   Result<Answer> step(const Frame& frame);
 
-  /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
-  /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where
-  /// something does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
-  /// frame failed and answers to frames after it were not taken yet.
+  /// Sends the next frame, all of it or only what moved, and returns its number. Positions must have the type
+  /// (float or double) that the session was created with; poses are sent as that type. kInvalidArgument if
+  /// the frame does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
+  /// frame failed and answers to later frames were not taken yet.
   Result<std::uint64_t> submit(const Frame& frame);
 
-  /// Adds a body at rest at `positions`, (k, 3), of the session's kind, and returns its index; as
-  /// Collider::add_body(). It is carried out once, whatever becomes of the daemon on the way; what a daemon
-  /// refuses leaves the session as it was. kFailedPrecondition while frames are unanswered.
+  /// Adds a stationary body at `positions`, (k, 3), of the session's type, and returns its index; see
+  /// Collider::add_body(). Carried out exactly once, even if the daemon is lost; a refused change leaves the
+  /// session unchanged. kFailedPrecondition while frames are unanswered.
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
-  /// Describes a body differently, as Collider::change_body(); once, as add_body(). kFailedPrecondition while
-  /// frames are unanswered.
+  /// Changes a body's description, see Collider::change_body(); exactly once, like add_body().
+  /// kFailedPrecondition while frames are unanswered.
   Status change_body(std::uint32_t index, Body body);
 
   /// Waits for the answer to the oldest unanswered frame. An error in the frame itself (kInvalidArgument,
-  /// kResourceExhausted) does not count as a step: frames sent after it fail with kFailedPrecondition, and
-  /// once all are taken the next submit() has the failed frame's number. kFailedPrecondition when no frame is
+  /// kResourceExhausted) is not a step: later frames in flight fail with kFailedPrecondition, and after all
+  /// these answers the next submit() has the failed frame's number. kFailedPrecondition when no frame is
   /// unanswered.
   Result<Answer> next_answer();
 
-  /// Deletes the session in the daemon; unanswered frames are given up. Further calls fail. A daemon that
-  /// is being started again is waited for, some two seconds; then kUnavailable.
+  /// Deletes the session in the daemon; unanswered frames are dropped. Further calls fail. Waits about two
+  /// seconds for a restarting daemon; then kUnavailable.
   Status close();
 
  private:
@@ -107,34 +109,34 @@ class Session {
 
 class Client {
  public:
-  /// Connects to `HOST:PORT` or `unix:PATH`; kInvalidArgument for anything else, such as an URL. kUnavailable
-  /// when no daemon answers within the call timeout, which is also what a failed TLS handshake looks like;
-  /// kUnauthenticated for a token that it does not know; kInvalidArgument for files that cannot be read, and
-  /// for a token that would travel in the clear.
+  /// Connects to `HOST:PORT` or `unix:PATH`; kInvalidArgument for anything else, for example a URL.
+  /// kUnavailable when no daemon answers within the call timeout, including a failed TLS handshake;
+  /// kUnauthenticated for an unknown token; kInvalidArgument for unreadable files, and for a token that would
+  /// be sent unencrypted.
   static Result<Client> connect(const std::string& address, const ClientOptions& options = {});
   ~Client();
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
 
-  /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions travel and
-  /// stay as float32. Vertices in no face are tested as points against faces, and against nothing else
-  /// (Scene::isolated_vertices() counts them). Fails as Scene::create() and Collider::create() do, with
-  /// kAlreadyExists for an id that is taken and kResourceExhausted beyond the daemon's limits.
+  /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions are sent and
+  /// stored as float32. Vertices in no face are tested as points against faces, and against nothing else
+  /// (Scene::isolated_vertices()). Fails as Scene::create() and Collider::create() do, with kAlreadyExists
+  /// for an id in use and kResourceExhausted beyond the daemon's limits.
   Result<Session> create_session(SceneDescription scene, const Positions& positions,
                                  const ColliderOptions& options = {}, const SessionOptions& session = {});
 
-  /// Those of this principal.
+  /// The sessions of this principal.
   Result<std::vector<SessionInfo>> list_sessions();
   /// kNotFound for an unknown session. Keeps it from expiring, which list_sessions() does not.
   Result<SessionInfo> get_session(const std::string& id);
   Status delete_session(const std::string& id);
-  /// Has the daemon check what it keeps for a session: what was found broken, and is made anew in the next
-  /// step; empty when nothing. kDataLoss when the session is lost to it.
+  /// Runs the daemon's self-check of a session. Returns the fault, whose data the next step recomputes; empty
+  /// if there is none. kDataLoss when the session is lost.
   Result<std::string> check_session(const std::string& id);
-  /// For administrators, kPermissionDenied for others: the sessions of all principals.
+  /// The sessions of all principals; kPermissionDenied without the admin role.
   Result<std::vector<SessionInfo>> list_all_sessions();
-  /// As delete_session(), whoever made it; kFailedPrecondition where several principals have chosen one id,
-  /// unless `principal` says whose is meant.
+  /// As delete_session(), for any principal's session; kFailedPrecondition if several principals use this id
+  /// and `principal` does not select one.
   Status delete_any_session(const std::string& id, const std::string& principal = {});
   Result<ServerInfo> server_info();
 

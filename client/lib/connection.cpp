@@ -10,13 +10,12 @@
 namespace warmfront::client {
 namespace {
 
-/// Well below any daemon's message limit, whose least value is 64 KiB, for a first upload; its answer states
-/// the limit.
+/// For a first upload, before the daemon's answer states its message limit: well below the least limit, 64
+/// KiB.
 constexpr std::size_t kUploadChunk = 60 << 10;
 
-/// Calls that may be made twice are, by gRPC itself, when the connection breaks under them or the daemon is
-/// being started again (some two seconds); a session deleted twice is gone all the same. Steps, uploads and
-/// changes have their own way to go on (session_resume.cpp).
+/// gRPC retries idempotent calls when the connection breaks or the daemon restarts (about two seconds);
+/// deleting a session twice is harmless. Steps, uploads and changes are resumed in session_resume.cpp.
 constexpr char kServiceConfig[] = R"({"methodConfig": [{
   "name": [{"service": "warmfront.v1.CollisionService", "method": "GetServerInfo"},
            {"service": "warmfront.v1.CollisionService", "method": "DeleteSession"},
@@ -27,19 +26,19 @@ constexpr char kServiceConfig[] = R"({"methodConfig": [{
 
 grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   grpc::ChannelArguments arguments;
-  // Answers come in chunks of the daemon's choosing.
+  // The daemon chooses the size of an answer's chunks.
   arguments.SetMaxReceiveMessageSize(-1);
-  // A connection of its own for each channel: one connection is bound to one core or so.
+  // One connection per channel: a connection is bound to about one core.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
-  // Named after something else, this is how long connecting may take, handshakes and all: they take three
-  // round trips on a line that may be slow, to a daemon that may be busy.
+  // Despite its name this is the time limit for connecting, handshakes included: three round trips on a
+  // possibly slow line, to a possibly busy daemon.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
-  // A daemon that vanishes without a word is found within a minute; daemons allow a ping every ten seconds.
+  // Detects a daemon that vanished silently within a minute; daemons allow a ping every ten seconds.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
-  // The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
+  // Ignore a web proxy from the environment: the address is that of the daemon or of its own proxy.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   enlarge_send_buffer(arguments);
   arguments.SetServiceConfigJSON(kServiceConfig);
@@ -88,7 +87,7 @@ std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& re
 }
 
 std::optional<std::string> Connection::why_unreachable() {
-  // A call that waits for a connection is only told that none came in time; one that does not, why.
+  // Only a call that does not wait for the connection learns why it failed.
   grpc::ClientContext context;
   set_deadline(context, std::chrono::seconds(2));
   prepare(context);
@@ -111,7 +110,7 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
 
   v1::CreateSessionRequest request;
   *request.mutable_header() = header;
-  // When a write fails, the status says why.
+  // When a write fails, the status has the reason.
   bool writing = upload->Write(request);
   const std::string_view faces(reinterpret_cast<const char*>(scene.faces.data()),
                                scene.faces.size() * sizeof(scene.faces[0]));

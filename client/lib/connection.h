@@ -26,13 +26,13 @@ class Connection {
   Connection(const std::string& address, const ClientOptions& options, const Credentials& credentials);
 
   const ClientOptions& options() const { return options_; }
-  /// Room for a call that lasts, on a connection that has some.
+  /// Reserves a long-lived call on a connection with room.
   ChannelPool::Lease channel() { return channels_.take(); }
-  /// Every call's context comes by here: says who calls, and which session it is about, if any.
+  /// Adds the credentials, and the session id if any, to a call's context. Every call must use it.
   void prepare(grpc::ClientContext& context, const std::string& session_id = {}) const;
 
-  /// Both wait for a daemon that is not there yet, up to their timeout. What it allows holds from then on;
-  /// the daemon where that session is to be, if one is named.
+  /// Both wait for a daemon up to their timeout, and store its limits. With a session id, of the daemon that
+  /// serves that session.
   std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response,
                                          const std::string& session_id = {});
   /// Uploads the scene. `positions` are the bytes as in step.proto.
@@ -51,10 +51,10 @@ class Connection {
   template <class Stub, class Request, class Response>
   using UnaryMethod = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
 
-  // What gRPC says of a connection that cannot be had; nothing when one can.
+  // gRPC's reason why no connection can be established; none if one can.
   std::optional<std::string> why_unreachable();
 
-  // A call of one message and one answer; about a session, if one is named.
+  // A unary call; about a session, if one is named.
   template <class Stub, class Request, class Response>
   std::optional<RemoteError> call(UnaryMethod<Stub, Request, Response> method,
                                   const std::type_identity_t<Request>& request, Response& response,

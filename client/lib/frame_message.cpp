@@ -12,7 +12,7 @@ namespace {
 
 using google::protobuf::io::CodedOutputStream;
 
-/// A field of bytes or of a message: its tag and length, which its contents follow.
+/// Writes the tag and length of a bytes or message field, before its content.
 void write_length(CodedOutputStream& out, int field, std::size_t length) {
   constexpr std::uint32_t kLengthDelimited = 2;
   out.WriteTag(static_cast<std::uint32_t>(field) << 3 | kLengthDelimited);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames as the bytes that gRPC sends, their positions where they are. Thread-safe.
+// Frames as gRPC byte buffers that refer to the positions without a copy. Thread-safe.
 #pragma once
 
 #include <grpcpp/support/byte_buffer.h>
@@ -13,9 +13,8 @@
 
 namespace warmfront::client {
 
-/// A step that carries positions [at, at + count) bytes of the string, without a copy of them: the buffer
-/// holds on to the string. Positions are most of what a step costs to send, and a message object would copy
-/// them twice.
+/// A step with positions [at, at + count) bytes of the string, not copied: the buffer shares the string.
+/// Positions are most of a step's sending cost, and a message object would copy them twice.
 grpc::ByteBuffer positions_message(std::uint64_t frame, bool more,
                                    const std::shared_ptr<const std::string>& positions, std::size_t at,
                                    std::size_t count);

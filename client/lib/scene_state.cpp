@@ -111,7 +111,7 @@ Result<SentFrame> SceneState::encode(const Frame& frame) const {
         append_value(*moved.mutable_poses(), number);
     }
   }
-  // All rigid bodies in their order need not be named.
+  // Poses of all rigid bodies in order need no body indices.
   std::vector<std::uint32_t> rigid;
   for (std::uint32_t b = 0; b < scene_.bodies.size(); ++b) {
     if (scene_.bodies[b].kind == BodyKind::kRigid) rigid.push_back(b);
@@ -156,7 +156,7 @@ void SceneState::take(const SentFrame& frame) {
     poses_[b].reset();
   }
   const std::size_t poses = moved.poses().size() / (12 * number_size());
-  std::size_t next = 0;  // of all rigid bodies
+  std::size_t next = 0;  // among all rigid bodies
   for (std::size_t i = 0; i < poses; ++i) {
     std::uint32_t body = 0;
     if (!moved.pose_bodies().empty()) {

@@ -14,12 +14,12 @@ namespace warmfront::client {
 
 struct Credentials {
   std::shared_ptr<grpc::ChannelCredentials> channel;
-  std::string server_name;    ///< that is expected instead of the address's host; may be empty
+  std::string server_name;    ///< expected instead of the address's host; may be empty
   std::string authorization;  ///< the metadata's value; may be empty
 };
 
-/// kInvalidArgument for files that cannot be read, half a pair of certificate and key, and a token that would
-/// leave this machine in the clear.
+/// kInvalidArgument for files that cannot be read, a certificate without its key or the reverse, and a token
+/// that would be sent unencrypted to another machine.
 Result<Credentials> read_credentials(const std::string& address, const ClientSecurity& security);
 
 }  // namespace warmfront::client

@@ -99,7 +99,7 @@ bool Session::Impl::send_frame(SentFrame& frame) {
     *step.mutable_moved() = moved;
     return write_step(false);
   }
-  // Field by field, piece by piece; an empty last part ends the frame.
+  // Field by field, chunk by chunk; an empty last part ends the frame.
   using Parts = v1::MovedParts;
   const auto send = [&](const std::string& bytes, auto set) {
     for (std::size_t at = 0; at < bytes.size(); at += chunk_bytes_) {
@@ -147,7 +147,7 @@ Status Session::Impl::change(v1::SceneChange change, const std::function<void()>
       resumes_without_answer_ = 0;
       return {};
     }
-    // The frame is due in this session: a copy that expects another is none of it.
+    // This session's next frame: a copy that expects another one is not this session.
     if (error->reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER) error->reason = v1::ERROR_REASON_STATE_CHANGED;
     const bool refused = error->retry_after || !error->may_resume();
     const Status resumed = refused ? Status{} : resume(*error);
@@ -174,7 +174,7 @@ Status Session::Impl::change_body(std::uint32_t index, Body body) {
   v1::SceneChange encoded;
   encoded.mutable_change()->set_index(index);
   *encoded.mutable_change()->mutable_body() = to_proto(body);
-  // The daemon keeps the range, whatever is said of it here; it must not be empty.
+  // The daemon keeps the range and ignores this field, but it must not be empty.
   encoded.mutable_change()->mutable_body()->set_vertex_count(state_.scene().bodies[index].vertex_count);
   return change(std::move(encoded), [&] { state_.take(index, std::move(body)); });
 }
@@ -211,10 +211,10 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
       return take_answer(response.answer());
     case v1::StreamStepsResponse::kError: {
       RemoteError error = remote_error_from(response.error().status());
-      // Dropped sessions end the stream too: it is read to its end, and resumed.
+      // Losing the session also ends the stream: read it to its end, then resume.
       if (error.lost_session()) return std::nullopt;
-      // The frame is due in this session: a copy that answered it otherwise, or expects another, is none of
-      // it.
+      // This session's next frame: a copy that answered it differently, or expects another, is not this
+      // session.
       const bool due = response.error().frame() == header_.first_frame() + 1;
       if (error.other_state() || (due && error.reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER)) {
         error.reason = v1::ERROR_REASON_STATE_CHANGED;
@@ -271,7 +271,7 @@ Result<Answer> Session::Impl::take_error(const v1::StepError& message) {
     return fail({ErrorCode::kInternal, "the daemon refused " + name_of(message.frame()) + " where " +
                                            name_of(unanswered_.front().number) +
                                            " is due: " + remote.error.message});
-  // The engine broke on this very frame and the session is gone: creating it again would end the same way.
+  // The engine failed on this frame and the session is gone: creating it again would fail in the same way.
   if (remote.reason == v1::ERROR_REASON_ENGINE) return fail(remote.error);
   unanswered_.pop_front();
   --sent_;
@@ -286,7 +286,7 @@ Status Session::Impl::close() {
   stream_.reset();
   unanswered_.clear();
   const std::optional<RemoteError> error = connection_->remove(id());
-  // Gone is gone.
+  // Already deleted: not an error.
   if (error && error->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return error->error;
   return {};
 }

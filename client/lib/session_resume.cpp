@@ -13,10 +13,9 @@ using Clock = std::chrono::system_clock;
 
 constexpr std::chrono::milliseconds kFirstBackoff{50};
 constexpr std::chrono::milliseconds kLongestBackoff{2000};
-/// One message of positions: large enough to be fast, small enough not to hold up other streams of the
-/// connection.
+/// Positions per message: large enough to be fast, small enough not to delay the connection's other streams.
 constexpr std::size_t kFrameChunk = std::size_t{4} << 20;
-/// What a message has besides its bulk field.
+/// Bytes of a message besides its bulk field.
 constexpr std::size_t kMessageOverhead = 1024;
 
 }  // namespace
@@ -30,7 +29,7 @@ Error Session::Impl::fail(Error error) {
 
 RemoteError Session::Impl::ended() {
   RemoteError remote = remote_error_from(stream_->finish(Clock::now() + connection_->options().call_timeout));
-  // A stream ends with OK only after a detach, and none was sent.
+  // A stream ends with OK only after a detach, which was not sent.
   if (remote.error.message.empty())
     remote.error = {ErrorCode::kUnavailable, "the stream ended before its answers"};
   stream_.reset();
@@ -40,10 +39,10 @@ RemoteError Session::Impl::ended() {
 Status Session::Impl::open() {
   const std::optional<RemoteError> error = create();
   if (error && (error->retry_after || !error->may_resume())) return fail(error->error);
-  // With the connection lost it may have been created all the same, in a state that was not told.
+  // If the connection was lost, the session may have been created nevertheless, in an unknown state.
   recreate_ = error.has_value();
   Status established = establish(Full::kFails);
-  // Nobody is going to use what was created.
+  // Delete the created session: it will not be used.
   if (!established && established.error().code == ErrorCode::kResourceExhausted)
     static_cast<void>(connection_->remove(id()));
   return established;
@@ -83,13 +82,12 @@ Status Session::Impl::establish(Full full) {
 }
 
 std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {
-  // A daemon that was started again may allow fewer calls on a connection, and a stream too many would wait
-  // there without a word.
+  // A restarted daemon may allow fewer calls per connection, and excess streams would wait silently.
   if (resumes_ > 0) {
     v1::GetServerInfoResponse ignored;
     if (std::optional<RemoteError> error = connection_->server_info(ignored, id())) return error;
   }
-  // What the daemon answered already comes again from its memory, and the rest follows.
+  // The daemon repeats cached answers; the remaining frames follow.
   const auto begin_stream = [&] {
     sent_ = 0;
     partial_ = {};
@@ -104,8 +102,7 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
       return std::nullopt;
     }
     if (error && error->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return error;
-    // A copy that was left behind, or that answers to more than one frame were lost of: it keeps only the
-    // last.
+    // The copy is behind, or more than one answer was lost: the daemon caches only the last.
     recreate_ = !error;
   }
   stream_.reset();
@@ -114,7 +111,7 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
     if (removed && removed->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return removed;
     recreate_ = false;
   }
-  // One call may reach another daemon than the next: a copy there is looked at in the next try.
+  // Consecutive calls may reach different daemons: check the copy there in the next try.
   const auto elsewhere = [](const Error& error) {
     return RemoteError{error, v1::ERROR_REASON_STATE_CHANGED};
   };
@@ -140,7 +137,7 @@ bool Session::Impl::attached_is_own() const {
   if (same_state(state, *known_)) return true;
   if (!attached_.has_state_before() || !same_state(attached_.state_before(), *known_)) return false;
   // Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose
-  // key it does.
+  // key it compares.
   return state.frame() == known_->frame()
              ? changing_
              : !unanswered_.empty() && unanswered_.front().number == state.frame();
@@ -162,13 +159,13 @@ std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
   if (stream_->start(deadline) != StepStream::Event::kDone) return timeout;
   v1::StreamStepsRequest request;
   request.mutable_attach()->set_session_id(id());
-  // The stream before may not have been noticed to be dead yet.
+  // The daemon may not have noticed yet that the previous stream is dead.
   request.mutable_attach()->set_takeover(true);
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
   const StepStream::Event written = stream_->write(request, std::max(left, std::chrono::milliseconds(0)));
   if (written == StepStream::Event::kTimeout) return timeout;
   v1::StreamStepsResponse response;
-  // Frames of the stream before may still be computed: the answer comes after them.
+  // Frames of the previous stream may still be in progress: the answer comes after them.
   const StepStream::Event read =
       stream_->read(response, Clock::now() + connection_->options().answer_timeout);
   if (read == StepStream::Event::kTimeout) return timeout;

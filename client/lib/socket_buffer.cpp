@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// gRPC has no setting for it, but a hook for each socket that it makes. The hook is set by a public function
-// and its shape is in a header that is not installed; it is as below in the gRPC named here, and left alone
-// in any other.
+// gRPC has no setting for this, but a hook for each socket it creates. The hook is set by a public function;
+// its layout is in a header that is not installed. It is as below in the gRPC version named here; other
+// versions are left alone.
 #include "client/lib/socket_buffer.h"
 
 #include <grpc/support/sync.h>
@@ -34,7 +34,7 @@ bool enlarge(int socket, grpc_socket_mutator*) {
   socklen_t length = sizeof domain;
   if (getsockopt(socket, SOL_SOCKET, SO_DOMAIN, &domain, &length) == 0 && domain == AF_UNIX)
     static_cast<void>(setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &kSendBytes, sizeof kSendBytes));
-  return true;  // slower is no failure
+  return true;  // without it the socket is slower, but works
 }
 
 constexpr grpc_socket_mutator_vtable kHook{enlarge,
@@ -46,7 +46,7 @@ constexpr grpc_socket_mutator_vtable kHook{enlarge,
 void enlarge_send_buffer(grpc::ChannelArguments& arguments) {
   auto* mutator = new grpc_socket_mutator;
   grpc_socket_mutator_init(mutator, &kHook);
-  arguments.SetSocketMutator(mutator);  // which owns it
+  arguments.SetSocketMutator(mutator);  // takes ownership
 }
 
 }  // namespace warmfront::client

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stream over a completion queue of its own: that is how gRPC gives single reads and writes a deadline.
-// Thread safety as stated in the header.
+// A stream with its own completion queue, which is how gRPC gives single reads and writes a deadline. Thread
+// safety as stated in the header.
 #include "client/lib/step_stream.h"
 
 #include <grpcpp/generic/generic_stub.h>
@@ -14,7 +14,7 @@ namespace warmfront::client {
 StepStream::StepStream(Connection& connection, const std::string& session_id)
     : channel_(connection.channel()) {
   connection.prepare(context_, session_id);
-  // A daemon that is about to come back is waited for, up to the deadline of start().
+  // Wait for a restarting daemon, up to the deadline of start().
   context_.set_wait_for_ready(true);
   grpc::TemplatedGenericStub<grpc::ByteBuffer, v1::StreamStepsResponse> stub(channel_->channel);
   call_ = stub.PrepareCall(&context_, "/warmfront.v1.CollisionService/StreamSteps", &queue_);

@@ -21,25 +21,25 @@ class StepStream {
   enum class Event {
     kDone,
     kEnded,    ///< the call is over: see finish()
-    kTimeout,  ///< the stream is of no use any more
+    kTimeout,  ///< the stream is unusable
   };
 
-  /// Begins the call; `connection` outlives the stream.
+  /// Begins the call; `connection` must outlive the stream.
   StepStream(Connection& connection, const std::string& session_id);
-  /// Cancels what is left of the call.
+  /// Cancels the call if it is not over.
   ~StepStream();
   StepStream(const StepStream&) = delete;
   StepStream& operator=(const StepStream&) = delete;
 
   /// Waits until the call has begun.
   Event start(Deadline deadline);
-  /// What comes meanwhile is read, and kept for read(): the daemon does not take more frames while too much
-  /// of its answers waits to be taken. Each message that comes or goes counts `timeout` anew.
+  /// Meanwhile messages are read and kept for read(), because the daemon stops reading frames while too many
+  /// of its answers are pending. Each message sent or received restarts `timeout`.
   Event write(const v1::StreamStepsRequest& request, std::chrono::milliseconds timeout);
-  /// A message's bytes.
+  /// Writes a serialized message.
   Event write(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout);
   Event read(v1::StreamStepsResponse& response, Deadline deadline);
-  /// After kEnded: how the call ended. UNAVAILABLE when even that is not known in time.
+  /// After kEnded: how the call ended. UNAVAILABLE if the status does not arrive in time.
   grpc::Status finish(Deadline deadline);
 
  private:
@@ -48,24 +48,24 @@ class StepStream {
 
   void* tag(Operation operation) { return &completed_[operation]; }
   Event take(Operation operation);
-  /// Until it is complete.
+  /// Waits for this operation.
   Event await(Operation operation, Deadline deadline);
-  /// Until something is complete; false when nothing is in time.
+  /// Waits for any operation; false on timeout.
   bool await_any(Deadline deadline);
   void begin_read();
-  /// The read that is complete, into received_.
+  /// Moves the completed read into received_.
   void keep_read();
 
-  const ChannelPool::Lease channel_;  // given back last
+  const ChannelPool::Lease channel_;  // released last
   grpc::ClientContext context_;
   grpc::CompletionQueue queue_;
-  // Requests as bytes: those of a frame are not copied into a message first.
+  // Requests as bytes: a frame's bytes are not copied into a message first.
   std::unique_ptr<grpc::ClientAsyncReaderWriter<grpc::ByteBuffer, v1::StreamStepsResponse>> call_;
   std::array<State, kCount> completed_{};  // written by completions, by address
-  bool reading_ = false;                   // a read is under way, or its end not yet looked at
+  bool reading_ = false;                   // a read is in progress, or its completion not yet handled
   bool read_ended_ = false;
-  std::deque<v1::StreamStepsResponse> received_;  // while writing; the answers of a window at most
-  // Referred to by operations: they must outlive the queue's drain.
+  std::deque<v1::StreamStepsResponse> received_;  // during writes; at most a window of answers
+  // Used by pending operations: must outlive the queue's drain.
   v1::StreamStepsResponse incoming_;
   grpc::Status status_;
 };

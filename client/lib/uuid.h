@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names for sessions. Thread-safe.
+// Session ids. Thread-safe.
 #pragma once
 
 #include <string>

@@ -46,7 +46,7 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
   info.edge_count = message.edge_count();
   info.body_count = message.body_count();
   info.float32 = message.dtype() == v1::DTYPE_FLOAT32;
-  // An option of a daemon newer than this client is shown as the default.
+  // An option unknown to this client is shown as the default.
   if (const auto options = wire::options_from(message.options()); options) info.options = options.value();
   info.last_frame = message.last_frame();
   info.steps = message.steps();
@@ -111,7 +111,7 @@ bool RemoteError::other_state() const {
 bool RemoteError::may_resume() const {
   if (lost_session() || other_state() || retry_after || reason == v1::ERROR_REASON_DRAINING) return true;
   if (reason != v1::ERROR_REASON_UNSPECIFIED) return false;
-  // gRPC's own: a connection that ends in the middle shows as any of these.
+  // gRPC's own codes: an interrupted connection shows as any of these.
   return error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kCancelled ||
          error.code == ErrorCode::kInternal || error.code == ErrorCode::kDeadlineExceeded;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The wire's messages as the client library's values and back. Thread-safe.
+// Conversion between the wire's messages and the client library's values. Thread-safe.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -24,24 +24,24 @@ using wire::to_proto;
 ServerInfo server_info_from(const v1::GetServerInfoResponse& message);
 SessionInfo session_info_from(const v1::SessionInfo& message);
 
-/// Appends the rows. kInternal when the columns' lengths do not fit together, or a value is none of its enum.
+/// Appends the rows. kInternal when the columns' lengths differ, or a value is not in its enum.
 Status append_columns(const v1::ContactColumns& message, ContactTable& contacts);
-/// Everything but the contacts. kInternal when the summary's row count is not that of `answer.contacts`.
+/// Everything except the contacts. kInternal when the summary's row count differs from `answer.contacts`.
 Status finish_answer(const v1::StepAnswer& message, Answer& answer);
 
 /// Why a call or a frame failed.
 struct RemoteError {
   Error error;
-  /// UNSPECIFIED when it is gRPC's own: the daemon was not reached, or died.
+  /// UNSPECIFIED for gRPC's own errors: the daemon was not reached, or died.
   v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
-  /// After which trying again may help; with a limit that others fill.
+  /// Suggested delay before a retry, for limits that other sessions use up.
   std::optional<std::chrono::milliseconds> retry_after = std::nullopt;
 
-  /// The daemon has the session no more.
+  /// The daemon no longer has the session.
   bool lost_session() const;
-  /// The daemon has it, but not in the state that this client knows.
+  /// The daemon has the session in another state than this client's.
   bool other_state() const;
-  /// Whether the session may go on once it was resumed: creating it again, or trying again, may help.
+  /// Can a resume help: creating the session again, or retrying?
   bool may_resume() const;
 };
 bool same_state(const v1::SessionState& a, const v1::SessionState& b);

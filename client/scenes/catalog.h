@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The built-in scenes by name: look-alikes of the five benchmarks of Tang, Manocha and Tong 2009, from a
-// small model of ours, so that a demo or test needs no file. They are not the paper's data: never compare
-// their times with its own. Functions are thread-safe; an Animation is used by one thread at a time.
+// The built-in scenes by name: small models that resemble the five benchmarks of Tang, Manocha and Tong 2009,
+// so that a demo or test needs no file. They are not the paper's data: do not compare their times with the
+// paper's. Functions are thread-safe; an Animation is used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -31,17 +31,17 @@ struct CatalogEntry {
 };
 std::span<const CatalogEntry> catalog();
 
-/// Which scene, how large, how long.
+/// Name, size and length of a scene.
 struct SceneSpec {
   const CatalogEntry* entry = nullptr;
-  std::uint32_t triangles = 0;  ///< about: a model rounds to whole grids
+  std::uint32_t triangles = 0;  ///< approximate: a model rounds to whole grids
   std::uint32_t frames = 0;
 };
 
 /// Reads `[builtin:]NAME[?triangles=N&frames=N]`. Fails with a message that lists what exists.
 Result<SceneSpec> parse_scene_spec(std::string_view text);
 
-/// Sets a parameter ("triangles" or "frames") from text; fails, naming the range, when it does not fit.
+/// Sets a parameter ("triangles" or "frames") from text; an error names the range.
 Status set_parameter(SceneSpec& spec, std::string_view key, std::string_view value);
 
 /// A scene frame by frame, with the same bits every time: float32, as it would be in a file.
@@ -52,8 +52,8 @@ class Animation {
 
   const SceneDescription& scene() const;
 
-  /// (n, 3) positions of frame `index`, valid until the next call. Going on is one step of the model; going
-  /// back starts it again.
+  /// (n, 3) positions of frame `index`, valid until the next call. Each next frame is one step of the model;
+  /// an earlier frame restarts it.
   const std::vector<float>& frame(std::uint32_t index);
 
  private:

@@ -68,7 +68,7 @@ void Cloth::link(std::uint32_t p, std::uint32_t q, double stiffness) {
 void Cloth::link_grid(std::uint32_t first, int rows, int columns, bool wrap_columns) {
   const int width = wrap_columns ? columns : columns + 1;
   const auto at = [&](int r, int c) { return first + static_cast<std::uint32_t>(r * width + c % width); };
-  // A column beyond the last exists only when they wrap.
+  // With wrapping there is no column beyond the last.
   const auto inside = [&](int r, int c) { return r <= rows && (wrap_columns || c < width); };
   for (int r = 0; r <= rows; ++r)
     for (int c = 0; c < width; ++c) {
@@ -104,7 +104,7 @@ void Cloth::find_neighbours(double thickness) {
             neighbours_.emplace_back(p, q);
           }
   }
-  // Two cells that share a bucket tell a pair twice.
+  // Two cells that share a bucket list a pair twice.
   std::sort(neighbours_.begin(), neighbours_.end());
   neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end()), neighbours_.end());
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small position-based cloth (Mueller et al. 2007; small steps: Macklin et al. 2019), after a fixed order
-// of operations. It need not be right, only plausible and the same everywhere. Used by one thread at a time.
+// A small position-based cloth (Mueller et al. 2007; small steps: Macklin et al. 2019), with a fixed order of
+// operations. It needs to be plausible and reproducible, not accurate. Used by one thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -25,11 +25,11 @@ class Cloth {
   /// The particles are `positions`; the cells of each grid added below index them.
   explicit Cloth(std::span<const Vec3> positions);
 
-  /// Links the (rows + 1) x columns grid (or columns + 1, when they do not wrap) of particles from `first` on
-  /// at their present distances: along the cells, across them, and over every other one against bending.
+  /// Links the (rows + 1) x columns grid (or columns + 1 without wrapping) of particles from `first` on at
+  /// their current distances: along the cells, across them, and to every second particle against bending.
   void link_grid(std::uint32_t first, int rows, int columns, bool wrap_columns);
 
-  /// Particle `p` goes where move_pinned() says.
+  /// Particle `p` is moved by move_pinned() only.
   void pin(std::uint32_t p);
   void move_pinned(std::uint32_t p, Vec3 to) { positions_[p] = to; }
 

@@ -52,7 +52,7 @@ class ClothBall final : public Model {
       time_ += seconds;
       const double spin = 5 * std::clamp(time_ - 0.8, 0.0, 1.0);
       angle_ += spin * seconds;
-      // The cloth's particles settle a hair under the mesh's corners, so that the two meshes do touch.
+      // The cloth's particles rest slightly below the mesh's corners, so that the two meshes touch.
       const Obstacle ball{kBallCenter, kBallCenter, 0.998 * kBallRadius, {}, {0, 0, spin}};
       cloth_.substep(seconds, std::span(&ball, 1));
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The little geometry that the built-in scenes need, with the same bits on every IEEE machine: only +, -, *,
-// / and sqrt, which IEEE 754 rounds in one way, and never the C library's sine. Pure functions and values.
+// Geometry for the built-in scenes, with the same bits on every IEEE machine: only +, -, *, / and sqrt, which
+// IEEE 754 rounds uniquely, and never the C library's sine. Pure functions and values.
 #pragma once
 
 #include <array>
@@ -86,7 +86,7 @@ inline Pose turned(Vec3 axis, double angle, Vec3 origin) {
           origin};
 }
 
-/// PCG32 (O'Neill 2014): small, good, and ours, so that a scene is the same wherever it is built.
+/// PCG32 (O'Neill 2014), implemented here so that a scene is the same on every platform.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ULL + 1) { next(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A moving scene: its shapes, and where they are. A model is used by one thread at a time.
+// A moving scene: its shapes and their positions. A model is used by one thread at a time.
 #pragma once
 
 #include <array>
@@ -58,7 +58,7 @@ class Model {
  protected:
   explicit Model(Shapes shapes) : shapes_(std::move(shapes)), positions_(shapes_.vertices) {}
 
-  /// Puts body `index` of the scene at `pose` of its rest shape.
+  /// Places body `index` of the scene at `pose` of its reference shape.
   void place(std::size_t index, const Pose& pose);
 
   Shapes shapes_;

@@ -11,7 +11,7 @@ namespace warmfront::client::scenes {
 namespace {
 
 constexpr double kRadius = 0.1;         // of the meshes
-constexpr double kSolidRadius = 0.093;  // of what collides: a little less, so that meshes which meet do touch
+constexpr double kSolidRadius = 0.093;  // for collisions: slightly less, so that colliding meshes touch
 constexpr double kSpacing = 0.27;       // between balls at the start
 constexpr double kBounce = 0.9;
 constexpr int kSubsteps = 8;
