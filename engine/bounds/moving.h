@@ -29,10 +29,10 @@ KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, do
 
 /// What the given bounds hold before they are updated to this step.
 enum class Known : std::uint8_t {
-  kNothing,    ///< all are made anew
-  kOlder,      ///< what did not change: the rest is made anew
-  kLastStep,   ///< the step before this: where a vertex was then at t = 1, it is now at t = 0
-  kLastTrial,  ///< the trial before this, from the same base: what is known of t = 0 holds
+  kNothing,    ///< nothing valid: all are recomputed
+  kOlder,      ///< valid for unchanged vertices: the others are recomputed
+  kLastStep,   ///< the previous step: a vertex's position at t = 1 there is now its position at t = 0
+  kLastTrial,  ///< the previous trial from the same base: t = 0 is valid for all, t = 1 for unchanged vertices
 };
 
 /// The same in fewer bytes, and slightly wider: its 18-DOPs, which are sums in float32, contain those above.

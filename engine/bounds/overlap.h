@@ -13,12 +13,12 @@ namespace warmfront {
 bool overlap(const Aabb& a, const Aabb& b);
 bool overlap(const KDop18& a, const KDop18& b);
 
-/// At which end of a motion a gap is asked for: where the next motion begins, which is at the end of a step
-/// and at the start of a trial.
+/// The end of a motion at which a gap is measured: where the next motion begins, which is the end of a step
+/// and the start of a trial.
 enum class GapAt : std::uint8_t { kStart, kEnd };
 
-/// How far apart they are at one end, along the axis along which they are most (half of it along a diagonal:
-/// see NodeTravel); negative when they overlap.
+/// The distance at one end along the axis where it is largest (halved for a diagonal: see NodeTravel);
+/// negative when they overlap.
 float separation(const Aabb& a, const Aabb& b, GapAt at = GapAt::kEnd);
 float separation(const KDop18& a, const KDop18& b, GapAt at = GapAt::kEnd);
 

@@ -88,8 +88,7 @@ WARMFRONT_INLINE RowsAt rows_at(const EightBounds<Bounds>& eight, std::uint32_t 
   return {row_of(eight, begin_at_1, 0, 0), row_of(eight, begin_at_1, 1, 0)};
 }
 
-// `one` is a function from end and axis to a pair, in all slots, whose low number meets the low ones of
-// `eight`.
+// `one(end, axis)` gives a pair in all slots, whose low number meets the low ones of `eight`.
 template <class Bounds, GapAt kGapAt, class Open, class One>
 WARMFRONT_INLINE Row against(Open open, const RowsAt& eight, One&& one) {
   Short16 straight = Short16{} + std::numeric_limits<std::int16_t>::min();

@@ -92,12 +92,12 @@ struct Rebased {
 void rebase(const EightBounds<Aabb>& a, const GridPair<Aabb>& between, Rebased<Aabb>& over);
 void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebased<KDop18>& over);
 
-/// All slots of block a, which was brought `over`, against all of block `b`, but for the pairs in `excluded`,
-/// bit 8 i + j standing for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are
-/// one. `between` is how the leaf of a stands to that of b. To be tested are those whose moving bounds
-/// overlap, where a slot is empty its block's first (Bvh); `gap` is how far apart at `gap_at` the nearest two
-/// are, as separation() measures it, or less; not positive when some overlap then. Only the part of the step
-/// up to the time `until` counts; 1 or more: all of it.
+/// All slots of block a, converted as `over`, against all of block `b`, except the pairs in `excluded`, bit 8
+/// i + j for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are one block.
+/// `between` relates a's leaf to b's. Returns the pairs whose moving bounds overlap, where an empty slot
+/// counts as its block's first (Bvh); `gap` is the distance at `gap_at` of the nearest two, as separation()
+/// measures it, or less; not positive when some overlap then. Only the part of the step up to the time
+/// `until` counts; 1 or more: all of it.
 EightOverlaps primitive_overlaps(const Rebased<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
                                  std::uint64_t excluded, float until, GapAt gap_at = GapAt::kEnd);
