@@ -47,22 +47,21 @@ class Collider {
   Result<StepResult> step(const Frame& frame, const std::atomic<bool>* cancelled = nullptr,
                           const AcceptStep& accept = {}, const QuestionOptions& options = {});
 
-  /// Answers as step() does, and leaves everything where it was: what would this motion meet? Further trials
-  /// from there take less than the first, since they share where their motions begin; after any number of
-  /// them, steps and trials answer as if there had been none. Fails as step() does. A trial stands until
-  /// the next step, trial, change of the scene or place(), whether or not that fails, and may be committed.
+  /// Answers as step() does and leaves all positions unchanged: what would this motion meet? Further trials
+  /// from the same positions take less time than the first. Trials change no later answer. Fails as step()
+  /// does; like a failed step, a failed trial leaves the front cold. A trial can be committed until the next
+  /// step, trial, change of the scene or place(), whether or not that succeeds.
   Result<StepResult> trial(const Frame& frame, const QuestionOptions& options = {},
                            const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
-  /// The largest fraction of the motion to `frame` before which nothing touches, or comes within the
-  /// separation: trial() with Report::kEarliest, which may be committed as one. `leave_out_overlaps`: what is
-  /// within the separation at the start, or touches, does not count; how many pairs that are is told.
+  /// The largest fraction of the motion to `frame` before which nothing touches or comes within the
+  /// separation: a trial() with Report::kEarliest, which can be committed. With `leave_out_overlaps`, pairs
+  /// that touch or are within the separation at the start are ignored and counted.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
-  /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at
-  /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; so is each number of a body's pose.
-  /// Nothing is sent or tested again. kFailedPrecondition unless a trial was answered since the last step,
-  /// commit or change of the scene; kInvalidArgument for a fraction outside [0, 1] (or NaN). Nothing has
-  /// changed after an error.
+  /// Moves everything by `fraction` in [0, 1] of the last trial() or max_step(): a vertex that it moved from
+  /// X to Y is then at part_way(X, Y, fraction), and so is each number of a body's pose. Tests nothing.
+  /// kFailedPrecondition unless a trial was answered since the last step, commit or change of the scene;
+  /// kInvalidArgument for a fraction outside [0, 1] or NaN. Nothing has changed after an error.
   Result<CommitResult> commit(double fraction = 1, Rounding rounding = Rounding::kFloat64);
 
   /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it
@@ -76,11 +75,12 @@ class Collider {
   /// was.
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions,
                                  const std::atomic<bool>* cancelled = nullptr);
-  /// Describes a body anew, from the next step on: kind, self-collision, group, mask, name; the range stays.
-  /// kRemoved takes it out for good. A body that becomes rigid takes where it is for its rest shape. The rest
-  /// stays warm, and a body that is described as it was changes nothing. kInvalidArgument for an unknown or
-  /// removed body, and as Scene::create(); kResourceExhausted and kCancelled as create(). Whether it fails so
-  /// or by an exception, the collider is as it was. O(bodies), and as much more as the body itself takes.
+  /// Changes a body's description from the next step on: kind, self-collision, group, mask, name; its range
+  /// stays. kRemoved removes it for good. The current positions of a body that becomes rigid are its
+  /// reference shape. Other bodies stay warm; an equal description changes nothing. kInvalidArgument for an
+  /// unknown or removed body, and as Scene::create(); kResourceExhausted and kCancelled as create(). Whether
+  /// it fails so or by an exception, the collider is as it was. O(bodies), and as much more as the body
+  /// itself takes.
   Status change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled = nullptr);
 
   /// Carries out changes as add_body() and change_body() do, one after the other, all of them or none: as
@@ -92,7 +92,7 @@ class Collider {
   /// Checks what is kept between steps: kDataLoss or kInternal as self_check() in self_check.h says,
   /// kCancelled as create().
   Status self_check(const std::atomic<bool>* cancelled = nullptr);
-  /// Makes the next step a cold one: what is kept for speed is made anew from the scene and its positions.
+  /// Makes the next step a cold one: what is kept for speed is rebuilt from the scene and its positions.
   void forget_warmth();
 
   /// The scene as it is, with the bodies added and changed since.

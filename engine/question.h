@@ -33,7 +33,7 @@ ColliderOptions merged(ColliderOptions options, const QuestionOptions& question)
 /// How the positions that a commit makes are rounded: see part_way().
 enum class Rounding : std::uint8_t { kFloat64, kFloat32 };
 
-/// What a commit took.
+/// What a commit did.
 struct CommitResult {
   double fraction = 1;
   /// Of the contacts that the trial listed (Report::kAll, kEarliest), those with toi <= fraction. Of
