@@ -61,7 +61,11 @@ struct TravelBudget {
     return budget;
   }
 
-  /// Must they be tested again in this step?
+  /// Nothing is promised any more.
+  void spend(const NodeTravel& a, const NodeTravel& b) { *this = grant(a, b, 0); }
+
+  /// Must they be tested again in this step? The promise holds at the end of the step, and on the way if it
+  /// did at the start, since what both have moved apart by is largest at one of the two.
   bool exhausted(const NodeTravel& a, const NodeTravel& b, std::uint32_t slack) const {
     const auto left = static_cast<std::int32_t>(expiry - a.wandered - b.wandered);
     const auto usable = static_cast<float>(left - static_cast<std::int32_t>(slack));

@@ -321,6 +321,32 @@ void Front<Bounds>::drop_answers() {
 }
 
 template <class Bounds>
+void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees) noexcept {
+  for (FrontSegment& segment : segments_) {
+    const Bvh<Bounds>& a = trees[segment.parts.a];
+    const Bvh<Bounds>& b = trees[segment.parts.b];
+    if (a.travel.empty() || b.travel.empty()) continue;
+    for (FrontChunk& chunk : segment.chunks) {
+      for (FrontPair& pair : chunk.pairs) {
+        const NodeTravel& at_a = a.travel[pair.nodes.a];
+        const NodeTravel& at_b = b.travel[pair.nodes.b];
+        if (pair.budget.exhausted(at_a, at_b, a.travel_slack + b.travel_slack)) pair.budget.spend(at_a, at_b);
+      }
+    }
+    for (NeighbourChunk& chunk : segment.neighbours) {
+      for (NeighbourPair& pair : chunk.pairs) {
+        const NodeTravel& at_a = a.block_travel[pair.a];
+        const NodeTravel& at_b = a.block_travel[pair.b];
+        if (!pair.budget.exhausted(at_a, at_b, 2 * a.travel_slack)) continue;
+        pair.budget.spend(at_a, at_b);
+        chunk.may_have_contacts = true;
+        chunk.at_rest.known = false;
+      }
+    }
+  }
+}
+
+template <class Bounds>
 void Front<Bounds>::clear() {
   std::vector<FrontSegment>().swap(segments_);  // with its capacity: of many near parts it is large
   size_ = 0;

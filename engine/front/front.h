@@ -84,6 +84,11 @@ class Front {
   /// different subtrees.
   void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
 
+  /// Everything stands where the last trial took it, or part of the way there, and `trees` have travelled so
+  /// far. Budgets were granted where the trial began: those that are used up here are spent for good,
+  /// wherever the next motion leads. O(pairs).
+  void settle(std::span<const Bvh<Bounds>> trees) noexcept;
+
   /// Forgets the front.
   void clear();
   /// Forgets what has to do with a part whose hierarchy is another one now.

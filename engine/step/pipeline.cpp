@@ -90,8 +90,9 @@ class PipelineWith final : public Pipeline {
 
   void commit(Core& core, double fraction, Rounding rounding) noexcept override {
     core.motion.commit_trial(fraction, rounding == Rounding::kFloat32);
+    if (fraction < 1) trees_.shorten(fraction);
+    if (fraction > 0) front_.settle(trees_.trees());
     if (fraction == 1) return;
-    trees_.shorten(fraction);
     core.rigid_parts.lose_track();
     anew_ = true;  // rounding may put parts where no motion that was looked at goes
   }
