@@ -45,7 +45,7 @@ struct Arguments {
   std::string svg_folder;
 };
 
-/// Every combination; a tolerance only where it means something.
+/// All combinations; tolerances only for the tier that uses them.
 Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
   std::vector<TradeSetting> settings;
   for (const std::string& positions : arguments.positions) {
@@ -70,7 +70,7 @@ Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
       }
     }
   }
-  // The truth is the exact tier's.
+  // The exact tier gives the reference answers.
   if (Status status = validate(ColliderOptions{.tier = Tier::kExact}); !status) return status.error();
   return settings;
 }
@@ -102,7 +102,7 @@ Result<SceneTrade> measure_query_set(const Arguments& arguments, const std::stri
                     std::nullopt};
 }
 
-/// The answers that a folder's truth.csv knows, for its one step.
+/// The known answers in a folder's truth.csv, for its one step.
 Result<std::optional<KnownPairs>> read_known(const std::string& path, const Input& input) {
   const std::string file = (fs::path(path) / "truth.csv").string();
   std::error_code ignored;
@@ -165,14 +165,14 @@ Status write_plots(const std::string& folder, std::span<const TradeRow> rows) {
 int accuracy(const Arguments& arguments) {
   const Result<std::vector<TradeSetting>> settings = settings_of(arguments);
   if (!settings) {
-    // A tier that exists, but not in this build, is no misuse.
+    // A tier that this build lacks is not a usage error.
     const bool missing = settings.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(settings.error().message) : usage_error(settings.error().message);
   }
   if (Status status = check_one_stdout({{"--json", arguments.json_file}, {"--csv", arguments.csv_file}});
       !status)
     return usage_error(status.error().message);
-  // Before anything that takes long.
+  // Checked before long computations.
   const std::array<std::string, 7> words{"fast",    "certified", "exact", "float64",
                                          "float32", "kdop18",    "aabb"};
   if (Status status = check_paths(arguments.paths, words); !status) return failure(status.error().message);
@@ -231,35 +231,33 @@ Verb add_accuracy(CLI::App& app) {
       ->capture_default_str();
   take_list(app.add_option("--tolerances", a.tolerances, "Tolerances of the certified tier, each in (0, 1]"))
       ->capture_default_str();
-  take_list(app.add_option(
-                "--positions", a.positions,
-                "Precisions in which positions are given; the truth is that of the positions as they are"))
+  take_list(app.add_option("--positions", a.positions,
+                           "Precisions of the positions; the truth is that of the original positions"))
       ->check(CLI::IsMember({"float64", "float32"}))
       ->capture_default_str();
   take_list(app.add_option("--bounds", a.bounds, "Scenes: bounding volumes"))
       ->check(CLI::IsMember({"aabb", "kdop18"}))
       ->capture_default_str();
-  app.add_option(
-         "--type", a.type,
-         "Take all queries for vertex-face (vf) or edge-edge (ee); else the path tells, by a part named "
-         "vertex-face, vf, edge-edge or ee")
+  app.add_option("--type", a.type,
+                 "Treat all queries as vertex-face (vf) or edge-edge (ee); default: by a path component "
+                 "named vertex-face, vf, edge-edge or ee")
       ->check(CLI::IsMember({"vf", "ee"}));
   app.add_option("--frames", a.frames, "Scenes: only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
-  app.add_option("--substeps", a.substeps, "Scenes: split each step in so many, linearly")
+  app.add_option("--substeps", a.substeps, "Scenes: split each step linearly into this many substeps")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  app.add_option("--rounds", a.rounds, "Measure everything so many times; times are medians")
+  app.add_option("--rounds", a.rounds, "Measure everything this many times; times are medians")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
-  app.add_option("--threads", a.threads, "Scenes: threads; 0 for all that the machine has")
+  app.add_option("--threads", a.threads, "Scenes: threads; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  app.add_option("--csv", a.csv_file, "Write the table as CSV; - for stdout, with nothing else there")
+  app.add_option("--csv", a.csv_file, "Write the table as CSV; - for stdout, without other output")
       ->type_name("FILE");
-  app.add_option("--json", a.json_file, "Write the table as JSON; - for stdout, with nothing else there")
+  app.add_option("--json", a.json_file, "Write the table as JSON; - for stdout, without other output")
       ->type_name("FILE");
-  app.add_option("--svg", a.svg_folder, "Write a plot a set into this folder: accuracy against cost")
+  app.add_option("--svg", a.svg_folder, "Write one plot per set into this folder: accuracy against cost")
       ->type_name("DIR");
   app.footer(
       "The truth is the files' own for query sets and the exact tier's for scenes; a folder's truth.csv "

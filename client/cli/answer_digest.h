@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What two answers to one frame are compared by, wherever they were computed. Plain values and pure
+// A summary of an answer, to compare answers to one frame from different places. Plain values and pure
 // functions.
 #pragma once
 

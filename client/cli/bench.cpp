@@ -39,7 +39,7 @@ struct Arguments {
   std::string svg_folder;
 };
 
-/// 1, 2, 4, ... and as many as the machine has.
+/// 1, 2, 4, ... and the number of cores.
 std::vector<int> default_threads(int cores) {
   std::vector<int> threads;
   for (int count = 1; count < cores; count *= 2) threads.push_back(count);
@@ -61,7 +61,7 @@ Result<Ablations> read_ablations(const std::vector<std::string>& names) {
 
 Result<std::vector<BenchSetting>> read_settings(const Arguments& arguments, int cores) {
   ColliderOptions options = arguments.options;
-  options.bounds = BoundsKind::kKDop18;  // a trial of bounds would be timed along
+  options.bounds = BoundsKind::kKDop18;  // else the trial of bounds would be timed too
   const Result<Tier> tier = parse_tier(arguments.tier);
   if (!tier) return tier.error();
   const Result<Report> report = parse_report(arguments.report);
@@ -166,42 +166,42 @@ Verb add_bench(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--tolerance", a.options.tolerance, "Certified tier: see detect")->capture_default_str();
   app.add_option("--min-separation", a.options.min_separation,
-                 "Report what comes within this distance, in the scene's unit")
+                 "Report pairs that come within this distance, in the scene's unit")
       ->capture_default_str();
-  app.add_option("--report", a.report, "All contacts, or those at the earliest time only")
+  app.add_option("--report", a.report, "All contacts, or only those at the earliest time")
       ->check(CLI::IsMember({"all", "earliest"}))
       ->capture_default_str();
-  take_list(app.add_option(
-                "--threads-list", a.threads,
-                "Numbers of threads to measure the default setting on; ablations run on the first. Default: "
-                "1, 2, 4, ... and all that the machine has"))
+  take_list(app.add_option("--threads-list", a.threads,
+                           "Numbers of threads to measure the default setting on; ablations run on the "
+                           "first. Default: 1, 2, 4, ... and the number of cores"))
       ->check(CLI::Range(1, 1024));
-  take_list(app.add_option(
-                "--ablations", a.ablations,
-                "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, found "
-                "(what the collider finds for itself), leaf (size), tier"))
+  take_list(
+      app.add_option("--ablations", a.ablations,
+                     "What to vary: none, all, or some of front (none, paper, warm, lazy), cones, bounds, "
+                     "found (bodies and rigid motion found by the collider), leaf (size), tier"))
       ->check(CLI::IsMember({"none", "all", "front", "cones", "bounds", "found", "leaf", "tier"}))
       ->capture_default_str();
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
-  app.add_option("--substeps", a.substeps, "Split each step in so many, linearly")
+  app.add_option("--substeps", a.substeps, "Split each step linearly into this many substeps")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   app.add_option("--rounds", a.rounds,
-                 "Run everything so many times, in turn; times are medians of the rounds' means")
+                 "Run everything this many times, in turn; times are medians of the rounds' means")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
-  app.add_option("--csv", a.csv_file, "Write the measurements as CSV; - for stdout, with nothing else there")
+  app.add_option("--csv", a.csv_file, "Write the measurements as CSV; - for stdout, without other output")
       ->type_name("FILE");
-  app.add_option("--json", a.json_file, "Write them as JSON; - for stdout, with nothing else there")
+  app.add_option("--json", a.json_file, "Write them as JSON; - for stdout, without other output")
       ->type_name("FILE");
-  app.add_option("--svg", a.svg_folder, "Write a plot an input into this folder: stage times of each setting")
+  app.add_option("--svg", a.svg_folder,
+                 "Write one plot per input into this folder: stage times of each setting")
       ->type_name("DIR");
   app.footer(
-      "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is told "
-      "apart\n(an input of one step has only that). What SIMD gains: compare with a build configured with\n"
-      "-DWARMFRONT_NO_TARGET_CLONES=ON. Exit codes: 0 ok, 1 answers differ that must not, 2 failed, 3 "
-      "usage.");
+      "Times and counts are those of a warm frame; the first step, which builds hierarchy and front, is "
+      "reported separately\n(an input of one step has only that). To measure the effect of SIMD, compare "
+      "with a build configured with\n-DWARMFRONT_NO_TARGET_CLONES=ON. Exit codes: 0 ok, 1 answers differ, 2 "
+      "failed, 3 usage.");
   return [arguments] { return bench(*arguments); };
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many bytes a frame's work handles: see bench_run.h.
+// Bytes that a frame's work reads and writes: see bench_run.h.
 #include "client/cli/bench_run.h"
 #include "engine/bounds/kdop.h"
 #include "engine/bvh/bvh.h"
@@ -26,15 +26,15 @@ double bytes_touched(const BenchReport& report, const BenchRow& row) {
   const double travelling = shape.node_count() + (shape.has_wide_leaves() ? shape.block_count() : 0);
   const double nodes = shape.node_count() * 2 * bounds + (lazy ? 2 * sizeof(NodeTravel) * travelling : 0) +
                        static_cast<double>(report.triangles) * (3 * sizeof(PointBounds) + in_leaf);
-  // The front is read; a lazy one asks for the travel of both nodes, and of some five neighbours of each
-  // block, itself among them. A test reads two bounds; of primitives in leaves one is in registers while the
-  // other goes by.
+  // The front is read; a lazy one reads the travel of both nodes, and of about five neighbours of each block,
+  // itself included. A test reads two bounds; in leaves one primitive stays in registers while the others are
+  // read.
   const double neighbours = shape.has_wide_leaves() ? 5.0 * shape.block_count() : 0.0;
   const double front = a_frame(counts.front_bytes) +
                        (lazy ? 2.0 * sizeof(NodeTravel) * (a_frame(counts.front_pairs) + neighbours) : 0.0) +
                        2 * bounds * a_frame(counts.bv_tests) + in_leaf * a_frame(counts.primitive_tests);
-  // A feature pair is written to a block and read from it, with four vertices; bounds of as many decide
-  // whether an orphan pair is one. A contact is written and gathered.
+  // A feature pair is written to a block and read from it, with four vertices; as many bounds decide whether
+  // an orphan pair overlaps. A contact is written and collected.
   const double tests =
       a_frame(counts.elementary_tests) * (2 * sizeof(FeaturePair) + 4 * sizeof(VertexMotion)) +
       a_frame(counts.orphan_tests) * 4 * sizeof(PointBounds) + a_frame(row.contacts) * 2 * sizeof(Contact);

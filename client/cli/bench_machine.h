@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// On what, and with what build, something was measured. Thread-safe: reads constants and the system's files.
+// The machine and build of a measurement. Thread-safe: reads constants and the system's files.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 namespace warmfront::client {
 
 struct BenchMachine {
-  std::string cpu;  ///< model name; "unknown" where the system does not tell
-  int cores = 0;    ///< threads that the engine takes by default
+  std::string cpu;  ///< model name; "unknown" if the system does not say
+  int cores = 0;    ///< threads that the engine uses by default
   std::uint64_t memory_bytes = 0;
 };
 

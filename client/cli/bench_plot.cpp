@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measurements as a diagram: see bench_report.h. Plain SVG in the hand of the other plots, which follows the
+// Measurements as a diagram: see bench_report.h. Plain SVG in the style of the other plots; follows the
 // reader's light or dark theme.
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ std::string box(const char* style, double x, double y, double width, double heig
                width, height);
 }
 
-/// One setting: its stages side by side, what the caller waits for as a number, and its spread over rounds.
+/// One setting: its stages side by side, the step's total time as a number, and its spread over rounds.
 std::string bar(const BenchRow& row, const LinearAxis& x, double y) {
   const double middle = y + kBar / 2;
   std::string svg = text_at(

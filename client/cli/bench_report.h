@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `warmfront bench` measured, written: tables, CSV, JSON. Pure functions.
+// Output of `warmfront bench`: tables, CSV, JSON. Pure functions.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace warmfront::client {
 
-/// What all inputs have in common.
+/// Data common to all inputs.
 struct BenchContext {
   BenchMachine machine;
   BenchBuild build;
@@ -20,7 +20,7 @@ struct BenchContext {
 /// Two lines that name machine and build.
 std::string format_bench_context(const BenchContext& context);
 
-/// One input for people: times, counts, what threads gain (the paper's Table 1), what the front saves.
+/// One input for people: times, counts, thread scaling (the paper's Table 1), savings of the front.
 std::string format_bench_tables(const BenchReport& report);
 
 /// One input as a diagram: its settings as bars, stage by stage.

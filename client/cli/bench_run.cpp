@@ -23,7 +23,7 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// An input whose frames are in memory, so that reading them is no part of what is measured.
+/// An input whose frames are in memory, so that reading them is not measured.
 class FramesInMemory final : public Input {
  public:
   static Result<FramesInMemory> read(Input& source, FrameRange range) {
@@ -70,7 +70,7 @@ Spread spread(const std::vector<RoundTimes>& rounds, Value&& value) {
   return {ms.size() % 2 == 1 ? ms[middle] : (ms[middle - 1] + ms[middle]) / 2, ms.front(), ms.back()};
 }
 
-/// One round of one setting. All but the times go to `row`, whose fields of an earlier round are replaced.
+/// One round of one setting. Everything except the times goes to `row`, replacing an earlier round's.
 Result<RoundTimes> step_through(const std::shared_ptr<const Scene>& scene, Input& frames,
                                 std::uint32_t substeps, const std::shared_ptr<Workers>& workers,
                                 BenchRow& row) {
@@ -159,7 +159,7 @@ Result<BenchReport> measure_bench(
   std::vector<std::vector<RoundTimes>> times(settings.size());
   for (std::uint32_t round = 0; round < rounds; ++round) {
     for (std::size_t k = 0; k < settings.size(); ++k) {
-      // There and back again, so that a machine that slows down or warms up favours none.
+      // Alternating order, so that a machine that slows down or warms up favours no setting.
       const std::size_t i = round % 2 == 0 ? k : settings.size() - 1 - k;
       BenchRow& row = report.rows[i];
       const std::string before = row.hash;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a setting of the engine costs on the frames of an input: the measurements of `warmfront bench`. Plain
-// values, and functions that measure; one thread at a time calls them.
+// The cost of the engine's settings on an input's frames: the measurements of `warmfront bench`. Plain
+// values, and functions for one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@
 namespace warmfront::client {
 
 struct BenchSetting {
-  std::string name;  ///< "default", or what differs from it: "front none", "leaf 1", ...
+  std::string name;  ///< "default", or the difference from it: "front none", "leaf 1", ...
   ColliderOptions options;
   int threads = 1;
 };
 
-/// Which settings are measured beside the default ones.
+/// Settings to measure besides the default.
 struct Ablations {
   bool front = false;   ///< none, paper, warm, warm and lazy
   bool cones = false;   ///< normal cones on, off
@@ -34,8 +34,8 @@ struct Ablations {
   bool tier = false;    ///< fast, certified, exact
 };
 
-/// `base` on each number of threads, then the ablations of it on the first; what equals `base` is left out,
-/// and so are tiers that cannot have its separation.
+/// `base` with each number of threads, then its ablations with the first number; without those equal to
+/// `base` and tiers that do not support its separation.
 std::vector<BenchSetting> bench_settings(const ColliderOptions& base, std::span<const int> threads,
                                          const Ablations& ablations);
 
@@ -46,14 +46,14 @@ struct Spread {
   double max = 0;
 };
 
-/// Milliseconds a frame: of each round the mean over its frames, and of these the spread.
+/// Milliseconds a frame: the spread, over rounds, of the mean over frames.
 struct StageSpreads {
-  Spread call;                                       ///< Collider::step() as its caller waits for it
+  Spread call;                                       ///< of the call Collider::step()
   Spread total, refit, front, elementary, adjacent;  ///< as StageTimes
 };
 
 /// One line of the table. `frame` figures are of the warm frames, all but the first; an input of one step has
-/// only that one, and it counts as warm as well.
+/// only that one, which then counts as warm.
 struct BenchRow {
   BenchSetting setting;
   std::string hash;  ///< ContactHash over all frames
@@ -61,17 +61,17 @@ struct BenchRow {
   Spread cold;       ///< milliseconds of the first step's call: it builds the hierarchy and the front
   StageSpreads frame{};
   StepCounts counts{};             ///< of one round, all warm frames together
-  std::uint64_t frames = 0;        ///< how many those are
-  std::uint64_t contacts = 0;      ///< of the same
-  std::uint64_t front_bytes = 0;   ///< the most that the front held after a step
-  std::uint64_t memory_bytes = 0;  ///< that the collider, its scene and front held at the end
+  std::uint64_t frames = 0;        ///< number of warm frames
+  std::uint64_t contacts = 0;      ///< of the warm frames
+  std::uint64_t front_bytes = 0;   ///< largest size of the front after a step
+  std::uint64_t memory_bytes = 0;  ///< held by the collider, its scene and front at the end
 
   double a_frame(std::uint64_t count) const {
     return static_cast<double>(count) / static_cast<double>(frames);
   }
 };
 
-/// Within a tier all rows must have one hash. A sentence that names two rows that have not; none if all
+/// Within a tier all rows must have the same hash. A sentence that names two rows that differ; none if all
 /// agree.
 std::optional<std::string> disagreement(std::span<const BenchRow> rows);
 
@@ -83,17 +83,17 @@ struct BenchReport {
   std::uint32_t substeps = 1;
   std::uint64_t peak_rss_bytes = 0;  ///< of the process, so far
   std::vector<BenchRow> rows;        ///< the default on its first number of threads comes first
-  /// As disagreement() says, or of a row that gave another answer in another round.
+  /// See disagreement(); or a row whose answer changed between rounds.
   std::optional<std::string> disagreement;
 };
 
-/// An estimate of the bytes that a frame's work reads and writes, were nothing found in a cache twice: counts
-/// times the sizes of what each of them handles. To be compared between settings, and with the machine's
-/// memory bandwidth; it is no measurement.
+/// An estimate of the bytes that a frame's work reads and writes without caches: counts times the sizes of
+/// the data handled. For comparison between settings, and with the machine's memory bandwidth; not a
+/// measurement.
 double bytes_touched(const BenchReport& report, const BenchRow& row);
 
-/// Steps through the range under all settings, `rounds` times over, in turn, so that a slow spell of the
-/// machine hits all of them. Frames are read beforehand. Fails as reading them and stepping do.
+/// Steps through the range under all settings, `rounds` times, in turn, so that a slow phase of the machine
+/// affects all alike. Frames are read beforehand. Fails as reading and stepping do.
 Result<BenchReport> measure_bench(
     const std::string& name, Input& input, FrameRange range, std::uint32_t substeps,
     std::span<const BenchSetting> settings, std::uint32_t rounds,

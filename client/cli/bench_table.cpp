@@ -11,7 +11,7 @@
 namespace warmfront::client {
 namespace {
 
-/// Table 1 of Tang, Manocha and Tong 2009: the running time on so many cores, of that on one, in per cent.
+/// Table 1 of Tang, Manocha and Tong 2009: running time on N cores in per cent of that on one.
 constexpr std::array<std::pair<int, double>, 9> kPaperRunningTime{{{1, 100},
                                                                    {2, 60.55},
                                                                    {4, 37.34},
@@ -81,7 +81,7 @@ std::string counts_table(const BenchReport& report) {
   return format_markdown_table(cells, 1);
 }
 
-/// The paper's Table 1. Its stages are ours, but that the bounds of triangle pairs are tested in `front`.
+/// The paper's Table 1. The stages correspond, except that bounds of triangle pairs are tested in `front`.
 std::string threads_table(const BenchReport& report) {
   std::vector<Cells> cells{
       {"threads", "updating front", "non-adjacent pairs", "updating BVH", "running time", "the paper's"}};
@@ -102,7 +102,7 @@ std::string threads_table(const BenchReport& report) {
   return cells.size() > 2 ? "\n" + format_markdown_table(cells, 0) : "";
 }
 
-/// What stays outside the elementary tests and those of adjacent pairs.
+/// Time outside the elementary tests and those of adjacent pairs.
 double outside_elementary(const BenchRow& row) {
   return row.frame.total.median - row.frame.elementary.median - row.frame.adjacent.median;
 }

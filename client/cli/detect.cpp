@@ -58,7 +58,7 @@ struct Arguments {
   std::string record_file;
 };
 
-/// Turns the names into options; the first that is wrong is an error.
+/// Parses the names into options; fails for the first invalid one.
 Status read_names(Arguments& arguments) {
   const auto take = [](auto parsed, auto& field) -> Status {
     if (!parsed) return parsed.error();
@@ -83,7 +83,7 @@ Status read_names(Arguments& arguments) {
   return validate(options);
 }
 
-/// What can be seen to be wrong without opening anything.
+/// Checks the arguments without opening anything.
 Status check_usage(Arguments& arguments) {
   if (Status status = check_input_arguments(arguments.inputs); !status) return status;
   if (Status status = read_names(arguments); !status) return status;
@@ -92,7 +92,7 @@ Status check_usage(Arguments& arguments) {
   if (arguments.options.explain && arguments.options.report != Report::kAll)
     return invalid_argument("--explain needs --report all: it compares the contacts");
   if (arguments.threads != 0 && !arguments.server.empty() && !arguments.options.explain)
-    return invalid_argument("--threads is of this process; with --server the daemon's --threads counts");
+    return invalid_argument("--threads is for this process; with --server the daemon's --threads applies");
   if (Status status = check_one_stdout({{"--json", arguments.json_file},
                                         {"--contacts", arguments.files.contacts},
                                         {"--html", arguments.files.html}});
@@ -101,7 +101,7 @@ Status check_usage(Arguments& arguments) {
   return DetectOutputs::check(arguments.files, arguments.options);
 }
 
-/// Whether stdout carries one of the outputs, and so nothing else.
+/// Is one of the outputs stdout, which must then carry nothing else?
 bool takes_stdout(const Arguments& arguments) {
   return arguments.json_file == "-" || arguments.files.contacts == "-" || arguments.files.html == "-";
 }
@@ -139,7 +139,7 @@ void print_summary(const DetectReport& report) {
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 
-/// Frames between frames are in double, so with substeps all are.
+/// Interpolated frames are in double, so with substeps all are.
 std::span<const double> widen(const Positions& positions, std::vector<double>& wide) {
   std::visit([&](auto values) { wide.assign(values.begin(), values.end()); }, positions);
   return wide;
@@ -153,8 +153,8 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
   ContactHash hash;
   std::vector<double> wide;
   Progress progress("step", steps.step_count());
-  // What is made of an answer beside the table belongs to the frame that `steps` is at.
-  // The window is asked for each time: a session that is resumed has that of the daemon it is at by then.
+  // Files get the frame that `steps` is at with its answer. The window is read each time: after a resume it
+  // is that of the current daemon.
   const auto most = [&] {
     return outputs.any() || explanation ? 1 : std::min(arguments.in_flight, stepper.window());
   };
@@ -206,7 +206,7 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
 
 int detect(Arguments arguments) {
   if (Status status = check_usage(arguments); !status) {
-    // A tier that exists, but not in this build, is no misuse.
+    // A tier that this build lacks is not a usage error.
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(status.error().message) : usage_error(status.error().message);
   }
@@ -233,7 +233,7 @@ int detect(Arguments arguments) {
   if (!scene) return failure(scene.error().message);
   FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
   ColliderOptions local = arguments.options;
-  local.explain = false;  // the explanation steps its own
+  local.explain = false;  // Explanation has its own stepper
   Result<std::unique_ptr<Stepper>> stepper =
       arguments.server.empty() ? make_local_stepper(scene.value(), first, local, arguments.threads)
                                : make_remote_stepper(arguments.server, arguments.security, scene.value(),
@@ -298,30 +298,30 @@ Verb add_detect(CLI::App& app) {
   app.add_option("--tier", a.tier, "How an elementary test decides")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
       ->capture_default_str();
-  app.add_option(
-         "--tolerance", a.options.tolerance,
-         "Certified tier: what comes this close, relative to the query's size, may be reported; in (0, 1]")
+  app.add_option("--tolerance", a.options.tolerance,
+                 "Certified tier: pairs this close, relative to the query's size, may be reported; in (0, 1]")
       ->capture_default_str();
   app.add_option("--min-separation", a.options.min_separation,
-                 "Report what comes within this distance, in the scene's unit")
+                 "Report pairs that come within this distance, in the scene's unit")
       ->capture_default_str();
-  app.add_option("--report", a.report,
-                 "All contacts, those at the earliest time only, or how many. With --min-separation, what is "
-                 "nearer than that at a step's start is at time 0, and earliest tells nothing else")
+  app.add_option(
+         "--report", a.report,
+         "All contacts, only those at the earliest time, or only their number. With --min-separation, pairs "
+         "nearer than that at a step's start have time 0, and earliest then reports only these")
       ->check(CLI::IsMember({"all", "earliest", "count"}))
       ->capture_default_str();
-  app.add_option("--front", a.front, "What is kept of the traversal between steps; the contacts are the same")
+  app.add_option("--front", a.front, "How the traversal is cached between steps; the contacts are the same")
       ->check(CLI::IsMember({"none", "paper", "warm"}))
       ->capture_default_str();
   app.add_option("--bounds", a.bounds,
-                 "Bounding volumes; auto decides by what the first steps test; the contacts are the same")
+                 "Bounding volumes; auto chooses by the counts of the first steps; the contacts are the same")
       ->check(CLI::IsMember({"auto", "aabb", "kdop18"}))
       ->capture_default_str();
-  app.add_option("--threads", a.threads, "Threads in this process; 0 for all that the machine has")
+  app.add_option("--threads", a.threads, "Threads in this process; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--substeps", a.substeps,
-                 "Split each step in so many, linearly; 'frame' then counts substeps")
+                 "Split each step linearly into this many substeps, which 'frame' then counts")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   app.add_option("--bodies", a.bodies,
@@ -330,75 +330,70 @@ Verb add_detect(CLI::App& app) {
       ->check(CLI::IsMember({"declared", "deformable", "components"}))
       ->capture_default_str();
   app.add_option("--send", a.send,
-                 "What a frame carries: all positions; what moved; or poses fitted to rigid bodies, and what "
-                 "else moved")
+                 "Content of a frame: all positions; only what moved; or poses fitted to rigid bodies, and "
+                 "what else moved")
       ->check(CLI::IsMember({"all", "moved", "poses"}))
       ->capture_default_str();
   app.add_option(
          "--in-flight", a.in_flight,
-         "With --server: frames sent before the first of them is answered, as far as the daemon's window "
-         "goes; 1: each waits for the answer before it, as a simulation's may have to. With output "
-         "files, --explain or --record each waits")
+         "With --server: most unanswered frames, limited by the daemon's window; 1: each frame waits for the "
+         "previous answer, as in many simulations, and always with output files, --explain or --record")
       ->check(CLI::Range(1, 1024))
       ->needs("--server")
       ->capture_default_str();
   app.add_option("--find-bodies", a.find_bodies,
-                 "Where no bodies are declared, take the components for bodies; the contacts are the same")
+                 "Without declared bodies, use the connected components as bodies; the contacts are the same")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option("--find-rigid", a.find_rigid,
-                 "Find bodies that move rigidly, and do not test them against themselves where that cannot "
-                 "change the contacts")
+                 "Find bodies that move rigidly, and skip testing them against themselves where the contacts "
+                 "stay the same")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option("--separate-parts", a.separate_parts,
-                 "Look for a plane between small bodies that are near each other; the contacts are the same")
+                 "Look for a plane between small near bodies; the contacts are the same")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   take_list(app.add_option(
                 "--fields", a.fields,
-                "What else --contacts writes of a contact: weights (barycentric coordinates), normal (of the "
-                "face, or of both edges: not the direction between the closest points), points (the closest "
-                "ones)"))
+                "Further fields of --contacts: weights (barycentric coordinates), normal (of the face, or of "
+                "both edges: not the direction between the closest points), points (the closest points)"))
       ->check(CLI::IsMember({"weights", "normal", "points"}));
-  app.add_flag(
-      "--explain", a.options.explain,
-      "Step an all-deformable scene beside, compare the contacts (in this process), and say what the "
-      "model saves");
+  app.add_flag("--explain", a.options.explain,
+               "Also step an all-deformable scene, compare the contacts (in this process), and print what "
+               "the model saves");
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
-  app.add_option(
-         "--contacts", a.files.contacts,
-         "Write the contacts: .csv, .jsonl, or .vtp (a file a frame, and a .pvd that lists them); - for "
-         "stdout, as CSV with nothing else there")
+  app.add_option("--contacts", a.files.contacts,
+                 "Write the contacts: .csv, .jsonl, or .vtp (one file per frame, and a .pvd that lists "
+                 "them); - for stdout, as CSV and without other output")
       ->type_name("FILE");
   app.add_option("--meshes", a.files.meshes,
-                 "Write the meshes for ParaView: .vtp (a file a frame, each vertex with its least time of "
-                 "impact, and a .pvd that lists them)")
+                 "Write the meshes for ParaView: .vtp (one file per frame, each vertex with its least time "
+                 "of impact, and a .pvd that lists them)")
       ->type_name("FILE");
   CLI::Option* html = app.add_option("--html", a.files.html,
                                      "Write one self-contained page: the meshes moving, their contacts by "
                                      "time of impact, counts and stage times")
                           ->type_name("FILE");
   app.add_option("--html-limit", a.files.html_limit,
-                 "Largest size of what --html carries; beyond it, an error")
+                 "Maximum size of the data in --html; beyond it, an error")
       ->transform(CLI::AsSizeValue(false))
       ->default_str("64MiB")
       ->needs(html);
-  app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, with nothing else there")
+  app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, without other output")
       ->type_name("FILE");
-  app.add_option(
-         "--record", a.record_file,
-         "Record the session: what is sent and what is answered, for 'replay'; the file must not exist")
+  app.add_option("--record", a.record_file,
+                 "Record the session's frames and answers, for 'replay'; the file must not exist")
       ->type_name("FILE");
-  app.add_option("--leaf-size", a.options.leaf_size, "Most triangles a leaf of the hierarchy holds")
+  app.add_option("--leaf-size", a.options.leaf_size, "Most triangles in a leaf of the hierarchy")
       ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}))
       ->capture_default_str();
   app.add_option("--rebuild-after", a.options.rebuild_after_stalled_steps,
-                 "Front 'paper': rebuild after so many steps in a row without growth; 0: never")
+                 "Front 'paper': rebuild after this many consecutive steps without growth; 0: never")
       ->capture_default_str();
   app.add_option("--rebuild-every", a.options.rebuild_every_steps,
-                 "Front 'paper': rebuild every so many steps; 0: never")
+                 "Front 'paper': rebuild every this many steps; 0: never")
       ->capture_default_str();
   app.add_option("--lazy", a.lazy, "Warm front: skip pairs that cannot have come together yet")
       ->check(CLI::IsMember({"on", "off"}))

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where `detect` puts frames and contacts besides its table: files of contacts, meshes, a page. Used by the
-// main thread only.
+// Outputs of `detect` besides its table: files of contacts, meshes, a page. Used by the main thread only.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +15,7 @@
 
 namespace warmfront::client {
 
-/// Names as given; empty: not wanted.
+/// File names; empty: not written.
 struct OutputFiles {
   std::string contacts;  ///< .csv, .jsonl or .vtp
   std::string meshes;    ///< .vtp
@@ -26,20 +25,20 @@ struct OutputFiles {
 
 class DetectOutputs {
  public:
-  /// kInvalidArgument for names with another ending, for a list of contacts where only counts are reported,
-  /// and for fields of contacts without a file of them. Opens nothing.
+  /// kInvalidArgument for unknown file name endings, for a list of contacts when only counts are reported,
+  /// and for contact fields without a contact file. Opens nothing.
   static Status check(const OutputFiles& files, const ColliderOptions& options);
 
-  /// Creates the files, and takes the positions that `steps` begins with.
+  /// Creates the files, and writes the first positions of `steps`.
   static Result<DetectOutputs> open(const OutputFiles& files, const ContactFields& fields,
                                     const std::string& name, const SceneDescription& scene,
                                     const FrameSteps& steps);
 
-  /// Whether there is any: then each answer is to come before the next step.
+  /// Is there any output? Then each answer must be taken before the next step.
   bool any() const { return contacts_ || meshes_ || page_; }
-  /// The step that `steps` is at, and its answer.
+  /// Writes the current step of `steps`, and its answer.
   Status step(const FrameSteps& steps, const StepAnswer& answer);
-  /// Writes what is left; fails when anything did not reach its file.
+  /// Writes buffered data; fails when any data did not reach its file.
   Status close(const DetectReport& report);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a verb's exit status means. Constants only.
+// Exit codes of all verbs. Constants only.
 #pragma once
 
 namespace warmfront::client {
@@ -7,8 +7,8 @@ namespace warmfront::client {
 enum ExitCode : int {
   kExitOk = 0,      ///< done
   kExitNo = 1,      ///< done, and the answer is "no": a limit missed, a mismatch
-  kExitFailed = 2,  ///< could not be done
-  kExitUsage = 3,   ///< the command line itself is wrong
+  kExitFailed = 2,  ///< not done
+  kExitUsage = 3,   ///< the command line is invalid
 };
 
 }  // namespace warmfront::client

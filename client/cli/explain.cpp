@@ -80,12 +80,12 @@ void Explanation::print() const {
   count("hierarchy nodes refit", &StepCounts::nodes_refit);
   count("front pairs", &StepCounts::front_pairs);
   count("front, bytes", &StepCounts::front_bytes);
-  count("front pairs at rest, not looked at", &StepCounts::front_rested);
+  count("front pairs skipped as stationary", &StepCounts::front_rested);
   count("bounding volume tests", &StepCounts::bv_tests);
   count("primitive tests", &StepCounts::primitive_tests);
   count("orphan tests", &StepCounts::orphan_tests);
   count("elementary tests", &StepCounts::elementary_tests);
-  count("contacts kept from before", &StepCounts::contacts_kept);
+  count("cached contacts", &StepCounts::contacts_kept);
   const auto mean = [&](std::uint64_t StepCounts::*member) {
     return static_cast<double>(modelled_.counts.*member) /
            static_cast<double>(std::max<std::uint64_t>(steps_, 1));

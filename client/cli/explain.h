@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene's model saves, against the same motion with everything deformable: stepped here, where the
-// contacts are compared too, or as a daemon tells it. Used by one thread at a time.
+// Savings of a scene's model, compared with the same motion and everything deformable: stepped in this
+// process, which also compares the contacts, or as reported by a daemon. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,17 @@ namespace warmfront::client {
 
 class Explanation {
  public:
-  /// `scene` with its model; `positions` as the model's stepper has them. Fails as make_local_stepper() does.
+  /// `scene` with its model; `positions` in the same precision as for the model's stepper. Fails as
+  /// make_local_stepper() does.
   static Result<Explanation> start(const SceneDescription& scene, std::span<const double> positions,
                                    const ColliderOptions& options, int threads);
 
-  /// Of a daemon's answers with options.explain.
+  /// From a daemon's answers with options.explain.
   static Explanation of_answers() { return Explanation(Scene{}, nullptr); }
 
-  /// Steps the all-deformable scene to `positions`, and takes down what the model's step to there cost. Fails
-  /// with kInternal when the model's contacts are not the all-deformable ones less the pairs that it
-  /// excludes, or when an answer does not tell.
+  /// Steps the all-deformable scene to `positions`, and records the cost of the model's step. Fails with
+  /// kInternal when the model's contacts are not the all-deformable ones without the excluded pairs, or when
+  /// an answer lacks the comparison.
   Status step(std::span<const double> positions, const StepAnswer& modelled, std::uint64_t frame_bytes,
               std::uint64_t all_bytes);
 
@@ -46,7 +47,7 @@ class Explanation {
 
   Scene scene_;
   CollisionModel model_;
-  std::unique_ptr<Stepper> all_;  // null: the answers tell
+  std::unique_ptr<Stepper> all_;  // null: reported by a daemon
   Sums modelled_;
   Sums deformable_;
   std::uint64_t steps_ = 0;

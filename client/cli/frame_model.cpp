@@ -56,7 +56,7 @@ Frame FrameModel::next(const Positions& end) {
   return next_of(std::get<std::span<const double>>(end), doubles_);
 }
 
-// In float32 poses travel as float32, so these are what counts.
+// In float32 poses are sent as float32, so fit these.
 template <class Real>
 void FrameModel::pose(std::uint32_t index, std::span<const Real> end) {
   const Body& body = scene_.bodies[index];
@@ -95,7 +95,7 @@ Frame FrameModel::next_of(std::span<const Real> end, std::vector<Real>& rows) {
       }
       if (moved) vertices_.push_back(v);
     }
-    // Most of a body is shorter as a whole.
+    // A whole body takes fewer bytes than most of its vertices.
     if (body < scene_.bodies.size() && vertices_.size() > begin &&
         (whole || 4 * (vertices_.size() - begin) > 3 * count)) {
       vertices_.resize(begin);

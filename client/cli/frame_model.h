@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a verb gives its frames: all positions, only what moved, or rigid bodies by poses. Used by one thread
-// at a time.
+// How a verb sends frames: all positions, only what moved, or rigid bodies by poses. Used by one thread at a
+// time.
 #pragma once
 
 #include <cstdint>
@@ -21,30 +21,30 @@ enum class SendMode : std::uint8_t {
 /// "all", "moved" or "poses".
 Result<SendMode> parse_send_mode(std::string_view name);
 
-/// What is taken of an input's bodies.
+/// Which bodies of an input are used.
 enum class BodiesMode : std::uint8_t {
-  kDeclared,    ///< as the input says
+  kDeclared,    ///< as declared in the input
   kDeformable,  ///< one deformable scene
   kComponents,  ///< the connected components, deformable
 };
 /// "declared", "deformable" or "components".
 Result<BodiesMode> parse_bodies_mode(std::string_view name);
-/// kInvalidArgument where the components are no ranges of vertices.
+/// kInvalidArgument if the components are not ranges of vertices.
 Result<SceneDescription> with_bodies(SceneDescription scene, BodiesMode mode);
 
 class FrameModel {
  public:
-  /// `first`: the positions that the scene begins with; all frames are of their kind (float or double).
+  /// `first`: the scene's initial positions; all frames have their type (float or double).
   FrameModel(const SceneDescription& scene, SendMode mode, const Positions& first);
 
-  /// The frame that brings everything to `end`; valid until the next call.
+  /// The frame that moves everything to `end`; valid until the next call.
   Frame next(const Positions& end);
 
-  /// Where the frame last given puts everything: `end` itself, but for what poses round.
+  /// All positions after the last frame: `end`, up to the rounding of poses.
   std::span<const double> placed() const { return placed_; }
-  /// The bytes that it takes on the wire.
+  /// The last frame's bytes on the wire.
   std::uint64_t bytes() const { return bytes_; }
-  /// The farthest that a pose put a vertex from where it was said to be, so far.
+  /// Largest distance so far of a posed vertex from its given position.
   double residual() const { return residual_; }
 
  private:

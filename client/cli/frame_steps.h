@@ -34,8 +34,8 @@ class FrameSteps {
   /// The current step's number: the index of its end frame; with substeps, counted in substeps from frame 0.
   std::uint64_t number() const { return std::uint64_t{range_.first} * substeps_ + done_; }
 
-  /// Goes on to the next step; of them there are step_count(). Between frames positions are interpolated
-  /// linearly in double precision, so that the K-th of K substeps ends in the frame's own positions.
+  /// Moves to the next of step_count() steps. Between frames positions are interpolated linearly in double
+  /// precision, so that the K-th of K substeps ends in the frame's own positions.
   Status next();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering and writing the page: see html_page.h.
+// Collecting and writing the page: see html_page.h.
 #include "client/cli/html_page.h"
 
 #include <algorithm>
@@ -80,7 +80,7 @@ struct Quantizer {
         high[i % 3] = std::max(high[i % 3], x);
       }
     }
-    // Halves: the difference of finite numbers need not be finite.
+    // Halved, since the difference of finite numbers may overflow.
     for (std::size_t axis = 0; axis < 3; ++axis)
       quantum[axis] = (0.5 * high[axis] - 0.5 * origin[axis]) / kSteps * 2;
   }
@@ -95,7 +95,7 @@ struct Quantizer {
   }
 };
 
-/// The frame in quanta; raises `error` to the largest along any axis.
+/// The quantised frame; raises `error` to the largest error along any axis.
 std::vector<std::uint16_t> quantize(const PositionBuffer& frame, const Quantizer& quantizer, double& error) {
   const Positions positions = view(frame);
   std::vector<std::uint16_t> steps(3 * vertex_count(frame));
@@ -148,7 +148,7 @@ Json timeline(const DetectReport& report) {
         {"adjacent", ms(&StageTimes::adjacent)}}}};
 }
 
-/// JSON that no parser of HTML takes for an end of its script.
+/// JSON in which an HTML parser finds no end of the script.
 std::string script_safe(const Json& json) {
   std::string text;
   for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace))

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `detect --html`: one self-contained page that shows the meshes moving, the contacts of each frame by their
-// time of impact, and the timeline. Its looks and behaviour are the files in html/. Used by one thread at a
-// time.
+// `detect --html`: one self-contained page that shows the moving meshes, the contacts of each frame by their
+// time of impact, and the timeline. Styles and scripts are the files in html/. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The verb `load`: see load.h. What it does stands in load/, a file a part.
+// The verb `load`: see load.h. Implemented in load/, one file per part.
 #include "client/cli/load.h"
 
 #include <signal.h>
@@ -43,14 +43,14 @@ struct Arguments {
   std::string json_file, csv_file, html_file;
 };
 
-/// What the arguments ask for: one load after another, and the limits of all.
+/// The loads to run one after another, and their limits.
 struct Series {
   std::vector<Plan> plans;
   std::vector<Limit> limits;
   std::optional<Limit> knee;
 };
 
-/// `options` with what was asked for on the command line.
+/// `options` with the values from the command line.
 Result<ColliderOptions> options_with(const Arguments& a, ColliderOptions options) {
   if (!a.tier.empty()) {
     const auto tier = parse_tier(a.tier);
@@ -66,7 +66,7 @@ Result<ColliderOptions> options_with(const Arguments& a, ColliderOptions options
   return options;
 }
 
-/// What is streamed, and with which options. A recording brings its own.
+/// The scene to stream, and its options. A recording has its own.
 Result<RecordedScene> open_scene(const Arguments& a) {
   RecordedScene scene;
   if (a.scene.size() == 1 && is_recording_name(a.scene.front())) {
@@ -95,10 +95,9 @@ Result<Series> read(Arguments& a) {
   if (!send) return send.error();
   a.plan.send = send.value();
   if (a.check && a.plan.send == SendMode::kPoses)
-    return invalid_argument(
-        "--check needs --send all or moved: fitted poses put vertices a little elsewhere");
+    return invalid_argument("--check needs --send all or moved: fitted poses change positions slightly");
   if (a.poisson && a.rate.empty() && a.knee.empty())
-    return invalid_argument("--poisson needs --rate: without it a session sends when it has its answer");
+    return invalid_argument("--poisson needs --rate: without it a session sends after each answer");
 
   Series series;
   for (const std::string& text : a.limits) {
@@ -110,7 +109,7 @@ Result<Series> read(Arguments& a) {
   if (!sessions) return invalid_argument("--sessions " + sessions.error().message);
   if (sessions.value().back() > kMostSessions)
     return invalid_argument("--sessions " + a.sessions + ": at most " + std::to_string(kMostSessions) +
-                            ", each has a thread and a connection; run more clients");
+                            ", each has its own thread and connection; run more clients");
   Result<std::vector<double>> rates = std::vector<double>{0};
   if (!a.rate.empty()) rates = parse_sweep(a.rate, false);
   if (!rates) return invalid_argument("--rate " + rates.error().message);
@@ -127,8 +126,7 @@ Result<Series> read(Arguments& a) {
     const Result<Limit> limit = parse_limit(a.knee);
     if (!limit) return invalid_argument("--knee " + limit.error().message);
     if (series.plans.size() > 1)
-      return invalid_argument(
-          "--knee looks for the rate itself: give one --sessions and one --rate to start at");
+      return invalid_argument("--knee searches for the rate: give one --sessions and one --rate to start at");
     series.knee = limit.value();
   }
   return series;
@@ -136,7 +134,7 @@ Result<Series> read(Arguments& a) {
 
 std::atomic<bool> interrupted{false};
 
-/// The first interrupt ends the load with a report of what there is, the second ends the process.
+/// The first interrupt ends the load with a partial report, the second ends the process.
 void heed_interrupts() {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupted = true; };
@@ -160,7 +158,7 @@ int exit_code(const Report& report) {
   for (const Point& point : report.points) {
     const Tally& tally = point.measured.tally;
     if (tally.different > 0) return failure("answers differ: " + tally.first_difference);
-    // The search for a knee is there to miss limits.
+    // The search for a knee misses limits by design.
     if (!report.knee) kept = kept && all_kept(point.verdicts);
     for (const Verdict& verdict : point.verdicts)
       if (!verdict.kept && !report.knee)
@@ -171,7 +169,7 @@ int exit_code(const Report& report) {
   if (!kept) return kExitNo;
   for (const Point& point : report.points) {
     const Measured& measured = point.measured;
-    // The search for a knee goes where sessions may be lost.
+    // The search for a knee may lose sessions.
     if (report.knee || measured.sessions_missing == 0) continue;
     return failure(std::to_string(measured.sessions_missing) + " of " +
                    std::to_string(measured.plan.sessions) +
@@ -247,19 +245,17 @@ Verb add_load(CLI::App& app) {
   Arguments& a = *arguments;
   add_server_options(app, a.plan.server, a.plan.security, "Daemon to stream to (HOST:PORT or unix:PATH)",
                      true);
-  take_list(
-      app.add_option(
-          "--scene", a.scene,
-          "What each session streams, forth and back: as the INPUT of 'detect', or a recording (.wfrec)"))
+  take_list(app.add_option("--scene", a.scene,
+                           "What each session streams, forward and backward: as the INPUT of 'detect', or a "
+                           "recording (.wfrec)"))
       ->capture_default_str();
-  app.add_option("--sessions", a.sessions, "How many at once: N, or a sweep, 1:64:x2 or 8:64:+8")
+  app.add_option("--sessions", a.sessions, "Number of concurrent sessions: N, or a sweep, 1:64:x2 or 8:64:+8")
       ->capture_default_str();
-  app.add_option(
-      "--rate", a.rate,
-      "Open loop: frames a second over all sessions, N or a sweep, whatever the answers do; latency "
-      "counts from when a frame is due. Without it a session sends when it has its answer");
+  app.add_option("--rate", a.rate,
+                 "Open loop: frames a second over all sessions, N or a sweep, independent of the answers; "
+                 "latency counts from when a frame is due. Without it a session sends after each answer");
   app.add_flag("--poisson", a.poisson, "Open loop with random gaps instead of equal ones");
-  app.add_option("--seed", a.plan.seed, "Of the random gaps")->capture_default_str();
+  app.add_option("--seed", a.plan.seed, "Seed of the random gaps")->capture_default_str();
   const auto time = [&](const char* name, double& seconds, const char* help, bool positive) {
     CLI::Option* option = app.add_option(name, seconds, help);
     option->transform(CLI::AsNumberWithUnit(
@@ -270,23 +266,24 @@ Verb add_load(CLI::App& app) {
     option->check(positive ? CLI::Range(1e-3, 1e6) : CLI::Range(0.0, 1e6));
     option->default_str(std::to_string(static_cast<int>(seconds)) + "s");
   };
-  time("--duration", a.plan.duration, "Time that is measured, of each load: 500ms, 60s, 5m", true);
-  time("--warmup", a.plan.warmup, "Time before it, in full load and not measured", false);
-  time("--ramp", a.plan.ramp, "Time before that, in which the load grows evenly from nothing", false);
-  take_list(app.add_option("--limit", a.limits,
-                           "What must hold, or the exit code is 1: p99=20ms,errors=0,frames-per-second=500. "
-                           "Names: " +
-                               limit_names()))
+  time("--duration", a.plan.duration, "Measured time of each load: 500ms, 60s, 5m", true);
+  time("--warmup", a.plan.warmup, "Time before it under full load, not measured", false);
+  time("--ramp", a.plan.ramp, "Time before that, in which the load grows linearly from zero", false);
+  take_list(
+      app.add_option(
+          "--limit", a.limits,
+          "Limits; the exit code is 1 if one is missed: p99=20ms,errors=0,frames-per-second=500. Names: " +
+              limit_names()))
       ->type_name("NAME=VALUE");
   app.add_option("--knee", a.knee,
-                 "Look for the highest rate that keeps this limit, a load of --duration for each rate tried, "
-                 "and another where it does not; --rate is the first")
+                 "Search for the highest rate that meets this limit, with a load of --duration per rate, "
+                 "repeated if it fails; starts at --rate")
       ->type_name("NAME=VALUE");
   app.add_flag("--check", a.check, "Compare every answer with that of the engine in this process");
   app.add_option("--tier", a.tier, "How an elementary test decides")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
       ->default_str(std::string(to_string(ColliderOptions{}.tier)) + ", or a recording's");
-  app.add_option("--report", a.report, "All contacts, those at the earliest time only, or how many")
+  app.add_option("--report", a.report, "All contacts, only those at the earliest time, or only their number")
       ->check(CLI::IsMember({"all", "earliest", "count"}))
       ->default_str(std::string(to_string(ColliderOptions{}.report)) + ", or a recording's");
   app.add_option("--bodies", a.bodies, "The scene's model, as in 'detect'")
@@ -301,13 +298,13 @@ Verb add_load(CLI::App& app) {
   const auto file = [&](const char* name, std::string& path, const char* help) {
     app.add_option(name, path, help)->type_name("FILE");
   };
-  file("--json", a.json_file, "Write the report as JSON; - for stdout, with nothing else there");
-  file("--csv", a.csv_file, "Write a row a load as CSV; - for stdout, with nothing else there");
-  file("--html", a.html_file, "Write the report as one page with plots that needs nothing from elsewhere");
+  file("--json", a.json_file, "Write the report as JSON; - for stdout, without other output");
+  file("--csv", a.csv_file, "Write one row per load as CSV; - for stdout, without other output");
+  file("--html", a.html_file, "Write the report as one self-contained page with plots");
   app.footer(
-      "Exit codes: 0 ok, 1 a limit was missed or no rate keeps the knee's, 2 failed, a session was "
-      "missing at the end, or an answer differs from the engine's, 3 usage. An interrupt ends the load and "
-      "reports what was measured.");
+      "Exit codes: 0 ok, 1 a limit was missed, or no rate meets the knee's, 2 failed, a session was missing "
+      "at the end, or an answer differs from the engine's, 3 usage. An interrupt ends the load and reports "
+      "what was measured.");
   return [arguments] { return load_verb(*arguments); };
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `warmfront load`: many sessions streaming to a daemon, and what they felt of it. Used by the main thread
-// only.
+// `warmfront load`: streams many sessions to a daemon, and measures latency and throughput. Used by the main
+// thread only.
 #pragma once
 
 #include "client/cli/verb.h"

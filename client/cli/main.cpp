@@ -27,14 +27,14 @@ namespace {
 
 using warmfront::client::Verb;
 
-/// The innermost verb that was named, for "see ... --help".
+/// The innermost named verb, for "see ... --help".
 std::string help_command(const CLI::App& app) {
   std::string command = "warmfront";
   for (const CLI::App* verb : app.get_subcommands()) command += " " + verb->get_name();
   return command + " --help";
 }
 
-/// The long names of all options that could have stood there.
+/// The long names of all options that are valid there.
 std::vector<std::string> option_names(const CLI::App& app) {
   std::vector<std::string> names;
   const CLI::App* verb = &app;
@@ -51,7 +51,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "warmfront " WARMFRONT_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 ok, 1 the answer is \"no\", 2 failed, 3 usage.\n'warmfront VERB --help' tells a verb's "
+      "Exit codes: 0 ok, 1 the answer is \"no\", 2 failed, 3 usage.\n'warmfront VERB --help' lists a verb's "
       "options.");
   std::vector<std::pair<CLI::App*, Verb>> verbs;
   const auto add = [&](const char* name, const char* description, Verb (*setup)(CLI::App&)) {
@@ -61,11 +61,11 @@ int run(int argc, char** argv) {
   add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
   add("queries", "Run elementary queries with known answers through one tier",
       warmfront::client::add_queries);
-  add("accuracy", "Measure the trade of speed for accuracy over query sets and scenes",
+  add("accuracy", "Measure speed against accuracy over query sets and scenes",
       warmfront::client::add_accuracy);
-  add("bench", "Measure where a step's time goes, and what each setting changes about it",
+  add("bench", "Measure the times of a step's stages, and the effect of each setting",
       warmfront::client::add_bench);
-  add("load", "Stream many sessions to a daemon, and measure what they feel of it",
+  add("load", "Stream many sessions to a daemon, and measure latency and throughput",
       warmfront::client::add_load);
   add("replay", "Step through a recorded session again, and compare the answers",
       warmfront::client::add_replay);
@@ -101,13 +101,13 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // What failed is said in one line of ours, with gRPC's reason in it.
+  // Failures are reported in one line of our own, which includes gRPC's reason.
   setenv("GRPC_VERBOSITY", "NONE", 0);
-  // Frames come and go by the megabyte. To give their memory back to the system after each, and to fault it
-  // in anew, costs more than to encode them.
+  // Frames take megabytes. Returning their memory to the system after each, and mapping it again, costs more
+  // than encoding them.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
-  // As in the daemon: Debian builds Abseil with its search for deadlocks on, and gRPC's locks pay for it.
+  // As in the daemon: Debian builds Abseil with deadlock detection on, which slows gRPC's locks.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   try {
     return run(argc, argv);

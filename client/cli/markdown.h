@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables that read well in a terminal and in a document. Pure functions.
+// Tables for terminals and documents. Pure functions.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@ namespace warmfront::client {
 
 using Cells = std::vector<std::string>;
 
-/// Rows of equally many cells as an aligned Markdown table, the first row its head: the first `words` columns
-/// to the left, the others, numbers, to the right.
+/// Rows of equally many cells as an aligned Markdown table, the first row as its head: the first `words`
+/// columns left-aligned, the others, numbers, right-aligned.
 std::string format_markdown_table(const std::vector<Cells>& rows, std::size_t words);
 
 }  // namespace warmfront::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pose that brings a rest shape nearest to where its vertices are. Pure function.
+// The pose that best maps a reference shape to given positions. Pure function.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@ namespace warmfront::client {
 
 struct PoseFit {
   Pose pose;
-  double residual = 0;  ///< the farthest that any vertex is from where the pose puts it
+  double residual = 0;  ///< largest distance of a vertex from its posed position
 };
 
 /// The rotation and translation with the least sum of squared distances (Kabsch 1976; Umeyama 1991). `rest`

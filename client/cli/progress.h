@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a verb is, on stderr: a bar on a terminal, now and then a plain line elsewhere. One thread at a
-// time.
+// Progress of a verb on stderr: a bar on a terminal, occasional plain lines elsewhere. One thread at a time.
 #pragma once
 
 #include <chrono>
@@ -9,21 +8,21 @@
 
 namespace warmfront::client {
 
-/// Whether stderr is a terminal that lines can be drawn on anew.
+/// Is stderr a terminal that can redraw lines?
 bool is_capable_terminal();
 
 class Progress {
  public:
-  /// `what` is counted, e.g. "frame"; `total` of them.
+  /// `what` is the counted unit, e.g. "frame"; `total` of them.
   Progress(std::string what, std::uint64_t total);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `done` of the total are done. Cheap: shows something only every so often.
+  /// `done` of the total are done. Cheap: redraws only at intervals.
   void update(std::uint64_t done);
 
-  /// Takes the bar away, so that something else may be printed on the terminal.
+  /// Erases the bar, so that other output may be printed.
   void clear();
 
  private:

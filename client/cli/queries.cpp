@@ -37,7 +37,7 @@ struct Arguments {
   std::string per_query_file;
 };
 
-/// What is known of all queries of one kind once they are through.
+/// Results of all queries of one kind.
 struct KindResult {
   QueryTally tally;
   std::vector<double> nanoseconds;
@@ -49,7 +49,7 @@ Status check_usage(Arguments& arguments) {
   ElementaryOptions& options = arguments.options;
   options.tier = tier.value();
   if (options.min_separation > 0 && options.tier != Tier::kCertified) {
-    return invalid_argument("--min-separation needs --tier certified: the others tell touching only");
+    return invalid_argument("--min-separation needs --tier certified: the others test touching only");
   }
   return validate(ColliderOptions{
       .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation});
@@ -62,7 +62,7 @@ void append_row(std::string& csv, const QueryFile& file, std::size_t index, cons
   csv += "\n";
 }
 
-/// Everything through the tier; `kinds` by ContactKind, `csv` a line a query where it is wanted.
+/// Runs all queries through the tier; `kinds` by ContactKind, `csv` one line per query if requested.
 void run_all(const Arguments& arguments, const std::vector<QueryFile>& files, KindResult (&kinds)[2],
              std::string* csv) {
   const std::vector<TypedQuery> queries = all_queries(files);
@@ -108,7 +108,7 @@ void print_table(const KindResult (&kinds)[2]) {
   print_row("all", both);
 }
 
-/// "no" when the tier broke its promise: nothing missed (certified), nothing wrong (exact).
+/// "no" when the tier broke its guarantee: nothing missed (certified), nothing wrong (exact).
 int exit_code(const Arguments& arguments, const KindResult (&kinds)[2]) {
   QueryTally all = kinds[0].tally;
   all += kinds[1].tally;
@@ -120,7 +120,7 @@ int exit_code(const Arguments& arguments, const KindResult (&kinds)[2]) {
 
 int queries(Arguments arguments) {
   if (Status status = check_usage(arguments); !status) {
-    // A tier that exists, but not in this build, is no misuse.
+    // A tier that this build lacks is not a usage error.
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(status.error().message) : usage_error(status.error().message);
   }
@@ -163,27 +163,24 @@ Verb add_queries(CLI::App& app) {
   app.add_option("--tier", a.tier, "How an elementary test decides")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
       ->capture_default_str();
-  app.add_option(
-         "--type", a.type,
-         "Take all queries for vertex-face (vf) or edge-edge (ee); else the path tells, by a part named "
-         "vertex-face, vf, edge-edge or ee")
+  app.add_option("--type", a.type,
+                 "Treat all queries as vertex-face (vf) or edge-edge (ee); default: by a path component "
+                 "named vertex-face, vf, edge-edge or ee")
       ->check(CLI::IsMember({"vf", "ee"}));
-  app.add_option(
-         "--tolerance", a.options.tolerance,
-         "Certified tier: what comes this close, relative to the query's size, may be reported; in (0, 1]")
+  app.add_option("--tolerance", a.options.tolerance,
+                 "Certified tier: pairs this close, relative to the query's size, may be reported; in (0, 1]")
       ->capture_default_str();
   app.add_option("--min-separation", a.options.min_separation,
-                 "Certified tier: report what comes within this distance (the files' truth is touching)")
+                 "Certified tier: report pairs that come within this distance (the files' truth is touching)")
       ->capture_default_str();
-  app.add_option("--repeat", a.repeat, "Test each query so many times; its time is the median")
+  app.add_option("--repeat", a.repeat, "Test each query this many times; its time is the median")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  app.add_option("--json", a.json_file, "Write the counts as JSON; - for stdout, with nothing else there")
+  app.add_option("--json", a.json_file, "Write the counts as JSON; - for stdout, without other output")
       ->type_name("FILE");
-  app.add_option(
-         "--per-query", a.per_query_file,
-         "Write a line a query as CSV: file,index,type,truth,answer,toi (index from 0; toi empty without a "
-         "contact); - for stdout, with nothing else there")
+  app.add_option("--per-query", a.per_query_file,
+                 "Write one line per query as CSV: file,index,type,truth,answer,toi (index from 0; toi empty "
+                 "without a contact); - for stdout, without other output")
       ->type_name("FILE");
   app.footer(
       "Exit codes: 0 ok, 1 a false negative (tiers certified and exact) or a false positive (exact), 2 "

@@ -25,10 +25,10 @@ std::vector<TimedVerdict> run_timed(std::span<const TypedQuery> queries, const E
   std::vector<TimedVerdict> results(queries.size());
   if (queries.empty()) return results;
   ElementaryCounts counts;
-  // Once beforehand, so that the first query's time is not that of loading the code.
+  // Warm-up, so that the first query's time does not include loading the code.
   elementary_test(queries.front().features(), options, counts);
   rounds = std::max(rounds, 1U);
-  std::vector<double> times(rounds * queries.size());  // those of one query lie together
+  std::vector<double> times(rounds * queries.size());  // grouped by query
   std::uint64_t done = 0;
   for (std::uint32_t round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < queries.size(); ++i) {

@@ -19,35 +19,35 @@ struct TypedQuery {
   FeatureVertices features() const { return query.features(kind); }
 };
 
-/// All files' queries in one row.
+/// All files' queries in one list.
 std::vector<TypedQuery> all_queries(std::span<const QueryFile> files);
 
-/// A verdict, and the median of the times it took.
+/// A verdict, and the median of its times.
 struct TimedVerdict {
   Verdict verdict;
   double nanoseconds = 0;
 };
 
-/// Tests all queries, `rounds` times over (at least once); each test is timed by itself, the clock's own time
-/// included. A round goes through all of them, so that no query finds the machine warmed up by itself.
-/// `progress` hears how many tests are done, of rounds * queries.
+/// Tests all queries, `rounds` times (at least once); each test is timed on its own, including the clock's
+/// own time. A round runs through all of them, so that no query runs with caches warmed by itself. Calls
+/// `progress` with the number of tests done, of rounds * queries.
 std::vector<TimedVerdict> run_timed(std::span<const TypedQuery> queries, const ElementaryOptions& options,
                                     std::uint32_t rounds, const std::function<void(std::uint64_t)>& progress);
 
-/// Whether a verdict leaves open if the primitives touch.
+/// Does a verdict leave open whether the primitives touch?
 inline bool is_undecided(const Verdict& verdict) {
   return verdict.contact &&
          (verdict.status == ContactStatus::kPossible || verdict.status == ContactStatus::kBudget);
 }
 
-/// Sums over queries. A contact is an answer of any status; where there is none in truth it is a false
-/// positive, and no contact where there is one a false negative.
+/// Sums over queries. An answer of any status is a contact; it is a false positive if the truth is no
+/// contact, and no answer for a true contact is a false negative.
 struct QueryTally {
   std::uint64_t queries = 0;
-  std::uint64_t contacts = 0;  ///< in truth
+  std::uint64_t contacts = 0;  ///< true contacts
   std::uint64_t false_positives = 0;
   std::uint64_t false_negatives = 0;
-  std::uint64_t possible = 0;  ///< undecided answers, true or not
+  std::uint64_t possible = 0;  ///< undecided answers, right or wrong
 
   void add(const Verdict& verdict, bool truth);
   QueryTally& operator+=(const QueryTally& more);
@@ -61,7 +61,7 @@ struct Times {
 };
 Times times_of(std::vector<double> nanoseconds);
 
-/// The middle one, the lower of two; `values` is not empty.
+/// The median, the lower one of two; `values` must not be empty.
 double median(std::vector<double> values);
 
 }  // namespace warmfront::client

@@ -67,7 +67,7 @@ Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
                                                      const Positions& positions,
                                                      const ColliderOptions& options) {
   ClientOptions to_daemon{.security = security};
-  // Nothing else is printed meanwhile, and it may take as long as the resume timeout.
+  // No other output is printed meanwhile, and resuming may take as long as the resume timeout.
   to_daemon.on_lost = [address, timeout = to_daemon.resume_timeout](const Error& why) {
     std::fprintf(stderr, "warmfront: the session was lost (%s); resuming it at %s within %lld s\n",
                  why.message.c_str(), address.c_str(),

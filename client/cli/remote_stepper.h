@@ -10,8 +10,8 @@
 
 namespace warmfront::client {
 
-/// A session on the daemon at `address` (`HOST:PORT` or `unix:PATH`), reached as `security` says and made
-/// with `scene` and the positions of frame 0.
+/// A session on the daemon at `address` (`HOST:PORT` or `unix:PATH`), with `security`, `scene` and the
+/// positions of frame 0.
 Result<std::unique_ptr<Stepper>> make_remote_stepper(const std::string& address,
                                                      const ClientSecurity& security,
                                                      const SceneDescription& scene,

@@ -43,8 +43,7 @@ std::string to_json(const RecordedSession& recorded, const ReplayResult& result)
 }
 
 int replay_verb(const Arguments& a) {
-  if (a.in_process == !a.server.empty())
-    return usage_error("give --in-process, or --server ADDR: a recording is replayed in one place");
+  if (a.in_process == !a.server.empty()) return usage_error("give either --in-process or --server ADDR");
   Result<RecordedSession> recorded = RecordedSession::open(a.file);
   if (!recorded) return failure(recorded.error().message);
   Result<std::unique_ptr<ReplayTarget>> target =
@@ -66,7 +65,7 @@ int replay_verb(const Arguments& a) {
                 " refused ones left out\n",
                 result.steps, result.changes, result.compared, result.difference.empty() ? ", all equal" : "",
                 result.left_out);
-    if (!result.defect.empty()) std::printf("the recording is not whole: %s\n", result.defect.c_str());
+    if (!result.defect.empty()) std::printf("the recording is incomplete: %s\n", result.defect.c_str());
   }
   if (!result.difference.empty()) return failure(a.file + ": " + result.difference);
   return finish_output();
@@ -83,11 +82,11 @@ Verb add_replay(CLI::App& app) {
   add_server_options(app, a.server, a.security,
                      "Replay on the daemon at this address (HOST:PORT or unix:PATH)", false);
   app.add_flag("--in-process", a.in_process, "Replay through the engine in this process");
-  app.add_option("--threads", a.threads, "Threads in this process; 0 for all that the machine has")
+  app.add_option("--threads", a.threads, "Threads in this process; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->excludes("--server")
       ->capture_default_str();
-  app.add_option("--json", a.json_file, "Write the outcome as JSON; - for stdout, with nothing else there")
+  app.add_option("--json", a.json_file, "Write the outcome as JSON; - for stdout, without other output")
       ->type_name("FILE");
   app.footer(
       "Exit codes: 0 all answers are equal, 2 failed, or an answer differs (the first is named), 3 usage.");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `detect --json` writes. Other tools read it: fields are added, never renamed. Plain values and pure
+// The output of `detect --json`. Other tools read it: fields are added, never renamed. Plain values and pure
 // functions.
 #pragma once
 
@@ -21,7 +21,7 @@ struct FrameReport {
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;
-  std::uint64_t frame_bytes = 0;  ///< that the frame took, or would have taken, on the wire
+  std::uint64_t frame_bytes = 0;  ///< of the frame on the wire, or that it would take there
 };
 
 struct DetectReport {
@@ -29,12 +29,12 @@ struct DetectReport {
   std::uint64_t triangles = 0;
   ColliderOptions options;
   int threads = 0;
-  /// ContactHash over all steps, in hexadecimal; empty when no contacts were asked for (`--report count`).
+  /// ContactHash over all steps, in hexadecimal; empty without contacts (`--report count`).
   std::string contacts_hash;
   std::vector<FrameReport> frames;
 };
 
-/// The report as a JSON object, with a line end at the end.
+/// The report as a JSON object, with a final line end.
 std::string format_json(const DetectReport& report);
 
 }  // namespace warmfront::client

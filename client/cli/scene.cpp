@@ -109,13 +109,12 @@ Verb add_scene(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   app.add_option("NAME", a.name, "A built-in scene (see --list)");
-  app.add_option("--out", a.folder,
-                 "Folder for mesh.ply, frames.pc2 and info.json; made when it is not there")
+  app.add_option("--out", a.folder, "Folder for mesh.ply, frames.pc2 and info.json; created if missing")
       ->type_name("DIR");
-  app.add_option("--triangles", a.triangles, "About so many triangles")->type_name("N");
-  app.add_option("--frames", a.frames, "So many frames")->type_name("N");
+  app.add_option("--triangles", a.triangles, "Approximate number of triangles")->type_name("N");
+  app.add_option("--frames", a.frames, "Number of frames")->type_name("N");
   app.add_option("--json", a.json_file,
-                 "Write what info.json says here too; - for stdout, with nothing else there")
+                 "Also write the content of info.json here; - for stdout, without other output")
       ->type_name("FILE");
   app.add_flag("--list", a.list, "List the built-in scenes and their parameters");
   return [arguments] { return scene(*arguments); };

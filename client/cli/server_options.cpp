@@ -15,14 +15,14 @@ void add_server_options(CLI::App& app, std::string& address, ClientSecurity& sec
   const auto add_file = [&](const char* name, std::string& value, const char* help) {
     return app.add_option(name, value, help)->type_name("FILE")->needs(server);
   };
-  app.add_flag("--tls", security.tls, "Encrypt, and trust whom this system trusts")->needs(server);
-  add_file("--tls-ca", security.ca_file, "Encrypt, and trust who is in this file (PEM) alone");
+  app.add_flag("--tls", security.tls, "Encrypt, and trust this system's CAs")->needs(server);
+  add_file("--tls-ca", security.ca_file, "Encrypt, and trust only the CAs in this file (PEM)");
   CLI::Option* cert = add_file("--tls-cert", security.cert_file, "This client's certificate (PEM)");
   CLI::Option* key = add_file("--tls-key", security.key_file, "The key of --tls-cert (PEM)");
   cert->needs(key);
   key->needs(cert);
   app.add_option("--tls-server-name", security.server_name,
-                 "Name that the daemon's certificate must bear, when it is not the address's")
+                 "Name expected in the daemon's certificate, if not the address's host")
       ->type_name("NAME")
       ->needs(server);
   add_file("--token-file", security.token_file, "File with the token to send");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options that say how to reach a daemon, the same for every verb. Thread-safe.
+// Connection options, the same for every verb. Thread-safe.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ class App;
 
 namespace warmfront::client {
 
-/// --server, and who the daemon and the caller are. The references outlive the parsing.
+/// --server, TLS and token options. The references must outlive the parsing.
 void add_server_options(CLI::App& app, std::string& address, ClientSecurity& security,
                         const std::string& server_help, bool required);
 

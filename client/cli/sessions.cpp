@@ -72,7 +72,7 @@ void print_row(const SessionInfo& info) {
 }
 
 void print_all(const SessionInfo& info) {
-  const Json json = to_json(info);  // outlives the loop, which only refers to it
+  const Json json = to_json(info);  // must outlive the loop, which refers to it
   for (const auto& [key, value] : json.items())
     std::printf("%-16s %s\n", key.c_str(),
                 value.is_string() ? value.get<std::string>().c_str() : value.dump().c_str());
@@ -104,9 +104,8 @@ int show(const Arguments& arguments, const std::vector<SessionInfo>& sessions) {
 }
 
 int close_session(const Arguments& arguments, Client& client) {
-  if (const Status closed =
-          arguments.all ? client.delete_any_session(arguments.id, arguments.principal)
-                         : client.delete_session(arguments.id);
+  if (const Status closed = arguments.all ? client.delete_any_session(arguments.id, arguments.principal)
+                                          : client.delete_session(arguments.id);
       !closed)
     return failure(closed.error().message);
   if (!arguments.json_file.empty()) {
@@ -135,7 +134,8 @@ int check_session(const Arguments& arguments, Client& client) {
 
 int sessions(const Arguments& arguments) {
   if (!arguments.principal.empty() && !(arguments.action == "close" && arguments.all))
-    return usage_error("--principal says whose session to close: sessions close ID --all --principal P");
+    return usage_error(
+        "--principal selects the owner of the session to close: sessions close ID --all --principal P");
   if (arguments.action != "list" && arguments.id.empty())
     return usage_error("sessions " + arguments.action + ": an ID is needed; 'sessions list' shows them");
   if (arguments.action == "list" && !arguments.id.empty())
@@ -143,7 +143,8 @@ int sessions(const Arguments& arguments) {
   Result<Client> client = Client::connect(arguments.server, {.security = arguments.security});
   if (!client) return failure(client.error().message);
   if (arguments.action == "check") {
-    if (arguments.all) return usage_error("sessions check takes no --all: who made a session has it checked");
+    if (arguments.all)
+      return usage_error("sessions check takes no --all: only a session's owner can check it");
     return check_session(arguments, client.value());
   }
   if (arguments.action == "close") return close_session(arguments, client.value());
@@ -165,16 +166,16 @@ int sessions(const Arguments& arguments) {
 Verb add_sessions(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  app.add_option(
-         "ACTION", a.action,
-         "What to do with them; a session that is closed while its client streams is made again by it")
+  app.add_option("ACTION", a.action,
+                 "Action; a client that is still streaming creates a closed session again")
       ->check(CLI::IsMember({"list", "show", "check", "close"}))
       ->capture_default_str();
   app.add_option("ID", a.id, "The session to show, check or close");
   add_server_options(app, a.server, a.security, "The daemon's address (HOST:PORT or unix:PATH)", true);
-  app.add_flag("--all", a.all, "Sessions of every principal, for administrators");
-  app.add_option("--principal", a.principal, "With close --all: whose session, where several have one of that ID");
-  app.add_option("--json", a.json_file, "Write as JSON; - for stdout, with nothing else there")
+  app.add_flag("--all", a.all, "Sessions of all principals; needs the admin role");
+  app.add_option("--principal", a.principal,
+                 "With close --all: the session's owner, if several principals use this ID");
+  app.add_option("--json", a.json_file, "Write as JSON; - for stdout, without other output")
       ->type_name("FILE");
   return [arguments] { return sessions(*arguments); };
 }

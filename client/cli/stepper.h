@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a verb needs of a collider, wherever it runs: in this process or behind a daemon.
-// A stepper is used by one thread at a time.
+// A collider as the verbs use it, in this process or behind a daemon. A stepper is used by one thread at a
+// time.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ namespace warmfront::client {
 struct StepAnswer {
   std::uint64_t vf = 0;                ///< vertex-face contacts
   std::uint64_t ee = 0;                ///< edge-edge contacts
-  std::uint64_t possible = 0;          ///< of both, those neither proved nor excluded
+  std::uint64_t possible = 0;          ///< of both kinds, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// In the engine's order; empty for Report::kCount.
   std::vector<ContactRecord> contacts;
@@ -33,31 +33,30 @@ struct StepAnswer {
   std::optional<StepStatistics> all_deformable;  ///< with options.explain
 };
 
-/// Steps from frame to frame. It is made with a scene and the positions of frame 0.
+/// Steps from frame to frame. Created with a scene and the positions of frame 0.
 class Stepper {
  public:
   virtual ~Stepper() = default;
 
-  /// Tests the motion to where `frame` puts everything. Errors as Collider::step() gives them; a remote
-  /// stepper adds those of its connection.
+  /// Tests the motion to the positions of `frame`. Fails as Collider::step() does; a remote stepper also with
+  /// errors of its connection.
   virtual Result<StepAnswer> step(const Frame& frame) = 0;
 
-  /// How many steps may be unanswered at once where they are handed over with submit(); 1: nothing is gained
-  /// by it.
+  /// Most steps that may be submitted with submit() and unanswered; 1: submit() gains nothing.
   virtual std::size_t window() const { return 1; }
-  /// Hands over a step, whose answer next_answer() gives, in order. `frame` need not outlive the call.
+  /// Submits a step; next_answer() returns its answer, in order. `frame` need not outlive the call.
   virtual Status submit(const Frame& frame) {
     answers_.push_back(step(frame));
     return {};
   }
-  /// The answer to the oldest step that was handed over and not answered, of which there must be one.
+  /// The answer to the oldest submitted step, of which there must be one.
   virtual Result<StepAnswer> next_answer() {
     Result<StepAnswer> answer = std::move(answers_.front());
     answers_.pop_front();
     return answer;
   }
 
-  /// How many threads answer.
+  /// Number of threads that compute answers.
   virtual int threads() const = 0;
 
  private:

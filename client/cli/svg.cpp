@@ -72,7 +72,7 @@ double LogAxis::at(double x) const {
   return first_ + std::clamp((std::log10(x) - low_) / (high_ - low_), 0.0, 1.0) * (last_ - first_);
 }
 
-// At most eight: whole decades where 1, 2, 5 would be too many, and of these every so many.
+// At most eight marks: only decades where 1, 2, 5 would be too many, and then every k-th.
 void LogAxis::thin_out() {
   constexpr std::size_t kMost = 8;
   if (marks_.size() <= kMost) return;

@@ -9,17 +9,17 @@
 
 namespace warmfront::client {
 
-/// The name of a plot's file: only what every file system takes, and ".svg".
+/// The name of a plot's file: characters that every file system accepts, and ".svg".
 std::string svg_file_name(std::string name);
 
-/// Text as XML and HTML have it.
+/// Text escaped for XML and HTML.
 std::string escaped(const std::string& text);
 
 /// `anchor`: start, middle or end.
 std::string text_at(double x, double y, const char* anchor, const std::string& text);
 std::string line(double x0, double y0, double x1, double y1);
 
-/// A logarithmic axis from pixel `first` to pixel `last`; at `first`, where asked for, is a place for 0.
+/// A logarithmic axis from pixel `first` to pixel `last`; at `first` there is optionally a mark for 0.
 class LogAxis {
  public:
   /// From a mark below the positive values to one above them.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The measured trade of speed for accuracy: what one setting of the engine answers on one set of queries or
-// one scene, how that differs from the truth, and what it costs. Plain values and functions that measure; one
-// thread at a time calls them.
+// Speed against accuracy: the answers of a setting of the engine on a query set or a scene, their errors, and
+// their cost. Plain values and functions that measure; one thread at a time calls them.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +20,7 @@
 
 namespace warmfront::client {
 
-/// In which precision positions reach the engine.
+/// Precision of the positions that reach the engine.
 enum class PositionType : std::uint8_t { kFloat64, kFloat32 };
 std::string_view to_string(PositionType type);
 
@@ -35,7 +34,7 @@ struct TradeSetting {
   std::string name() const;
 };
 
-/// What a setting's times of contact are off by, over the contacts that both it and the truth have.
+/// Errors of a setting's times of contact, over the contacts that both it and the truth have.
 struct ToiErrors {
   std::uint64_t compared = 0;
   std::uint64_t late = 0;  ///< later than the largest double not above the exact first time
@@ -60,19 +59,19 @@ struct TradeRow {
 /// `done` of `total`.
 using TradeProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
-/// Queries with known answers under all settings (bounds make no difference here, so of settings that differ
-/// in them only the first is run). The files' truth decides what is false; the exact tier's time on the
-/// queries as they are, what is off. Float32: the nearest float, and the largest for what is beyond.
+/// Runs queries with known answers under all settings (bounds have no effect, so of settings that differ only
+/// in bounds the first is run). False answers are judged by the files' truth, times by the exact tier on the
+/// original queries. Float32: the nearest float, and the largest for values beyond.
 std::vector<TradeRow> measure_queries(const std::string& name, std::span<const TypedQuery> queries,
                                       std::span<const TradeSetting> settings, std::uint32_t rounds,
                                       const TradeProgress& progress);
 
-/// The exact tier's contacts of one step beside answers known from elsewhere.
+/// Comparison of the exact tier's contacts of one step with known answers.
 struct KnownComparison {
   std::uint64_t known = 0;         ///< pairs known to touch
   std::uint64_t missing = 0;       ///< of these, not among the contacts
-  std::uint64_t contradicted = 0;  ///< contacts known to be none
-  std::uint64_t beyond = 0;        ///< contacts of which nothing is known
+  std::uint64_t contradicted = 0;  ///< contacts of pairs known to be apart
+  std::uint64_t beyond = 0;        ///< contacts of unknown pairs
   bool agrees() const { return missing == 0 && contradicted == 0; }
 };
 
@@ -81,10 +80,10 @@ struct SceneTrade {
   std::optional<KnownComparison> comparison;
 };
 
-/// The steps of an input under all settings, `rounds` times over, in turn; ms_frame is the median of the
-/// rounds' means. The truth is the exact tier's contacts on the positions as they are; those of the first
-/// step are compared with `known`, where it is not null. For an input that is float32 itself, float32
-/// settings are left out: they would be the same.
+/// The steps of an input under all settings, `rounds` times, in turn; ms_frame is the median of the rounds'
+/// means. The truth is the exact tier's contacts on the original positions; those of the first step are
+/// compared with `known`, unless null. For a float32 input float32 settings are skipped: they would be the
+/// same.
 Result<SceneTrade> measure_scene(const std::string& name, Input& input, FrameRange range,
                                  std::uint32_t substeps, std::span<const TradeSetting> settings,
                                  std::uint32_t rounds, std::shared_ptr<Workers> workers,

@@ -35,7 +35,7 @@ bool same_but_for_bounds(const TradeSetting& a, const TradeSetting& b) {
   return std::tie(a.tier, a.tolerance, a.positions) == std::tie(b.tier, b.tolerance, b.positions);
 }
 
-/// The positions of all frames, so that reading them is no part of the measurement.
+/// The positions of all frames, so that reading them is not measured.
 struct Frames {
   std::vector<std::vector<double>> exact;
   std::vector<std::vector<double>> rounded;  ///< to float32; empty when the input is float32

@@ -57,7 +57,7 @@ std::string panel(std::span<const TradeRow> rows, double left, const std::string
     const double px = x.at(cost(row));
     const double py = y.at(value(row));
     svg += marker(row.setting, px, py);
-    // A label each, unless there is one already.
+    // Each label only once.
     const bool taken = std::ranges::any_of(labels, [&](const auto& at) {
       return std::fabs(at.first - px) < 34 && std::fabs(at.second - py) < 11;
     });

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A row's fields, in the order of the CSV's columns; null where there is no such thing.
+/// A row's fields, in the order of the CSV's columns; null if not applicable.
 Json to_json(const TradeRow& row) {
   const TradeSetting& setting = row.setting;
   const auto only = [](bool applies, Json value) { return applies ? std::move(value) : Json(nullptr); };

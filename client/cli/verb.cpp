@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What verbs share: see verb.h.
+// Functions shared by the verbs: see verb.h.
 #include "client/cli/verb.h"
 
 #include <CLI/CLI.hpp>

@@ -108,7 +108,7 @@ std::uint64_t Session::resumes() const {
 Result<Answer> Session::step(const Frame& frame) {
   if (!impl_->idle())
     return Error{ErrorCode::kFailedPrecondition,
-                 "frames are unanswered; take their answers before a single step"};
+                 "frames are unanswered; take their answers before calling step()"};
   const Result<std::uint64_t> number = impl_->submit(frame);
   if (!number) return number.error();
   return impl_->next_answer();

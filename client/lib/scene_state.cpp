@@ -84,7 +84,8 @@ Result<SentFrame> SceneState::encode(const Frame& frame) const {
   SentFrame sent;
   if (frame.positions) {
     if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
-      return invalid_argument("positions: the frame gives all vertices, and parts besides; give either");
+      return invalid_argument(
+          "positions: the frame gives all vertices and also parts; give only one of them");
     if (Status status = check_kind(*frame.positions, scene_.vertex_count, "positions"); !status)
       return status.error();
     sent.positions = std::make_shared<const std::string>(bytes_of(*frame.positions));

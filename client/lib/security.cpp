@@ -14,7 +14,7 @@ Result<std::string> read(const char* what, const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   if (!file || !(text << file.rdbuf()))
-    return invalid_argument(std::string(what) + " " + path + ": it cannot be read, or is empty");
+    return invalid_argument(std::string(what) + " " + path + ": cannot be read, or is empty");
   return text.str();
 }
 
@@ -34,8 +34,7 @@ bool stays_here(const std::string& address) {
 
 Result<Credentials> read_credentials(const std::string& address, const ClientSecurity& security) {
   if (security.cert_file.empty() != security.key_file.empty())
-    return invalid_argument(
-        "a client certificate needs its key, and a key its certificate: state both files");
+    return invalid_argument("a client certificate needs its key, and a key its certificate: give both files");
   const Result<std::string> ca = read("CA file", security.ca_file);
   if (!ca) return ca.error();
   const Result<std::string> certificate = read("certificate file", security.cert_file);
@@ -53,10 +52,9 @@ Result<Credentials> read_credentials(const std::string& address, const ClientSec
   if (security.token_file.empty()) return credentials;
   const std::string secret = trimmed(token.value());
   if (secret.find_first_of(" \t\r\n") != std::string::npos)
-    return invalid_argument("token file " + security.token_file +
-                            ": one token is expected, and nothing else");
+    return invalid_argument("token file " + security.token_file + ": exactly one token is expected");
   if (!tls && !stays_here(address))
-    return invalid_argument("the token would travel to " + address + " in the clear; use TLS");
+    return invalid_argument("the token would travel to " + address + " unencrypted; use TLS");
   credentials.authorization = "Bearer " + secret;
   return credentials;
 }

@@ -228,7 +228,7 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
       writable_ = false;
       return std::nullopt;
     default:
-      return fail({ErrorCode::kInternal, "the daemon sent a message that is out of place"});
+      return fail({ErrorCode::kInternal, "the daemon sent an unexpected message"});
   }
 }
 
@@ -250,7 +250,7 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   if (known_ && !same_state(summary.state_before(), *known_)) {
     lost_ = RemoteError{
         {ErrorCode::kAborted, name_of(frame.number) + " was stepped from another state: session " + id() +
-                                  " is changed by someone else as well"},
+                                  " is also changed by another client"},
         v1::ERROR_REASON_STATE_CHANGED};
     return std::nullopt;
   }

@@ -119,10 +119,9 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
     return error->reason == v1::ERROR_REASON_SESSION_EXISTS ? elsewhere(error->error) : *error;
   if (std::optional<RemoteError> error = attach(deadline)) return error;
   if (!attached_is_own() && !attached_as_created())
-    return elsewhere(
-        {ErrorCode::kAborted, "session " + id() +
-                                  " is not in the state that it was just created in: it is used by "
-                                  "someone else as well, or calls lead to different daemons"});
+    return elsewhere({ErrorCode::kAborted, "session " + id() +
+                                               " is not in the state that it was just created in: it is also "
+                                               "used by another client, or calls reach different daemons"});
   begin_stream();
   return std::nullopt;
 }

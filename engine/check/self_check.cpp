@@ -265,7 +265,7 @@ class SelfCheck {
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
           if (!(along(pair.parts.b, v) - most > core_.asked_separation))
             return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
-                          " are not apart along the stored direction");
+                          " are not apart along the direction that is stored");
         }
       }
     });

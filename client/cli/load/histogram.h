@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Durations by their logarithm, so that quantiles of any number of them cost a few kilobytes. The idea is
-// HdrHistogram's (Gil Tene): each power of two in equally many linear buckets. Not thread-safe.
+// Logarithmic histogram of durations: quantiles of any number of them in a few kilobytes. After HdrHistogram
+// (Gil Tene): each power of two in equally many linear buckets. Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace warmfront::client::load {
 
 class Histogram {
  public:
-  /// Of quantile(), at most; below 128 ns it is a nanosecond instead.
+  /// Largest error of quantile(); below 128 ns it is a nanosecond instead.
   static constexpr double kRelativeError = 1.0 / 128;
 
   /// Negative durations count as 0; those above a year as a year.
@@ -21,8 +21,8 @@ class Histogram {
   double sum_ms() const { return sum_ms_; }
   double mean_ms() const { return count_ == 0 ? 0 : sum_ms_ / static_cast<double>(count_); }
   double max_ms() const { return max_ms_; }
-  /// The least duration that at least q of all do not exceed, q in [0, 1]; quantile(1) is max_ms() exactly.
-  /// 0 when nothing was recorded.
+  /// The least duration that is not exceeded by a fraction q of all, q in [0, 1]; quantile(1) is max_ms()
+  /// exactly. 0 when nothing was recorded.
   double quantile(double q) const;
 
  private:

@@ -9,12 +9,12 @@
 namespace warmfront::client::load {
 namespace {
 
-/// Between tries to get a session again, and after a frame that was refused.
+/// Delay before creating a session again, and after a refused frame.
 constexpr double kBackoffSeconds = 0.2;
-/// How long a daemon that went away is waited for: to be started again takes it less, and what is measured is
-/// over soon.
+/// How long to wait for a daemon that went away: longer than a restart takes, and short compared with a
+/// measurement.
 constexpr std::chrono::seconds kResumeTimeout{10};
-/// How late a lane hears of an interrupt, at most.
+/// Longest delay before a lane notices an interrupt.
 constexpr std::chrono::milliseconds kGlance{50};
 
 bool may_go_on(const Error& error) {
@@ -122,7 +122,7 @@ bool Lane::step(std::optional<double> due, Kind kind, const std::atomic<bool>& s
     failure_ = answer.error();
     lost(answer.error());
     if (recorder_) recorder_->refusal(frame_ + 1, answer.error());
-    // What moved since the last answer is known to the daemon only: only whole frames can be given again.
+    // Only the daemon knows the effect of a partial frame: only whole frames can be sent again.
     if (!may_go_on(answer.error()) || model_) session_.reset();
     return false;
   }
@@ -176,7 +176,7 @@ void Lane::run(Clock::time_point start, const std::atomic<bool>& stop) {
     }
     const Kind kind = at < plan_.measured_from() ? Kind::kUnmeasured : Kind::kMeasured;
     if (!session_) {
-      // The frame that is due stays due while a session is sought.
+      // The due frame stays due until a session is created.
       while (!stop && now() < plan_.end() && !open()) wait_until(now() + kBackoffSeconds, stop);
       if (!session_) {
         if (open_loop && !stop) ++tally_.unsent;

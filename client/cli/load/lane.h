@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One session of a load, and the thread that it lives on. take_interval() may be called from any thread; all
-// else by one at a time.
+// One session of a load, and its thread. take_interval() may be called from any thread; all other functions
+// by one at a time.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@
 
 namespace warmfront::client::load {
 
-/// What happened since it was last asked for.
+/// Events since the last call of take_interval().
 struct Interval {
   Histogram latency;
   std::uint64_t contacts = 0;
@@ -29,16 +29,15 @@ class Lane {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Everything referred to outlives the lane; `expected` may be null. `index` of plan.sessions: lanes start
-  /// at different frames, so that they are not in step with each other.
+  /// All references must outlive the lane; `expected` may be null. `index` < plan.sessions: lanes start at
+  /// different frames, so that they are not in phase.
   Lane(const Plan& plan, const Playback& playback, const ExpectedAnswers* expected, std::uint32_t index);
 
-  /// Connects, creates the session and takes its first, cold answer. A failure is counted, and tried again by
-  /// run().
+  /// Connects, creates the session and takes its first, cold answer. A failure is counted; run() retries.
   void prepare();
-  /// What failed last.
+  /// The last failure.
   const std::optional<Error>& failure() const { return failure_; }
-  /// False when it could not be had, or was lost and not had again.
+  /// False if it could not be created, or was lost and not recovered.
   bool has_session() const { return session_.has_value(); }
   /// Streams from `start` to the plan's end, or until `stop`.
   void run(Clock::time_point start, const std::atomic<bool>& stop);
@@ -47,7 +46,7 @@ class Lane {
   const Tally& tally() const { return tally_; }
 
  private:
-  /// What a step is for.
+  /// Purpose of a step.
   enum class Kind { kCold, kUnmeasured, kMeasured };
 
   double now() const;
@@ -55,7 +54,7 @@ class Lane {
   bool open();
   bool start_recording();
   void lost(const Error& error);
-  /// Builds the next frame, waits until it is due, and takes its answer. A closed loop's are due at once.
+  /// Builds the next frame, waits until it is due, and takes its answer. In a closed loop it is due at once.
   bool step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop);
   void take(const Answer& answer, const FrameTimes& times, Kind kind);
 
@@ -65,15 +64,15 @@ class Lane {
   const ExpectedAnswers* const expected_;
   const std::uint32_t index_;
 
-  std::uint64_t tick_;  // that was answered last
+  std::uint64_t tick_;  // last answered
   Clock::time_point start_ = Clock::now();
   std::optional<Client> client_;
   std::optional<Session> session_;
   std::optional<FrameModel> model_;
-  std::uint64_t resumes_ = 0;  // of session_, counted already
+  std::uint64_t resumes_ = 0;  // of session_, already counted
   std::optional<Recorder> recorder_;
-  std::uint64_t frame_ = 0;  // of session_, that was answered last
-  double free_ = 0;          // since when nothing is unanswered
+  std::uint64_t frame_ = 0;  // of session_, last answered
+  double free_ = 0;          // time since which no frame is unanswered
   std::optional<Error> failure_;
   Tally tally_;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a load must keep to, as its user states it. Pure functions and values.
+// The limits of a load. Pure functions and values.
 #pragma once
 
 #include <span>
@@ -19,15 +19,15 @@ struct Limit {
   const Limited* what = nullptr;
   double value = 0;  ///< in the unit of `what`
 
-  /// "p99=20ms", as it can be given again.
+  /// "p99=20ms", in the syntax of parse_limit().
   std::string text() const;
 };
 
 /// Reads NAME=VALUE: a time in us, ms or s (p50, p90, p99, p99.9, max, mean, cold-max, late-p99), a count
-/// (errors, reconnects, rebuilds, different, unsent) or a rate (frames-per-second), which is a least and not
-/// a most. Errors list the names.
+/// (errors, reconnects, rebuilds, different, unsent) or a rate (frames-per-second), which is a minimum; the
+/// others are maxima. Errors list the names.
 Result<Limit> parse_limit(std::string_view text);
-/// What can be limited, for help.
+/// The names of all limits, for help.
 std::string limit_names();
 
 struct Verdict {
@@ -38,7 +38,7 @@ struct Verdict {
   /// "missed p99=20ms by 3.1 ms (23.1 ms)" or "kept p99=20ms (12.0 ms)".
   std::string text() const;
 };
-/// A limit on a time is missed by a load that measured no frame at all.
+/// A load without any measured frame misses every limit on a time.
 Verdict judge(const Limit& limit, const Measured& measured);
 std::vector<Verdict> judge(std::span<const Limit> limits, const Measured& measured);
 bool all_kept(std::span<const Verdict> verdicts);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a load is doing, on stderr: one line that is drawn anew each second on a terminal, a plain line every
-// five seconds elsewhere. Used by one thread at a time.
+// Live status of a load on stderr: one line, redrawn every second on a terminal, a plain line every five
+// seconds elsewhere. Used by one thread at a time.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace warmfront::client::load {
 class Live {
  public:
   explicit Live(const Plan& plan);
-  /// Takes the line away.
+  /// Erases the line.
   ~Live();
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One load after another, each a point of the report. Used by one thread at a time.
+// Runs loads one after another, each a point of the report. Used by one thread at a time.
 #pragma once
 
 #include <atomic>
@@ -15,16 +15,16 @@ namespace warmfront::client::load {
 
 class Loads {
  public:
-  /// Everything referred to outlives this; `expected` may be null. `interrupted` ends the load under way.
+  /// All references must outlive this; `expected` may be null. `interrupted` ends the current load.
   Loads(const Playback& playback, const ExpectedAnswers* expected, const std::atomic<bool>& interrupted,
         Report& report)
       : playback_(playback), expected_(expected), interrupted_(interrupted), report_(report) {}
 
-  /// The point, which the report has then too, until the next. Fails as load::run() does.
+  /// The point, also added to the report; valid until the next call. Fails as load::run() does.
   Result<const Point*> run(const Plan& plan, std::span<const Limit> limits);
 
-  /// Tries rates until the highest is known that keeps the limit, without errors, and at the pace asked for.
-  /// A rate that does not is tried once more: machines have other things to do now and then.
+  /// Searches for the highest rate that meets the limit, without errors, and at the requested pace. A rate
+  /// that fails is tried a second time, in case the machine was disturbed.
   Status find_knee(Plan plan, const Limit& limit, std::span<const Limit> limits);
 
  private:

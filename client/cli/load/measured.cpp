@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a load's figures say: see measured.h.
+// Interpretation of a load's figures: see measured.h.
 #include "client/cli/load/measured.h"
 
 #include <algorithm>

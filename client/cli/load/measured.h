@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What came of a load. Plain values and pure functions.
+// The result of a load. Plain values and pure functions.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace warmfront::client::load {
 
-/// A second, or what is left of one at the end.
+/// One second, or the last fraction of one.
 struct Second {
   double at = 0;  ///< its end, seconds from the start; the ramp and warm-up are included
   double seconds = 1;
@@ -22,24 +22,24 @@ struct Second {
   double p99_ms = 0;
 };
 
-/// What came of a plan.
+/// The result of a plan.
 struct Measured {
   Plan plan;
   Tally tally;
-  double seconds = 0;           ///< that were measured: plan.duration, or less after an interrupt
-  double client_cpu_cores = 0;  ///< that this process used meanwhile
+  double seconds = 0;           ///< measured: plan.duration, or less after an interrupt
+  double client_cpu_cores = 0;  ///< used by this process meanwhile
   bool interrupted = false;
-  std::uint32_t sessions_missing = 0;  ///< at the end: never had, or lost and not had again
-  std::string why_missing;             ///< of one of them
+  std::uint32_t sessions_missing = 0;  ///< at the end: never created, or lost and not recovered
+  std::string why_missing;             ///< the error of one of them
   std::vector<Second> series;
 
   double frames_per_second() const { return seconds > 0 ? static_cast<double>(tally.frames) / seconds : 0; }
   double contacts_per_second() const {
     return seconds > 0 ? static_cast<double>(tally.contacts) / seconds : 0;
   }
-  /// An open loop's: of the frames that were due, the part that was sent before the end.
+  /// Open loop: the fraction of due frames that was sent before the end.
   double kept_pace() const;
-  /// Why the figures may be this process' own and not the daemon's; empty when there is no sign of it.
+  /// Why this process, and not the daemon, may limit the figures; empty without a sign of it.
   std::string client_limit() const;
 };
 

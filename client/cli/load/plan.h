@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One load: who streams what, how fast and for how long. Plain values.
+// One load: sessions, rate and duration. Plain values.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace warmfront::client::load {
 
-/// Each session has a thread and a connection of its own.
+/// Each session has its own thread and connection.
 inline constexpr std::uint32_t kMostSessions = 1024;
 
 struct Plan {
@@ -22,10 +22,10 @@ struct Plan {
   SendMode send = SendMode::kAll;
   std::uint32_t sessions = 1;
   Arrival arrival = Arrival::kClosed;
-  double rate = 0;         ///< frames a second over all sessions; of an open loop
+  double rate = 0;         ///< open loop: frames a second over all sessions
   std::uint64_t seed = 1;  ///< of Poisson gaps
-  std::string record_dir;  ///< each session is recorded into it; empty: none is
-  // Seconds, one after the other, once every session is created and has its first answer.
+  std::string record_dir;  ///< folder for recordings of all sessions; empty: none
+  // Seconds, consecutive, from the time when every session is created and has its first answer.
   double ramp = 0;
   double warmup = 1;
   double duration = 10;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene's frames played forth and back without end, so that a session of any length makes no jump. Constant
-// once read; free to share between threads.
+// A scene's frames played forward and backward endlessly, so that a session of any length has no jump.
+// Constant once read; safe to share between threads.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ class Playback {
 
   const SceneDescription& scene() const { return scene_; }
   std::size_t frame_count() const { return frames_.size(); }
-  /// Ticks after which everything is as it was.
+  /// Number of ticks after which the positions repeat.
   std::uint64_t period() const { return 2 * (frames_.size() - 1); }
   /// The positions at a tick: frames 0, 1, ..., n - 1, n - 2, ..., 1, 0, 1, ...
   Positions at(std::uint64_t tick) const;
@@ -33,11 +33,12 @@ class Playback {
   std::vector<PositionBuffer> frames_;
 };
 
-/// What the engine in this process answers to every step of a playback. An answer depends on where a step
-/// begins and ends alone, whatever came before: so these are right for every session, wherever it starts.
+/// The engine's answer, in this process, to every step of a playback. An answer depends only on a step's
+/// begin and end, so these are right for every session, wherever it starts.
 class ExpectedAnswers {
  public:
-  /// Steps through a whole period; slow. Frames give all positions: so `send` modes other than poses agree.
+  /// Steps through a whole period; slow. Frames give all positions, so all `send` modes except poses must
+  /// agree.
   static Result<ExpectedAnswers> compute(const Playback& playback, const ColliderOptions& options);
 
   /// Of the step from tick - 1 to tick.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The diagrams of a load's report, as SVG to stand within a page. Pure functions.
+// The diagrams of a load's report, as inline SVG. Pure functions.
 #pragma once
 
 #include <span>
@@ -9,12 +9,11 @@
 
 namespace warmfront::client::load {
 
-/// Latency by the part of frames that it does not exceed, a line a point.
+/// Latency quantiles, one line per point.
 std::string plot_quantiles(std::span<const Point> points);
-/// p50, p99 and p99.9 against the rate asked for, or the number of sessions; empty unless there are two of
-/// them.
+/// p50, p99 and p99.9 against the requested rate, or the number of sessions; empty for fewer than two points.
 std::string plot_sweep(const Report& report);
-/// Where the mean latency goes, a bar a point.
+/// Parts of the mean latency, one bar per point.
 std::string plot_split(std::span<const Point> points);
 /// Frames a second and p99 by time.
 std::string plot_series(const Measured& measured);

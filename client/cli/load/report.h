@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `load` tells: for people, for programs, for spreadsheets, and as one page with plots. Pure functions.
+// Output of `load`: for people, for programs, for spreadsheets, and as one page with plots. Pure functions.
 #pragma once
 
 #include <optional>
@@ -11,16 +11,16 @@
 
 namespace warmfront::client::load {
 
-/// A load and how it stands to the limits.
+/// A load and its verdicts.
 struct Point {
   Measured measured;
   std::vector<Verdict> verdicts;
 };
 
 struct Knee {
-  std::string limit;             ///< that was searched with
-  std::optional<double> rate;    ///< frames a second: the highest tried that held, all lower ones held too
-  std::optional<double> failed;  ///< the lowest tried that did not
+  std::string limit;             ///< the searched limit
+  std::optional<double> rate;    ///< frames a second: the highest passed rate below all failed ones
+  std::optional<double> failed;  ///< the lowest failed rate
 };
 
 struct Report {
@@ -41,9 +41,9 @@ std::string model_of(const Plan& plan);
 
 std::string format_text(const Report& report);
 std::string format_json(const Report& report);
-/// A row a point.
+/// One row per point.
 std::string format_csv(const Report& report);
-/// One page that needs nothing from elsewhere.
+/// One self-contained page.
 std::string format_html(const Report& report);
 
 }  // namespace warmfront::client::load

@@ -70,7 +70,7 @@ std::string remarks(const Report& report, const Point& point) {
     text += print("the daemon did not keep pace: %.1f%% of the frames due were sent before the end\n",
                   100 * m.kept_pace());
   if (const std::string limit = m.client_limit(); !limit.empty())
-    text += "beware, the client may be the limit: " + limit + "\n";
+    text += "warning: the client may be the limit: " + limit + "\n";
   if (report.checked)
     text += print("checked %llu answers: %llu differ from the engine's in this process\n",
                   static_cast<unsigned long long>(m.tally.checked),

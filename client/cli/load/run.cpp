@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes, side by side, and a clock. Thread safety as stated in the header.
+// Runs lanes in parallel, and the clock. Thread safety as stated in the header.
 #include "client/cli/load/run.h"
 
 #include <sys/resource.h>

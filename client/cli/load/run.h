@@ -11,8 +11,8 @@
 
 namespace warmfront::client::load {
 
-/// Runs the plan; `each_second` is told on this thread. `stop` ends it early. Fails when no session could be
-/// created at all.
+/// Runs the plan; calls `each_second` on this thread. `stop` ends it early. Fails when no session could be
+/// created.
 Result<Measured> run(const Plan& plan, const Playback& playback, const ExpectedAnswers* expected,
                      const std::function<void(const Second&)>& each_second, const std::atomic<bool>& stop);
 

@@ -55,7 +55,7 @@ void Tally::measured(const FrameTimes& times, const Answer& answer) {
   part[kAdjacent] = ms.adjacent;
   part[kRest] = std::max(0.0, ms.total - ms.refit - ms.front - ms.elementary - ms.adjacent);
   part[kDecode] = travel.decode_ms;
-  // A frame that was sent again after a resume may have been computed before it was sent last.
+  // A frame resent after a resume may have been computed before it was last sent.
   part[kWire] =
       std::max(0.0, round_trip_ms - travel.encode_ms - travel.decode_ms - travel.queue_ms - ms.total);
   for (std::size_t p = 0; p < kParts; ++p) parts[p].record(part[p]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a load measured: of one session, or of all together. Plain values; not thread-safe.
+// Measurements of one session, or of all together. Plain values; not thread-safe.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace warmfront::client::load {
 
-/// A frame's time from when it was due to when its answer was there, part by part: they add up to it.
+/// Parts of a frame's time from due to answered; they add up to it.
 enum Part : std::size_t {
-  kLate,    ///< due, and not sent: the answer before was not there, or this process was late
+  kLate,    ///< due, but not sent: the previous answer was missing, or this process was late
   kEncode,  ///< in this process
-  kWire,    ///< what is left: gRPC and Protocol Buffers on both sides, and the network
+  kWire,    ///< the remainder: gRPC and Protocol Buffers on both sides, and the network
   kQueue,   ///< in the daemon, between arrival and step
-  kRefit,   ///< the step's stages, as StageTimes has them
+  kRefit,   ///< the step's stages, as in StageTimes
   kFront,
   kElementary,
   kAdjacent,
@@ -29,38 +29,38 @@ enum Part : std::size_t {
 inline constexpr std::array<const char*, kParts> kPartNames{
     "late", "encode", "wire", "queue", "refit", "front", "elementary", "adjacent", "rest of step", "decode"};
 
-/// When a frame was due, sent and answered, in seconds from the load's start, and what it was.
+/// Times at which a frame was due, sent and answered, in seconds from the load's start, and its size.
 struct FrameTimes {
   double due = 0;
   double sent = 0;
   double answered = 0;
-  double own_late_ms = 0;  ///< of its lateness, what this process is to blame for
+  double own_late_ms = 0;  ///< the part of its lateness caused by this process
 };
 
 struct Tally {
-  /// Frames that were due in the measured time.
+  /// Frames that were due in the measured period.
   Histogram latency;     ///< from due to answered
   Histogram round_trip;  ///< from sent to answered
-  Histogram own_late;    ///< due and free to be sent, and not sent
+  Histogram own_late;    ///< due and free to be sent, but not sent
   std::array<Histogram, kParts> parts;
   std::uint64_t frames = 0;
   std::uint64_t contacts = 0;
   std::uint64_t sent_bytes = 0;
   std::uint64_t received_bytes = 0;
-  std::uint64_t unsent = 0;  ///< due before the end, and not sent by then
+  std::uint64_t unsent = 0;  ///< due before the end, but not sent by then
 
-  /// The first step of each session, whenever it was; not among the above.
+  /// The first step of each session, in any period; not included above.
   Histogram cold;
   /// Uploading and building a session.
   Histogram create;
 
-  // Over the whole run, the ramp, the warm-up and cold frames included.
+  // Over the whole run, including ramp, warm-up and cold frames.
   std::uint64_t all_frames = 0;
   std::uint64_t all_contacts = 0;
   std::uint64_t sessions_created = 0;
-  std::uint64_t reconnects = 0;  ///< sessions taken up again after a stream, daemon or session was lost
-  std::uint64_t rebuilds = 0;    ///< steps that built their front anew, beside the first of each session
-  std::uint64_t capped = 0;      ///< steps whose front was beyond its cap
+  std::uint64_t reconnects = 0;  ///< sessions resumed after a stream, daemon or session was lost
+  std::uint64_t rebuilds = 0;    ///< steps that rebuilt their front, except the first of each session
+  std::uint64_t capped = 0;      ///< steps whose front exceeded its cap
   std::map<std::string, std::uint64_t> errors;  ///< by canonical code
   std::uint64_t checked = 0;
   std::uint64_t different = 0;

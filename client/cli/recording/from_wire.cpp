@@ -34,7 +34,7 @@ std::size_t number_size(bool float32) {
   return float32 ? sizeof(float) : sizeof(double);
 }
 
-/// Fields of a frame's parts, put together.
+/// A frame's parts concatenated field by field.
 v1::MovedParts joined(std::span<const v1::StepFrame> parts) {
   v1::MovedParts all;
   for (const v1::StepFrame& part : parts) {
@@ -55,7 +55,7 @@ Result<ColliderOptions> options_of(const v1::ColliderOptions& message) {
   Result<ColliderOptions> read = wire::options_from(message);
   if (!read) return read.error();
   ColliderOptions options = std::move(read).value();
-  options.explain = false;  // what the model saved is no part of an answer
+  options.explain = false;  // the comparison is not part of an answer
   if (Status valid = validate(options); !valid) return valid.error();
   return options;
 }

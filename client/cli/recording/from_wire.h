@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording's messages as what the engine takes. Pure functions; a WireFrame is used by one thread at a
-// time.
+// Converts a recording's messages to the engine's types. Pure functions; a WireFrame is used by one thread at
+// a time.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@
 
 namespace warmfront::client {
 
-/// What is not set takes the engine's default; kInvalidArgument for options that do not go together.
+/// Unset fields take the engine's default; kInvalidArgument for options that cannot be combined.
 Result<ColliderOptions> options_of(const v1::ColliderOptions& message);
 /// Everything but the faces.
 Result<SceneDescription> scene_of(const v1::SessionHeader& header);
-/// Of rigid bodies that are not at rest when the session begins.
+/// Initial poses of rigid bodies that are not at their reference positions.
 Result<std::vector<BodyPose>> poses_of(const v1::SessionHeader& header);
 /// (m, 3) faces from 12 m bytes; (n, 3) positions from 3 n numbers. kInvalidArgument for any other length,
 /// which names `where`.
@@ -29,14 +29,14 @@ Result<std::vector<std::array<std::int32_t, 3>>> faces_of(const std::string& byt
 Result<PositionBuffer> positions_of(const std::string& bytes, bool float32, std::uint64_t vertices,
                                     const std::string& where);
 
-/// A frame from the parts that it was sent in.
+/// A frame, from the parts in which it was sent.
 class WireFrame {
  public:
-  /// `scene` as it is when the frame is stepped to. kInvalidArgument where lengths and indices do not fit it,
-  /// as the daemon gives it; whether values fit is for the collider to say.
+  /// `scene` as it is before this step. kInvalidArgument if lengths and indices do not fit it, as in the
+  /// daemon; the collider checks the values.
   static Result<WireFrame> read(std::span<const v1::StepFrame> parts, bool float32, const Scene& scene);
 
-  /// Valid as long as this is, which may be moved.
+  /// Valid as long as this object, which may be moved.
   Frame frame() const;
 
  private:

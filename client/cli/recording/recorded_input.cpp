@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Placing what was recorded. Thread safety as stated in the header.
+// Positions of recorded frames. Thread safety as stated in the header.
 #include "client/cli/recording/recorded_input.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class RecordedInput final : public Input {
   std::vector<PositionBuffer> frames_;
 };
 
-/// Where everything is, and the rest shapes that poses are of.
+/// All current positions, and the reference shapes of poses.
 struct Placement {
   PositionBuffer placed;
   PositionBuffer rest;
@@ -43,7 +43,7 @@ struct Placement {
     std::visit([&](auto rows) { put(3 * first_vertex, rows); }, positions);
   }
 
-  /// False for poses that float32 cannot hold.
+  /// False for poses whose positions float32 cannot represent.
   bool take(const Frame& frame, const Scene& scene) {
     if (frame.positions) put(0, *frame.positions);
     for (const BodyPositions& body : frame.bodies)
@@ -96,7 +96,7 @@ Result<RecordedScene> open_recorded_scene(const std::string& path) {
     if (!event.value()) break;
     const auto* step = std::get_if<RecordedStep>(&*event.value());
     if (step == nullptr) return unfit("its scene changes");
-    // Refused frames did not count, and one that came again is there already.
+    // Refused frames were not counted, and repeated ones are already present.
     const bool answered = step->answer && step->answer->outcome().code() == 0;
     if (!answered || step->frame != recorded.session().first_frame() + frames.size()) continue;
     const Result<WireFrame> frame = WireFrame::read(step->parts, recorded.float32(), scene.value());

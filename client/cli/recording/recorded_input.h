@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording as an input: its scene, and where everything was frame by frame. One thread at a time.
+// A recording as an input: its scene, and all positions frame by frame. One thread at a time.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,9 @@ struct RecordedScene {
   ColliderOptions options;  ///< of the recorded session
 };
 
-/// Reads the whole recording: its upload and the frames that were answered, each with all positions. Frames
-/// that were sent in parts are put together. kInvalidArgument for what is no recording, for one without an
-/// answered frame, and for what whole positions cannot say: a scene that changes, and poses in a session of
-/// float32.
+/// Reads the whole recording: its upload and the answered frames, each with all positions. Frames sent in
+/// parts are joined. kInvalidArgument for an invalid recording, one without an answered frame, and one that
+/// whole positions cannot represent: a scene that changes, or poses in a float32 session.
 Result<RecordedScene> open_recorded_scene(const std::string& path);
 
 }  // namespace warmfront::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording as what happened to a session. Used by one thread at a time.
+// A recording as a sequence of a session's events. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace warmfront::client {
 struct RecordedStep {
   std::uint64_t frame = 0;
   std::vector<v1::StepFrame> parts;  ///< as they were sent; at least one
-  /// None where the recording was cut off while the step was computed.
+  /// None if the recording was truncated during this step.
   std::optional<v1::RecordedAnswer> answer;
 };
 struct RecordedChange {
@@ -29,8 +29,8 @@ using RecordedEvent = std::variant<RecordedStep, RecordedChange>;
 
 class RecordedSession {
  public:
-  /// Reads the upload. kInvalidArgument for what is no recording, and for an upload that is none or does not
-  /// fit together; the message names the path and the byte.
+  /// Reads the upload. kInvalidArgument for an invalid recording, and for an upload that is missing or
+  /// inconsistent; the message names the path and the byte.
   static Result<RecordedSession> open(const std::string& path);
 
   const v1::RecordingHeader& header() const { return reader_.header(); }
@@ -38,13 +38,13 @@ class RecordedSession {
   bool float32() const { return session_.dtype() == v1::DTYPE_FLOAT32; }
   const SceneDescription& scene() const { return scene_; }
   const ColliderOptions& options() const { return options_; }
-  /// At session().first_frame(); of rigid bodies with a pose, their rest shapes.
+  /// At session().first_frame(); for rigid bodies with a pose, their reference shapes.
   const PositionBuffer& positions() const { return positions_; }
   const std::vector<BodyPose>& poses() const { return poses_; }
 
-  /// What happened next; none at the end. kInvalidArgument as open().
+  /// The next event; none at the end. kInvalidArgument as open().
   Result<std::optional<RecordedEvent>> next();
-  /// At the end: what is amiss with it, in words; empty for a recording that is whole.
+  /// At the end: a description of the recording's defect; empty if it is complete.
   std::string defect() const;
 
  private:
@@ -54,8 +54,8 @@ class RecordedSession {
   Result<std::optional<RecordedEvent>> read_step();
 
   recording::Reader reader_;
-  std::uint64_t record_at_ = 0;              // where next_ began
-  std::optional<v1::RecordedMessage> next_;  // read and not used yet
+  std::uint64_t record_at_ = 0;              // begin of next_
+  std::optional<v1::RecordedMessage> next_;  // read but not yet used
   std::optional<v1::RecordingEnd> end_;
   bool cut_off_ = false;  // a step or change has no outcome
   v1::SessionHeader session_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recording from this side of the wire. Thread safety as stated in the header.
+// Recording in the client. Thread safety as stated in the header.
 #include "client/cli/recording/recorder.h"
 
 #include <cstdio>

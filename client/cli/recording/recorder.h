@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records a session that this process steps, here or on a daemon. Used by one thread at a time.
+// Records a session that this process steps, locally or on a daemon. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,13 @@ namespace warmfront::client {
 
 class Recorder {
  public:
-  /// Creates `path`, which must not exist, with the upload in it. What cannot be written later stops the
-  /// recording with a warning on stderr.
+  /// Creates `path`, which must not exist, and writes the upload. A later write error stops the recording
+  /// with a warning on stderr.
   static Result<Recorder> create(const std::string& path, const SceneDescription& scene,
                                  const Positions& positions, const ColliderOptions& options);
 
-  /// Before the step, so that a frame that ends the process is in the recording. Frames are numbered from 1.
+  /// Call it before the step, so that a frame that crashes the process is recorded. Frames are numbered from
+  /// 1.
   void frame(std::uint64_t number, const Frame& frame);
   void answer(std::uint64_t number, const AnswerDigest& digest);
   void refusal(std::uint64_t number, const Error& error);
@@ -30,10 +31,10 @@ class Recorder {
       : writer_(std::move(writer)), state_(std::move(state)) {}
 
   std::unique_ptr<recording::Writer> writer_;
-  SceneState state_;  // what encodes frames; it stays at the first
+  SceneState state_;  // encodes frames; stays at the first
 };
 
-/// `inner`, recorded.
+/// `inner` with recording.
 std::unique_ptr<Stepper> make_recording_stepper(std::unique_ptr<Stepper> inner, Recorder recorder);
 
 }  // namespace warmfront::client

@@ -67,7 +67,7 @@ class RemoteTarget final : public ReplayTarget {
   Error ended() {
     const RemoteError error = remote_error_from(stream_->finish(deadline()));
     if (error.error.message.empty()) return {ErrorCode::kUnavailable, "the stream ended before its answers"};
-    // It is the daemon that failed, not the frame.
+    // The daemon failed, not the frame.
     return {error.error.code == ErrorCode::kInvalidArgument ? ErrorCode::kInternal : error.error.code,
             error.error.message};
   }

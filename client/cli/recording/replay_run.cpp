@@ -27,7 +27,7 @@ class Replay {
       : target_(target), expected_(recorded.session().first_frame() + 1) {}
 
   Status step(const RecordedStep& step) {
-    // A recording that ends within a step ends with the frame that the daemon died of, maybe.
+    // A recording that ends within a step may end with the frame that crashed the daemon.
     const int code = step.answer ? step.answer->outcome().code() : 0;
     if (code != 0 && code != wire::canonical_code(ErrorCode::kInvalidArgument)) {
       ++result_.left_out;

@@ -17,12 +17,12 @@ struct ReplayResult {
       0;  ///< answers, refusals and repeats among the recorded ones that could be compared
   std::uint64_t left_out = 0;  ///< frames and changes that were refused for what the input does not tell
   std::uint64_t changes = 0;
-  std::string difference;  ///< the first, which ends the replay; empty when all are equal
+  std::string difference;  ///< the first, which ends the replay; empty if there is none
   std::string defect;      ///< of the recording
 };
 
-/// Steps `target` through everything that counted. Fails for a recording that is malformed, and where the
-/// target fails in another way than refusing a frame.
+/// Steps `target` through all recorded frames that counted. Fails for a malformed recording, and when the
+/// target fails otherwise than by refusing a frame.
 Result<ReplayResult> replay(RecordedSession& recorded, ReplayTarget& target,
                             const std::function<void(std::uint64_t steps)>& progress);
 

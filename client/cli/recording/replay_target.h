@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a recording is replayed: the engine in this process, or a daemon. Used by one thread at a time.
+// The target of a replay: the engine in this process, or a daemon. Used by one thread at a time.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,7 @@ namespace warmfront::client {
 class ReplayTarget {
  public:
   virtual ~ReplayTarget() = default;
-  /// Steps to the frame that is next. kInvalidArgument for one that is refused; the state is as before it
-  /// then.
+  /// Steps to the next frame. kInvalidArgument if it is refused; the state is then unchanged.
   virtual Result<AnswerDigest> step(const RecordedStep& step) = 0;
   virtual Status change(const v1::ChangeSceneRequest& request) = 0;
 };
@@ -23,8 +22,8 @@ class ReplayTarget {
 /// `threads` as make_local_stepper() has them. Fails as Scene::create() and Collider::create() do.
 Result<std::unique_ptr<ReplayTarget>> make_engine_target(const RecordedSession& recorded, int threads);
 
-/// A new session of the daemon, with an id of its own; messages go to it as they were recorded. It is deleted
-/// at the end. It is not resumed: what the daemon forgets is an error of step().
+/// A new session of the daemon, with its own id; messages are sent as recorded. It is deleted at the end and
+/// never resumed: if the daemon loses it, step() fails.
 Result<std::unique_ptr<ReplayTarget>> make_remote_target(const RecordedSession& recorded,
                                                          const std::string& address,
                                                          const ClientSecurity& security);

@@ -8,8 +8,8 @@
             contacts = session.step(V)      # on the linear motion from the last frame to this one
             use(contacts.kind, contacts.v, contacts.toi)
 
-V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon that dies: it is created again from what
-was answered last, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
+V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon that dies: it is created again from the
+last answered state, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class per
 canonical code. A Client is thread-safe, a Session is used by one thread at a time.
 """
 from .answer import AllDeformable, Contacts, Kind, StageTimes, Statistics, Status, StepCounts

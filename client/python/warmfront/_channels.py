@@ -11,8 +11,8 @@ import grpc
 from .errors import FailedPrecondition
 from .v1 import admin_service_pb2_grpc, collision_service_pb2_grpc, session_pb2
 
-# Where no daemon has said how many calls a connection carries: half of what daemons allow by default, and below what
-# proxies do (100 in HAProxy).
+# Default if the daemon states no number of calls per connection: half of a daemon's default, and below that of proxies
+# (100 in HAProxy).
 MOST_CALLS = 64
 
 
@@ -23,29 +23,29 @@ class Channel:
         self.channel = channel
         self.service: Any = collision_service_pb2_grpc.CollisionServiceStub(channel)  # type: ignore[no-untyped-call]
         self.admin: Any = admin_service_pb2_grpc.AdminServiceStub(channel)  # type: ignore[no-untyped-call]
-        # Bytes both ways: bulk is joined and found by this package itself.
+        # Bytes both ways: this package itself joins and locates bulk data.
         self.stream: Any = channel.stream_stream("/warmfront.v1.CollisionService/StreamSteps")
         self.upload: Any = channel.stream_unary("/warmfront.v1.CollisionService/CreateSession",
                                                 response_deserializer=session_pb2.CreateSessionResponse.FromString)
-        self.calls = 0  # under way; under the pool's lock
+        self.calls = 0  # running; protected by the pool's lock
 
 
 class ChannelPool:
-    """A connection carries a limited number of calls at once (HTTP/2's SETTINGS_MAX_CONCURRENT_STREAMS); gRPC lets a call
-    beyond it wait, without a word, until another ends, and a session's stream does not end. So calls are counted, and one
-    that no connection has room for gets another connection."""
+    """A connection carries a limited number of concurrent calls (HTTP/2's SETTINGS_MAX_CONCURRENT_STREAMS); gRPC silently
+    queues further calls until another ends, and a session's stream does not end. So calls are counted, and a new
+    connection is opened when all are full."""
 
     def __init__(self, open_channel: Callable[[], grpc.Channel]) -> None:
-        """open_channel makes a channel with a connection of its own."""
+        """open_channel creates a channel with its own connection."""
         self._open = open_channel
         self._lock = threading.Lock()
-        # Under the lock. Channels stay: gRPC itself closes connections that have been idle for half an hour.
-        self._most_calls = 1  # until a daemon has been asked
+        # Protected by the lock. Channels are kept: gRPC itself closes connections after half an hour idle.
+        self._most_calls = 1  # until a daemon has stated its limit
         self._channels: list[Channel] = []
         self._closed = False
 
     def take(self) -> Channel:
-        """A channel with room for a call, to be given back when the call is over. FailedPrecondition once
+        """A channel with room for a call; to be released after the call. FailedPrecondition once
         closed."""
         with self._lock:
             if self._closed:
@@ -64,8 +64,8 @@ class ChannelPool:
             channel.calls -= 1
 
     def set_calls_per_channel(self, most: int) -> None:
-        """What a daemon says that a connection carries; 0: it does not say. Above MOST_CALLS a connection is not filled: it
-        is bound to about one core."""
+        """The daemon's limit of calls per connection; 0: unknown. At most MOST_CALLS are used, since a connection is bound
+        to about one core."""
         with self._lock:
             self._most_calls = min(most, MOST_CALLS) if most else MOST_CALLS
 

@@ -16,13 +16,13 @@ from .errors import DeadlineExceeded, InvalidArgument, Unavailable, WarmfrontErr
 from .options import Patience, Security
 from .v1 import admin_service_pb2, session_pb2, step_pb2
 
-# Well below any daemon's message limit, whose least value is 64 KiB, for a first upload; its answer states the limit.
+# For a first upload, before the daemon's answer states its message limit: well below the least limit, 64 KiB.
 _UPLOAD_CHUNK = 60 << 10
 # Of v1.CreateSessionRequest.
 _HEADER, _FACES, _POSITIONS = 1, 2, 3
 
-# Calls that may be made twice are, by gRPC itself, when the connection breaks under them or the daemon is being started
-# again (some two seconds). Steps, uploads and changes have their own way to go on (_resume.py).
+# gRPC retries idempotent calls when the connection breaks or the daemon restarts (about two seconds). Steps, uploads
+# and changes are resumed in _resume.py.
 _SERVICE_CONFIG = json.dumps({"methodConfig": [{
     "name": [{"service": "warmfront.v1.CollisionService", "method": method}
              for method in ("GetServerInfo", "DeleteSession", "GetSession", "ListSessions")],
@@ -31,19 +31,19 @@ _SERVICE_CONFIG = json.dumps({"methodConfig": [{
 
 _ARGUMENTS = [
     ("grpc.service_config", _SERVICE_CONFIG),
-    # Answers come in chunks of the daemon's choosing.
+    # The daemon chooses the size of an answer's chunks.
     ("grpc.max_receive_message_length", -1),
-    # A connection of its own for each channel: one connection is bound to one core or so.
+    # One connection per channel: a connection is bound to about one core.
     ("grpc.use_local_subchannel_pool", 1),
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 2000),
-    # Named after something else, this is how long connecting may take, handshakes and all: they take three round trips
-    # on a line that may be slow, to a daemon that may be busy.
+    # Despite its name this is the time limit for connecting, handshakes included: three round trips on a possibly slow
+    # line, to a possibly busy daemon.
     ("grpc.min_reconnect_backoff_ms", 10_000),
-    # A daemon that vanishes without a word is found within a minute; daemons allow a ping every ten seconds.
+    # Detects a daemon that vanished silently within a minute; daemons allow a ping every ten seconds.
     ("grpc.keepalive_time_ms", 30_000),
     ("grpc.keepalive_timeout_ms", 20_000),
-    # The address is the daemon's or its proxy's: a web proxy of the environment has no part in it.
+    # Ignore a web proxy from the environment: the address is that of the daemon or of its own proxy.
     ("grpc.enable_http_proxy", 0),
 ]
 
@@ -52,7 +52,7 @@ _ADDRESS_EXPECTED = "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expect
 
 
 def check_address(address: str) -> None:
-    """InvalidArgument for what has not the form of one: gRPC takes what has no port for a web server's."""
+    """InvalidArgument for an invalid address: gRPC reads an address without a port as a web server's."""
     if isinstance(address, str):
         if address.startswith("unix:"):
             if len(address) > len("unix:"):
@@ -86,20 +86,20 @@ def _authorization(address: str, security: Security, encrypted: bool) -> str:
         return ""
     token = content.decode("utf-8", "replace").strip()
     if not token or len(token.split()) != 1:
-        raise InvalidArgument(f"token file {security.token_file}: one token is expected, and nothing else")
+        raise InvalidArgument(f"token file {security.token_file}: exactly one token is expected")
     if not encrypted and not re.match(r"unix:|localhost:|\[::1\]:|127\.", address):
-        raise InvalidArgument(f"the token would travel to {address} in the clear; use TLS")
+        raise InvalidArgument(f"the token would travel to {address} unencrypted; use TLS")
     return f"Bearer {token}"
 
 
 def error_from_call(call: Any) -> WarmfrontError:
-    """The exception for a call of gRPC's that failed, not raised. Blocks until the call is over."""
+    """The exception for a failed gRPC call, not raised. Blocks until the call is over."""
     code = call.code().value[0]
     for key, value in call.trailing_metadata() or ():
         if key == "grpc-status-details-bin":
             try:
                 status = step_pb2.Status.FromString(value)
-            except Exception:  # protobuf's DecodeError: someone else's details
+            except Exception:  # protobuf's DecodeError: details of another service, for example a proxy
                 break
             return error_from(code, call.details() or "", status.details)
     return class_of(code)(call.details() or "")
@@ -111,7 +111,7 @@ class Connection:
     def __init__(self, address: str, security: Security, patience: Patience) -> None:
         check_address(address)
         if bool(security.cert_file) != bool(security.key_file):
-            raise InvalidArgument("a client certificate needs its key, and a key its certificate: state both files")
+            raise InvalidArgument("a client certificate needs its key, and a key its certificate: give both files")
         self.address = address
         self.patience = patience
         encrypted = bool(security.tls or security.ca_file or security.cert_file)
@@ -129,24 +129,24 @@ class Connection:
             self._channels = ChannelPool(lambda: grpc.insecure_channel(address, arguments))
 
     def metadata(self, session_id: str = "") -> list[tuple[str, str]]:
-        """Of every call: who calls, and which session it is about, if any."""
+        """Of every call: the credentials, and the session id if any."""
         return self._metadata + ([("warmfront-session", session_id)] if session_id else [])
 
     def stream(self, requests: Iterator[bytes], session_id: str) -> Any:
-        """Begins a StreamSteps call of serialized messages, on a connection that has room for it."""
+        """Begins a StreamSteps call of serialized messages, on a connection with room for it."""
         channel = self._channels.take()
         try:
             call = channel.stream(requests, metadata=self.metadata(session_id))
         except BaseException:
             self._channels.give_back(channel)
             raise
-        # Called at once where the call is over already.
+        # Runs at once if the call is already over.
         call.add_done_callback(lambda _: self._channels.give_back(channel))
         return call
 
     def server_info(self, timeout: Optional[float] = None, session_id: str = "") -> Any:
-        """v1.GetServerInfoResponse, of the daemon where the session is to be; waits for one that is not there yet, for
-        `patience.call` seconds unless `timeout` says otherwise."""
+        """v1.GetServerInfoResponse of the daemon that serves the session; waits for a daemon for `patience.call` seconds
+        unless `timeout` is given."""
         try:
             info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id,
                               timeout, wait_for_ready=True)
@@ -157,7 +157,7 @@ class Connection:
                               "it running there?", reason=error.reason) from None
 
     def _why_unreachable(self) -> str:
-        """A call that waits for a connection is only told that none came in time; one that does not, why."""
+        """Only a call that does not wait for the connection learns why it failed."""
         try:
             self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), timeout=2)
         except Unavailable as error:
@@ -167,7 +167,7 @@ class Connection:
         return ""
 
     def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes) -> Any:
-        """Uploads a scene; waits for a daemon that is not there yet. v1.CreateSessionResponse."""
+        """Uploads a scene; waits for a daemon to appear. v1.CreateSessionResponse."""
         def requests() -> Iterator[bytes]:
             yield b"".join(field(_HEADER, header.SerializeToString()))
             for number, data in ((_FACES, faces), (_POSITIONS, positions)):
@@ -186,7 +186,7 @@ class Connection:
         return self._call(lambda channel: channel.service.GetSession, request, session_id).session
 
     def list(self) -> Any:
-        """v1.SessionInfo, those of this principal."""
+        """v1.SessionInfo of this principal's sessions."""
         return self._call(lambda channel: channel.service.ListSessions, session_pb2.ListSessionsRequest()).sessions
 
     def remove(self, session_id: str) -> None:
@@ -194,7 +194,7 @@ class Connection:
         self._call(lambda channel: channel.service.DeleteSession, request, session_id)
 
     def list_all(self) -> Any:
-        """v1.OwnedSession; for administrators."""
+        """v1.OwnedSession of all sessions; needs the admin role."""
         return self._call(lambda channel: channel.admin.ListAllSessions, admin_service_pb2.ListAllSessionsRequest()).sessions
 
     def remove_any(self, session_id: str, principal: Optional[str]) -> None:

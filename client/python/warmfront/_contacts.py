@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The daemon's messages on a stream, and its errors, as this package's values. Pure functions."""
+"""Converts the daemon's stream messages and errors to this package's values. Pure functions."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -48,7 +48,7 @@ def malformed(what: str) -> Internal:
 
 
 def parse_response(message: bytes) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
-    """An answer without copying its contacts; anything else through protobuf. Raises Internal for what is no message."""
+    """An answer without copying its contacts; other messages through protobuf. Raises Internal for invalid bytes."""
     view = memoryview(message)
     try:
         for number, value in fields(view):
@@ -59,7 +59,7 @@ def parse_response(message: bytes) -> Union[AnswerPart, step_pb2.StreamStepsResp
         return response
     except Malformed as error:
         raise malformed(str(error)) from None
-    except Exception as error:  # protobuf's DecodeError lies in a module that types do not know
+    except Exception as error:  # protobuf's DecodeError is in a module without types
         if isinstance(error, WarmfrontError):
             raise
         raise malformed(str(error)) from None
@@ -101,7 +101,7 @@ def _parse_columns(view: memoryview) -> Columns:
 
 
 def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional[Topology] = None) -> Contacts:
-    """The answer of all its parts, in order, with the columns that were asked for. Raises Internal when rows are missing."""
+    """Joins all parts, in order, with the requested columns. Raises Internal when rows are missing."""
     last = parts[-1]
     filled = [part.columns for part in parts if part.columns]
     joined: dict[str, Optional[npt.NDArray[Any]]] = {}

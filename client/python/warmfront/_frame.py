@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A frame as it travels: its messages, made once, and its bulk fields as views into them. Immutable.
+"""A frame as sent: its messages, built once, and its bulk fields as views into them. Immutable.
 
-An array's memory is copied once, into its message; what is sent again after a resume, and what a session is created from
-again, are these same bytes.
+An array's memory is copied once, into its message; the same bytes are used to resend a frame after a resume and to create
+a session again.
 """
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class SentFrame:
         if sum(len(data) for _, data in parts) <= chunk_bytes:
             self._add(parts, False)
             return
-        # Field by field, piece by piece; an empty last part ends the frame.
+        # Field by field, chunk by chunk; an empty last part ends the frame.
         for part, data in parts:
             view = memoryview(data)
             for at in range(0, len(view), chunk_bytes):
@@ -42,7 +42,7 @@ class SentFrame:
         self._add([], False)
 
     def fitted(self, chunk_bytes: int) -> SentFrame:
-        """This frame, or one of smaller messages where a daemon allows less than these were made for."""
+        """This frame, rebuilt with smaller messages if a daemon requires them."""
         if chunk_bytes >= self._chunk_bytes:
             return self
         if self.whole:
@@ -50,16 +50,16 @@ class SentFrame:
         return SentFrame(self.number, None, [(part, self.bytes_of(part)) for part in self._pieces], chunk_bytes)
 
     def positions(self) -> Bytes:
-        """All of them; a view where they came in one piece."""
+        """All of them; a view if they are in one message."""
         return self.bytes_of(_POSITIONS)
 
     def bytes_of(self, part: int) -> Bytes:
-        """A field of v1.MovedParts; empty when it was not given."""
+        """A field of v1.MovedParts; empty if it was not given."""
         pieces = self._pieces.get(part, [])
         return pieces[0] if len(pieces) == 1 else b"".join(pieces)
 
     def _add(self, parts: Sequence[Part], more: bool) -> None:
-        """One message; remembers where in it each part lies."""
+        """Adds one message and records the position of each part in it."""
         bulk = [field(part, data) for part, data in parts]
         content = [piece for tagged in bulk for piece in tagged]
         if not self.whole:
@@ -67,7 +67,7 @@ class SentFrame:
         head = number_field(_FRAME, self.number) + (number_field(_MORE, 1) if more else b"")
         message = b"".join(field(_STEP, head, *content))
         self.messages.append(message)
-        # The bulk ends the message.
+        # The bulk is at the end of the message.
         end = len(message)
         for (part, data), (tag, _) in zip(reversed(parts), reversed(bulk)):
             self._pieces[part].append(memoryview(message)[end - len(data):end])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Creating, attaching and resuming a session, by the rules of the C++ client. Used by one thread at a time."""
+"""Creating, attaching and resuming a session, with the same rules as the C++ client. Used by one thread at a time."""
 from __future__ import annotations
 
 import time
@@ -16,36 +16,36 @@ from .v1 import session_pb2, step_pb2
 
 _FIRST_BACKOFF = 0.05
 _LONGEST_BACKOFF = 2.0
-# One message of positions: large enough to be fast, small enough not to hold up other streams of the connection.
+# Positions per message: large enough to be fast, small enough not to delay the connection's other streams.
 _FRAME_CHUNK = 4 << 20
-# What a message has besides its bulk field.
+# Bytes of a message besides its bulk field.
 _MESSAGE_OVERHEAD = 1024
 
 
 class Link:
-    """A session's stream, and everything needed to create the session again: the scene, the positions last answered, the
-    frames unanswered. A frame leaves `unanswered` only when its answer is complete, so each gets exactly one."""
+    """A session's stream, and everything needed to create the session again: the scene, the last answered positions, the
+    unanswered frames. A frame leaves `unanswered` only when its answer is complete, so each gets exactly one."""
 
     def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState) -> None:
         self.connection = connection
-        self.header = header  # first_frame: the frame last answered; first_revision: changes made
+        self.header = header  # first_frame: the last answered frame; first_revision: changes made
         self.state = state  # at that frame
-        # What the daemon said last of the state that the session is in (v1.SessionState): with `state`, what it is. None
-        # where a daemon says nothing of it, being older than that.
+        # The session's state as the daemon last reported it (v1.SessionState); with `state`, its whole identity. None
+        # if the daemon is too old to report it.
         self.known: Optional[Any] = None
         self.unanswered: deque[SentFrame] = deque()
-        self.sent = 0  # of these, on the present stream
-        self.partial: list[AnswerPart] = []  # the chunks so far of the oldest unanswered frame
+        self.sent = 0  # of these, on the current stream
+        self.partial: list[AnswerPart] = []  # received chunks of the oldest unanswered frame
         self.stream: Optional[StepStream] = None
         self.window = 1
         self.chunk_bytes = _FRAME_CHUNK  # of positions in one message
         self.draining = False
-        self.recreate = False  # what the daemon has is not this session
-        self.changing = False  # a change was sent and is not answered
+        self.recreate = False  # the daemon's copy is not this session
+        self.changing = False  # a change was sent and is not yet answered
         self.resumes = 0
         self.resumes_without_answer = 0
-        self.failed: Optional[WarmfrontError] = None  # for good
-        self._attached = step_pb2.Attached()  # what the daemon said when the stream was attached
+        self.failed: Optional[WarmfrontError] = None  # permanent
+        self._attached = step_pb2.Attached()  # the daemon's answer to the last attach
 
     @property
     def session_id(self) -> str:
@@ -53,7 +53,7 @@ class Link:
 
     @property
     def asked_fields(self) -> list[str]:
-        """Columns of contacts besides those that are always told."""
+        """The optional columns of contacts."""
         return [descriptor.name for descriptor, wanted in self.header.options.fields.ListFields() if wanted]
 
     def open(self) -> None:
@@ -63,12 +63,12 @@ class Link:
         except WarmfrontError as error:
             if error.retry_after is not None or not may_resume(error):
                 self.fail(error)
-            # With the connection lost it may have been created all the same, in a state that was not told.
+            # If the connection was lost, the session may have been created nevertheless, in an unknown state.
             self.recreate = True
         try:
             self._establish(waits=False)
         except ResourceExhausted:
-            # Nobody is going to use what was created.
+            # Delete the created session: it will not be used.
             try:
                 self.remove()
             except WarmfrontError:
@@ -76,7 +76,7 @@ class Link:
             raise
 
     def resume(self, why: WarmfrontError) -> None:
-        """After the stream was lost. Raises when the session has failed for good, or was closed by another thread."""
+        """Resumes after the stream was lost. Raises when the session has failed permanently, or was closed by another thread."""
         self.drop_stream()
         if self.failed is not None:
             raise self.failed
@@ -93,16 +93,16 @@ class Link:
         self._establish(waits=True)
 
     def _establish(self, waits: bool) -> None:
-        """Attaches to the session where it is in this session's state, else creates it again; tries until the resume
-        timeout. waits: for room, where a limit of the daemon is met that others fill."""
+        """Attaches to the session if the daemon's copy is in this session's state, else creates it again; retries until the
+        resume timeout. waits: for room, if other sessions use up a limit of the daemon."""
         deadline = time.monotonic() + self.connection.patience.resume
         backoff = _FIRST_BACKOFF
         while True:
             try:
-                # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
+                # gRPC connects only while a call waits for it: this call does, since a stream must not wait forever.
                 self.connection.server_info(max(deadline - time.monotonic(), 0.001), self.session_id)
                 self._try_establish()
-                if self.failed is not None:  # closed meanwhile, by another thread: nothing is left behind
+                if self.failed is not None:  # closed meanwhile by another thread: leave nothing behind
                     self.remove()
                     self.fail(self.failed)
                 return
@@ -133,13 +133,13 @@ class Link:
         self.stream = None
 
     def cancel_stream(self) -> None:
-        """From any thread: a read that waits raises."""
+        """From any thread: a waiting read then raises."""
         stream = self.stream
         if stream is not None:
             stream.close()
 
     def remove(self) -> None:
-        """Deletes the session in the daemon; gone is gone."""
+        """Deletes the session in the daemon; a missing session is not an error."""
         try:
             self.connection.remove(self.session_id)
         except WarmfrontError as error:
@@ -153,7 +153,7 @@ class Link:
                 if self._attached_is_own():
                     self._begin_stream()
                     return
-                # A copy that was left behind, or that answers to more than one frame were lost of: it keeps only the last.
+                # The copy is behind, or more than one answer was lost: the daemon caches only the last.
                 self.recreate = True
             except WarmfrontError as error:
                 if error.reason != "SESSION_NOT_FOUND":
@@ -165,24 +165,24 @@ class Link:
         try:
             self._create()
         except WarmfrontError as error:
-            # One call may reach another daemon than the next: a copy there is looked at in the next try.
+            # Consecutive calls may reach different daemons: check the copy there in the next try.
             if error.reason == "SESSION_EXISTS":
                 raise Aborted(error.message, reason="STATE_CHANGED") from None
             raise
         self._attach()
         if not self._attached_is_own() and not self._attached_as_created():
-            raise Aborted(f"session {self.session_id} is not in the state that it was just created in: it is used by someone "
-                          "else as well, or calls lead to different daemons", reason="STATE_CHANGED")
+            raise Aborted(f"session {self.session_id} is not in the state that it was just created in: it is also used by another "
+                          "client, or calls reach different daemons", reason="STATE_CHANGED")
         self._begin_stream()
 
     def _begin_stream(self) -> None:
-        """What the daemon answered already comes again from its memory, and the rest follows."""
+        """The daemon repeats cached answers; the remaining frames follow."""
         self.sent = 0
         self.partial = []
         self.draining = False
 
     def _attached_is_own(self) -> bool:
-        """Whether what is attached to is in the state `known`, or ahead of it by what was sent and not answered."""
+        """Is the attached copy in the state `known`, or ahead of it by unanswered requests?"""
         attached = self._attached
         if self.known is None or not attached.HasField("state"):
             return False
@@ -190,14 +190,14 @@ class Link:
             return True
         if not attached.HasField("state_before") or attached.state_before != self.known:
             return False
-        # Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose key it
-        # does.
+        # Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose key
+        # it compares.
         if attached.state.frame == self.known.frame:
             return self.changing
         return len(self.unanswered) > 0 and self.unanswered[0].number == attached.state.frame
 
     def _attached_as_created(self) -> bool:
-        """The copy in the daemon was just made, and states nothing of itself."""
+        """The daemon's copy was just created, and the daemon does not report its state."""
         return (self.known is None and not self._attached.HasField("state")
                 and self._attached.expected_frame == self.header.first_frame + 1)
 
@@ -212,11 +212,11 @@ class Link:
         self.stream = StepStream(self.connection, self.session_id)
         request = step_pb2.StreamStepsRequest()
         request.attach.session_id = self.session_id
-        # The stream before may not have been noticed to be dead yet.
+        # The daemon may not have noticed yet that the previous stream is dead.
         request.attach.takeover = True
         self.stream.write(request.SerializeToString())
         try:
-            # Frames of the stream before may still be computed: the answer comes after them.
+            # Frames of the previous stream may still be in progress: the answer comes after them.
             response = self.stream.read(self.connection.patience.answer)
         except DeadlineExceeded as error:
             if error.reason:

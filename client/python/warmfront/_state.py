@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session needs to be created again where it was: its scene, and where everything is. Used by one thread at a time."""
+"""The state needed to create a session again: its scene and all current positions. Used by one thread at a time."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -19,18 +19,18 @@ from .v1 import options_pb2, session_pb2
 
 
 def raw(array: npt.NDArray[Any]) -> memoryview:
-    """An array's memory, contiguous as it is."""
+    """An array's memory, which must be contiguous."""
     return array.reshape(-1).view(np.uint8).data
 
 
 class SceneState:
-    """The scene, and its positions after the frame last answered."""
+    """The scene, and its positions after the last answered frame."""
 
     def __init__(self, positions: Any, faces: Any, bodies: Sequence[Body],
                  excluded_pairs: Sequence[tuple[int, int]]) -> None:
-        """positions (n, 3) float32 or float64, which those of the session's frames are from then on; a copy is kept."""
+        """positions (n, 3) float32 or float64, the type of all positions of the session's frames; a copy is kept."""
         self._rows = positions_of(positions, None, None).copy()
-        self._latest: Optional[Bytes] = None  # of a whole frame; newer than _rows
+        self._latest: Optional[Bytes] = None  # of a frame with all positions; newer than _rows
         self.dtype: np.dtype[Any] = self._rows.dtype
         self.faces = faces_of(faces).copy()
         self.bodies = placed(bodies)
@@ -43,23 +43,23 @@ class SceneState:
         return len(self._rows)
 
     def topology(self) -> Topology:
-        """Of the scene as it is."""
+        """Of the current scene."""
         if self._topology is None:
             self._topology = Topology(self.faces, self.bodies)
         return self._topology
 
     def vertices_in_no_face(self) -> int:
-        """0 where faces name vertices that are not there, which the daemon refuses."""
+        """0 if faces name missing vertices, which the daemon refuses."""
         if ((self.faces < 0) | (self.faces >= self.vertex_count)).any():
             return 0
         return int(self.vertex_count - np.count_nonzero(np.bincount(self.faces.ravel(), minlength=self.vertex_count)))
 
     def positions(self) -> Bytes:
-        """The upload's: (n, 3) in the session's dtype; of rigid bodies with a pose, their rest shapes."""
+        """The upload's: (n, 3) in the session's dtype; for rigid bodies with a pose, their reference shapes."""
         return self._latest if self._latest is not None else raw(self._rows)
 
     def describe(self, header: session_pb2.SessionHeader) -> None:
-        """Puts what there is to say of the scene into the header, the faces and positions apart."""
+        """Writes the scene's description, except faces and positions, into the header."""
         header.vertex_count = self.vertex_count
         header.face_count = len(self.faces)
         header.dtype = options_pb2.DTYPE_FLOAT32 if self.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
@@ -80,11 +80,11 @@ class SceneState:
 
     def encode(self, number: int, positions: Any, bodies: Mapping[int, Any], poses: Mapping[int, Any], vertices: Any,
                vertex_positions: Any, chunk_bytes: int) -> SentFrame:
-        """A frame's messages. InvalidArgument for positions of another kind or number than the session's, and for bodies
-        that are not there."""
+        """A frame's messages. InvalidArgument for positions of another type or number than the session's, and for unknown
+        bodies."""
         if positions is not None:
             if bodies or poses or vertices is not None or vertex_positions is not None:
-                raise InvalidArgument("positions: the frame gives all vertices, and parts besides; give either")
+                raise InvalidArgument("positions: the frame gives all vertices and also parts; give only one of them")
             array = positions_of(positions, self.vertex_count, self.dtype)
             return SentFrame(number, raw(array), [], chunk_bytes)
         parts = [*self._body_parts(bodies), *self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]
@@ -100,7 +100,7 @@ class SceneState:
         for b in poses:
             self._body(b, f"poses[{b}]")
         matrices = [pose_of(pose, f"poses[{b}]").astype(self.dtype).tobytes() for b, pose in poses.items()]
-        # All rigid bodies in their order need not be named.
+        # Poses of all rigid bodies in order need no body indices.
         named = np.array([] if list(poses) == self._rigid() else list(poses), dtype="<u4")
         return [(_frame.POSE_BODIES, named.tobytes()), (_frame.POSES, b"".join(matrices))]
 
@@ -114,7 +114,7 @@ class SceneState:
         return [(_frame.VERTICES, raw(indices)), (_frame.VERTEX_POSITIONS, raw(array))]
 
     def take(self, frame: SentFrame) -> None:
-        """The frame was answered: everything is where it says."""
+        """Makes an answered frame's positions current."""
         if frame.whole:
             self._latest = frame.positions()
             self._poses = [None] * len(self.bodies)
@@ -134,7 +134,7 @@ class SceneState:
         if len(vertices) > 0:
             self._writable()[vertices] = np.frombuffer(frame.bytes_of(_frame.VERTEX_POSITIONS), self.dtype).reshape(-1, 3)
 
-    # Changes between frames: the request, and what it makes of the state once it is carried out.
+    # Changes between frames: the request, and its effect on the state after the daemon has carried it out.
 
     def encode_addition(self, body: Body, faces: Any, positions: Any) -> session_pb2.SceneChange:
         change = session_pb2.SceneChange()
@@ -152,8 +152,8 @@ class SceneState:
         self._poses.append(None)
 
     def encode_change(self, index: int, body: Body) -> session_pb2.SceneChange:
-        """FailedPrecondition for a body that is at a pose and would be rigid no more, in a session of float32: where its
-        vertices are is not known in float32."""
+        """FailedPrecondition if a body at a pose becomes non-rigid in a float32 session: its vertex positions are not known
+        in float32."""
         old = self._body(index, "index")
         if self.dtype.itemsize == 4 and self._poses[index] is not None and body.kind not in ("rigid", "removed"):
             raise FailedPrecondition(f"body {index} is at a pose, and its vertices are not known in the session's float32; "
@@ -175,7 +175,7 @@ class SceneState:
             x[:] = ((pose[:, 0] * x[:, 0:1] + pose[:, 1] * x[:, 1:2]) + pose[:, 2] * x[:, 2:3]) + pose[:, 3]
         self._poses[index] = None
 
-    # What is where.
+    # Current positions.
 
     def _body(self, index: int, where: str) -> Body:
         if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self.bodies):

@@ -17,8 +17,8 @@ from .v1 import step_pb2
 
 
 class _Watchdog:
-    """Cancels a call when an armed time passes. Its thread sleeps until the earliest time that it was told of, finds a
-    later one by then, and sleeps on: arming costs a lock, not a wake-up."""
+    """Cancels a call when an armed time passes. Its thread sleeps until the earliest armed time, and sleeps on if a later
+    one was armed meanwhile: arming costs a lock, not a wake-up."""
 
     def __init__(self, call: grpc.Future) -> None:
         self.expired = False
@@ -26,7 +26,7 @@ class _Watchdog:
         self._changed = threading.Condition()
         # Under the lock:
         self._deadline: Optional[float] = None
-        self._planned: Optional[float] = None  # to wake at; None: only when told
+        self._planned: Optional[float] = None  # wake-up time; None: only when notified
         self._ended = False
         self._thread: Optional[threading.Thread] = None
 
@@ -61,8 +61,8 @@ class _Watchdog:
 
 
 class StepStream:
-    """Raises WarmfrontError from reads when the call is over, DeadlineExceeded when it did not answer in time; the stream
-    is of no use any more then."""
+    """Reads raise WarmfrontError when the call is over, DeadlineExceeded when it did not answer in time; the stream is
+    then unusable."""
 
     def __init__(self, connection: Connection, session_id: str) -> None:
         self._requests: queue.SimpleQueue[Optional[bytes]] = queue.SimpleQueue()
@@ -70,16 +70,16 @@ class StepStream:
         self._watchdog = _Watchdog(self._call)
 
     def write(self, message: bytes) -> None:
-        """A serialized v1.StreamStepsRequest. A stream that is over takes it too: its reads say so."""
+        """Sends a serialized v1.StreamStepsRequest. Accepted even if the stream is over: reads report that."""
         self._requests.put(message)
 
     def read(self, timeout: float) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
-        """The next message; waits for `timeout` seconds at most."""
+        """The next message; waits at most `timeout` seconds."""
         self._watchdog.arm(timeout)
         try:
             message = next(self._call)
         except StopIteration:
-            # It ends with OK only after a detach, and none was sent.
+            # A stream ends with OK only after a detach, which was not sent.
             raise Unavailable("the stream ended before its answers") from None
         except grpc.RpcError as error:
             if self._watchdog.expired:
@@ -90,7 +90,7 @@ class StepStream:
         return parse_response(message)
 
     def close(self) -> None:
-        """Cancels what is left of the call."""
+        """Cancels the call if it is not over."""
         self._requests.put(None)
         self._watchdog.end()
         self._call.cancel()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the vertices of contacts belong to: bodies, faces and edges, by their numbers. Immutable, and thread-safe."""
+"""Bodies, faces and edges of contacts' vertices, by their numbers. Immutable, and thread-safe."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ def _pair_keys(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> npt.NDArray
 
 
 class Topology:
-    """Of one state of a scene: its faces (m, 3) and bodies. Lookups are made when they are first asked for."""
+    """Of one state of a scene: its faces (m, 3) and bodies. Lookup tables are built on first use."""
 
     def __init__(self, faces: npt.NDArray[np.int32], bodies: Sequence[Body]) -> None:
         self._faces = faces
@@ -30,14 +30,14 @@ class Topology:
 
     @cached_property
     def edges(self) -> npt.NDArray[np.int32]:
-        """(e, 2) vertices, the smaller one first, a row an edge in the order of their numbers: sorted."""
+        """(e, 2) vertices, the smaller one first, one row per edge, sorted: the order of edge numbers."""
         keys = self._edge_keys
         rows: npt.NDArray[np.int32] = np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int32)
         rows.flags.writeable = False
         return rows
 
     def bodies_of(self, vertices: npt.NDArray[Any]) -> Optional[Indices]:
-        """The body of each vertex; None where the scene declares none."""
+        """The body of each vertex; None if the scene declares none."""
         if len(self._first_vertices) == 0:
             return None
         bodies: Indices = np.searchsorted(self._first_vertices, vertices, side="right") - 1
@@ -49,12 +49,12 @@ class Topology:
         return self._find(self._edge_keys, _pair_keys(ordered[:, 0], ordered[:, 1]))
 
     def faces_of(self, v: npt.NDArray[Any]) -> Indices:
-        """The face of each vertex-face contact (k, 4), in the order in which an answer has them: of duplicate faces, which
-        a vertex meets all at once, the first row has the first."""
+        """The face of each vertex-face contact (k, 4), in the order of an answer: of duplicate faces, which a vertex meets
+        simultaneously, the first row gets the first."""
         order, keys = self._face_keys
         wanted = self._face_keys_of(v[:, 1:])
         at = self._find(keys, wanted)
-        # How many rows before have the same vertex and an equal face.
+        # Number of earlier rows with the same vertex and an equal face.
         rows = np.lexsort((np.arange(len(v)), v[:, 0], wanted))
         same = np.zeros(len(v), bool)
         same[1:] = (wanted[rows[1:]] == wanted[rows[:-1]]) & (v[rows[1:], 0] == v[rows[:-1], 0])
@@ -74,7 +74,7 @@ class Topology:
 
     @cached_property
     def _corner_keys(self) -> npt.NDArray[np.uint64]:
-        """Of the first two corners of all faces, sorted: their ranks make room for the third."""
+        """Of the first two corners of all faces, sorted: their ranks leave room for the third."""
         return np.unique(_pair_keys(self._faces[:, 0], self._faces[:, 1]))
 
     def _face_keys_of(self, corners: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:
@@ -82,14 +82,14 @@ class Topology:
 
     @cached_property
     def _face_keys(self) -> tuple[Indices, npt.NDArray[np.uint64]]:
-        """The faces in the order of their corners, equal ones in that of their numbers; and their keys."""
+        """The faces ordered by their corners, equal ones by their numbers; and their keys."""
         keys = self._face_keys_of(self._faces)
         order: Indices = np.argsort(keys, kind="stable")
         return order, keys[order]
 
     @staticmethod
     def _find(keys: npt.NDArray[np.uint64], wanted: npt.NDArray[np.uint64]) -> Indices:
-        """The first place of each in the sorted keys."""
+        """The first position of each in the sorted keys."""
         at: Indices = np.searchsorted(keys, wanted)
         if len(wanted) > 0 and (len(keys) == 0 or (keys[np.minimum(at, len(keys) - 1)] != wanted).any()):
             raise Internal("the daemon's answer names a face or an edge that the scene does not have")

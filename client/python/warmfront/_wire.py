@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bulk data on the wire without copies beyond it. Pure functions.
+"""Reads and writes bulk data on the wire without extra copies. Pure functions.
 
-protobuf's own classes copy every `bytes` field, twice on the way out. A message is tagged fields one after the other
-(protobuf.dev, "Encoding"), so that a bulk field can be joined to the rest straight from an array's memory, and found in
-a message as a view. Everything that is not bulk goes through the generated classes.
+protobuf's own classes copy every `bytes` field, twice when sending. A message is a sequence of tagged fields
+(protobuf.dev, "Encoding"), so that a bulk field can be appended directly from an array's memory, and located in a message
+as a view. Everything else goes through the generated classes.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FIXED32 = 5
 
 
 class Malformed(Exception):
-    """These bytes are no message."""
+    """These bytes are not a valid message."""
 
 
 def varint(value: int) -> bytes:
@@ -56,7 +56,7 @@ def _read_varint(message: memoryview, at: int) -> tuple[int, int]:
 
 
 def fields(message: memoryview) -> Iterator[tuple[int, Union[int, memoryview]]]:
-    """The fields of a message in their order: numbers as int, delimited ones as views. Raises Malformed."""
+    """The fields of a message in order: numbers as int, delimited ones as views. Raises Malformed."""
     at = 0
     end = len(message)
     try:

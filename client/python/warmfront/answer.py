@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a daemon answers. Plain values, free to share between threads."""
+"""A daemon's answers. Plain values, safe to share between threads."""
 from __future__ import annotations
 
 import enum
@@ -28,7 +28,7 @@ class Status(enum.IntEnum):
     HIT = 1  #: proved: they meet
     POSSIBLE = 2  #: within tolerance; neither a meeting nor a miss could be proved
     OVERLAP_AT_START = 3  #: not provably apart at t = 0; toi is 0
-    BUDGET = 4  #: the test's effort ended; toi is the earliest time not excluded
+    BUDGET = 4  #: the test's budget ended; toi is the earliest time not excluded
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class StageTimes:
 
 @dataclass(frozen=True)
 class StepCounts:
-    """Counts of a step: each, and which are the same in every run, is explained in proto/warmfront/v1/step.proto."""
+    """Counts of a step, explained in proto/warmfront/v1/step.proto, with those that are the same in every run."""
 
     bv_tests: int
     front_pairs: int
@@ -75,7 +75,7 @@ class StepCounts:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a step cost, and what the scene's model saved."""
+    """Cost of a step, and savings of the scene's model."""
 
     ms: StageTimes
     counts: StepCounts
@@ -84,7 +84,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class AllDeformable:
-    """What a step would have taken with everything deformable, and its frame: what came, and all positions."""
+    """Cost of the same step with everything deformable; bytes of its frame as sent, and of all positions."""
 
     statistics: Statistics
     frame_bytes: int
@@ -100,18 +100,17 @@ class Contacts:
     Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
     at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges, towards the side that
     the vertex or first edge comes from; points (k, 2, 3) float64, the closest points in the scene's length unit.
-    `normal` is the features' own, not the direction between the closest points: with a separation, where the closest
-    point lies on the face's rim or at an edge's end, the two differ by up to a right angle and more. What holds two things
-    apart is `points[:, 0] - points[:, 1]`, and the normal only where these coincide.
-    Found when first asked for, from the scene as it was at this frame: bodies, faces, edges.
+    `normal` is the features' own: with a separation it differs, by up to a right angle and more, from the direction between
+    the closest points if one of these lies on the face's rim or at an edge's end. Use `points[:, 0] - points[:, 1]` to push
+    two things apart, and the normal only where the points coincide.
+    Computed on first use, from the scene at this frame: bodies, faces, edges.
 
     frame: its number. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
-    possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
+    possible: of both kinds, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 
-    The columns are read-only views into the message that arrived, perhaps not aligned: `numpy.require(x,
-    requirements="A")` copies where that matters. Only an answer of several messages (beyond the daemon's
-    answer_chunk_bytes) is copied, once.
+    The columns are read-only views into the received message, possibly unaligned: `numpy.require(x, requirements="A")`
+    copies if needed. Only an answer of several messages (beyond the daemon's answer_chunk_bytes) is copied, once.
     """
 
     def __init__(
@@ -127,7 +126,7 @@ class Contacts:
         summary: Any,
         topology: Optional[Topology] = None,
     ) -> None:
-        """Not for callers: made by `Session`."""
+        """Internal: created by `Session`."""
         self.frame = frame
         self.kind = kind
         self.status = status
@@ -172,12 +171,12 @@ class Contacts:
 
     @cached_property
     def statistics(self) -> Statistics:
-        """What the step cost."""
+        """Cost of the step."""
         return self._read_statistics(self._statistics)
 
     @cached_property
     def all_deformable(self) -> Optional[AllDeformable]:
-        """With `Options.explain`: what the scene's model saves is the difference."""
+        """With `Options.explain`: the difference to `statistics` is what the scene's model saves."""
         message = self._all_deformable
         if message is None:
             return None
@@ -204,7 +203,7 @@ class Contacts:
         return len(self.toi)
 
     def __bool__(self) -> bool:
-        """Whether anything touches, in every report."""
+        """Is there any contact, in every report?"""
         return self.vf + self.ee > 0
 
     def __repr__(self) -> str:

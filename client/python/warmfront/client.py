@@ -19,11 +19,11 @@ from .v1 import session_pb2
 
 
 def connect(address: str, *, security: Security = Security(), patience: Patience = Patience()) -> Client:
-    """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgument, which is a ValueError, for anything else, such as an URL.
+    """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgument, which is a ValueError, for anything else, for example a URL.
 
-    Unavailable, with the system's reason, when no daemon answers within `patience.call`, which is also what a failed TLS handshake looks like;
-    Unauthenticated for a token that it does not know; InvalidArgument for files that cannot be read, and for a token that
-    would travel in the clear.
+    Unavailable, with the system's reason, when no daemon answers within `patience.call`, including a failed TLS handshake;
+    Unauthenticated for an unknown token; InvalidArgument for unreadable files, and for a token that would be sent
+    unencrypted.
     """
     connection = Connection(address, security, patience)
     connection.server_info()
@@ -31,11 +31,11 @@ def connect(address: str, *, security: Security = Security(), patience: Patience
 
 
 class Client:
-    """Made by `connect()`. Its sessions share connections, of which it opens as many as they need; these end with the last
-    session, or by `close()`."""
+    """Created by `connect()`. Its sessions share connections, which are opened as needed and closed with the last session
+    or by `close()`."""
 
     def __init__(self, connection: Connection) -> None:
-        """Not for callers: see `connect()`."""
+        """Internal: use `connect()`."""
         self._connection = connection
 
     def session(
@@ -59,7 +59,7 @@ class Client:
         empty. first_frame: the number of these positions; the first step is the next.
 
         Unimplemented for vertices without any face, unless bodies are declared, to which faces may be added later.
-        InvalidArgument for bad input, AlreadyExists for an id that is taken, ResourceExhausted beyond the daemon's limits.
+        InvalidArgument for bad input, AlreadyExists for an id in use, ResourceExhausted beyond the daemon's limits.
         """
         state = SceneState(positions, faces, bodies, excluded_pairs)
         if alone := state.vertices_in_no_face():
@@ -72,11 +72,11 @@ class Client:
         return Session(link)
 
     def server_info(self) -> ServerInfo:
-        """The daemon that answers; behind a proxy, one of several."""
+        """Information about one daemon: behind a proxy, the one that answers."""
         return ServerInfo.read_from(self._connection.server_info())
 
     def list_sessions(self) -> list[SessionInfo]:
-        """Those of this principal."""
+        """The sessions of this principal."""
         return [SessionInfo.read_from(session) for session in self._connection.list()]
 
     def get_session(self, id: str) -> SessionInfo:
@@ -88,16 +88,16 @@ class Client:
         self._connection.remove(id)
 
     def list_all_sessions(self) -> list[SessionInfo]:
-        """Those of all principals. For administrators, PermissionDenied for others."""
+        """The sessions of all principals. PermissionDenied without the admin role."""
         return [SessionInfo.read_from(owned.session, owned.principal) for owned in self._connection.list_all()]
 
     def delete_any_session(self, id: str, principal: Optional[str] = None) -> None:
-        """As `delete_session()`, whoever made it; FailedPrecondition where several principals have chosen one id, unless
-        `principal` says whose is meant. For administrators."""
+        """As `delete_session()`, for any principal's session; FailedPrecondition if several principals use this id and
+        `principal` does not select one. Needs the admin role."""
         self._connection.remove_any(id, principal)
 
     def close(self) -> None:
-        """Ends the connections; sessions that are open fail."""
+        """Closes the connections; open sessions fail."""
         self._connection.close()
 
     def __enter__(self) -> Client:

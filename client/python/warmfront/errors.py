@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong, as a small tree of exceptions: one class a canonical code, all of them `WarmfrontError`.
+"""All errors as a small tree of exceptions: one class per canonical code, all of them `WarmfrontError`.
 
-The message says what is wrong, where (field, index) and what to do, whether this package found it or the daemon.
+The message says what is wrong, where (field, index) and what to do, whether this package or the daemon found it.
 """
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Code(enum.IntEnum):
 class WarmfrontError(Exception):
     """Any error of this package; `code` says which kind.
 
-    reason: the daemon's `ErrorReason` without its prefix, such as "LIMIT"; empty where the error is not the daemon's.
+    reason: the daemon's `ErrorReason` without its prefix, for example "LIMIT"; empty for errors of this package or gRPC.
     expected_frame: with reason FRAME_OUT_OF_ORDER, the frame number to send.
-    limit: with reason LIMIT, the daemon's setting that was met, such as "max-total-bytes"; else empty.
-    retry_after: seconds after which trying again may help, None where it cannot.
+    limit: with reason LIMIT, the daemon's exceeded setting, for example "max-total-bytes"; else empty.
+    retry_after: seconds after which a retry may help, None if it cannot.
     """
 
     code: ClassVar[Code] = Code.INTERNAL
@@ -59,43 +59,43 @@ class WarmfrontError(Exception):
 
 
 class InvalidArgument(WarmfrontError, ValueError):
-    """The input itself is bad; the message names the field and the first offender."""
+    """The input is invalid; the message names the field and the first offender."""
 
     code = Code.INVALID_ARGUMENT
 
 
 class FailedPrecondition(WarmfrontError):
-    """The input is good, but not in this state."""
+    """The input is valid, but not in this state."""
 
     code = Code.FAILED_PRECONDITION
 
 
 class ResourceExhausted(WarmfrontError):
-    """A stated limit was met."""
+    """A stated limit was exceeded."""
 
     code = Code.RESOURCE_EXHAUSTED
 
 
 class Unimplemented(WarmfrontError):
-    """The daemon does not have this feature."""
+    """The daemon lacks this feature."""
 
     code = Code.UNIMPLEMENTED
 
 
 class Cancelled(WarmfrontError):
-    """Someone asked to stop."""
+    """The call was cancelled."""
 
     code = Code.CANCELLED
 
 
 class Internal(WarmfrontError):
-    """An invariant broke, or what arrived is no message of the contract."""
+    """An invariant does not hold, or a received message is invalid."""
 
     code = Code.INTERNAL
 
 
 class DataLoss(WarmfrontError):
-    """What was kept is broken, and cannot be made anew from what is left."""
+    """Stored data are broken and cannot be recomputed."""
 
     code = Code.DATA_LOSS
 
@@ -107,37 +107,37 @@ class NotFound(WarmfrontError):
 
 
 class AlreadyExists(WarmfrontError):
-    """The session's id is taken."""
+    """The session's id is in use."""
 
     code = Code.ALREADY_EXISTS
 
 
 class Aborted(WarmfrontError):
-    """Someone else holds the session, or changed it."""
+    """Another client holds the session, or changed it."""
 
     code = Code.ABORTED
 
 
 class DeadlineExceeded(WarmfrontError, TimeoutError):
-    """Not done in the time stated."""
+    """Not done in the stated time."""
 
     code = Code.DEADLINE_EXCEEDED
 
 
 class Unauthenticated(WarmfrontError):
-    """It is not known who asks."""
+    """The caller is not authenticated."""
 
     code = Code.UNAUTHENTICATED
 
 
 class PermissionDenied(WarmfrontError):
-    """It is known who asks, and they may not."""
+    """The caller is authenticated, but not permitted."""
 
     code = Code.PERMISSION_DENIED
 
 
 class Unavailable(WarmfrontError, ConnectionError):
-    """The daemon cannot be reached, or is about to stop; trying again may help."""
+    """The daemon is unreachable, or about to stop; a retry may help."""
 
     code = Code.UNAVAILABLE
 
@@ -151,23 +151,23 @@ _CLASSES[Code.OUT_OF_RANGE] = InvalidArgument
 
 
 def class_of(code: int) -> type[WarmfrontError]:
-    """The exception for a canonical code; `Internal` for those that say nothing of what to do."""
+    """The exception for a canonical code; `Internal` for codes without a class."""
     return _CLASSES.get(code, Internal)
 
 
 def lost_session(error: WarmfrontError) -> bool:
-    """Whether the daemon has the session no more."""
+    """Does the daemon no longer have the session?"""
     return error.reason in ("SESSION_NOT_FOUND", "DATA_LOSS")
 
 
 def other_state(error: WarmfrontError) -> bool:
-    """Whether the daemon has the session, but not in the state that this client knows."""
+    """Does the daemon have the session in another state than this client's?"""
     return error.reason in ("FRAME_CHANGED", "STATE_CHANGED")
 
 
 def may_resume(error: WarmfrontError) -> bool:
-    """Whether the session may go on once it was resumed: creating it again, or trying again, may help."""
+    """Can a resume help: creating the session again, or retrying?"""
     if lost_session(error) or other_state(error) or error.retry_after is not None or error.reason == "DRAINING":
         return True
-    # gRPC's own: a connection that ends in the middle shows as any of these.
+    # gRPC's own codes: an interrupted connection shows as any of these.
     return not error.reason and isinstance(error, (Unavailable, Cancelled, Internal, DeadlineExceeded))

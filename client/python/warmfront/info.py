@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a daemon says of itself and of its sessions. Plain values."""
+"""A daemon's information about itself and its sessions. Plain values."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from .options import Options
 
 @dataclass(frozen=True)
 class Limits:
-    """What a daemon allows; see proto/warmfront/v1/session.proto for each."""
+    """A daemon's limits; see proto/warmfront/v1/session.proto for each."""
 
     window: int
     max_message_bytes: int
@@ -38,8 +38,8 @@ class Limits:
 
 @dataclass(frozen=True)
 class PrincipalUse:
-    """What who asks has in the daemon, of what the limits per principal allow. name: empty where callers are not told apart.
-    weight: its share of the cores beside others that wait for them."""
+    """The caller's usage, to compare with the limits per principal. name: empty where callers are not authenticated.
+    weight: its share of the cores relative to other waiting principals."""
 
     name: str
     sessions: int
@@ -51,8 +51,8 @@ class PrincipalUse:
 
 @dataclass(frozen=True)
 class ServerInfo:
-    """A daemon: its version, limits and load. charged_bytes: of max_total_bytes, what its sessions hold or reserved.
-    principal: who asks."""
+    """A daemon: its version, limits and load. charged_bytes: of max_total_bytes, held or reserved by its sessions.
+    principal: the caller."""
 
     version: str
     limits: Limits
@@ -76,11 +76,11 @@ class ServerInfo:
 
 @dataclass(frozen=True)
 class SessionInfo:
-    """A session as it stands in the daemon.
+    """State of a session in the daemon.
 
-    principal: who made it, as administrators are told; else empty. dtype: "float32" or "float64". options: the values in
-    force. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream holds it.
-    idle: seconds since the last request about it, 0 while one is carried out.
+    principal: the creator, for callers with the admin role; else empty. dtype: "float32" or "float64". options: the values
+    in force. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream is attached.
+    idle: seconds since the last request about it, 0 during a request.
     """
 
     id: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a caller may choose: of a session's collider, and of the way to the daemon. Plain values."""
+"""Options of a session's collider, and of the connection. Plain values."""
 from __future__ import annotations
 
 from collections.abc import Collection
@@ -26,22 +26,22 @@ _FIELDS = ("weights", "normal", "points")
 
 @dataclass(frozen=True)
 class Options:
-    """Of a session's collider. None takes the daemon's default, stated here; `Session.info()` tells the values in force.
+    """Of a session's collider. None takes the daemon's default, stated here; `Session.info()` returns the values in force.
 
-    tier: "fast" may miss and may invent; "certified" (default) never misses, and may report what comes within tolerance;
-        "exact" is right.
+    tier: "fast" may miss and may invent contacts; "certified" (default) never misses, and may report pairs within
+        tolerance; "exact" is right.
     tolerance: relative to each query's own size, in (0, 1]. Default 1e-6.
-    min_separation: report what comes within this distance, in the scene's length unit; >= 0, above 0 only in the
+    min_separation: report pairs that come within this distance, in the scene's length unit; >= 0, above 0 only in the
         certified tier. Default 0.
-    report: "all" contacts (default), those of the "earliest" time of the step only, or the "count". With a min_separation,
-        whatever starts a step nearer than it is in contact at time 0, and "earliest" tells nothing else.
+    report: "all" contacts (default), only those of the "earliest" time of the step, or only the "count". With a
+        min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
-    find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.
-    explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
+    find_bodies, find_rigid, separate_parts: detection by the daemon, on unless False; the contacts are the same.
+    explain: also step an all-deformable scene: `Contacts.all_deformable` then shows what the scene's model saves.
     max_contacts: a step with more fails with ResourceExhausted.
-    fields: what else to tell of a contact, see `Contacts`; what is not asked for is neither computed nor sent. "normal" is
-        the face's or both edges' own: the direction between the closest points is the difference of "points".
+    fields: optional fields of contacts, see `Contacts`; others are neither computed nor sent. "normal" is the face's or
+        both edges' own: the direction between the closest points is the difference of "points".
     """
 
     tier: Optional[Tier] = None
@@ -64,7 +64,7 @@ class Options:
     fields: Collection[ContactField] = ()
 
     def put_into(self, message: Any) -> None:
-        """Into a v1.ColliderOptions. Raises InvalidArgument for a word or type that the contract does not have."""
+        """Writes into a v1.ColliderOptions. Raises InvalidArgument for an unknown word or type."""
         for option in fields_of(self):
             name, value = option.name, getattr(self, option.name)
             if name == "fields":
@@ -86,7 +86,7 @@ class Options:
 
     @staticmethod
     def read_from(message: Any) -> Options:
-        """The values in force, of a v1.ColliderOptions."""
+        """The values in force, from a v1.ColliderOptions."""
         values: dict[str, Any] = {}
         for option in fields_of(Options):
             value = getattr(message, option.name)
@@ -100,13 +100,13 @@ class Options:
 
 @dataclass(frozen=True)
 class Security:
-    """How a daemon is known, and who the client is. Files are PEM and read when the client connects.
+    """How to authenticate the daemon and the client. Files are PEM and read when the client connects.
 
-    tls: encrypt; any of the next three sets it.
-    ca_file: who signed the daemon's certificate; empty: whom gRPC trusts.
-    cert_file, key_file: the client's own certificate and its key, for daemons that demand one.
-    server_name: that the daemon's certificate must bear; empty: the address's host.
-    token_file: holds the token to send, and nothing else. Without TLS only to this machine.
+    tls: encrypt; implied by any of the next three.
+    ca_file: CA of the daemon's certificate; empty: gRPC's default CAs.
+    cert_file, key_file: the client's certificate and key, for daemons that require them.
+    server_name: expected in the daemon's certificate; empty: the address's host.
+    token_file: contains only the token to send. Without TLS only to this machine.
     """
 
     tls: bool = False
@@ -119,12 +119,12 @@ class Security:
 
 @dataclass(frozen=True)
 class Patience:
-    """How long to wait for what, in seconds, all positive, and how often to try.
+    """Time limits in seconds, all positive, and the number of retries.
 
     call: connecting, and small calls. create: uploading and building a scene. answer: one frame; then the session is
     resumed. resume: finding a daemon again after losing it.
-    resumes_without_answer: in a row, after which a session gives up: a frame that brings every daemon down must not be
-    sent forever.
+    resumes_without_answer: a session fails after this many consecutive resumes without an answer, so that a frame that
+    crashes every daemon is not sent forever.
     """
 
     call: float = 10

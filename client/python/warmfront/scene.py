@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene is made of, as a caller says it. Plain values and checks of arrays."""
+"""A caller's description of a scene. Plain values and checks of arrays."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -18,9 +18,9 @@ _KINDS = ("deformable", "rigid", "static", "removed")
 
 @dataclass(frozen=True)
 class Body:
-    """A range of vertices that belong together, and what need not be tested of it.
+    """A range of vertices that form a body, and what need not be tested of it.
 
-    vertex_count: at least 1. first_vertex: None for where the body before it ends.
+    vertex_count: at least 1. first_vertex: None: the end of the previous body.
     kind: "deformable"; "rigid": moves as a whole, not tested against itself; "static": does not move, nor is it tested
         against itself or another static body; "removed": tested against nothing.
     self_collision: of a deformable body.
@@ -36,7 +36,7 @@ class Body:
     mask: int = 0xFFFFFFFF
 
     def put_into(self, message: Any) -> None:
-        """Into a v1.Body. Raises InvalidArgument for a kind or number that the contract does not have."""
+        """Writes into a v1.Body. Raises InvalidArgument for an unknown kind or a number out of range."""
         if self.kind not in _KINDS:
             raise InvalidArgument(f"body '{self.name}': kind '{self.kind}' is none of {', '.join(_KINDS)}")
         for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask"):
@@ -49,7 +49,7 @@ class Body:
 
 
 def placed(bodies: Sequence[Body]) -> list[Body]:
-    """The bodies with every first_vertex stated."""
+    """The bodies with every first_vertex filled in."""
     result: list[Body] = []
     end = 0
     for body in bodies:
@@ -60,7 +60,7 @@ def placed(bodies: Sequence[Body]) -> list[Body]:
 
 
 def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:
-    """(m, 3) little-endian int32, a copy only where it has to be. InvalidArgument for another shape or type."""
+    """(m, 3) little-endian int32, copied only if necessary. InvalidArgument for another shape or type."""
     array = np.asarray(faces)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidArgument(f"{where}: shape {array.shape}; give (m, 3) vertex indices")
@@ -74,13 +74,13 @@ def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:
 
 
 def _exactly(array: npt.NDArray[Any], dtype: np.dtype[Any], where: str) -> npt.NDArray[Any]:
-    """The same numbers in `dtype`. InvalidArgument, naming the first that it does not hold."""
+    """The same numbers in `dtype`. InvalidArgument, naming the first that it cannot represent."""
     with np.errstate(over="ignore"):
         converted = array.astype(dtype)
     if array.dtype.kind == "f":
         same = (converted == array) | np.isnan(array)
     else:
-        # Without the zeros at its end, a whole number fits the significand.
+        # Without trailing zero bits, an integer fits the significand.
         magnitude = array.astype(np.uint64) if array.dtype.kind == "u" else np.abs(array.astype(np.int64)).astype(np.uint64)
         lowest = magnitude & (~magnitude + np.uint64(1))
         same = magnitude // np.maximum(lowest, np.uint64(1)) < np.uint64(2 ** (np.finfo(dtype).nmant + 1))
@@ -92,8 +92,8 @@ def _exactly(array: npt.NDArray[Any], dtype: np.dtype[Any], where: str) -> npt.N
 
 
 def numbers_of(positions: Any, dtype: Optional[np.dtype[Any]], where: str = "positions") -> npt.NDArray[Any]:
-    """The array itself where it is of float32 or float64; else, of lists and other numbers, one of `dtype` (float64 where
-    there is none) that holds the same. InvalidArgument where none does, and for what is no number."""
+    """The array itself if it is float32 or float64; else, for lists and other numbers, one of `dtype` (default float64)
+    with the same values. InvalidArgument if it cannot represent them, and for values that are not numbers."""
     if isinstance(positions, np.ndarray) and positions.dtype in (np.float32, np.float64):
         return positions
     try:
@@ -108,8 +108,8 @@ def numbers_of(positions: Any, dtype: Optional[np.dtype[Any]], where: str = "pos
 
 def positions_of(positions: Any, vertices: Optional[int], dtype: Optional[np.dtype[Any]],
                  where: str = "positions") -> npt.NDArray[Any]:
-    """(vertices, 3) of `dtype`, little-endian, a copy only where the memory is not such. InvalidArgument for another shape
-    or type; None expects nothing particular."""
+    """(vertices, 3) of `dtype`, little-endian, copied only if necessary. InvalidArgument for another shape or type; None
+    accepts any."""
     array = numbers_of(positions, dtype, where)
     given = array.dtype.newbyteorder("<")
     if array.ndim != 2 or array.shape[1] != 3 or (vertices is not None and len(array) != vertices):
@@ -122,7 +122,7 @@ def positions_of(positions: Any, vertices: Optional[int], dtype: Optional[np.dty
 
 
 def pose_of(pose: Any, where: str) -> npt.NDArray[np.float64]:
-    """(3, 4) float64. InvalidArgument for another shape; whether R is a rotation is the daemon's to say."""
+    """(3, 4) float64. InvalidArgument for another shape; the daemon checks whether R is a rotation."""
     try:
         matrix = np.asarray(pose, dtype="<f8")
     except (TypeError, ValueError):

@@ -28,21 +28,20 @@ _log = logging.getLogger("warmfront")
 
 
 class Session:
-    """Made by `Client.session()`.
+    """Created by `Client.session()`.
 
-    It keeps the scene, the positions last answered and the frames unanswered, so that it can be created again: when the
-    daemon dies, restarts, drains or forgets it, the session goes on there, or at whatever daemon the address leads to by
-    then, with exactly one answer to each frame, in order and of the same bits. A copy that a daemon still has is gone on
-    with where it is in this session's own state, which the daemon states; another, and that of a daemon too old to state it,
-    is deleted and made again. A limit that is met on the way, and that others fill, is waited for within `Patience.resume`.
-    A change is carried out once. After `Unavailable`, `DeadlineExceeded`,
-    `Aborted` or `Internal` every further call raises that error.
+    It keeps the scene, the last answered positions and the unanswered frames, so that it can be created again: when the
+    daemon dies, restarts, drains or loses it, the session continues there, or at the daemon that the address then leads
+    to, with exactly one answer to each frame, in order and with the same bits. A copy in a daemon is reused if the daemon
+    reports this session's exact state; otherwise, and if the daemon is too old to report it, the copy is deleted and created
+    again. If others use up a limit during a resume, the session waits for room within `Patience.resume`. A change is carried
+    out exactly once. After `Unavailable`, `DeadlineExceeded`, `Aborted` or `Internal` every further call raises that error.
     """
 
     def __init__(self, link: Link) -> None:
-        """Not for callers: see `Client.session()`."""
+        """Internal: use `Client.session()`."""
         self._link = link
-        self._frame_failed = False  # and answers to frames after it are outstanding
+        self._frame_failed = False  # and answers to later frames are outstanding
 
     @property
     def id(self) -> str:
@@ -51,7 +50,7 @@ class Session:
 
     @property
     def window(self) -> int:
-        """Frames that may be unanswered at once."""
+        """Most frames that may be unanswered at once."""
         return self._link.window
 
     @property
@@ -61,17 +60,17 @@ class Session:
 
     @property
     def last_frame(self) -> int:
-        """The frame last answered; the first frame where none was."""
+        """The last answered frame; the first frame if none was answered."""
         return int(self._link.header.first_frame)
 
     @property
     def edges(self) -> npt.NDArray[np.int32]:
-        """(e, 2) vertices of the scene's edges as it is now, the smaller one first: what `Contacts.edges` numbers. They are
-        sorted; those of a body that is added follow."""
+        """(e, 2) vertices of the scene's current edges, the smaller one first: the numbering of `Contacts.edges`. Sorted;
+        the edges of an added body follow."""
         return self._link.state.topology().edges
 
     def info(self) -> SessionInfo:
-        """The session as it stands in the daemon. Keeps it from expiring there."""
+        """State of the session in the daemon. Keeps it from expiring there."""
         return SessionInfo.read_from(self._link.connection.get(self.id))
 
     def step(
@@ -85,10 +84,10 @@ class Session:
     ) -> Contacts:
         """The contacts of the linear motion from the last frame to this one: `submit()`, then `next_answer()`.
 
-        FailedPrecondition while answers to frames before were not taken.
+        FailedPrecondition while answers to earlier frames were not taken.
         """
         if self._link.unanswered:
-            raise FailedPrecondition("frames are unanswered; take their answers before a single step")
+            raise FailedPrecondition("frames are unanswered; take their answers before calling step()")
         self.submit(positions, bodies=bodies, poses=poses, vertices=vertices, vertex_positions=vertex_positions)
         return self.next_answer()
 
@@ -101,18 +100,18 @@ class Session:
         vertices: Any = None,
         vertex_positions: Any = None,
     ) -> int:
-        """Sends the next frame and returns its number. The arrays are free to be changed afterwards.
+        """Sends the next frame and returns its number. The arrays may be changed afterwards.
 
-        A frame is the end of a motion, always: a body that is put elsewhere (reset, respawned) is tested along the straight
-        way there, and meets what lies on it. Make the session again, or remove the body and add another.
+        A frame is always the end of a linear motion: a body that is moved elsewhere (reset, respawned) collides with
+        everything on the straight path. To avoid this, create the session again, or remove the body and add another.
 
         Either all positions, (n, 3) of the session's dtype, scene length unit (lists and integers are taken where they are
-        exactly of that dtype); or what moved, in any mixture, and the rest rests: bodies {body: (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the
-        positions last given of it), sent in the session's dtype; vertices (k) of deformable bodies, each once, and
+        exactly of that dtype); or only what moved, in any mixture: bodies {body: (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its reference shape (its
+        last given positions), sent in the session's dtype; vertices (k) of deformable bodies, each once, and
         vertex_positions (k, 3).
 
-        InvalidArgument where something does not fit the scene; FailedPrecondition when `window` frames are unanswered, or
-        when a frame failed and answers to frames after it were not taken yet.
+        InvalidArgument if the frame does not fit the scene; FailedPrecondition when `window` frames are unanswered, or
+        when a frame failed and answers to later frames were not taken yet.
         """
         link = self._alive()
         number = self.last_frame + 1 + len(link.unanswered)
@@ -133,8 +132,8 @@ class Session:
     def next_answer(self) -> Contacts:
         """Waits for the answer to the oldest unanswered frame.
 
-        An error in the frame itself (InvalidArgument, ResourceExhausted) does not count as a step: frames sent after it
-        fail with FailedPrecondition, and once all are taken the next `submit()` has the failed frame's number.
+        An error in the frame itself (InvalidArgument, ResourceExhausted) is not a step: later frames in flight fail with
+        FailedPrecondition, and after all these answers the next `submit()` has the failed frame's number.
         FailedPrecondition when no frame is unanswered.
         """
         link = self._alive()
@@ -150,7 +149,7 @@ class Session:
                 try:
                     response = link.stream.read(link.connection.patience.answer)
                 except (KeyboardInterrupt, SystemExit):
-                    # A read is left behind in the call; the next one goes on with another stream.
+                    # This read stays in the old call; the next one uses another stream.
                     link.drop_stream()
                     raise
                 except DeadlineExceeded as error:
@@ -167,8 +166,8 @@ class Session:
             link.resume(lost)
 
     def add_body(self, body: Body, faces: Any, positions: Any) -> int:
-        """Adds a body at rest and returns its index, the number of bodies before; its vertices and faces come after all
-        others. faces (m, 3) count its own vertices from 0; positions (vertex_count, 3) of the session's dtype.
+        """Adds a stationary body and returns its index, the previous number of bodies; its vertices and faces come after
+        all others. faces (m, 3) number its own vertices from 0; positions (vertex_count, 3) of the session's dtype.
 
         FailedPrecondition while frames are unanswered, or in a session that declared no bodies.
         """
@@ -179,8 +178,8 @@ class Session:
         return index
 
     def change_body(self, index: int, body: Body) -> None:
-        """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out for
-        good. One that becomes rigid takes where it is for its rest shape.
+        """Changes a body's description, from the next step on; its range does not change, and `body`'s is ignored. "removed"
+        is permanent. A body that becomes rigid takes its current positions as its reference shape.
 
         FailedPrecondition while frames are unanswered; InvalidArgument for an unknown or removed body.
         """
@@ -188,14 +187,14 @@ class Session:
         self._change(state.encode_change(index, body), lambda: state.take_change(index, body))
 
     def close(self) -> None:
-        """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
-        nothing. May be called from any thread: a step that another one waits for is stopped in the daemon, and raises
+        """Deletes the session in the daemon; unanswered frames are dropped, and further calls fail. Closing again does
+        nothing. May be called from any thread: a step on another thread is cancelled in the daemon, and raises
         FailedPrecondition."""
         link = self._link
         if link.failed is not None:
             return
         link.failed = FailedPrecondition("the session is closed")
-        # The stream and the frames are the waiting thread's, which may be in the middle of them.
+        # The stream and the frames belong to the waiting thread, which may be using them.
         link.cancel_stream()
         link.remove()
 
@@ -204,15 +203,15 @@ class Session:
 
     def __exit__(self, kind: Optional[type[BaseException]], error: Optional[BaseException],
                  trace: Optional[TracebackType]) -> None:
-        """Closes. A daemon that is not there any more has no session to delete: that is no error."""
+        """Closes. If the daemon is gone, there is no session to delete: not an error."""
         try:
             self.close()
         except WarmfrontError:
             pass
 
     def __del__(self) -> None:
-        """Says that the session was not closed, as a ResourceWarning, which Python hides unless told otherwise, and in the
-        log "warmfront", which it shows. What a daemon may take its time to answer is not asked of it here."""
+        """Reports that the session was not closed, as a ResourceWarning, which Python hides by default, and in the log
+        "warmfront", which it shows. Makes no request, since the daemon's answer may take long."""
         link = getattr(self, "_link", None)
         if link is not None and link.failed is None and link.stream is not None:
             message = f"session {link.session_id} was not closed; the daemon keeps it until it expires: use `with` or close()"
@@ -243,21 +242,21 @@ class Session:
             link.draining = True
             return None
         if not response.HasField("error"):
-            link.fail(Internal("the daemon sent a message that is out of place"))
+            link.fail(Internal("the daemon sent an unexpected message"))
         status = response.error.status
         error = error_from(status.code, status.message, status.details)
         due = link.unanswered[0].number
-        # Dropped sessions end the stream too: it is read to its end, and resumed.
+        # Losing the session also ends the stream: read it to its end, then resume.
         if lost_session(error):
             return None
-        # The frame is due in this session: a copy that answered it otherwise, or expects another, is none of it.
+        # This session's next frame: a copy that answered it differently, or expects another, is not this session.
         out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == self.last_frame + 1
         if other_state(error) or out_of_order:
             link.resume(Aborted(error.message, reason="STATE_CHANGED"))
             return None
         if response.error.frame != due:
             link.fail(Internal(f"the daemon refused frame {response.error.frame} where frame {due} is due: {error.message}"))
-        # The engine broke on this very frame and the session is gone: creating it again would end the same way.
+        # The engine failed on this frame and the session is gone: creating it again would fail in the same way.
         if error.reason == "ENGINE":
             link.fail(error)
         self._answered()
@@ -274,8 +273,8 @@ class Session:
             return None
         if link.known is not None:
             if part.summary.state_before != link.known:
-                link.resume(Aborted(f"frame {part.frame} was stepped from another state: session {self.id} is changed by "
-                                    "someone else as well", reason="STATE_CHANGED"))
+                link.resume(Aborted(f"frame {part.frame} was stepped from another state: session {self.id} is also "
+                                    "changed by another client", reason="STATE_CHANGED"))
                 return None
             link.known = part.summary.state
         try:
@@ -295,8 +294,8 @@ class Session:
         link.resumes_without_answer = 0
 
     def _change(self, change: session_pb2.SceneChange, taken: Callable[[], None]) -> None:
-        """Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the session is
-        resumed as it was before the change, which is sent again: it is carried out once."""
+        """Has the daemon carry out a change, then calls `taken`. If the daemon is lost, the session is resumed in the state
+        before the change, which is sent again with its key: it is carried out once."""
         link = self._link
         if link.unanswered:
             raise FailedPrecondition("frames are unanswered; take their answers before changing the scene")
@@ -313,7 +312,7 @@ class Session:
         link.resumes_without_answer = 0
 
     def _sent_change(self, request: session_pb2.ChangeSceneRequest) -> Any:
-        """v1.ChangeSceneResponse; raises what a living daemon refuses the change with."""
+        """v1.ChangeSceneResponse; raises the daemon's refusal of the change."""
         link = self._link
         while True:
             request.ClearField("expected_state")
@@ -322,7 +321,7 @@ class Session:
             try:
                 return link.connection.change(request)
             except WarmfrontError as error:
-                # The frame is due in this session: a copy that expects another is none of it.
+                # This session's next frame: a copy that expects another one is not this session.
                 if error.reason == "FRAME_OUT_OF_ORDER":
                     error = Aborted(error.message, reason="STATE_CHANGED")
                 if error.retry_after is not None or not may_resume(error):

@@ -55,7 +55,7 @@ def test_a_bad_scene(client, message, arguments):
     (r"frame 1: positions: the session was created with float64", dict(positions=AFTER.astype(np.float32))),
     (r"frame 1: positions\[0, 0\]: 18014398509481985 is not exactly a float64", dict(positions=np.full((6, 3), 2**54 + 1))),
     (r"frame 1: positions\[2\].z: is not a number", dict(positions=nan_at(2))),
-    (r"gives all vertices, and parts besides", dict(positions=AFTER, poses={1: np.eye(3, 4)})),
+    (r"gives all vertices and also parts", dict(positions=AFTER, poses={1: np.eye(3, 4)})),
     (r"frame 1: bodies\[2\]: body 2 is not in \[0, 2\)", dict(bodies={2: AFTER[:3]})),
     (r"frame 1: bodies\[0\]: shape \(6, 3\), but \(3, 3\)", dict(bodies={0: AFTER})),
     (r"frame 1: poses\[1\]: shape \(4, 4\); give a \(3, 4\)", dict(poses={1: np.eye(4)})),
@@ -160,7 +160,7 @@ def test_tokens(start_daemon, tmp_path):
     for nobody in ("eve", None):
         with pytest.raises(warmfront.Unauthenticated):
             connect(nobody) if nobody else warmfront.connect(address)
-    with pytest.raises(InvalidArgument, match="one token is expected"):
+    with pytest.raises(InvalidArgument, match="exactly one token is expected"):
         connect("two")
-    with pytest.raises(InvalidArgument, match="would travel to 10.0.0.1:1 in the clear"):
+    with pytest.raises(InvalidArgument, match="would travel to 10.0.0.1:1 unencrypted"):
         connect("alice", "10.0.0.1:1")

@@ -141,7 +141,7 @@ def test_an_answer_that_is_due_comes_first(client):
     before, after, faces = triangle_through_triangle()
     with client.session(before, faces, bodies=[Body(3), Body(3)]) as session:
         session.submit(after)
-        with pytest.raises(FailedPrecondition, match="take their answers before a single step"):
+        with pytest.raises(FailedPrecondition, match="take their answers before calling step"):
             session.step(before)
         with pytest.raises(FailedPrecondition, match="before changing the scene"):
             session.change_body(0, Body(3, "static"))
