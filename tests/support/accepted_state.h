@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a collider's callers may rely on, kept the simplest way: the operations that were accepted, and
-// nothing of those that were refused, cancelled or met a fault. Used by one thread at a time.
+// The simplest model of a collider's state: the effect of all accepted operations, and of none that was
+// refused, cancelled or met a fault. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@ namespace warmfront::testing {
 
 struct AcceptedState {
   AcceptedState() = default;
-  /// At rest at `positions`; rigid bodies are their own reference shapes.
+  /// Stationary at `positions`, which are also the reference shapes of rigid bodies.
   AcceptedState(SceneDescription scene, std::vector<double> positions);
 
-  SceneDescription scene;         ///< with the bodies as they are by now
-  std::vector<double> positions;  ///< where everything is, (n, 3)
-  std::vector<double> reference;  ///< (n, 3), of the rigid bodies: what a pose is of
-  /// By body: of a rigid one that was last put somewhere by a pose, that pose; its positions are known by
-  /// reference and pose then. None of one whose positions were given.
+  SceneDescription scene;         ///< with the current bodies
+  std::vector<double> positions;  ///< all current positions, (n, 3)
+  std::vector<double> reference;  ///< (n, 3), of the rigid bodies: the shapes that poses apply to
+  /// By body: the last pose of a rigid body that was last moved by a pose; its positions are then given by
+  /// reference and pose. None if its positions were given.
   std::vector<std::optional<Pose>> pose;
   bool stepped = false;
   std::optional<StepOperation> trial;  ///< that may be committed
@@ -33,28 +33,27 @@ struct AcceptedState {
 
   bool fixed(std::size_t body) const;
 
-  /// Takes an operation that is valid.
+  /// Applies a valid operation.
   void accept(const Operation& operation);
 
-  /// A collider that never saw another state: made of the reference shapes, and placed.
+  /// A collider without history: created from the reference shapes, and placed.
   Collider fresh(const ColliderOptions& options, const std::shared_ptr<Workers>& workers) const;
 
-  /// What of this a collider shows otherwise, in a few words; empty when nothing.
+  /// How a collider's state differs from this, in a few words; empty if it does not.
   std::string difference(const Collider& collider) const;
 
-  /// The answer to a valid step by testing every pair of features that the scene lets meet, one by one; tiers
+  /// The answer to a valid step by testing every pair of features that the scene allows, one by one; tiers
   /// certified and exact.
   Outcome brute_force(const StepOperation& step, const ColliderOptions& options) const;
 };
 
-/// A scene of a few small bodies of all kinds, near each other, of a size near 1; without declared bodies now
-/// and then.
+/// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies.
 AcceptedState draw_state(Draws& draws);
-/// The state before its first step at another size and place: `unit` times as large, then moved by `offset`
-/// units along each axis.
+/// The state before its first step at another scale and position: `unit` times as large, then moved by
+/// `offset` units along each axis.
 AcceptedState scaled(AcceptedState state, double unit, double offset);
-/// A valid frame: everything, or some bodies by positions, some by poses, some by single vertices; one that
-/// moves nothing now and then.
+/// A valid frame: everything, or some bodies by positions, some by poses, some by single vertices;
+/// occasionally empty.
 StepOperation draw_step(Draws& draws, const AcceptedState& state);
 /// Options of one question; some contradict those of a session in the exact tier.
 QuestionOptions draw_question(Draws& draws, const AcceptedState& state);
@@ -63,7 +62,7 @@ AddOperation draw_addition(Draws& draws, const AcceptedState& state);
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state);
 /// Poses for some of the rigid bodies.
 PlaceOperation draw_place(Draws& draws, const AcceptedState& state);
-/// The step with one thing wrong, by which it must be refused as invalid.
+/// The step with one error, for which it must be refused as invalid.
 StepOperation spoiled(Draws& draws, const AcceptedState& state, StepOperation step);
 
 }  // namespace warmfront::testing

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The oracle for everything between the scene and the elementary test: every valid feature pair, tested one
-// by one.
+// The oracle for everything between the scene and the elementary test: tests every valid feature pair, one by
+// one.
 #pragma once
 
 #include <algorithm>
@@ -51,7 +51,7 @@ inline std::vector<VertexMotion> motion_between(std::span<const double> x0, std:
   return vertices;
 }
 
-/// The least magnitude that the contract allows: margins are thinnest with it.
+/// The least allowed magnitude, which gives the thinnest margins.
 inline double least_magnitude(std::span<const VertexMotion> vertices, const LocalTransform& frame,
                               double separation) {
   double magnitude = frame.to_local(separation);

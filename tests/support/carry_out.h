@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries operations out on a collider, with what is to fail on the way. For programs that list
-// carry_out.cpp, failing_allocations.cpp and counted_looks.cpp among their own sources. Used by one thread at
-// a time.
+// Runs operations on a collider with an injected fault. For programs that list carry_out.cpp,
+// failing_allocations.cpp and counted_looks.cpp among their own sources. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@
 
 namespace warmfront::testing {
 
-/// What fails: from the n-th on, counted from 0.
+/// The injected fault, at the n-th event, counted from 0.
 struct Fault {
   enum class Kind : std::uint8_t {
     kNone,

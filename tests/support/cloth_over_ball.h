@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A rippling, folding cloth that sinks through a turning ball: contacts between the two and of the cloth with
-// itself in every step. Not physics: formulas, the same on every machine to 2^-24, which leaves room for
-// exact offsets. Plain values.
+// itself in every step. Closed formulas instead of physics, the same on every machine to 2^-24, which leaves
+// room for exact offsets. Plain values.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@ struct ClothOverBall {
   std::vector<std::vector<double>> frames;
 };
 
-/// A cloth of side x side quads and a ball about as fine.
+/// A cloth of side x side quads and a ball of similar resolution.
 ClothOverBall cloth_over_ball(int side, int frame_count);
 
-/// Every coordinate times 2^exponent, then plus `offset`: rounded as doubles are.
+/// Every coordinate times 2^exponent, then plus `offset`, rounded to double.
 std::vector<double> placed(std::vector<double> positions, int exponent, double offset = 0);
 
 }  // namespace warmfront::testing

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs as a user runs them, for tests. One thread at a time.
+// Runs programs as a user does, for tests. One thread at a time.
 #pragma once
 
 #include <sys/wait.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the real data lies, and small readers for the tests that use it. The data is never part of the
+// Location of the real data, and small readers for the tests that use it. The data is never part of the
 // project.
 #pragma once
 

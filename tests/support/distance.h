@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far apart the primitives of a query are at a time, relative to the query's size, in long double: an
-// upper bound up to its roundings, for checking how much a conservative answer overstates. Pure functions.
+// Distance between the primitives of a query at a time, relative to the query's size, in long double: an
+// upper bound up to rounding, to check how much a conservative answer overstates. Pure functions.
 #pragma once
 
 #include "engine/elementary/query.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers drawn for worlds that a seed makes: the same on every machine, as the standard's distributions are
-// not. Used by one thread at a time.
+// Random numbers from a seed, the same on every machine, unlike the standard's distributions. Used by one
+// thread at a time.
 #pragma once
 
 #include <cstdint>

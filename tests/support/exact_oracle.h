@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The truth about an elementary query, found in a way that shares nothing with the engine's tiers: whether,
-// and when first, zero lies in the convex hull of the vertices' differences, decided at algebraic times in
-// integers of any length. Slow (a fraction of a millisecond, more at extreme scales) and without tolerance.
-// Pure functions, no shared state.
+// The true answer to an elementary query, computed independently of the engine's tiers: whether, and when
+// first, zero lies in the convex hull of the vertices' differences, decided at algebraic times in integers of
+// any length. Slow (a fraction of a millisecond, more at extreme scales) and without tolerance. Pure
+// functions, no shared state.
 #pragma once
 
 #include "engine/elementary/query.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lets the n-th allocation fail. For programs that list failing_allocations.cpp among their own sources: its
-// operator new then is the program's. Counts those of all threads; one at a time may be alive.
+// Makes the n-th allocation fail. For programs that list failing_allocations.cpp among their own sources: its
+// operator new then is the program's. Counts the allocations of all threads; only one may be alive at a time.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@ namespace warmfront::testing {
 class FailingAllocations {
  public:
   enum class Which : std::uint8_t {
-    kOne,          ///< the n-th alone
-    kAllFromThere  ///< and every one after it
+    kOne,          ///< only the n-th
+    kAllFromThere  ///< and all later ones
   };
-  /// Of those from now on, counted from 0; with n < 0 none fails.
+  /// Counts from now on, from 0; with n < 0 none fails.
   explicit FailingAllocations(long n, Which which = Which::kOne);
   ~FailingAllocations();
   FailingAllocations(const FailingAllocations&) = delete;
@@ -24,9 +24,9 @@ class FailingAllocations {
   static bool met();
 };
 
-/// Bytes that operator new has given and that were not returned.
+/// Bytes allocated by operator new and not yet freed.
 std::size_t live_bytes();
-/// The most of these at a time since forget_most_live_bytes().
+/// Peak of live_bytes() since forget_most_live_bytes().
 std::size_t most_live_bytes();
 void forget_most_live_bytes();
 

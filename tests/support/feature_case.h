@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One feature pair with its motion, written out by hand or made at random. A plain value.
+// One feature pair with its motion, written by hand or random. A plain value.
 #pragma once
 
 #include <array>

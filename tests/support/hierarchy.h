@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene, motion and hierarchy put together for tests that look between the pipeline's stages.
+// Scene, motion and hierarchy for tests of single pipeline stages.
 #pragma once
 
 #include <atomic>
@@ -67,7 +67,7 @@ class Hierarchy {
     refresh(motion_.magnitude() != magnitude_ ? Known::kNothing : Known::kLastStep);
   }
 
-  /// The hierarchy with all its bounds made of this step's motion alone.
+  /// The hierarchy with all its bounds recomputed from this step's motion only.
   Bvh<Bounds> anew() const {
     Bvh<Bounds> tree = bvh;
     std::vector<PointBounds> bounds(bounds_.size());
@@ -79,7 +79,7 @@ class Hierarchy {
   const Motion& motion() const { return motion_; }
 
   Bvh<Bounds> bvh;
-  std::function<void(std::uint32_t subtree)> then;  ///< told of what step() refits
+  std::function<void(std::uint32_t subtree)> then;  ///< called with each subtree that step() refits
 
  private:
   void refresh(Known known) {
@@ -101,7 +101,7 @@ class Hierarchy {
   std::vector<PointBounds> bounds_;
 };
 
-/// Takes a front of one part to this step.
+/// Updates a front of one part to this step.
 template <class Bounds>
 void advance(Front<Bounds>& front, const Hierarchy<Bounds>& hierarchy, LeafPairSinks& sinks,
              const FrontUpdate& how = {}) {
@@ -109,7 +109,7 @@ void advance(Front<Bounds>& front, const Hierarchy<Bounds>& hierarchy, LeafPairS
   front.advance({&hierarchy.bvh, 1}, {&self, 1}, sinks, how);
 }
 
-/// The front of this step from scratch.
+/// Builds this step's front from scratch.
 template <class Bounds>
 void build(Front<Bounds>& front, const Hierarchy<Bounds>& hierarchy, LeafPairSinks& sinks,
            const FrontUpdate& how = {}) {

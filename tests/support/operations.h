@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be done to a collider, or to a session of a daemon, and what came of it, as values that can be
-// drawn, carried out again, compared and told of. Plain values.
+// Operations on a collider, or on a session of a daemon, and their outcomes, as values that can be generated,
+// repeated, compared and printed. Plain values.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ struct ChangeOperation {
   std::uint32_t body;
   Body as;
 };
-/// Several of the two, as one.
+/// Several additions and changes as one operation.
 struct ChangesOperation {
   std::vector<SceneChange> changes;
 };
@@ -54,12 +54,12 @@ using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, Chan
                                CommitOperation, CheckOperation, ForgetOperation>;
 std::string to_string(const Operation& operation);
 
-/// What a call came to.
+/// The outcome of a call.
 struct Outcome {
   enum class Kind : std::uint8_t { kDone, kRefused, kOutOfMemory };
   Kind kind = Kind::kDone;
-  bool met_fault = false;  ///< see Fault: there was an n-th
-  Error error{};           ///< of what was refused
+  bool met_fault = false;  ///< see Fault: the n-th event occurred
+  Error error{};           ///< of a refused call
   // Of a step.
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
@@ -73,7 +73,7 @@ struct Outcome {
 };
 std::string to_string(const Outcome& outcome);
 
-/// What differs, bit for bit, in a few words; empty when nothing does. Of what was refused the codes are
+/// The difference, bit for bit, in a few words; empty if there is none. For refused calls the codes are
 /// compared.
 std::string difference(const Outcome& was, const Outcome& expected);
 

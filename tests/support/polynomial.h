@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Univariate polynomials with integer coefficients and their real roots, exactly: greatest common divisors,
 // Sturm counts, isolating intervals, signs at algebraic numbers. For oracles: plain textbook algorithms, slow
-// and sure. Values; no shared state.
+// but simple. Values; no shared state.
 #pragma once
 
 #include <gmpxx.h>
@@ -16,7 +16,7 @@ struct Dyadic {
   unsigned long exponent = 0;
 };
 
-/// Exact: any finite double is one.
+/// Exact for any finite double.
 Dyadic dyadic(double x);
 /// Sign of a - b.
 int compare(const Dyadic& a, const Dyadic& b);
@@ -63,8 +63,8 @@ Polynomial squarefree(const Polynomial& p);
 /// Number of distinct roots in (a, b].
 int count_roots(const Polynomial& p, const Dyadic& a, const Dyadic& b);
 
-/// A root of a squarefree polynomial: the only one in (lo, hi), neither end being one; or lo == hi, which is
-/// it.
+/// A root of a squarefree polynomial: the only one in (lo, hi), neither end being a root; or lo == hi, the
+/// root itself.
 struct Root {
   Polynomial of;
   Dyadic lo;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small scenes for tests: regular shapes with known counts, and random ones that hold every legal oddity.
+// Small scenes for tests: regular shapes with known counts, and random ones with every legal degeneracy.
 #pragma once
 
 #include <array>
@@ -21,16 +21,16 @@ Faces octahedron();   ///< 6 vertices
 /// n x n quads, each two triangles; vertex (i, j) is i * (n + 1) + j.
 Faces grid(int n);
 
-/// A mesh with, by chance: sheets with boundaries, closed bodies, fins (non-manifold edges), bow-ties,
-/// duplicate and flipped faces, isolated vertices and unconnected triangles.
+/// A random mesh of: sheets with boundaries, closed bodies, fins (non-manifold edges), bow-ties, duplicate
+/// and flipped faces, isolated vertices and unconnected triangles.
 struct RandomScene {
   std::shared_ptr<const Scene> scene;
   std::vector<double> positions;
 };
 RandomScene random_scene(std::mt19937_64& random);
 
-/// The next frame: each vertex moves by up to `step`, some bodies stay, and now and then everything flies
-/// across.
+/// The next frame: each vertex moves by up to `step`, some bodies stay, and occasionally everything moves
+/// far.
 std::vector<double> random_motion(std::mt19937_64& random, const Scene& scene,
                                   const std::vector<double>& positions);
 
