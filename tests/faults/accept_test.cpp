@@ -19,7 +19,7 @@
 
 namespace {
 
-// What another thread does at the worst moment: a file that is closed while this is set is taken at once.
+// Another thread at the worst moment: takes a descriptor as soon as it is closed.
 std::atomic<bool> snatching{false};
 std::atomic<int> snatched{-1};
 

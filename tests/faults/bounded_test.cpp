@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that ask for much more work than they have triangles take bounded memory, and what works through
-// them looks at the stop flag again and again: by bytes and counts, never by time.
+// Scenes that need much more work than their number of triangles suggests take bounded memory, and their
+// processing checks the stop flag at bounded intervals: measured in bytes and counts, never in time.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -117,7 +117,7 @@ HostileScene as_body(HostileScene scene, bool self_collision) {
   return scene;
 }
 
-// Every face around a hub is adjacent to every other: what would list their pairs is refused before it does.
+// Every face around a hub is adjacent to every other: the scene is refused before their pairs are listed.
 TEST(Hubs, AreRefusedBeforeTheirPairsAreListed) {
   for (const HostileScene& scene : {fan(2001), fan(9990), book(2001), as_body(fan(9990), true)}) {
     const auto shared = std::make_shared<const Scene>(Scene::create(scene.description).value());
@@ -211,7 +211,7 @@ TEST(Looks, OfASceneAreAsManyAsItsFaces) {
   }
 }
 
-// What a frame is before anything is bounded: looked through, and taken.
+// A frame's first stages: it is checked, and applied.
 TEST(Looks, OfAFrameThatBeginsAreAsManyAsItsVertices) {
   const HostileScene scene = as_body(flat_grid(300), false);
   const Scene made = Scene::create(scene.description).value();
@@ -245,7 +245,7 @@ TEST(Looks, OfAFrameThatBeginsAreAsManyAsItsVertices) {
   EXPECT_EQ(motion->positions(), scene.positions) << "and wherever it was stopped";
 }
 
-// Of each kind of call but create() and step(), which other tests stop: the collider is as it was.
+// Every kind of call except create() and step(), which other tests stop: the collider is unchanged.
 TEST(Looks, ChangesAndChecksThatAreStoppedDidNotHappen) {
   const HostileScene scene = stacked_sheets(8, 16, BodyKind::kDeformable);
   Collider collider = make(scene, {});
@@ -290,7 +290,7 @@ TEST(Looks, ChangesAndChecksThatAreStoppedDidNotHappen) {
   expect_alike();
 }
 
-// What a step does between two looks is a block of tests, or some thousands of what is quicker.
+// Between two looks a step runs a block of tests, or some thousands of cheaper operations.
 TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
   for (const Report report : {Report::kCount, Report::kAll, Report::kEarliest}) {
     for (const HostileScene& scene : {collapsed_grid(400), stacked_sheets(100, 1, BodyKind::kRigid)}) {
@@ -311,7 +311,7 @@ TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
 
 // ---- changes ----
 
-// The scene's own work is done once, however many bodies are added.
+// The O(scene) work is done once, however many bodies are added.
 TEST(Changes, OfManyBodiesAreOneScene) {
   const HostileScene scene = as_body(flat_grid(200), false);
   constexpr long kBodies = 100;
@@ -333,7 +333,7 @@ TEST(Changes, OfManyBodiesAreOneScene) {
   EXPECT_LT(many, one + kForABody * kBodies) << "272 for each body, when each made a scene";
 }
 
-// Describing a body anew costs what that body needs, and nothing that grows with the others.
+// A changed description of a body costs as much as the body needs, and nothing that grows with the others.
 TEST(Changes, OfOneBodyTakeNothingForTheOthers) {
   const HostileScene scene = stacked_sheets(100, 10, BodyKind::kDeformable);  // 20,000 triangles
   Collider collider = make(scene, {});

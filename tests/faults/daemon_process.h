@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real warmfrontd as a process of its own, on a Unix socket and a loopback port. Used by one thread at a
-// time.
+// The real warmfrontd in its own process, on a Unix socket and a loopback port. Used by one thread at a time.
 #pragma once
 
 #include <sys/types.h>
@@ -43,7 +42,7 @@ class DaemonProcess {
   void limit(int resource, std::size_t value) const;
 
   void start();
-  /// SIGTERM, once the process has a mind for it: to one that is just being loaded it is the end.
+  /// SIGTERM, after the process has installed its handler: before that it would be killed.
   void terminate() const;
   void kill_hard();
   /// The exit status as waitpid() gives it; -1 when the process does not end in time.

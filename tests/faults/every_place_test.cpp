@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every failure at every place: short scripts of operations, of which each in turn meets each failure there
-// is: the n-th allocation fails, alone or with all after it, the step is cancelled at the n-th look at its
-// flag, or it has more than k contacts, for every n and k. The collider is then, bit for bit, as it was
-// before the call, and goes on as one that never saw it. WARMFRONT_FAULT_SEEDS: so many drawn scripts besides
-// (6).
+// Every failure at every place: each operation of short scripts meets every possible failure: the n-th
+// allocation fails, alone or with all later ones, the step is cancelled at the n-th look at its flag, or it
+// has more than k contacts, for every n and k. The collider must then be, bit for bit, as before the call,
+// and behave like one without the failure. WARMFRONT_FAULT_SEEDS: number of additional random scripts (6).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +34,7 @@ void PrintTo(const Script& script, std::ostream* out) {
 
 constexpr int kStepsAfter = 10;
 
-// What a failure that ends the process is found by.
+// For crashes: the current case.
 std::string now_trying;  // NOLINT: read by the handler below
 [[noreturn]] void tell_and_end() {
   std::fprintf(stderr, "the process ended in: %s\n", now_trying.c_str());
@@ -87,8 +86,8 @@ class Place {
     return script_.name + ", operation " + std::to_string(at_) + ", " + to_string(operation());
   }
 
-  /// Colliders that meet no failure, one that took the script and one that never saw another state, go on as
-  /// brute force says.
+  /// Colliders without failures, one that ran the script and one without history, continue as brute force
+  /// says.
   void learn() {
     Collider control = arrive();
     expect_as_before(control);
@@ -112,7 +111,7 @@ class Place {
     return collider;
   }
 
-  /// Lets the operation meet the fault. False: there was none to meet, and no more need be tried.
+  /// Injects the fault into the operation. False: it did not occur, so no later place need be tried.
   bool meet(const Fault& fault) const {
     now_trying = name() + ", " + to_string(fault);
     Collider collider = arrive();
@@ -134,13 +133,13 @@ class Place {
   /// One collider meets one fault after the other, over and over, and then goes on.
   void meet_all(Fault fault, long most) const {
     Collider collider = arrive();
-    // What is kept for the next call may be held; what is lost with every failure goes on growing.
+    // Caches for the next call may remain; a leak grows with every failure.
     bool grows = true;
     for (int round = 0; grows && round < 12; ++round) {
       const std::size_t held = live_bytes();
       for (fault.n = 0; fault.n < most; ++fault.n) {
         now_trying = name() + ", one after the other, " + to_string(fault);
-        // It swallowed one: meet() has seen to that.
+        // The call absorbed the failure; meet() has checked that.
         if (carry_out(collider, operation(), fault).done()) return;
       }
       expect_as_before(collider);
@@ -274,7 +273,7 @@ Script contacts_at_rest(Report report) {
   return script;
 }
 
-// Bodies that fall as wholes, so that they are found to be rigid, and are taken for it.
+// Bodies that fall rigidly, so that they are found to be rigid.
 Script falling() {
   Script script{
       "falling",
@@ -539,7 +538,7 @@ class KnownAnswers {
   std::map<std::vector<double>, Outcome> known_;
 };
 
-// A collider that cannot be made leaves nothing behind.
+// A failed create() leaks nothing.
 TEST_P(EveryPlace, WhileItIsMade) {
   const Script& script = GetParam();
   const auto scene = std::make_shared<const Scene>(Scene::create(script.start.scene).value());
@@ -565,8 +564,8 @@ TEST_P(EveryPlace, WhileItIsMade) {
   std::printf("%s: %ld faults met\n", script.name.c_str(), n - 1);
 }
 
-// The script with room for k contacts, for every k: what is refused did not happen, and all else goes on from
-// there.
+// The script with max_contacts k, for every k: a refused operation has no effect, and the others continue
+// from there.
 TEST_P(EveryPlace, MoreContactsThanAllowed) {
   const Script& script = GetParam();
   KnownAnswers answers;
@@ -604,7 +603,7 @@ TEST_P(EveryPlace, MoreContactsThanAllowed) {
   std::printf("%s: %ld faults met\n", script.name.c_str(), refusals);
 }
 
-// Which allocation it is depends on the threads; what becomes of it must not.
+// Which allocation fails depends on the threads; the outcome must not.
 TEST_P(EveryPlace, OnTwoThreads) {
   const Script& script = GetParam();
   const auto workers = std::make_shared<Workers>(2);

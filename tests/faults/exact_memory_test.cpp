@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory ends in the middle of an exact test, at every allocation in turn: it throws, as anything else does,
-// keeps nothing, and answers right when asked again. GMP, which would end the process, is never left to look
-// for memory itself.
+// Memory runs out during an exact test, at every allocation in turn: it throws, leaks nothing, and answers
+// right when repeated. GMP, which would end the process, never allocates itself.
 #include <gmp.h>
 #include <gtest/gtest.h>
 

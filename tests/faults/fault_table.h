@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every row of the fault table shares: a real daemon, a client that misbehaves, a session that nobody
-// touches meanwhile, and the end of each test: the daemon is healthy, the untouched session's next step has
-// the right contacts, and memory is bounded. Used by one thread at a time.
+// Fixture of all rows of the fault table: a real daemon, a misbehaving client, an untouched session, and
+// final checks: the daemon is healthy, the untouched session's next step has the right contacts, and memory
+// is bounded. Used by one thread at a time.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -28,16 +28,16 @@ class FaultTable : public ::testing::Test, protected BareClient {
   void SetUp() override { begin({}); }
   void TearDown() override;
 
-  /// The daemon anew, with other flags; see DaemonProcess.
+  /// Restarts the daemon with other flags; see DaemonProcess.
   void begin(std::vector<std::string> flags, std::vector<std::string> environment = {}, std::string log = {});
-  /// Takes note of memory, and creates the untouched session, for a daemon that was just started.
+  /// Records the memory in use, and creates the untouched session, for a daemon that was just started.
   void begin_untouched();
   /// The untouched session's next frame, compared with the engine in this process.
   void step_untouched();
 
   /// grpc.health.v1's answer for the service: 1 is SERVING; -1 without an answer.
   int health();
-  /// health() of a daemon that was just started, once it says that it serves: it listens a moment before.
+  /// health() of a daemon that was just started, once it reports SERVING: it listens slightly before.
   int health_at_start();
 
   /// A call of any of the service's methods with any bytes as messages, compressed or not: how it ended.
@@ -52,11 +52,11 @@ class FaultTable : public ::testing::Test, protected BareClient {
   }
 
   std::optional<DaemonProcess> daemon_;
-  /// How much more the daemon holds than when it had made the untouched session, once it is at most
-  /// `allowed`, which freed memory takes a few seconds to be.
+  /// The daemon's growth in memory since it created the untouched session, once it is at most `allowed`;
+  /// freed memory takes a few seconds to be returned.
   std::size_t growth_once_within(std::size_t allowed) const;
 
-  /// What a row may cost: at its worst moment, and after it.
+  /// Allowed memory of a row: peak, and growth after it.
   std::size_t allowed_peak_ = 64 * kMiB;
   std::size_t allowed_growth_ = 32 * kMiB;
 

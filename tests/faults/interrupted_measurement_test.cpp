@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that only saves time must not cost a session its life: a caller whose deadline ends the measurement of
-// a rigid part's clearance goes on stepping. Deadlines are numbers of looks at the stop flag, so that no
-// machine's speed matters.
+// Optional work must not fail a session: a caller whose deadline interrupts the measurement of a rigid part's
+// clearance can continue. Deadlines are numbers of looks at the stop flag, so that the machine's speed does
+// not matter.
 #include <gtest/gtest.h>
 
 #include <cmath>

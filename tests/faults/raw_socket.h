@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A TCP connection to a loopback port that sends any bytes, HTTP/2 frames among them, and ends as it likes.
-// Used by one thread at a time.
+// A TCP connection to a loopback port that sends arbitrary bytes, including HTTP/2 frames, and can end in any
+// way. Used by one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class RawSocket {
   int descriptor_ = -1;
 };
 
-/// HTTP/2 (RFC 9113, RFC 7541), as far as a client needs it that means harm.
+/// The parts of HTTP/2 (RFC 9113, RFC 7541) that a malicious client needs.
 namespace http2 {
 
 using Headers = std::vector<std::pair<std::string, std::string>>;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory ends in the daemon, at every allocation of a scenario in turn, on whatever thread: each call ends
-// with a status, the session goes on with the right contacts, nothing is left of what was given up, and the
-// daemon drains.
+// Memory runs out in the daemon, at every allocation of a scenario in turn, on any thread: each call ends
+// with a status, the session continues with the right contacts, nothing is leaked, and the daemon drains.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,9 +33,9 @@ bool has(const char* text, const char* part) {
   return text != nullptr && std::strstr(text, part) != nullptr;
 }
 
-// What gRPC itself allocates does not fail here, the messages of typed calls that it parses outside of
-// reactions included: it ends the process, by gpr_malloc() or by what leaves gRPC's threads, and no reaction
-// can mend that.
+// gRPC's own allocations do not fail here, including messages of typed calls that it parses outside of
+// reactions: a failure there ends the process, by gpr_malloc() or by an exception on gRPC's threads, which no
+// reaction can prevent.
 Whose whose(std::uintptr_t address) {
   Dl_info info{};
   if (dladdr(reinterpret_cast<void*>(address), &info) == 0) return Whose::kOurs;

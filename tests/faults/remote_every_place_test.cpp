@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A connection that ends before the n-th byte, to the daemon or from it, for every n: the session goes on,
-// and each call comes to what it comes to without. In strides of 17 bytes; WARMFRONT_EVERY_BYTE=1 tries each.
+// A connection that ends before the n-th byte, in either direction, for every n: the session continues, and
+// each call has the same result as without the cut. In strides of 17 bytes; WARMFRONT_EVERY_BYTE=1 tries
+// each.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Histories of a session over two daemons, behind an address that leads to either: frames and changes, right
-// and wrong, while connections are cut, answers lost on the way, daemons killed, frozen and thawed. The model
-// is the list of what was accepted; each answer is what brute force finds from there. Through either client.
-// WARMFRONT_REMOTE_HISTORIES: so many (40); RC_PARAMS="seed=..." repeats a run.
+// Histories of a session over two daemons, behind an address that leads to either: frames and changes, valid
+// and invalid, while connections are cut, answers lost, daemons killed, frozen and resumed. The model is the
+// list of accepted operations; each answer is compared with brute force. With either client.
+// WARMFRONT_REMOTE_HISTORIES: number of histories (40); RC_PARAMS="seed=..." repeats a run.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <signal.h>
@@ -42,7 +42,7 @@ struct Command {
   };
   Kind kind = kFrame;
   std::uint32_t draw = 0;
-  /// The daemon does it, but its answer is lost, and the other daemon takes over.
+  /// The daemon carries it out, but its answer is lost, and the other daemon takes over.
   bool lose_answer = false;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session of a daemon beside what was accepted of it: each answer is held against brute force. Used by one
-// thread at a time.
+// A session of a daemon and the model of its accepted operations: each answer is compared with brute force.
+// Used by one thread at a time.
 #pragma once
 
 #include <functional>
@@ -10,13 +10,13 @@
 
 namespace warmfront::test {
 
-/// Runs a call, perhaps with something happening to it.
+/// Runs a call, possibly with an injected fault.
 using Around = std::function<void(const std::function<void()>& call)>;
 inline void as_it_is(const std::function<void()>& call) {
   call();
 }
 
-/// Its functions return what went wrong, in a few words; nothing when all is right.
+/// Functions return a description of the error; empty if there is none.
 class RemoteSession {
  public:
   /// A daemon may refuse answers of more contacts than `few`, and never one of fewer.

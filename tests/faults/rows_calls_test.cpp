@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, rows 18 and 19: callers who are nobody or somebody else, and calls that run out of time.
+// Fault table, rows 18 and 19: unauthenticated callers, callers without permission, and calls that time out.
 #include <sys/stat.h>
 
 #include <chrono>
@@ -93,7 +93,7 @@ TEST_F(FaultTable, Row19_TheDeadlinePassesInTheMiddleOfAStep) {
     v1::StepResponse ignored;
     EXPECT_EQ(stub_->Step(&hurried, request, &ignored).error_code(), StatusCode::DEADLINE_EXCEEDED);
   }
-  // Nobody waits for the work any more, so it was stopped, and the frame did not count.
+  // The caller is gone, so the work was stopped, and the frame was not counted.
   v1::StepResponse response;
   const auto began = std::chrono::steady_clock::now();
   const grpc::Status status = step(1, bytes_of(still), &response);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, rows 20 and 23: clients that vanish, and clients that come in numbers.
+// Fault table, rows 20 and 23: clients that vanish, and very many clients.
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, rows 25, 26 and 28: the daemon is stopped or killed, its memory ends, its clock jumps, its log
-// cannot be written.
+// Fault table, rows 25, 26 and 28: the daemon is stopped or killed, runs out of memory, its clock jumps, its
+// log cannot be written.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -51,7 +51,7 @@ TEST_F(FaultTable, Row25_DrainedAndKilledWhileStreaming) {
     EXPECT_EQ(hash.value(), expected[k - 1]) << "frame " << k;
   }
   EXPECT_GE(session.value().resumes(), 4U);
-  // The untouched session went with the daemon: as its client would, it goes on from its last frame.
+  // The untouched session was lost with the daemon: like its client, it continues from its last frame.
   begin_untouched();
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, rows 8 to 12: frames out of turn, messages out of place, sessions unknown or held by another.
+// Fault table, rows 8 to 12: frames out of order, unexpected messages, sessions that are unknown or held by
+// another client.
 #include <chrono>
 #include <thread>
 

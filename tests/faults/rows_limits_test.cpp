@@ -69,8 +69,8 @@ TEST_F(FaultTable, Row21_ClientNeverReads) {
   std::uint64_t sent = 0;
   while (sent < 30 && stream->Write(frame_message(sent + 1, bytes_of(large.positions(sent + 1))))) ++sent;
   step_untouched();
-  // Nobody reads until the daemon has cut the stream off. What came through before can still be read; then
-  // the stream says why it ended.
+  // The client does not read until the daemon has ended the stream. Data sent before can still be read; then
+  // the stream's status has the reason.
   v1::GetSessionRequest request;
   request.set_session_id(kId);
   v1::GetSessionResponse session;

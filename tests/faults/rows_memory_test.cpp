@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, row 27: what a session keeps breaks in memory. The daemon notices, makes it anew where it can
-// and says so where it cannot.
+// Fault table, row 27: a session's data are corrupted in memory. The daemon detects it, recomputes them if
+// possible, and reports it if not.
 #include <memory>
 
 #include "client/lib/client.h"
@@ -100,7 +100,7 @@ TEST_F(FaultTableMemory, Row27_ASceneThatBreaksIsDataLossAndTheClientGoesOn) {
   expect_fault(step(4, victim_frame(4)), StatusCode::DATA_LOSS, v1::ERROR_REASON_DATA_LOSS,
                "frame 4: self-check: the scene's topology has changed");
 
-  // The client library makes the session again from what it keeps, and no answer is missing or other.
+  // The client library creates the session again, and no answer is missing or different.
   client::Client client = client::Client::connect(daemon_->socket()).value();
   const std::vector<double> start = victim_.positions(0);
   client::Session session = client.create_session(victim_.scene(), std::span<const double>(start)).value();

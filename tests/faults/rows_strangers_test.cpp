@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, row 29: strangers, who reach the daemon and have no token, beside a session that is stepped
-// all the while.
+// Fault table, row 29: clients without a token, while another session is stepped.
 #include <arpa/inet.h>
 #include <openssl/ssl.h>
 #include <signal.h>

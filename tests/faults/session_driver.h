@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client library's session, whichever library it is: what its callers may do, by operations. Used by one
-// thread at a time.
+// A session of either client library, driven by operations. Used by one thread at a time.
 #pragma once
 
 #include <memory>

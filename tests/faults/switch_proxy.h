@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A proxy that leads new connections to one of several Unix sockets, as it is told: what a load balancer does
-// when a daemon is lost and comes back. Thread-safe.
+// A proxy that forwards new connections to one of several Unix sockets, as commanded: a load balancer when a
+// daemon is lost and returns. Thread-safe.
 #pragma once
 
 #include <condition_variable>
@@ -29,7 +29,7 @@ class SwitchProxy {
 
   /// Ends all connections; new ones go to `target`. Returns when the old ones are closed.
   void lead_to(std::size_t target);
-  /// From now on what daemons send is thrown away, until the next lead_to(): answers are lost on the way.
+  /// From now on drops the daemons' data, until the next lead_to(): answers are lost in transit.
   void lose_answers();
   enum class Way : std::uint8_t { kToDaemon, kToClient };
   /// The connection that carries byte n from now on, counted from 0, of all that go that way, ends before it;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looking for planes between bodies changes no contact: piles of small bodies that tumble, deform, rest,
-// touch and come apart, with it and without it, side by side.
+// Separating planes between bodies change no contact: piles of small bodies that tumble, deform, stop, touch
+// and separate, stepped with and without it.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -157,7 +157,7 @@ RC_GTEST_PROP(Apart, ChangesNoContact, (std::uint64_t seed)) {
     contacts += some.value().contacts.size();
     ++steps;
   }
-  // That planes are found, and that there is something to miss, is for this test not to be empty.
+  // Guards against an empty test: planes are found, and there are contacts to miss.
   if (steps > 1'000) {
     RC_ASSERT(2 * apart > steps);
     RC_ASSERT(contacts > steps);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole pipeline against brute force, over random scenes: what the hierarchy, the front, ownership,
-// orphans and cones let through must be exactly what testing every pair finds.
+// The whole pipeline against brute force, over random scenes: hierarchy, front, ownership, orphans and cones
+// together must find exactly the contacts that testing every pair finds.
 #include "engine/collider.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using testing::random_scene;
 
 using testing::workers;
 
-// At RapidCheck's nominal size throughout: small sizes would draw the same few seeds again and again.
+// Always RapidCheck's nominal size: small sizes would repeat the same few seeds.
 std::mt19937_64 draw_random() {
   return std::mt19937_64(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
 }
@@ -78,13 +78,13 @@ RC_GTEST_PROP(Collider, WarmEqualsCold, ()) {
     RC_ASSERT(std::ranges::equal(from_warm.value().contacts, from_cold.value().contacts));
     const Status sound = warm.self_check();
     if (!sound) RC_FAIL(sound.error().message);
-    // A collider that forgets what it kept is none the worse for it.
+    // Dropping all cached data must not change an answer.
     if (step == 3) warm.forget_warmth();
     state.positions = next;
   }
 }
 
-/// Sheets in one hierarchy, of which some rest and some drift, for a while.
+/// Sheets in one hierarchy, some stationary and some drifting, for a number of steps.
 class DriftingSheets : public testing::Draws {
  public:
   explicit DriftingSheets(std::uint64_t seed) : Draws(seed) {
@@ -130,7 +130,7 @@ class DriftingSheets : public testing::Draws {
   std::vector<std::array<double, 3>> drift_;
 };
 
-// Long enough for a lazy front to fold, several times, pairs that lie beside those of resting leaves.
+// Long enough for a lazy front to prune, several times, pairs beside those of stationary leaves.
 RC_GTEST_PROP(Collider, LongRunsOfWhatRestsAndMovesLoseNothing, ()) {
   std::mt19937_64 random = draw_random();
   DriftingSheets sheets(random());
@@ -153,8 +153,8 @@ RC_GTEST_PROP(Collider, LongRunsOfWhatRestsAndMovesLoseNothing, ()) {
   }
 }
 
-// What cones leave out does not meet, and is near at most: they serve the tier that reports what meets and
-// nothing else, and change no answer of the others.
+// Pairs culled by cones do not meet, but may be near: only the exact tier uses cones, and the other tiers'
+// answers do not change.
 RC_GTEST_PROP(Collider, NormalConesChangeNoAnswer, ()) {
   std::mt19937_64 random = draw_random();
   testing::RandomScene state = random_scene(random);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What culls leave out, the tier would not have reported: pairs at the very limit of its reach, for which
-// only a plane serves that closest points never show, are answered as by testing every pair, in whatever
-// frame the collider works.
+// Culls drop only pairs that the tier would not report: pairs at the limit of its reach, which only a plane
+// separates and closest points do not, are answered as by testing every pair, in any frame of the collider.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -31,7 +30,7 @@ struct Motions {
   std::vector<double> to;
 };
 
-// Two triangles in parallel planes, side by side along an edge each, that turn together within them.
+// Two triangles in parallel planes, adjacent along one edge each, that rotate together within their planes.
 Motions turning_together(std::mt19937_64& random, double apart) {
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
   const double beside = apart * (1 + uniform() / 2);
@@ -57,7 +56,7 @@ Motions turning_together(std::mt19937_64& random, double apart) {
   return motions;
 }
 
-// Made where everything lies `away`, and then brought to where the step begins: a frame far from it.
+// Created with everything `away`, then moved to the step's begin: a frame far from the data.
 std::vector<Contact> stepped(const std::shared_ptr<const Scene>& scene, const Motions& motions,
                              const ColliderOptions& options, double away) {
   std::vector<double> first = motions.from;
@@ -91,8 +90,8 @@ TEST(Culls, LeaveOutOnlyWhatIsNotReportedInAnyFrame) {
   EXPECT_LT(reported, 150);
 }
 
-// Thin triangles, nearly in one plane, that cross it at about the same time: what the fast tier makes of a
-// root there is rounding.
+// Thin triangles, nearly in one plane, that cross it at about the same time: the fast tier's roots there are
+// rounding errors.
 Motions thin_and_flat(std::mt19937_64& random) {
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
   const auto tiny = [&] { return std::ldexp(1.0, -static_cast<int>(random() % 50)); };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole scene at the extremes of scale and offset: the right answer, in memory that does not depend on
-// where the scene lies. Scaled by a power of two the answer is that of the scene itself, to the bit; shifted,
-// when rounding makes another scene of it, that of testing every pair.
+// A whole scene at extreme scales and offsets: the answer is right, and memory does not depend on the scene's
+// position. Scaled by a power of two, the answer has the same bits; shifted, so that rounding changes the
+// scene, it is that of testing every pair.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,8 +71,8 @@ TEST_P(ExtremeScenes, ScaledByPowersOfTwoTheAnswerIsTheSame) {
     for (std::size_t k = 0; k < plain.size(); ++k) {
       ASSERT_GT(plain[k].contacts.size(), 100U);
       EXPECT_EQ(scaled[k].contacts, plain[k].contacts) << "2^" << exponent << ", step " << k;
-      // The bounds see the same scene, so that work and front are the same, too. (What the front's spare
-      // chunks hold depends on which thread filled them.)
+      // The bounds are the same, so work and front are, too. (The spare memory in the front's chunks depends
+      // on thread scheduling.)
       EXPECT_EQ(scaled[k].counts.triangle_pairs, plain[k].counts.triangle_pairs);
       EXPECT_EQ(scaled[k].counts.front_pairs, plain[k].counts.front_pairs);
       EXPECT_LE(scaled[k].counts.front_bytes, 2 * plain[k].counts.front_bytes);
@@ -209,7 +209,7 @@ class PosedBall {
   int exponent_;
 };
 
-// Of parts that move by poses nothing is known but a ball and where it goes, until something is near.
+// Parts that move by poses are represented by a moving ball until something is near.
 TEST_P(ExtremeScenes, PosedBodiesScaledByPowersOfTwoAnswerTheSame) {
   ColliderOptions options = this->options();
   for (const auto& [pieces, planes] : {std::pair{false, true}, {true, false}, {true, true}}) {
@@ -222,7 +222,7 @@ TEST_P(ExtremeScenes, PosedBodiesScaledByPowersOfTwoAnswerTheSame) {
       for (std::size_t k = 0; k < plain.size(); ++k) {
         ASSERT_GT(plain[k].contacts.size(), 20U) << "step " << k;
         EXPECT_EQ(scaled[k].contacts, plain[k].contacts) << "2^" << exponent << ", step " << k;
-        // As tight as at any other scale: a ball that holds everything would be right as well.
+        // As tight as at any other scale: an unbounded ball would also be correct.
         EXPECT_EQ(scaled[k].counts.near_parts, plain[k].counts.near_parts) << "2^" << exponent;
       }
     }

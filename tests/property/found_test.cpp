@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the collider finds for itself (bodies, rigid motion, bounds) changes no contact.
+// Detected bodies, rigid motion and chosen bounds change no contact.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 using testing::workers;
 
-/// Bodies that tumble as wholes, or deform, or rest, and change their minds.
+/// Bodies that tumble rigidly, deform, or are stationary, and switch between these.
 class World : public testing::Draws {
  public:
   explicit World(std::uint64_t seed) : Draws(seed) {
@@ -123,7 +123,7 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
     rigid += a.value().statistics.counts.parts_rigid;
     steps += a.value().statistics.counts.parts;
   }
-  // That rigid motion is found at all is for this test not to be empty.
+  // Guards against an empty test: rigid motion is found.
   if (steps > 5'000) RC_ASSERT(100 * rigid > 5 * steps);
 }
 

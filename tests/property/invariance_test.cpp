@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must not change an answer does not: the order of vertices and of primitives, the direction of time,
-// exact translations, scaling by powers of two, the number of threads. Through the elementary tests on
-// torture queries, and through the collider on random scenes. The exact tier's decisions and times are equal;
-// the certified one, whose proofs may succeed one way and not the other, never contradicts the truth.
+// Invariance of answers: under the order of vertices and of primitives, the direction of time, exact
+// translations, scaling by powers of two, and the number of threads. For the elementary tests on torture
+// queries, and for the collider on random scenes. The exact tier's decisions and times are equal; the
+// certified tier, whose proofs may succeed in one form only, never contradicts the truth.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -24,7 +24,7 @@ namespace {
 using testing::ExactTruth;
 using testing::FeatureCase;
 
-// At RapidCheck's nominal size throughout: small sizes would draw the same few seeds again and again.
+// Always RapidCheck's nominal size: small sizes would repeat the same few seeds.
 std::mt19937_64 draw_random() {
   return std::mt19937_64(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
 }
@@ -41,7 +41,7 @@ std::string torture_name(std::mt19937_64& random, FeatureCase& query) {
   return std::string(family.name);
 }
 
-// The query has this truth, in every tier that promises something; `same_time` says whether its toi is known,
+// The query has this true answer in the certified and exact tiers; `same_time` says whether its toi is known,
 // too.
 void expect_truth(const FeatureCase& query, const ExactTruth& truth, bool same_time) {
   const Verdict certified = test(query, Tier::kCertified);
@@ -56,7 +56,7 @@ void expect_truth(const FeatureCase& query, const ExactTruth& truth, bool same_t
   if (truth.contact && same_time) RC_ASSERT(exact.toi == truth.toi);
 }
 
-// `change` gives the query in another form; the truth is that of the first one.
+// `change` transforms the query; the true answer does not change.
 template <class Change>
 void check_change(bool same_time, Change&& change) {
   std::mt19937_64 random = draw_random();
@@ -139,7 +139,7 @@ RC_GTEST_PROP(Invariance, ExactTranslation, ()) {
   });
 }
 
-// The verdicts are the same bits, whatever the tier: tests scale a query by a power of two themselves.
+// The verdicts have the same bits in every tier: tests scale a query by a power of two themselves.
 RC_GTEST_PROP(Invariance, ScalingByPowersOfTwo, ()) {
   std::mt19937_64 random = draw_random();
   for (int repetition = 0; repetition < 20; ++repetition) {
@@ -206,7 +206,7 @@ std::vector<ColliderOptions> promising_options() {
   return {{.tier = Tier::kCertified}, {.tier = Tier::kExact, .leaf_size = 4}};
 }
 
-// Whatever one of the two proves, the other reports; in the exact tier they are equal.
+// A contact that one of the two proves, the other reports; in the exact tier they are equal.
 void expect_same_pairs(const std::vector<Contact>& one, const std::vector<Contact>& other, Tier tier) {
   if (tier == Tier::kExact) RC_ASSERT(pairs(one) == pairs(other));
   RC_ASSERT(std::ranges::includes(pairs(one), pairs(other, true)));

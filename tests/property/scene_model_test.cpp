@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever a scene says of its bodies, and however its frames are given, the contacts are those of the
-// all-deformable model, less the pairs that the model leaves out.
+// For any declared bodies and any form of frames, the contacts are those of the all-deformable model without
+// the excluded pairs.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 using testing::workers;
 
-/// A world and what is true of it, kept the simplest way.
+/// A world, and the simplest model of its state.
 class World : public testing::Draws {
  public:
   explicit World(std::uint64_t seed) : Draws(seed) {
@@ -60,7 +60,7 @@ class World : public testing::Draws {
            description.bodies[b].kind == BodyKind::kRemoved;
   }
 
-  /// Where a frame puts things, in the world and in `frame`, whose views point into this.
+  /// A frame's positions, in the world and in `frame`, whose views point into this.
   Frame draw_frame() {
     next = x;
     poses_.clear();
@@ -241,7 +241,7 @@ RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExclu
       const Frame frame = world.draw_frame();
       const std::vector<Contact> expected = world.expected(colliders[0].scene(), options);
       if (world.below(5) == 0) {
-        // A step that is stopped on the way leaves no trace; one without work may be done before it looks.
+        // A stopped step changes nothing; a step without work may finish before it checks the flag.
         const std::atomic<bool> cancelled = true;
         for (Collider& collider : colliders) {
           const auto before = collider.positions();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Histories of a collider: every operation there is, in any order, right and wrong, cancelled, out of memory
-// and over its limits. The model is the operations that were accepted; each answer is what brute force finds
-// from there. WARMFRONT_HISTORIES: so many (2,000); RC_PARAMS="seed=..." repeats a run, and a failure is told
-// as the shortest history found that fails.
+// Histories of a collider: all operations, in any order, valid and invalid, cancelled, out of memory and over
+// limits. The model is the sequence of accepted operations; each answer is compared with brute force.
+// WARMFRONT_HISTORIES: number of histories (2,000); RC_PARAMS="seed=..." repeats a run, and a failure is
+// reported as the shortest failing history found.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -20,7 +20,7 @@
 namespace warmfront::testing {
 namespace {
 
-// What is done next. It means something in every state, so that a history stays one when some are left out.
+// The next operation. Valid in every state, so that a history stays valid when some are removed.
 struct Command {
   enum Kind : std::uint8_t {
     kFrame,
@@ -77,7 +77,7 @@ rc::Gen<Command> any_command() {
                                                           rc::gen::set(&Fault::n, n))));
 }
 
-// For a process that ends: the history so far.
+// For a crash: the history so far.
 std::string now_trying;  // NOLINT: read by the handler below
 [[noreturn]] void tell_and_end() {
   std::fprintf(stderr, "the process ended in: %s\n", now_trying.c_str());
@@ -291,7 +291,7 @@ class History {
           for (int axis = 0; axis < 3; ++axis) (*step.all)[std::size_t{3} * v + axis] += by[axis];
         }
       }
-      // The fault is met on the way, and once more when the bodies have moved rigidly for long.
+      // The fault occurs during the rigid motion, and once more after a long rigid motion.
       carry(step, i + 3 > steps ? fault : Fault{});
     }
   }

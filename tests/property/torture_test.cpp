@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every tier against the exact oracle on the torture families: the exact tier tells the truth to the last
-// bit, the certified one never misses, is never late and proves nothing untrue, the fast one stays finite.
-// The slowest queries are printed. $WARMFRONT_TORTURE_CASES multiplies the number of cases.
+// Every tier against the exact oracle on the torture families: the exact tier is right to the last bit, the
+// certified tier never misses, is never late and proves nothing false, the fast tier stays finite. The
+// slowest queries are printed. $WARMFRONT_TORTURE_CASES multiplies the number of cases.
 #include "tests/support/torture.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ struct Tested {
   Verdict operator()(const FeatureCase& query) {
     Verdict verdict;
     const double us = timed(query, verdict);
-    // What is slow only once was interrupted.
+    // A query that is slow only once was interrupted by the system.
     if (us > slowest_us)
       slowest_us = std::max(slowest_us, std::min({us, timed(query, verdict), timed(query, verdict)}));
     return verdict;
@@ -74,7 +74,7 @@ void expect_conservative(const Verdict& verdict, const ExactTruth& truth) {
   }
 }
 
-// What is reported unproved is within the tier's reach at toi: engine/elementary/README.md derives it.
+// Unproved reports are within the tier's reach at toi: derived in engine/elementary/README.md.
 void expect_near(const Verdict& verdict, const FeatureCase& query, double tolerance) {
   if (!verdict.contact || verdict.status == ContactStatus::kHit || verdict.status == ContactStatus::kBudget)
     return;
