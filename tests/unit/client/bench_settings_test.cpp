@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `warmfront bench` compares, and how it tells that two answers differ.
+// The settings that `warmfront bench` compares, and its detection of differing answers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `warmfront accuracy` as others use it: what it measures keeps the tiers' promises, in every form it is
-// written.
+// `warmfront accuracy` from outside: the tiers keep their guarantees in its measurements, in every output
+// format.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ class CliAccuracy : public ::testing::Test {
   void SetUp() override {
     for (const char* kind : {"hard/vertex-face", "hard/edge-edge"})
       std::filesystem::create_directories(folder_.file(kind));
-    // The last vertex passes the face's edge by less than float32 tells: rounded, it hits.
+    // The last vertex passes the face's edge by less than float32's resolution: rounded, it hits.
     folder_.write("hard/vertex-face/a.csv",
                   falling_vertex("1,4", "-1,1", '1') + falling_vertex("3,1", "-1,1", '0') +
                       falling_vertex("1,4", "0,1", '1') +
@@ -70,7 +70,7 @@ TEST_F(CliAccuracy, QuerySetsUnderEverySetting) {
     EXPECT_TRUE(row["bounds"].is_null() && row["ms_per_frame"].is_null());
     EXPECT_GT(row["ns_per_query"], 0);
     expect_promises(row);
-    // What float32 costs: a contact that is none.
+    // An effect of float32: a false contact.
     if (row["tier"] == "exact" && row["positions"] == "float32") {
       EXPECT_EQ(row["false_positives"], 1);
     }
@@ -88,7 +88,7 @@ TEST_F(CliAccuracy, ScenesUnderEverySetting) {
     EXPECT_GT(row["ns_per_query"], 0);
     EXPECT_TRUE(row["ns_p99"].is_null());
     expect_promises(row);
-    // Bounds change what it costs, never the answer.
+    // Bounds change the cost, never the answer.
     const auto same = std::ranges::count_if(rows, [&](const Json& other) {
       return std::ranges::all_of(
           std::initializer_list<const char*>{"tier", "tolerance", "positions", "false_positives",

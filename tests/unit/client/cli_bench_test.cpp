@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `warmfront bench` as others use it: one answer under every setting, the fields that are promised, whatever
-// the times.
+// `warmfront bench` from outside: equal answers under every setting, and the documented fields. Times are not
+// checked.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

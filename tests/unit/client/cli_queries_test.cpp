@@ -70,7 +70,7 @@ TEST_F(CliQueries, ABrokenPromiseIsExitCode1) {
       folder_.write("vf.csv", falling_vertex("3,1", "-1,1", '1'));  // says contact where there is none
   EXPECT_EQ(run("queries " + wrong).code, kExitNo);
   EXPECT_EQ(run("queries " + set() + " " + wrong + " --json -", "2>/dev/null").code, kExitNo);
-  // A false positive is within what certified may do.
+  // The certified tier may report false positives.
   const std::string extra = folder_.write("ee.csv", falling_edge("0,1", '0'));
   EXPECT_EQ(run("queries " + extra).code, kExitOk);
   EXPECT_EQ(Json::parse(run("queries " + extra + " --json -", "2>/dev/null").out)["ee"]["false_positives"],

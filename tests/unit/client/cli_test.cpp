@@ -118,7 +118,7 @@ TEST(Cli, ListsAreGivenInOneWay) {
   EXPECT_THAT(run("load --server unix:/nowhere --limit p99=1ms,p42=1ms").out, HasSubstr("p42"));
 }
 
-// A face that repeats a vertex is a segment, and is met as one; what is left out is said.
+// A face that repeats a vertex is tested as a segment; ignored parts of a file are reported.
 TEST(Cli, SegmentsAreMetAndWhatIsLeftOutIsSaid) {
   const TemporaryFolder folder;
   const auto frame = [&](const char* name, const char* z) {

@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kDetect = "detect 'builtin:cloth-ball?triangles=1000&frames=9' ";
 
-// What does not depend on how long it took.
+// The fields that do not depend on time.
 Json answers_of(const std::string& arguments) {
   const Outcome outcome = run(kDetect + arguments + " --json -", "2>/dev/null");
   EXPECT_EQ(outcome.code, kExitOk) << outcome.out;

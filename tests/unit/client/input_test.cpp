@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs: what the arguments may be, and what each kind gives.
+// Inputs: valid arguments, and the result of each kind.
 #include "client/io/input.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OBJ and STL: what is read, what is refused; OBJ against tinyobjloader, which reads the same topology.
+// OBJ and STL: accepted and refused files; OBJ against tinyobjloader, which reads the same topology.
 #define TINYOBJLOADER_IMPLEMENTATION
 #define TINYOBJLOADER_USE_DOUBLE
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY: all three encodings, what is skipped, what is refused, and round trips.
+// PLY: all three encodings, skipped parts, refused files, and round trips.
 #include "client/io/ply.h"
 
 #include <gmock/gmock.h>

@@ -134,8 +134,8 @@ TEST(QueryFile, FoldersAreReadWithTheirFolders) {
   EXPECT_THAT(read_query_files(none, ContactKind::kEdgeEdge).error().message, HasSubstr("none.csv"));
 }
 
-// Whatever the bytes: an answer or an error, never a crash; and any damage to one byte of a good file that
-// still parses gives as many queries.
+// Any bytes give an answer or an error, never a crash; and a good file with one damaged byte that still
+// parses gives as many queries.
 RC_GTEST_PROP(QueryFile, TakesAnyBytes, (const std::string& bytes)) {
   (void)parse_queries(bytes, "file.csv");
 }

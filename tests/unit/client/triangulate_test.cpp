@@ -163,7 +163,7 @@ TEST(Triangulate, SegmentsAndPointsAndWhatIsNotFiniteStayAsTheyAre) {
   }
 }
 
-// The exact predicates at either end of what a double is.
+// The exact predicates at both ends of double's range.
 TEST(Triangulate, AnyScale) {
   for (const double scale : {0x1p-1070, 0x1p-600, 0x1p600, 0x1p1022}) {
     const std::vector<Point> corners{{1, -1}, {1, 1}, {-1, 1}, {0.25, 0.25}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known answers: pairs in one order, whatever order they are named in; everything else is named by its line.
+// Known answers: pairs in canonical order, for any order in the file; everything else is refused with its
+// line.
 #include "client/io/truth_file.h"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integers of any size: every operation held to GMP's own integers, at lengths from none to what operands of
-// all of double's range lead to.
+// Integers of any size: every operation against GMP's own integers, at lengths from none to those from
+// operands over all of double's range.
 #include "engine/elementary/exact/big.h"
 
 #include <gmpxx.h>

@@ -33,9 +33,9 @@ PointBounds point_of(std::span<const VertexMotion> vertices, int v, const LocalT
   return point_bounds(vertices[v], frame, separation, least_magnitude(vertices, frame, separation));
 }
 
-// "No answer depends on the hierarchy" rests on this: what float bounds in whatever frame call disjoint, the
-// cascade's own test of the nine axes calls separated too. Vertices are placed within ulps of touching bounds
-// to provoke it.
+// "No answer depends on the hierarchy" requires this: pairs that float bounds, in any frame, call disjoint
+// are also separated by the cascade's own test of the nine axes. Vertices are placed within ulps of touching
+// bounds to provoke a failure.
 TEST(MovingBounds, RejectNothingThatTheCascadeWouldNot) {
   std::mt19937_64 random(3);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
@@ -83,7 +83,7 @@ TEST(MovingBounds, RejectNothingThatTheCascadeWouldNot) {
   EXPECT_GT(points_rejected, 5000);
 }
 
-// Whatever is made of points in lanes is what is made of their bounds.
+// Bounds computed from points in lanes equal those computed from the points' bounds.
 TEST(PointBounds, FeaturesOverlapAsTheirBoundsDo) {
   std::mt19937_64 random(12);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
@@ -129,7 +129,7 @@ TEST(PointBounds, FeaturesOverlapAsTheirBoundsDo) {
   EXPECT_GT(far, 50);
 }
 
-// What moves along together stays apart however far it moves: the volumes it sweeps would overlap.
+// Two vertices with common motion stay apart, however far they move: their swept volumes would overlap.
 TEST(MovingBounds, CommonMotionDoesNotMatter) {
   const std::vector<double> x0{0, 0, 0, 1, 0, 0};
   const std::vector<double> x1{8, 4, 2, 9, 4, 2};
@@ -157,7 +157,7 @@ TEST(MovingBounds, HoldTheMotionAtAnyScaleAndOffset) {
       for (int v = 0; v < 3; ++v) {
         const KDop18 bounds =
             moving_bounds(vertices[v], motion.frame(), 0, least_magnitude(vertices, motion.frame(), 0));
-        // Beyond what a point holds, its bounds hold everything.
+        // Beyond a point's range, its bounds are unbounded.
         const KDop18 of_point = bounds_of(point_of(vertices, v, motion.frame(), 0));
         for (const float lane : of_point.lane) ASSERT_FALSE(std::isnan(lane) || lane > 1e38F);
         for (std::size_t k = 0; k < 3; ++k) {
@@ -305,7 +305,7 @@ TEST(NormalCone, CStripIsNotCulledByItsContour) {
   const Strip closed = bent(1.1);
   ASSERT_TRUE(cone_holds(open) && cone_holds(closed));
   EXPECT_FALSE(embedded(whole(open), open.positions, closed.positions));
-  // A bend that stays in view of its centre is culled: the test is no blanket refusal.
+  // A bend that is star-shaped about its centre is culled: the test does not refuse everything.
   const Strip slight = bent(0.1);
   EXPECT_TRUE(embedded(whole(slight), slight.positions, slight.positions));
 }

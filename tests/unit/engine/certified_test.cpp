@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The certified tier: it never misses, its toi is never late, and what it proves is true.
+// The certified tier: it never misses, its toi is never late, and its proofs are right.
 #include "engine/elementary/certified.h"
 
 #include <gmock/gmock.h>
@@ -71,7 +71,7 @@ TEST(Certified, NothingMoves) {
   EXPECT_TRUE(Case(ContactKind::kVertexFace, flat, flat).test().contact);
 }
 
-// What bodies that a plane keeps apart rely on (engine/broad_phase/apart_parts.h), near its limits.
+// The property that separating planes rely on (engine/broad_phase/apart_parts.h), near its limits.
 TEST(Certified, NothingIsReportedOfWhatADirectionKeepsApart) {
   std::mt19937_64 random(11);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
@@ -141,12 +141,12 @@ TEST(Certified, NothingIsReportedOfEdgesThatTurnSideBySide) {
     EXPECT_FALSE(verdict.contact) << tolerance << ": status " << static_cast<int>(verdict.status);
     EXPECT_FALSE(apart.test({.tolerance = tolerance, .budget = 1}).contact) << tolerance;
   }
-  // Not because nothing were: what is as near as distances are known to is reported.
+  // Not vacuous: pairs as near as the error of distances are reported.
   EXPECT_TRUE(turning_side_by_side(0x1p-24).test({.tolerance = 1e-9}).contact);
 }
 
-// What parts that move rigidly rely on (engine/state/rigid_parts.h), near its limits: their pairs turn as
-// one, and shrink on the way.
+// The property that rigid parts rely on (engine/state/rigid_parts.h), near its limits: their pairs rotate
+// together, and shrink meanwhile.
 TEST(Certified, NothingIsReportedOfWhatStaysApartAndTurnsAsOne) {
   std::mt19937_64 random(12);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
@@ -328,9 +328,9 @@ TEST(Certified, AWindowReachedInOneLeapIsLookedAtAgain) {
   EXPECT_FALSE(Case(ContactKind::kEdgeEdge, t0, t1).test({.tolerance = 1e-2}).contact);
 }
 
-// Contacts made exact: at t = 1/2 the primitives meet at points with dyadic coordinates, whatever the
-// vertices do before and after. All arithmetic here is on integers below 2^53, so the contact is a fact, at
-// any scale and offset.
+// Contacts made exact: at t = 1/2 the primitives meet at points with dyadic coordinates, for any motion
+// before and after. All arithmetic here is on integers below 2^53, so the contact is certain, at any scale
+// and offset.
 class MadeContacts : public ::testing::TestWithParam<std::pair<int, double>> {};
 
 TEST_P(MadeContacts, AreNeverMissedAndNeverLate) {
@@ -392,8 +392,8 @@ INSTANTIATE_TEST_SUITE_P(Scales, MadeContacts,
                                            std::pair(-1000, 0.0), std::pair(990, 0.0), std::pair(0, 0x1p20),
                                            std::pair(0, 0x1p40), std::pair(-600, 0x1p40)));
 
-// What is reported free must be: wherever the closest distance is sampled it exceeds zero, and misses are
-// symmetric in time. (The query sets below hold the hard cases; this one is broad.)
+// Pairs reported free must be free: every sampled closest distance exceeds zero, and misses are symmetric in
+// time. (The query sets below have the hard cases; this test is broad.)
 TEST(Certified, FreeMeansFreeInBothDirectionsOfTime) {
   std::mt19937_64 random(11);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
@@ -423,7 +423,7 @@ TEST(Certified, FreeMeansFreeInBothDirectionsOfTime) {
   EXPECT_GT(free, 10000);
 }
 
-// Real and hand-made hard queries with symbolic truth: no false negatives, and what is proved is true.
+// Real and hand-made hard queries with symbolic truth: no false negatives, and proofs are right.
 TEST(Certified, QuerySets) {
   WARMFRONT_NEED_DATA("queries");
   for (const char* kind_name : {"vertex-face", "edge-edge"}) {

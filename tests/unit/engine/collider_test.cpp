@@ -148,8 +148,8 @@ TEST(Collider, HubVerticesAreHandledOrRefusedByName) {
   EXPECT_THAT(refused.error().message, HasSubstr("vertex 7 alone is in 20000 faces"));
 }
 
-// Two hubs of so many faces that which of them share a vertex is looked for, not looked up; the cones between
-// them pass through each other. Leaves of one triangle look nothing up.
+// Two hubs with so many faces that shared vertices are computed instead of looked up; the cones between them
+// intersect. Leaves of one triangle look nothing up.
 TEST(Collider, ConesOfManyFacesAnswerWhateverTheLeaves) {
   constexpr int kRim = 150;
   testing::Faces faces;
@@ -274,7 +274,7 @@ TEST(Collider, TooManyEarliestContactsAreRefusedToo) {
   }
 }
 
-// A refused step did not happen: what it promised about pairs, from where they never were, must not count.
+// A refused step must leave no budgets: they would be relative to positions that were never reached.
 TEST(Collider, ARefusedStepLeavesNoPromises) {
   testing::Faces faces{{0, 1, 2}, {3, 4, 5}};
   std::vector<double> start{-1,  -1, 0,    1,   -1, 0,   0,   1,   0,   // wide

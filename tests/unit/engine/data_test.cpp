@@ -38,7 +38,7 @@ Collider collider(const std::shared_ptr<const Scene>& scene, const std::vector<f
   return std::move(made).value();
 }
 
-// A contact whatever order its file names the vertices in.
+// A contact, for any order of vertices in its file.
 using Key = std::array<std::uint32_t, 5>;
 Key key(bool edge_edge, std::array<std::uint32_t, 4> v) {
   if (edge_edge) {

@@ -28,8 +28,8 @@ Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// The distance of 0 from the hull of some points: the farthest that a plane keeps it from all of them, tried
-// through the nearest point to 0 of what one, two or three of them span. (Its square.)
+// The squared distance of 0 from the hull of some points: the best separating plane, over the nearest points
+// to 0 of the spans of one, two or three points.
 mpq_class exact_square(const std::vector<Point>& hull) {
   mpq_class most = 0;
   const auto look = [&](const Point& foot) {

@@ -27,7 +27,7 @@ struct Leaf {
   std::uint32_t count() const { return static_cast<std::uint32_t>(bounds.size()); }
 };
 
-// The numbers of bounds in their leaf: the largest that are not above. Empty slots hold what the first does.
+// The quantised bounds in their leaf: the largest numbers that are not above. Empty slots repeat the first.
 template <class Bounds>
 void put_numbers(Leaf<Bounds>& leaf, std::uint32_t slot) {
   constexpr std::size_t kAxes = Bounds::kAxes;
@@ -149,7 +149,7 @@ TYPED_TEST(EightBoundsTest, EqualsPairByPair) {
         const bool adjacent = overlapping && share_vertex(a, i, b, j);
         if (pair && !share_vertex(a, i, b, j))
           nearest = std::min(nearest, separation(a.bounds[i], b.bounds[j]));
-        // What overlaps is found; what does not, and is all the same, is said to be unsure.
+        // Overlaps are found; a disjoint pair that is reported must be marked unsure.
         const bool found = ((overlaps.to_test >> (8 * j + i)) & 1U) != 0;
         const bool unsure = ((overlaps.unsure >> (8 * j + i)) & 1U) != 0;
         sure += found && !unsure;
@@ -170,7 +170,7 @@ TYPED_TEST(EightBoundsTest, EqualsPairByPair) {
   EXPECT_GT(apart, 30U);
 }
 
-// Of two that share no vertex nothing is left out: what stands in empty slots is the first once more.
+// For two blocks that share no vertex nothing is excluded: empty slots repeat the first.
 TYPED_TEST(EightBoundsTest, EmptySlotsChangeNothing) {
   std::mt19937 random(12);
   int smaller = 0;
@@ -188,8 +188,8 @@ TYPED_TEST(EightBoundsTest, EmptySlotsChangeNothing) {
   EXPECT_GT(smaller, 1000);
 }
 
-// Neither the limits of the numbers nor those of what lies between two leaves may bring together what is
-// beside each other, wherever in the range of a unit the leaves' sizes are.
+// The limits of the numbers, and of the offset between two leaves, must not make disjoint neighbours overlap,
+// for any sizes of the leaves within a unit's range.
 TYPED_TEST(EightBoundsTest, LeavesBesideEachOtherAreApart) {
   std::mt19937 random(10);
   for (int trial = 0; trial < 4000; ++trial) {

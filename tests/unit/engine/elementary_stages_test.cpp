@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shortcuts within the elementary tests, each held to what it stands for: signs at one time to signs over
-// a window, the root found in fixed point to the one that exact signs find, directions that part pairs in
-// lanes to exact algebra.
+// The shortcuts within the elementary tests, each against its definition: signs at one time against signs
+// over a window, the root found in fixed point against the one found by exact signs, separating directions in
+// lanes against exact algebra.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -177,7 +177,7 @@ TEST(ElementaryStages, DirectionsPartOnlyWhatTheOraclePartsAtTheExtremes) {
 }
 
 TEST(ElementaryStages, DirectionsPartWhatRushesPast) {
-  // Seen along the motion the vertex is beside the triangle: their swept boxes overlap all the same.
+  // Seen along the motion the vertex is beside the triangle, although their swept boxes overlap.
   const Points start{{{-8, 0.625, -8}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
   const Points beside = testing::moved(start, 0, 16, 0, 16);
   EXPECT_FALSE(kept_by_directions(

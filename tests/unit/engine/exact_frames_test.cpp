@@ -36,7 +36,7 @@ Collider collider(const std::shared_ptr<const Scene>& scene, const std::vector<f
   return std::move(made).value();
 }
 
-// A contact whatever order its file names the vertices in.
+// A contact, for any order of vertices in its file.
 using Key = std::array<std::uint32_t, 5>;
 Key key(bool edge_edge, std::array<std::uint32_t, 4> v) {
   if (edge_edge) {
@@ -84,7 +84,7 @@ struct RealStep {
     return all;
   }
 
-  // Whether the oracle says so too.
+  // Does the oracle agree?
   bool confirmed(const Contact& contact) const {
     const auto ids = scene->vertices_of(contact);
     std::array<VertexMotion, 4> vertices{};

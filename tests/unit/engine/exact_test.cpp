@@ -29,7 +29,7 @@ using testing::Points;
 constexpr auto kVf = ContactKind::kVertexFace;
 constexpr auto kEe = ContactKind::kEdgeEdge;
 
-// The first time of contact, or 2 for none. What else a verdict promises is checked on the way.
+// The first time of contact, or 2 for none. Also checks the verdict's other guarantees.
 double first_time(ContactKind kind, const Points& t0, const Points& t1, double latest = 1) {
   std::uint64_t exact_tests = 0;
   const Verdict verdict = exact_test(FeatureCase(kind, t0, t1).features(), latest, exact_tests);

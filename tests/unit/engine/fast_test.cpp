@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fast tier: right where floating point is, and what it costs where it is not is printed.
+// The fast tier: right where floating point is; prints its errors elsewhere.
 #include "engine/elementary/fast.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the collider finds for itself: bodies, rigid motion, bounds; and what it tells of that.
+// Detected bodies, rigid motion and bounds, and their statistics.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -235,7 +235,7 @@ TEST(BoundsTrial, DoesNotCountColdStepsNorThoseAtRest) {
   EXPECT_TRUE(changes(trial, counted(1000, 10)));
 }
 
-// The same frames, the same bounds and the same counts, step by step, whatever else the machine does.
+// The same frames give the same bounds and counts, step by step, under any load of the machine.
 TEST(AutoBounds, CountsFollowFromTheFramesAlone) {
   std::vector<BoundsKind> bounds;
   std::vector<std::uint64_t> tests;
@@ -296,7 +296,7 @@ TEST(Explain, IsMadeAnewWhenAStepNeedsItAfterTheSceneHasChanged) {
   Collider collider = make(description, sheets.x);
   ASSERT_TRUE(collider.step(Doubles(sheets.x)).ok());
   const std::size_t both = collider.memory_bytes();
-  // What several changes before one step would each have made, none does.
+  // Several changes before one step cause one comparison collider, not one each.
   Body fixed{"left", 0, 81, BodyKind::kStatic};
   ASSERT_TRUE(collider.change_body(0, fixed).ok());
   EXPECT_LT(collider.memory_bytes(), both);
@@ -305,7 +305,7 @@ TEST(Explain, IsMadeAnewWhenAStepNeedsItAfterTheSceneHasChanged) {
   addition.faces.assign(description.faces.begin(), description.faces.begin() + 128);
   ASSERT_TRUE(collider.add_body(addition, Doubles(sheet)).ok());
 
-  // It stands where the collider did before the step, like that of a collider made so.
+  // It has the collider's positions before the step, like one created there.
   description.bodies[0] = fixed;
   description.bodies.push_back({"new", 162, 81});
   description.vertex_count = 243;

@@ -157,7 +157,7 @@ TYPED_TEST(FrontOf, UpdateEqualsBuild) {
   EXPECT_GT(pruned, 100U);
 }
 
-// Sprouting alone keeps a valid front: the same leaf pairs come out, from a longer list.
+// Sprouting alone keeps a valid front: the same leaf pairs result, from a longer list.
 TYPED_TEST(FrontOf, SproutOnlyFindsTheSameLeafPairs) {
   Workers workers(1);
   std::mt19937_64 random(5);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Neighbouring blocks: all are listed, each is tested when its budget is spent, and nothing that meets among
-// them is missed or told twice.
+// Neighbouring blocks: all are listed, each is tested when its budget is spent, and contacts among them are
+// found exactly once.
 #include "engine/front/neighbours.h"
 
 #include <gtest/gtest.h>
@@ -132,7 +132,7 @@ TEST(Neighbours, AreDueWhenTheirBudgetIsSpent) {
   EXPECT_LT(due_in_all, in_all * 9 / 10);
 }
 
-// A block's travel tells how far what is in it went.
+// A block's travel bounds the motion of its contents.
 template <class Bounds>
 void expect_apart_while_it_lasts() {
   std::mt19937_64 random(17);
@@ -229,7 +229,7 @@ TEST(Neighbours, AreLeftAloneWhereNothingMoves) {
   EXPECT_LT(few, chunks);
 }
 
-// What a refit tests of a subtree that it has just made, the step does not test again.
+// The step does not repeat the tests that refit made in a fresh subtree.
 TEST(Neighbours, AreTestedOnce) {
   Sheet<KDop18> sheet;
   std::vector<double> positions = flat();
@@ -256,7 +256,7 @@ TEST(Neighbours, AreTestedOnce) {
   EXPECT_EQ(handed_over(), chunks) << "in that step";
 }
 
-// Every step's contacts are those of a collider that keeps nothing.
+// Every step's contacts equal those of a collider without caches.
 class Crumpled : public ::testing::TestWithParam<Report> {
  protected:
   static ColliderOptions options() {
@@ -272,7 +272,7 @@ class Crumpled : public ::testing::TestWithParam<Report> {
         .value();
   }
 
-  // A collider beside one that keeps nothing.
+  // A collider, and a reference without caches.
   struct Both {
     Both(const testing::Faces& faces, const std::vector<double>& at,
          const ColliderOptions& kept_options = options())
@@ -284,7 +284,7 @@ class Crumpled : public ::testing::TestWithParam<Report> {
       return options;
     }
 
-    // Both take the step, the first once again where it was stopped or refused; `kept` is what it answers.
+    // Both step; the first repeats the step if it was stopped or refused; `kept` is its answer.
     void expect_same_step(const std::vector<double>& positions, StepResult& kept,
                           const std::atomic<bool>* stop = nullptr, const AcceptStep& accept = {}) {
       const Frame frame{std::span<const double>(positions)};
@@ -340,7 +340,7 @@ TEST_P(Crumpled, SheetsMeetThemselvesInEveryStepAsEver) {
   std::mt19937_64 random(31);
   std::vector<double> positions = flat();
   shake(random, 0.08, positions);
-  // The last begins at rest, and moves in part when its neighbours are listed.
+  // The last part is stationary at first, and moves partly when its neighbours are listed.
   for (const auto& [max_bytes, begin] :
        {std::pair(kRoom, 0), std::pair(std::size_t{30000}, 0), std::pair(std::size_t{8000}, 0),
         std::pair(std::size_t{1000}, 0), std::pair(kRoom, 5)})
@@ -439,7 +439,7 @@ TEST_P(Crumpled, StoppedAtAnyMoment) {
   EXPECT_GT(stopped, 0);
 }
 
-// A step of too many contacts is taken back, whatever its refit has tested.
+// A step with too many contacts is rolled back, including the refit's tests.
 TEST_P(Crumpled, RefusedForTooManyContacts) {
   std::mt19937_64 random(67);
   std::vector<double> positions = flat();
@@ -465,7 +465,7 @@ TEST_P(Crumpled, RefusedForTooManyContacts) {
   EXPECT_EQ(refused, GetParam() == Report::kAll ? 4 : 0);
 }
 
-// A sheet that becomes a cloud: its hierarchy has decayed and is arranged anew, and so are its neighbours.
+// A sheet that becomes a cloud: its hierarchy has decayed and is rebuilt, and so are its neighbours.
 TEST_P(Crumpled, BeyondRecognition) {
   std::mt19937_64 random(59);
   std::vector<double> positions = flat();
@@ -480,7 +480,7 @@ TEST_P(Crumpled, BeyondRecognition) {
   EXPECT_EQ(decayed, 1);
 }
 
-// A front that has room without its neighbours is not dropped for them, to be built anew and dropped again.
+// A front that fits without its neighbours is not repeatedly dropped and rebuilt because of them.
 TEST_P(Crumpled, IsNotDroppedAgainAndAgain) {
   std::mt19937_64 random(43);
   std::vector<double> start = flat();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hierarchy refit from step to step against the same one whose bounds are made anew.
+// An incrementally refit hierarchy against one whose bounds are recomputed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -99,7 +99,7 @@ TYPED_TEST(RefitTest, FromStepToStepIsAnewBitForBit) {
     const std::uint32_t leaf_size = 1U << (random() % 7);
     Hierarchy<TypeParam> hierarchy(scene.scene, scene.positions, leaf_size);
     for (int step = 0; step < 12; ++step) {
-      // Some steps rest as a whole: then what moved before comes to rest.
+      // Some steps are stationary as a whole: then everything comes to a stop.
       if (random() % 4 != 0) scene.positions = random_motion(random, *scene.scene, scene.positions);
       hierarchy.step(scene.positions);
       expect_same_bounds(hierarchy.bvh, hierarchy.anew());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is kept of stationary parts is bounded as the front is, and serves again bit for bit.
+// The cache of stationary parts is bounded like the front, and is reused bit for bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace {
 
 using Doubles = std::span<const double>;
 
-/// Two square grids of so many cells a side, one above the other, within a separation of many cells: far more
-/// contacts than triangles, all of them at rest.
+/// Two square grids of `cells` cells a side, one above the other, within a separation of many cells: far more
+/// contacts than triangles, all of them stationary.
 struct StackedGrids {
   explicit StackedGrids(int cells) {
     for (int grid = 0; grid < 2; ++grid) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene's model promises beyond its contacts: what is not asked for costs nothing, and what does not
-// fit is named.
+// Further guarantees of a scene's model: excluded work costs nothing, and invalid input is named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

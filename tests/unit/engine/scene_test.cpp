@@ -36,7 +36,7 @@ TEST(Scene, PointsAloneAreRefusedUntilTheyAreModelled) {
   ASSERT_FALSE(points.ok()) << "they would be stepped for ever, and never meet";
   EXPECT_EQ(points.error().code, ErrorCode::kUnimplemented);
   EXPECT_THAT(points.error().message, HasSubstr("faces: none over 4 vertices; points and edges alone"));
-  // What is added later may have faces, which points meet; and points may be added to faces.
+  // A body added later may have faces, which points meet; and points may be added to faces.
   const auto dust = Scene::create({.vertex_count = 4, .faces = {}, .bodies = {{"dust", 0, 4}}});
   ASSERT_TRUE(dust.ok());
   EXPECT_TRUE(dust.value().with_body({{"more", 0, 2}, {}}).ok());

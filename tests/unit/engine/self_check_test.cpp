@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each thing that a self-check is to find, broken on purpose: it is found, and named for what it is.
+// Each kind of damage, made on purpose: the self-check finds and names it.
 #include "engine/check/self_check.h"
 
 #include <gmock/gmock.h>
@@ -51,7 +51,7 @@ std::vector<double> wavy(double at) {
   return positions;
 }
 
-/// What a pipeline keeps, with all of it at hand.
+/// A pipeline's cached data, writable.
 template <class Bounds>
 struct Kept {
   /// Leaves of eight: a front of many pairs over a small scene.
@@ -295,7 +295,7 @@ TYPED_TEST(SelfCheckOf, PartsThatAreTakenForApartAndAreNotAreNamed) {
   }
 }
 
-// The earliest contact is looked for anew where nothing moves, and what a motion has opened is folded then.
+// The earliest contact is searched again when nothing moves, and pairs opened by a motion are then folded.
 TEST(SelfCheck, CountsAFrontThatFoldsAtRest) {
   ColliderOptions options;
   options.report = Report::kEarliest;

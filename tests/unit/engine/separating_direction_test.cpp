@@ -116,8 +116,7 @@ TEST(SeparatingDirection, StartsFromWhatWasFoundBefore) {
   EXPECT_TRUE(separating_direction(a, b, {}, {}, Vector{-1, 0, 0})) << "one that does not serve any more";
 }
 
-// Turned by a matrix with zeros, what is infinite in float32 would be no number, and no maximum would hold
-// it.
+// Multiplied by a matrix with zeros, infinite float32 values would become NaN, which no maximum contains.
 TEST(SeparatingDirection, APosedPartBeyondFloatsRangeIsNeverTakenForApart) {
   const std::vector<double> rest{0, 0, 0, 1e60, 0, 0, 0, 1, 0};
   MovingPoints huge;
@@ -154,7 +153,7 @@ class RandomParts : public testing::Draws {
 
   Vector vector(double scale) { return {uniform(scale), uniform(scale), uniform(scale)}; }
 
-  /// From 1 to 40 points about a centre, each with a motion of its own.
+  /// From 1 to 40 points about a centre, each with its own motion.
   std::vector<VertexMotion> part(const Vector& centre, double size, double motion) {
     std::vector<VertexMotion> part(static_cast<std::size_t>(1 + below(40)));
     const Vector drift = vector(motion);
@@ -245,7 +244,7 @@ TEST(MovingPoints, PosedOnesAreThoseThatThePosePlaces) {
   }
 }
 
-// Whatever these bounds reject, the vertices' own bounds reject.
+// The vertices' own bounds reject every pair that these bounds reject.
 TEST(MovingPoints, TheirBoundsHoldThoseOfTheVertices) {
   for (std::uint64_t seed = 0; seed < 2'000; ++seed) {
     RandomParts random(seed);

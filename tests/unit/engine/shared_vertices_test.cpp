@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is looked up is what a look at the vertices says.
+// The lookup equals the result computed from the vertices.
 #include "engine/bvh/shared_vertices.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ Blocks random_blocks(std::mt19937_64& random, std::uint32_t faces) {
   return blocks;
 }
 
-// What is not to be tested, where anything is shared.
+// The excluded pairs, if any vertex is shared.
 std::uint64_t expected(const Scene& scene, const Blocks& blocks, std::size_t a, std::size_t b) {
   const auto count_a = static_cast<std::uint32_t>(blocks[a].size());
   const auto count_b = static_cast<std::uint32_t>(blocks[b].size());
@@ -65,8 +65,8 @@ void expect_all(const Scene& scene, const Blocks& blocks) {
   }
 }
 
-// Orders that are near to the faces' own, and such that a block's triangles lie all over: then it shares
-// vertices with more blocks than its row holds.
+// Orders near to the faces' own, and orders that scatter a block's triangles: then it shares vertices with
+// more blocks than fit in its row.
 TEST(SharedVertices, AreThoseOfTheFaces) {
   std::mt19937_64 random(3);
   for (int trial = 0; trial < 12; ++trial) {

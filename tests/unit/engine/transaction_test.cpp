@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A call that fails leaves no trace: found failures by name. What may fail anywhere is failed everywhere in
-// tests/faults.
+// A failed call changes nothing: specific failures by name. tests/faults injects failures everywhere.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +24,7 @@ using Doubles = std::span<const double>;
 constexpr std::uint32_t kBall = 0;
 constexpr std::uint32_t kGround = 1;
 
-/// An octahedron, rigid, above another one that is deformable and in nobody's way.
+/// A rigid octahedron above a deformable one that does not touch it.
 struct TwoBodies {
   TwoBodies() {
     for (const double height : {0.0, -4.0}) {

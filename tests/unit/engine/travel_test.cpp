@@ -87,8 +87,8 @@ void expect_apart_while_it_lasts() {
   EXPECT_GT(lasted, 1000U);
 }
 
-// Two thirds go, then one after the other comes back: the middle of the displacements has not. A leaf's sum
-// of them keeps the precision that budgets count on all the same.
+// Two thirds move away, then return one after the other: the middle of the displacements has not. A leaf's
+// sum of them must still keep the precision of budgets.
 template <class Bounds>
 void expect_sums_within_reach() {
   std::mt19937_64 random(5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planes may part only what has no contact: held to exact algebra on all fifteen feature pairs.
+// Planes may separate only pairs without contact: compared with exact algebra on all fifteen feature pairs.
 #include "engine/narrow_phase/triangle_filter.h"
 
 #include <gtest/gtest.h>
@@ -184,8 +184,7 @@ MovingTriangles falling_past(std::mt19937_64& random, double distance) {
   return pair;
 }
 
-// What it parts is farther apart than a tier may report at, so it does not hang on the frame that the points
-// are in whether it is reported.
+// Separated pairs are farther apart than a tier may report, so that the frame of the points does not matter.
 TEST(TriangleFilter, PlanesPartNothingWithinReach) {
   std::mt19937_64 random(36);
   int apart = 0;

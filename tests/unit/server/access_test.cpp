@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may do what: tokens, certificates, sessions that belong to their principal, administrators, and files
-// read again.
+// Access control: tokens, certificates, sessions owned by their principal, the admin role, and credentials
+// that are reloaded.
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
@@ -155,7 +155,7 @@ TEST_F(TokenTest, AnIdThatAnotherHasChosenIsAsFreeAsAnyOther) {
   ASSERT_TRUE(status.ok()) << status.error_message() << ": it tells that someone else has this id";
   EXPECT_EQ(bob.get_session(hers.id()).value().face_count, 1u);
   EXPECT_GT(alice.get_session(hers.id()).value().face_count, 1u);
-  // An administrator says whose is meant.
+  // A caller with the admin role selects the owner.
   const Status whose = root.delete_any_session(hers.id());
   ASSERT_FALSE(whose.ok());
   EXPECT_EQ(whose.error().code, ErrorCode::kFailedPrecondition);
@@ -191,7 +191,7 @@ TEST_F(TokenTest, NothingOfAStrangerIsParsed) {
         "CollisionService/DeleteSession", "CollisionService/ChangeScene", "CollisionService/CheckSession",
         "CollisionService/Step", "CollisionService/StreamSteps", "CollisionService/GetServerInfo",
         "AdminService/ListAllSessions", "AdminService/DeleteAnySession"})
-    // No message of any type: who parses it first says so.
+    // Not a valid message of any type: the first parser reports it.
     EXPECT_EQ(
         call_with_bytes(channel, std::string("/warmfront.v1.") + method, "\x07 is no message").error_code(),
         grpc::StatusCode::UNAUTHENTICATED)
@@ -393,7 +393,7 @@ TEST_F(TlsTest, OnlyWhoTrustsTheDaemonTalksToItAndItsCertificateCanChange) {
   Result<Client> changed = connect("other.pem");
   for (int i = 0; i < 10 && !changed.ok(); ++i) changed = connect("other.pem");
   EXPECT_TRUE(changed.ok()) << changed.error().message;
-  // Broken files are said so, and what was in force stays.
+  // Broken files are reported, and the old credentials stay in force.
   std::ofstream(file("daemon.key")) << other.key();
   EXPECT_FALSE(daemon_->reload());
   EXPECT_THAT(log_text_.str(), HasSubstr("daemon.key"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory accounts and gates: what is charged is given back, whoever comes first, and limits refuse without
-// changing anything.
+// Memory accounts and gates: charges are returned in any order of events, and limits refuse without changing
+// anything.
 #include "server/session/account.h"
 
 #include <gmock/gmock.h>
@@ -85,7 +85,7 @@ TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
   EXPECT_STREQ(open("carol", 450).fault().limit, "max-total-bytes");
   EXPECT_EQ(tenants.of("carol")->memory.used(), 0u);
 
-  // One who grows beyond what is its own meets its limit, and nobody else does.
+  // A principal that exceeds its share meets its limit, and no other does.
   Holding grown(alices, 600);
   ASSERT_TRUE(alices->refusal());
   EXPECT_STREQ(alices->refusal()->limit, "max-principal-bytes");
@@ -117,8 +117,8 @@ TEST(AccountTest, ManyThreadsLeaveNothingBehind) {
 
 TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
   Gate streams(3), frames(9);
-  Tenants tenants(Quota{.sessions = 9, .bytes = 500, .streams = 2, .frames = 2, .uploads = 1, .weight = 1}, streams,
-                  frames);
+  Tenants tenants(Quota{.sessions = 9, .bytes = 500, .streams = 2, .frames = 2, .uploads = 1, .weight = 1},
+                  streams, frames);
   const auto alice = tenants.of("alice"), bob = tenants.of("bob");
   EXPECT_EQ(tenants.of("alice"), alice);
   auto first = alice->streams.enter(), second = alice->streams.enter();
@@ -133,8 +133,9 @@ TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
   EXPECT_EQ(bob->streams.inside(), 1u) << "who was not let in is not counted";
   first.reset();
   EXPECT_EQ(streams.inside(), 2u);
-  // Quotas that change count at once, and for those who come later.
-  tenants.set_quotas(parse_quotas(std::vector<std::string>{"alice streams=1 weight=7", "carol bytes=1MiB"}).value());
+  // Changed quotas apply at once, and to later principals.
+  tenants.set_quotas(
+      parse_quotas(std::vector<std::string>{"alice streams=1 weight=7", "carol bytes=1MiB"}).value());
   EXPECT_FALSE(alice->streams.enter());
   EXPECT_EQ(alice->share.weight(), 7u);
   EXPECT_EQ(tenants.of("carol")->quota().bytes, std::size_t{1} << 20);
@@ -146,8 +147,8 @@ TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
 }
 
 TEST(QuotaTest, IsReadFromWordsAndLeavesRoomForOthers) {
-  const auto quotas = parse_quotas(
-      std::vector<std::string>{"alice sessions=8 bytes=4GiB streams=8 frames=32 uploads=2 weight=3", "bob weight=2"});
+  const auto quotas = parse_quotas(std::vector<std::string>{
+      "alice sessions=8 bytes=4GiB streams=8 frames=32 uploads=2 weight=3", "bob weight=2"});
   ASSERT_TRUE(quotas.ok()) << quotas.error().message;
   const Limits limits;
   const Quota all = default_quota(limits, false), some = default_quota(limits, true);

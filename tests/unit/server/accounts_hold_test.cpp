@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a session's account says it holds is what the allocator has handed out for it, in every state of a
-// session with many contacts; and no step takes more for them than its bound says.
+// A session's account equals the allocator's figure, in every state of a session with many contacts; and no
+// step takes more memory than its bound.
 #include <gtest/gtest.h>
 #include <malloc.h>
 

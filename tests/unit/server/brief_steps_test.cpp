@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brief steps stay on the thread that received them: which do, and that nobody waits for one that turns out
-// long.
+// Brief steps stay on the thread that received them: which ones do, and that no request waits for one that
+// turns out long.
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
@@ -174,8 +174,8 @@ TEST_F(WhereAStepRunsTest, OnThisThreadWhenItIsRecordedToADiskThatHangs) {
   const auto recordings =
       server::Recordings::open(folder.path(), 1 << 30, log, {.put = HangingDisk::put(disk)}).value();
   {
-    Made made = make(MovingGrids(3), false, {},
-                     recordings->begin(server::SessionId::parse(kId).value(), nullptr));
+    Made made =
+        make(MovingGrids(3), false, {}, recordings->begin(server::SessionId::parse(kId).value(), nullptr));
     EXPECT_FALSE(stays(made)) << "nobody knows of the first";
     EXPECT_TRUE(stays(made));
     EXPECT_TRUE(stays(made));
@@ -298,7 +298,7 @@ TEST_F(BriefStepsTest, NobodyWaitsForThoseThatTurnOutLong) {
   expect_health_is_told();
   EXPECT_EQ(count_sessions(), static_cast<int>(count));
   EXPECT_EQ(session(soups.front()->id).last_frame(), 1u);
-  // A session of its own is made, stepped by call and by stream, and deleted.
+  // A new session is created, stepped by call and by stream, and deleted.
   expect_healthy();
   ASSERT_TRUE(create().ok());
   Context context;

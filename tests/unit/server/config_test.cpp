@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configuration: which layer wins, what is refused, and that what is printed can be read again. And
+// Configuration: precedence of layers, refused values, and that printed configuration can be read again. Also
 // addresses, and the log.
 #include "server/config.h"
 

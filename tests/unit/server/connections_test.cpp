@@ -89,8 +89,8 @@ TEST(ConnectionsTest, SessionsInThreadsWhoseCallsAreMoreThanAConnectionCarries) 
     });
 }
 
-/// Frames and answers beyond what sockets and windows hold, to a daemon that reads no more while an answer
-/// waits.
+/// Frames and answers larger than sockets and windows hold, to a daemon that stops reading while an answer is
+/// pending.
 TEST(ConnectionsTest, WhoWritesFramesReadsTheAnswersThatHoldThemUp) {
   server::Config config;
   config.limits.max_queued_bytes = 1;

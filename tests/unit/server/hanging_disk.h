@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that takes nothing until it is told to go on. Thread-safe.
+// A disk that blocks until released. Thread-safe.
 #pragma once
 
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// grpc.health.v1: what is told of whom and when, and that watches are bounded.
+// grpc.health.v1: the reported states and their times, and that watches are bounded.
 #include "server/transport/health_service.h"
 
 #include <gmock/gmock.h>

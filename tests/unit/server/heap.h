@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small scene of every kind of body, and frames that mix every way to say what moved. Plain values.
+// A small scene with every kind of body, and frames that mix all forms of motion. Plain values.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits on memory, streams and frames in flight, as a client meets them: what is refused says which setting
-// and when to try again, and sessions go on.
+// Limits on memory, streams and frames in flight, as seen by a client: a refusal names the setting and the
+// retry delay, and sessions continue.
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>

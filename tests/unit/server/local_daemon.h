@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A daemon for tests: in this process, on a Unix socket in a folder of its own. Used by one thread at a time.
+// A daemon for tests: in this process, on a Unix socket in its own folder. Used by one thread at a time.
 #pragma once
 
 #include <gtest/gtest.h>

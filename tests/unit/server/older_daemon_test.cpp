@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client of today at a daemon that is older than the states of sessions: it says nothing of what its copy
-// is, so that a copy is never gone on with; it is made again, and the answers are right.
+// A current client and a daemon too old for session states: its copy cannot be verified, so it is never
+// reused; the session is created again, and the answers are right.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings on a disk that hangs: sessions, uploads and timeouts go on, what waits for it is bounded and
-// charged, and once it goes on a recording is whole.
+// Recordings on a disk that hangs: sessions, uploads and timeouts continue, pending data are bounded and
+// charged, and when the disk recovers a recording is complete.
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>

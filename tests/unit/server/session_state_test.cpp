@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a daemon states of a session: frame, revision and digest, which only accepted input moves; and changes
-// of a scene, which are made together or not at all, and once.
+// A session's reported state: frame, revision and digest, changed by accepted input only; and changes of a
+// scene, carried out together or not at all, and once.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -237,7 +237,7 @@ TEST_F(SessionStateTest, ChangesAreMadeTogetherOrNotAtAll) {
   EXPECT_EQ(info().body_count(), before.body_count() + 1);
 }
 
-// To look at one session is to use it, to look at all of them is not.
+// A request about one session counts as use, listing all does not.
 TEST_F(SessionStateTest, GetSessionKeepsItFromExpiring) {
   using std::chrono::milliseconds;
   ASSERT_TRUE(create().ok());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A proxy between a client and several daemons, of which a test says where it leads: what a load balancer
-// does when a daemon is away, back again, or answers into the void. Thread-safe.
+// A proxy between a client and several daemons, switched by a test: a load balancer when a daemon is away,
+// returns, or its answers are lost. Thread-safe.
 #pragma once
 
 #include <atomic>

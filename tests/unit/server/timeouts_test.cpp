@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clients that are slow or give up: they are cut off after the stated time with the stated code, and cost
-// nobody else.
+// Clients that are slow or cancel: they are disconnected after the stated time with the stated code, without
+// cost to others.
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST_F(SlowClientTest, AStreamThatNeverAttachesAndAFrameThatNeverEndsAreCutOff) 
   EXPECT_EQ(first.error_code(), StatusCode::DEADLINE_EXCEEDED);
   EXPECT_EQ(detail_of(first).reason(), v1::ERROR_REASON_TIMEOUT);
   const auto stream = open(slow, 1);
-  // Idle between frames is no fault.
+  // Idle time between frames is allowed.
   std::this_thread::sleep_for(milliseconds(2500));
   stream->Write(frame_message(1, frame(1)));
   ASSERT_TRUE(stream->Read(&response));
@@ -70,7 +70,7 @@ TEST_F(SlowClientTest, AStreamThatNeverAttachesAndAFrameThatNeverEndsAreCutOff) 
   EXPECT_TRUE(step(2, frame(2)).ok()) << "the session is as before the frame that never came";
 }
 
-/// Answers larger than what the transport buffers for a client that does not read.
+/// Answers larger than the transport's buffers for a client that does not read.
 class NoReaderTest : public ServiceTest {
  protected:
   // Only the stall is timed, and long enough for a client that does read on a busy machine: an upload of this

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session that goes on at another daemon and comes back: each daemon may hold a copy that was left behind,
-// and only one that is in the session's own state may answer. Every answer is compared with a collider in
-// this process.
+// A session that moves to another daemon and back: each daemon may hold an outdated copy, and only a copy in
+// the session's own state may answer. Every answer is compared with a collider in this process.
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
@@ -112,7 +111,7 @@ TEST_F(TwoDaemons, ACopyThatMissedAChangeIsNotTakenForTheSession) {
   Session session = open(two_bodies(grids_, false));
   Expected expected(two_bodies(grids_, false), grids_.positions(0));
   expect_step(session, expected, still);
-  // A is away for a while; the session goes on at B, and is changed there.
+  // A is away for a while; the session continues at B, and is changed there.
   board_.lead_to(b_.address());
   Body body{"", 0, grids_.vertex_count() / 2};
   ASSERT_TRUE(session.change_body(1, body).ok());

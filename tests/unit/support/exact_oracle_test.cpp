@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The oracle against cases solved by hand, symbolic truth from elsewhere, and what the certified tier proves.
+// The oracle against cases solved by hand, symbolic truth from elsewhere, and the certified tier's proofs.
 #include "tests/support/exact_oracle.h"
 
 #include <gtest/gtest.h>

@@ -69,7 +69,7 @@ TEST(Polynomial, FindsTheRootsItWasMadeOf) {
   }
 }
 
-// Roots that are no fractions, closer together than doubles tell.
+// Irrational roots, closer together than doubles can resolve.
 TEST(Polynomial, TellsCloseIrrationalRootsApart) {
   // 2 x^2 = 1, and 2 x^2 = 1 + 2^-200.
   const mpz_class big = mpz_class(1) << 200;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file format: what is written is read, whatever of it is there; everything else is refused with the
-// byte.
+// The file format: any written combination of parts is read back; everything else is refused with the byte.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -27,7 +26,7 @@ v1::RecordedMessage answer(std::uint64_t frame) {
   return message;
 }
 
-/// A file of so many answers.
+/// A file with this many answers.
 std::string write_answers(const TemporaryFolder& folder, std::uint64_t count) {
   const std::string path = folder.file("r.wfrec");
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings as bug reports and regression tests: what a daemon and the command line record replays through
-// the engine and through a daemon with the same answers, and a changed answer is found.
+// Recordings as bug reports and regression tests: recordings of a daemon and of the command line replay
+// through the engine and through a daemon with the same answers, and a changed answer is found.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class ReplayTest : public ::testing::Test {
       if (file.path().extension() == ".wfrec") files.push_back(file.path());
     return files;
   }
-  /// A session ends when the last that the daemon does for it is done: a moment after its client is told.
+  /// A session ends with the daemon's last job for it: slightly after its client is told.
   static void wait_for_end(const std::string& path) {
     for (int i = 0; i < 2000; ++i) {
       recording::Reader reader = recording::Reader::open(path).value();
