@@ -7,12 +7,12 @@ if(PROJECT_IS_TOP_LEVEL)
   set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/warmfront)
   set(libraries warmfront_engine)
-  # Headers keep their paths from the root, so that #include "engine/collider.h" reads the same here and there.
-  # Only the engine's own: they include none of its rooms.
+  # Headers keep their paths from the root, so that #include "engine/collider.h" works before and after installation.
+  # Only public headers of the engine, which include none of its rooms.
   file(GLOB public_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/engine/*.h)
   install(FILES ${public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/engine)
   if(WARMFRONT_SERVICE)
-    # A static library needs what it is made of at link time: the contract comes along, gRPC is found again.
+    # A static library needs its dependencies at link time: install the contract; find_package() finds gRPC.
     list(APPEND libraries warmfront_proto warmfront_wire warmfront_client)
     install(TARGETS warmfrontd warmfront RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT service)
     install(FILES deploy/systemd/warmfrontd.service DESTINATION lib/systemd/system COMPONENT service)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# `cpack -G DEB` in the build folder: `warmfront` is the daemon, the command line, the unit and its settings; `warmfront-dev` is what
-# programs are built with; `python3-warmfront` is the Python client. Libraries that are needed are read from the binaries (needs dpkg-dev).
+# `cpack -G DEB` in the build folder: `warmfront` is the daemon, the command line, the unit and its settings; `warmfront-dev` has
+# headers and libraries; `python3-warmfront` is the Python client. Libraries that are needed are read from the binaries (needs dpkg-dev).
 set(CPACK_PACKAGE_NAME warmfront)
 set(CPACK_PACKAGE_CONTACT "Warmfront developers <warmfront@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
@@ -15,7 +15,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_SERVICE_PACKAGE_NAME warmfront)
 set(CPACK_DEBIAN_SERVICE_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_SERVICE_PACKAGE_SHLIBDEPS ON)
-# /bin/kill is how the unit reloads; the helpers keep what the administrator enabled.
+# The unit reloads with /bin/kill; the helpers keep the administrator's enabled state.
 set(CPACK_DEBIAN_SERVICE_PACKAGE_DEPENDS "procps, init-system-helpers (>= 1.54)")
 set(CPACK_DEBIAN_SERVICE_PACKAGE_CONTROL_EXTRA
     ${PROJECT_SOURCE_DIR}/deploy/debian/postinst ${PROJECT_SOURCE_DIR}/deploy/debian/prerm

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What every Warmfront target has in common.
+# Common properties of all Warmfront targets.
 
 if(WARMFRONT_SANITIZE)
   # No recovery: the first report fails the run.
@@ -26,7 +26,7 @@ function(warmfront_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wpedantic -Wno-psabi
                                          # GCC 12 warns of std::string's own operator+ (GCC bug 105651).
                                          $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-                                         # Both sides of a branchless condition are meant to be computed.
+                                         # Branchless conditions compute both sides on purpose.
                                          $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
                                          # What a lock protects is touched with the lock held (server/annotations.h).
                                          $<$<CXX_COMPILER_ID:Clang>:-Wthread-safety>
