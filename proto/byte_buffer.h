@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages as gRPC's generic calls send them. Thread-safe.
+// Serialized messages for gRPC's generic calls. Thread-safe.
 #pragma once
 
 #include <grpcpp/impl/codegen/proto_utils.h>
@@ -7,7 +7,7 @@
 
 namespace warmfront {
 
-/// The bytes of a message; none of one beyond 2 GiB, which cannot be serialised.
+/// The bytes of a message; none beyond 2 GiB, which cannot be serialized.
 template <class Message>
 grpc::ByteBuffer serialize(const Message& message) {
   grpc::ByteBuffer buffer;

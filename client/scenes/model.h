@@ -39,7 +39,7 @@ class Shapes {
   SceneDescription scene;
 };
 
-/// The n for which a cube (or sphere) has about so many triangles; at least `least`.
+/// The n for which a cube (or sphere) has about `triangles` triangles; at least `least`.
 int cube_cells(double triangles, int least);
 /// The nearest whole number to the square root, at least `least`.
 int rounded_root(double square, int least);

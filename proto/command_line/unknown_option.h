@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both programs say of an argument that they do not have: its name, and the nearest that they do have.
-// Pure functions.
+// Both programs' message for an unknown argument: its name, and the nearest known one. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +11,8 @@
 
 namespace warmfront::command_line {
 
-/// Insertions, deletions, replacements and swaps of neighbours that make one of the other (optimal string
-/// alignment distance). O(a.size() b.size()).
+/// Optimal string alignment distance: insertions, deletions, replacements and swaps of neighbours. O(a.size()
+/// b.size()).
 inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
@@ -30,7 +29,7 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-/// The name nearest to `word` of those within a third of its length, the first of several; empty for none.
+/// The name nearest to `word` within a third of its length, the first of several; empty for none.
 inline std::string_view nearest(std::string_view word, std::span<const std::string> names) {
   std::string_view best;
   std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
@@ -43,9 +42,9 @@ inline std::string_view nearest(std::string_view word, std::span<const std::stri
   return best;
 }
 
-/// Of arguments that were left over, in their order: "there is no option --sesions; the nearest is
-/// --sessions". `options` are the long names with their dashes. What follows an unknown option is left out,
-/// as it may be its value.
+/// For unparsed arguments, in order: "there is no option --sesions; the nearest is --sessions". `options` are
+/// the long names with their dashes. Arguments after an unknown option are ignored, since they may be its
+/// value.
 inline std::string unknown_argument(std::span<const std::string> left_over,
                                     std::span<const std::string> options) {
   const auto is_option = [](const std::string& argument) {

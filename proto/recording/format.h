@@ -9,7 +9,7 @@ namespace warmfront::recording {
 
 inline constexpr std::string_view kMagic = "WFREC\r\n\x1a";
 inline constexpr std::uint32_t kVersion = 1;
-/// A message is at most 1 GiB, which no daemon's limit exceeds, with what is around it.
+/// Largest message: 1 GiB, the greatest limit of a daemon, plus its framing.
 inline constexpr std::uint64_t kMostRecordBytes = (std::uint64_t{1} << 30) + (64 << 10);
 inline constexpr std::size_t kMostLengthBytes = 5;
 

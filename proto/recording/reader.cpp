@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records from bytes. Thread safety as stated in the header.
+// Parses records. Thread safety as stated in the header.
 #include "proto/recording/reader.h"
 
 #include <google/protobuf/stubs/logging.h>
@@ -76,7 +76,7 @@ Result<std::optional<v1::RecordedMessage>> Reader::next() {
   if (std::fread(bytes.data(), 1, length, file_.get()) != length) return torn(begin);
   at_ += length;
   v1::RecordedMessage message;
-  // What is wrong is told by the error, not by Protocol Buffers on stderr.
+  // Errors are returned; suppress Protocol Buffers' own messages on stderr.
   const google::protobuf::LogSilencer quiet;
   if (!message.ParseFromString(bytes)) return error(begin, "a record that is no RecordedMessage");
   if (message.what_case() == v1::RecordedMessage::WHAT_NOT_SET)

@@ -15,15 +15,15 @@ namespace warmfront::recording {
 
 class Reader {
  public:
-  /// kInvalidArgument for what is no recording or of a version that is not known, with the path and the byte.
+  /// kInvalidArgument for an invalid recording or an unknown version, with the path and the byte.
   static Result<Reader> open(const std::string& path);
 
   const v1::RecordingHeader& header() const { return header_; }
-  /// The next record; none at the end. kInvalidArgument for a record that is malformed, which names the byte.
+  /// The next record; none at the end. kInvalidArgument for a malformed record, with its byte.
   Result<std::optional<v1::RecordedMessage>> next();
-  /// At the end: bytes of a last record that is cut off, and was left out.
+  /// At the end: bytes of a truncated last record, which was ignored.
   std::uint64_t torn_bytes() const { return torn_bytes_; }
-  /// Where the next record begins.
+  /// Offset of the next record.
   std::uint64_t at() const { return at_; }
   /// "PATH: byte N: WHAT".
   Error error(std::uint64_t byte, const std::string& what) const;

@@ -73,7 +73,7 @@ Writer::~Writer() {
   try {
     if (stopped_.empty()) put_end(true, "");
   } catch (const std::bad_alloc&) {
-    // Readers take it for one that was cut off.
+    // Readers treat it as truncated.
   }
   close(file_);
 }
@@ -123,7 +123,7 @@ void Writer::stop(const std::string& reason) {
 }
 
 void Writer::put_end(bool complete, const std::string& reason) {
-  // Where a record could be written in part only, the marker takes its place.
+  // If a record was written only partly, the marker replaces it.
   if (ftruncate(file_, static_cast<off_t>(written_)) != 0 ||
       lseek(file_, static_cast<off_t>(written_), SEEK_SET) < 0)
     return;

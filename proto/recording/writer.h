@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a recording, record by record, so that a killed process leaves all but the last. Used by one thread
-// at a time.
+// Writes a recording, record by record, so that a killed process loses at most the last one. Used by one
+// thread at a time.
 #pragma once
 
 #include <sys/types.h>
@@ -19,26 +19,26 @@
 namespace warmfront::recording {
 
 struct WriterOptions {
-  /// Asked before so many bytes are written; a false stops the recording. Empty: no bound.
+  /// Called before each write with its size in bytes; false stops the recording. Empty: no bound.
   std::function<bool(std::size_t)> admit = {};
-  /// Told of what was admitted when the recording is discarded.
+  /// Called with the admitted bytes when the recording is discarded.
   std::function<void(std::size_t)> give_back = {};
-  /// Told once, when the recording stops before its end.
+  /// Called once, when the recording stops before its end.
   std::function<void(const std::string& reason)> stopped = {};
-  /// When what is recorded began; none: now.
+  /// Begin of the recorded session; none: now.
   std::optional<std::chrono::system_clock::time_point> began = std::nullopt;
-  /// Writes as write(2) does, with errno; empty: that itself. For tests, of a disk that hangs.
+  /// Replacement for write(2), with errno; empty: write(2). For tests of a disk that hangs.
   std::function<ssize_t(int file, const char* bytes, std::size_t count)> put = {};
 };
 
-/// A message as it stands in a file, its length before its bytes, for Writer::append(). kResourceExhausted
-/// for one that no reader takes.
+/// A message as a record, with its length in front, for Writer::append(). kResourceExhausted if it is larger
+/// than readers accept.
 Result<std::string> record_of(const v1::RecordedMessage& message);
 
 class Writer {
  public:
-  /// Creates `path`, which must not exist, for its owner alone (mode 0600), and writes the header; `program`
-  /// as in RecordingHeader.
+  /// Creates `path`, which must not exist, readable by its owner only (mode 0600), and writes the header;
+  /// `program` as in RecordingHeader.
   static Result<std::unique_ptr<Writer>> create(const std::string& path, const std::string& program,
                                                 WriterOptions options = {});
   /// Marks the recording as complete, unless it stopped.
@@ -46,16 +46,16 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// Never fails: what cannot be written stops the recording, with a marker behind its last whole record. The
-  /// message is given its time, since this was created.
+  /// Never fails: a write error stops the recording, with a marker after its last whole record. The message
+  /// gets the time since this was created.
   void write(v1::RecordedMessage message);
-  /// The same for what record_of() made of a message, which has its time already.
+  /// The same for a record from record_of(), which has its time already.
   void append(const std::string& record);
-  /// Why it stopped; empty while it goes on.
+  /// Why it stopped; empty while it is recording.
   const std::string& stop_reason() const { return stopped_; }
-  /// Stops it, as what cannot be written does.
+  /// Stops it, as a write error does.
   void stop(const std::string& reason);
-  /// Removes the file: there is nothing to keep.
+  /// Removes the file.
   void discard();
 
  private:

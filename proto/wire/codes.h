@@ -8,7 +8,7 @@ namespace warmfront::wire {
 
 /// In [1, 16].
 int canonical_code(ErrorCode code);
-/// OUT_OF_RANGE counts as kInvalidArgument; UNKNOWN and what is no code as kInternal.
+/// OUT_OF_RANGE becomes kInvalidArgument; UNKNOWN and invalid codes become kInternal.
 ErrorCode error_code(int canonical);
 
 }  // namespace warmfront::wire

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The engine's enums and the contract's. Both list the same names in the same order; the contract's begin
-// with UNSPECIFIED. Pure functions.
+// Conversion between the engine's enums and the contract's. Both list the same names in the same order; the
+// contract's begin with UNSPECIFIED. Pure functions.
 #pragma once
 
 #include <optional>
@@ -54,7 +54,7 @@ constexpr typename Counterpart<Enum>::Type to_proto(Enum value) {
   return static_cast<typename Counterpart<Enum>::Type>(static_cast<int>(value) + 1);
 }
 
-/// Nothing for UNSPECIFIED and for values of a contract newer than this build.
+/// None for UNSPECIFIED and for values of a contract newer than this build.
 template <class Enum>
 constexpr std::optional<Enum> known(typename Counterpart<Enum>::Type value) {
   if (value < 1 || value > Counterpart<Enum>::kLast) return std::nullopt;

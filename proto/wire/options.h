@@ -10,8 +10,8 @@ namespace warmfront::wire {
 
 /// Every field set.
 v1::ColliderOptions to_proto(const ColliderOptions& options);
-/// What is left out gets its default. kInvalidArgument, naming the field, for an enum's value that this build
-/// does not know; ranges are not looked at (see validate()).
+/// Omitted fields get their default. kInvalidArgument, naming the field, for an enum value unknown to this
+/// build; ranges are not checked (see validate()).
 Result<ColliderOptions> options_from(const v1::ColliderOptions& message);
 
 }  // namespace warmfront::wire

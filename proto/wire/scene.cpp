@@ -18,7 +18,7 @@ v1::Body to_proto(const Body& body) {
 }
 
 Result<Body> body_from(const v1::Body& message, const std::string& where) {
-  // Before the scene is built, which may be minutes after this was sent.
+  // Checked before the scene is built, which may be minutes later.
   if (message.name().size() > kMaxNameBytes)
     return invalid_argument(where + ".name: is " + std::to_string(message.name().size()) +
                             " bytes long, and may be " + std::to_string(kMaxNameBytes));

@@ -12,8 +12,8 @@ namespace warmfront::wire {
 
 /// Every field set.
 v1::Body to_proto(const Body& body);
-/// What is left out gets its default. kInvalidArgument, in words that begin with `where`, for a kind that
-/// this build does not know, or a name that is too long.
+/// Omitted fields get their default. kInvalidArgument, with a message that begins with `where`, for a kind
+/// unknown to this build, or a name that is too long.
 Result<Body> body_from(const v1::Body& message, const std::string& where);
 
 }  // namespace warmfront::wire

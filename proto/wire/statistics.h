@@ -8,7 +8,8 @@
 namespace warmfront::wire {
 
 v1::StepStatistics to_proto(const StepStatistics& statistics);
-/// What a newer daemon adds to an enum is kNone or kAuto here. Why a front was rebuilt is not on the wire.
+/// Enum values added by a newer daemon become kNone or kAuto. The reason for rebuilding a front is not on the
+/// wire.
 StepStatistics statistics_from(const v1::StepStatistics& message);
 
 }  // namespace warmfront::wire

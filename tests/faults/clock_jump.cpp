@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the daemon: its wall clock jumps to and fro by an hour, four times a second. What counts
-// time by the wall clock shows it. Thread-safe.
+// Preloaded into the daemon: its wall clock jumps back and forth by an hour, four times a second. Affects
+// everything that measures time by the wall clock. Thread-safe.
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>

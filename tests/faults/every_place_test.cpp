@@ -130,7 +130,7 @@ class Place {
     return true;
   }
 
-  /// One collider meets one fault after the other, over and over, and then goes on.
+  /// One collider meets one fault after another, repeatedly, and then continues.
   void meet_all(Fault fault, long most) const {
     Collider collider = arrive();
     // Caches for the next call may remain; a leak grows with every failure.
@@ -253,7 +253,7 @@ Script poses_and_positions() {
   return script;
 }
 
-// Sheets within the separation: what is found at rest is kept.
+// Sheets within the separation: contacts of stationary features are cached.
 Script contacts_at_rest(Report report) {
   Script script{
       "contacts at rest, report " + std::string(to_string(report)),

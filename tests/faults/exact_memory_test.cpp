@@ -32,7 +32,7 @@ void release(void* memory, std::size_t /*size*/) {
   std::free(memory);
 }
 
-// Coordinates of so many bits as double's range has room for, and of few; through one another, or in a plane.
+// Coordinates that span all bits of double's range, and few bits; intersecting, or in a plane.
 FeatureCase draw(std::mt19937_64& random) {
   const bool flat = random() % 4 == 0;
   const int range = random() % 2 == 0 ? 1 : 500;

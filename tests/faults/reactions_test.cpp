@@ -23,7 +23,7 @@ namespace {
 // Counts down to the allocation that fails; below 0: it has failed, or none is to.
 std::atomic<long> allocations_left{-1};
 constexpr long kDisarmed = std::numeric_limits<long>::max();
-// The client's, who is in this process.
+// Allocations of the client, which is in this process.
 thread_local bool exempt = false;
 thread_local bool looking = false;
 

@@ -271,7 +271,7 @@ std::string watch(std::uint32_t stream) {
          http2::frame(0, 1, stream, std::string(5, '\0'));
 }
 
-// Each holds memory for as long as it lasts, and asks nobody's leave.
+// Each holds memory while it is open, without authentication.
 TEST_F(FaultTableStrangers, Row29_HealthWatches) {
   allowed_growth_ = 24 * kMiB;
   while_stepping("health watches", [&] {

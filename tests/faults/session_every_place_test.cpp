@@ -266,7 +266,7 @@ TEST_P(SessionEveryPlace, AChange) {
   std::printf("%ld allocations failed\n", n - 1);
 }
 
-// All or none of them: wherever its client gives up, or memory ends, the session is as before.
+// All or none of them: after a cancellation or out of memory at any place, the session is unchanged.
 TEST_P(SessionEveryPlace, FiveChangesAreOne) {
   const auto expected = change_five(1, -1);
   ASSERT_TRUE(expected != nullptr && expected->ok());

@@ -350,7 +350,7 @@ class History {
   Collider collider_;
 };
 
-// So many histories on so many threads.
+// Runs `histories` histories on `threads` threads.
 void check_histories(const char* name, int threads, int histories) {
   const auto workers = std::make_shared<Workers>(threads);
   rc::detail::TestMetadata metadata;

@@ -29,8 +29,8 @@ double Schedule::next() {
   }
   const double frames = due_;
   if (arrival_ != Arrival::kPoisson) due_ += 1;
-  // The time by which so many frames are expected: rate * t^2 / (2 ramp) of them up to the ramp's end, and
-  // rate * (t - ramp / 2) after it.
+  // The time at which the expected number of frames is reached: rate * t^2 / (2 ramp) up to the ramp's end,
+  // and rate * (t - ramp / 2) after it.
   const double in_ramp = rate_ * ramp_ / 2;
   return frames < in_ramp ? std::sqrt(2 * ramp_ * frames / rate_) : frames / rate_ + ramp_ / 2;
 }

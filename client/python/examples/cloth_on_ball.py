@@ -5,11 +5,12 @@
     warmfrontd &
     PYTHONPATH=build/release/python client/python/examples/cloth_on_ball.py [--server ADDR] [--steps N] [--blind]
 
-Three sessions, each asked for what it is good at. `near` tells what comes within THICKNESS in a step, with the closest
-points: the solver holds these pairs apart. `guard` tells the `earliest` time of impact of the motion that the solver wants: that is its
-step length. Only 0.9 of the way there is taken (as in IPC: Li et al. 2020), what is to meet there is held apart too, and the
-rest of the step is solved again. `judge`, in the exact tier, counts the contacts of all motion that was made: not one, or
-something touched, and the exit code is 1. With --blind the solver asks neither `near` nor `guard`, and the judge finds out.
+Three sessions with different options. `near` reports pairs that come within THICKNESS in a step, with the closest points:
+the solver holds these pairs apart. `guard` reports the `earliest` time of impact of the motion that the solver wants: this
+is its step length. Only 0.9 of it is taken (as in IPC: Li et al. 2020), pairs that would meet then are held apart, too, and
+the remaining step is solved again. `judge`, in the exact tier, counts the contacts of all motion that was made: any contact
+means that something touched, and the exit code is 1. With --blind the solver uses neither `near` nor `guard`, and `judge`
+counts the contacts.
 """
 import argparse
 import sys
@@ -20,18 +21,18 @@ import warmfront
 from warmfront import Body, Options
 
 SIDE = 25  # vertices along an edge of the cloth
-THICKNESS = 0.01  # that the solver keeps between things; the ball's radius is 0.5
+THICKNESS = 0.01  # kept by the solver between surfaces; the ball's radius is 0.5
 DT = 1 / 60
 GRAVITY = np.array([0, 0, -9.81])
 ITERATIONS = 20
-PIECES = 8  # in which a step is made at most
+PIECES = 8  # most pieces of a step
 
 
 def grid():
     """A square cloth above the ball: positions (n, 3), faces (m, 3), springs (s, 2)."""
     line = np.linspace(-0.8, 0.8, SIDE)
     x, y = np.meshgrid(line, line, indexing="ij")
-    # Not quite in the middle, so that it slides.
+    # Slightly off the middle, so that it slides.
     positions = np.stack([x + 0.05, y + 0.02, np.full_like(x, 0.62)], axis=-1).reshape(-1, 3)
     v = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
     a, b, c, d = (part.ravel() for part in (v[:-1, :-1], v[1:, :-1], v[1:, 1:], v[:-1, 1:]))
@@ -63,8 +64,8 @@ class Pairs:
         self.direction = np.empty((0, 3))
 
     def add(self, contacts):
-        # Apart is along the closest points. The features' normal is another direction where these lie on a face's rim or at
-        # an edge's end, and the only one where they coincide.
+        # Push along the closest points. The features' normal differs from this direction where these lie on a face's rim or at
+        # an edge's end; use it only where they coincide.
         apart = contacts.points[:, 0] - contacts.points[:, 1]
         distance = np.linalg.norm(apart, axis=1, keepdims=True)
         direction = np.where(distance > 1e-3 * THICKNESS, apart / np.maximum(distance, 1e-300), contacts.normal)
@@ -166,7 +167,7 @@ def main():
                 met += verdict.vf + verdict.ee
                 if not first:
                     break
-                guard.step(bodies={0: x[:n]})  # back along the way whose answer is known
+                guard.step(bodies={0: x[:n]})  # back along a motion with a known answer
                 pairs.add(first)
             if not arguments.blind:
                 near.step(bodies={0: x[:n]})

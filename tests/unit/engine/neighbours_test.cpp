@@ -211,7 +211,7 @@ TEST(Neighbours, AreLeftAloneWhereNothingMoves) {
     }
   }
   Front<KDop18> front;
-  // How many chunks a step hands over where the first so many coordinates move.
+  // Number of chunks that a step passes on when the first `moving` coordinates move.
   const auto handed_over = [&](std::size_t moving) {
     for (std::size_t k = 0; k < moving; ++k) positions[k] += 0.001;
     hierarchy.step(positions);

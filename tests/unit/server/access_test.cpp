@@ -244,7 +244,7 @@ TEST_F(PrincipalBytesTest, OneWhoHasUsedItsBytesDoesNotKeepOthersOut) {
 }
 
 TEST_F(TokenTest, WhoCallsIsAskedFirstAlsoWhileDraining) {
-  // An upload that goes on keeps the daemon from ending.
+  // A running upload keeps the daemon from ending.
   Client alice = connect(kAlice).value();
   const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
   const auto stub = v1::CollisionService::NewStub(channel);

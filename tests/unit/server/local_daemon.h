@@ -48,7 +48,7 @@ class LocalDaemon {
   server::Daemon* operator->() { return daemon_.get(); }
   std::string log() const { return log_text_.str(); }
 
-  /// All sessions are lost, as when it crashes. `change` is made to what it is told.
+  /// All sessions are lost, as in a crash. `change` may modify its options.
   void restart(const std::function<void(server::Config&)>& change = {}) {
     daemon_.reset();
     if (change) change(config_);

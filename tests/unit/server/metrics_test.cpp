@@ -192,7 +192,7 @@ TEST_F(MetricsTest, ThoseWhoConnectAndSayNothingDoNotKeepOthersWaiting) {
     socket = ::socket(AF_INET, SOCK_STREAM, 0);
     ASSERT_EQ(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
   }
-  // The first of them is still open when it comes: nobody was waited for.
+  // The first is still open when the second arrives: no call waited for it.
   EXPECT_THAT(get(daemon_->metrics_port(), "/readyz"), HasSubstr("200 OK"));
   char none = 0;
   EXPECT_EQ(::recv(silent.back(), &none, 1, MSG_DONTWAIT), -1);

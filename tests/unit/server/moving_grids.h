@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small scene that moves: two wavy grids, one passing to and fro through the other. Plain functions,
+// A small scene that moves: two wavy grids, one passing back and forth through the other. Plain functions,
 // thread-safe.
 #pragma once
 

@@ -177,7 +177,7 @@ class Turns {
   const std::shared_ptr<Mailbox> b = std::make_shared<Mailbox>(runner_, 3);
 };
 
-/// Of three jobs each, when each of A's and B's takes so long.
+/// The order of three jobs each, with these costs per job of A and B.
 std::string turns_of(double ms_a, double ms_b) {
   Turns turns(6);
   turns.a->foresee(Lane::kShort, ms_a);
@@ -205,7 +205,7 @@ TEST(MailboxTest, AJobThatChangesWhatIsForeseenEndsItsTurn) {
   EXPECT_EQ(turns.order(), "ABa");
 }
 
-// What is foreseen is told of steps: a change of the scene may take long, on a guest's thread too.
+// Predictions cover steps only: a change of the scene may take long, on a guest's thread too.
 TEST(MailboxTest, AJobThatIsNoStepHasATurnOfItsOwn) {
   Turns turns(5);
   for (const auto& mailbox : {turns.a, turns.b}) mailbox->foresee(Lane::kShort, 0.1);
@@ -344,7 +344,7 @@ TEST(RunnerTest, WhoseTasksTookLessTimeByTheirWeightComesFirst) {
     return order;
   };
   const std::string equal = order_of(1, 1), threefold = order_of(3, 1);
-  // Of the first so many, both had as much as is theirs, give or take one.
+  // Of the first jobs, both had their share, give or take one.
   EXPECT_NEAR(static_cast<double>(std::ranges::count(equal.substr(0, 6), 'a')), 3, 1) << equal;
   EXPECT_NEAR(static_cast<double>(std::ranges::count(threefold.substr(0, 8), 'a')), 6, 1) << threefold;
 }
@@ -457,7 +457,7 @@ TEST_F(StoreTest, ASessionWithARequestInHandDoesNotExpire) {
   Store store(1);
   const std::shared_ptr<Session> session = make(id_);
   store.reserve(id_).value().fill(session);
-  // The runner outlives the latches: nobody may be about to leave `go` when the test ends.
+  // The runner outlives the latches: no thread may still be leaving `go` when the test ends.
   std::latch begun(1), go(1), gone(2);
   std::promise<void> checked;
   runner_.post([&] {

@@ -15,7 +15,7 @@
 namespace warmfront::server {
 namespace {
 
-/// The bytes in slices of so many.
+/// The bytes in slices of this size.
 grpc::ByteBuffer in_pieces(std::string_view bytes, std::size_t piece) {
   std::vector<grpc::Slice> slices;
   for (std::size_t at = 0; at < bytes.size(); at += piece)

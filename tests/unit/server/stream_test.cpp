@@ -166,7 +166,8 @@ TEST_F(ServiceTest, AVanishedClientLeavesTheSessionToTheNext) {
     context.TryCancel();
     EXPECT_FALSE(stream->Finish().ok());
   }
-  // Frame 1 may or may not have been read before the end; both are fine, and nobody is locked out for long.
+  // Frame 1 may or may not have been read before the end; both are fine, and the session is not blocked for
+  // long.
   Context context;
   auto stream = stub_->StreamSteps(&context);
   stream->Write(attach(kId, true));
