@@ -206,18 +206,22 @@ std::vector<Setting> table() {
       bytes("max-total-bytes", &Limits::max_total_bytes, {.least = 1 << 20},
             "Memory of all sessions; by default three quarters of what this process may use"),
       bytes("max-principal-bytes", &Limits::max_principal_bytes, {.least = 1 << 16, .or_zero = true},
-            "Memory of all sessions of a principal; 0: as said of its sessions"),
+            "Memory of all sessions of a principal; 0: three quarters where principals are told apart, else "
+            "all"),
       count("max-streams-per-principal", &Limits::max_streams_per_principal, {.least = 0},
-            "Streams of one principal open at once; 0: as said of its sessions"),
+            "Streams of one principal open at once; 0: three quarters where principals are told apart, else "
+            "all"),
       count("max-frames-per-principal", &Limits::max_frames_per_principal, {.least = 0},
-            "Frames of one principal accepted and not yet computed; 0: as said of its sessions"),
+            "Frames of one principal accepted and not yet computed; 0: three quarters where principals are "
+            "told apart, "
+            "else all"),
       count("max-uploads-per-principal", &Limits::max_uploads_per_principal, {.least = 0},
             "Sessions that one principal uploads at once; 0: a quarter of --max-sessions where principals "
             "are told apart, else all"),
       texts("quotas", &Config::quotas,
             "What single principals may have: \"PRINCIPAL sessions=8 bytes=4GiB streams=8 frames=32 "
             "uploads=2 weight=2\", each part optional; several with commas, or repeated. Words like these "
-            "may also end a line of the token file, which goes before",
+            "may also end a line of the token file, which overrides this setting",
             check_quotas),
       count("max-open-streams", &Limits::max_open_streams, {.least = 1},
             "Streams open at once, over all connections"),

@@ -70,7 +70,7 @@ int run(int argc, char** argv) {
   add("replay", "Step through a recorded session again, and compare the answers",
       warmfront::client::add_replay);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
-  add("sessions", "List, show or close the sessions of a daemon", warmfront::client::add_sessions);
+  add("sessions", "List, show, check or close the sessions of a daemon", warmfront::client::add_sessions);
 
   std::vector<std::string> verb_names;
   for (const auto& [verb, work] : verbs) verb_names.push_back(verb->get_name());
