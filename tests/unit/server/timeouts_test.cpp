@@ -111,7 +111,7 @@ TEST_F(NoReaderTest, AClientThatNeverReadsIsCutOffAndItsSessionKept) {
   ASSERT_TRUE(stream->Read(&response));
   stream->Write(frame_message(1, bytes_of(large_.positions(1))));
   stream->Write(frame_message(2, bytes_of(large_.positions(2))));
-  // Nobody reads. The daemon ends the stream, and the session can be attached again.
+  // The client does not read. The daemon ends the stream, and the session can be attached again.
   v1::GetSessionResponse session;
   for (int i = 0; i < 2000; ++i) {
     Context poll;
