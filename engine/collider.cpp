@@ -29,6 +29,7 @@ struct Collider::Impl {
     Report report = Report::kAll;
     std::uint64_t vf = 0;
     std::uint64_t ee = 0;
+    std::uint64_t possible = 0;
     std::optional<double> earliest_toi;
   };
   Trial last_trial = {};
@@ -99,7 +100,8 @@ Result<StepResult> Collider::Impl::trial(const Frame& frame, const ColliderOptio
   Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
   asking.answered = result.ok();
   if (result)
-    last_trial = {options.report, result.value().vf, result.value().ee, result.value().earliest_toi};
+    last_trial = {options.report, result.value().vf, result.value().ee, result.value().possible,
+                  result.value().earliest_toi};
   return result;
 }
 
@@ -112,10 +114,8 @@ Result<StepResult> Collider::trial(const Frame& frame, const QuestionOptions& op
 
 Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
                                    const QuestionOptions& question, const std::atomic<bool>* cancelled) try {
-  ColliderOptions options = merged(impl_->warm.core.options, question);
-  options.report = Report::kEarliest;
-  options.fields = {};
-  options.leave_out_overlaps = leave_out_overlaps;
+  const ColliderOptions options =
+      merged(impl_->warm.core.options, Question{QuestionKind::kMaxStep, question, leave_out_overlaps});
   Result<StepResult> result = impl_->trial(frame, options, StopSignal(cancelled), {});
   if (!result) return result.error();
   const StepResult& answer = result.value();
@@ -132,6 +132,14 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
   return was_cancelled();
 }
 
+Result<StepResult> Collider::ask(const Frame& frame, const Question& question,
+                                 const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
+  if (question.kind == QuestionKind::kStep) return step(frame, cancelled, accept, question.options);
+  return impl_->trial(frame, merged(impl_->warm.core.options, question), StopSignal(cancelled), accept);
+} catch (const Stopped&) {
+  return was_cancelled();
+}
+
 Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
   Core& core = impl_->warm.core;
   if (!(fraction >= 0 && fraction <= 1))
@@ -142,7 +150,8 @@ Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
         "commit: no trial was answered since the last step, commit or change of the scene; ask for a "
         "trial first"};
   const Impl::Trial& trial = impl_->last_trial;
-  CommitResult result{fraction, {}, {}, {}};
+  CommitResult result;
+  result.fraction = fraction;
   if (trial.earliest_toi && *trial.earliest_toi <= fraction) result.earliest_toi = trial.earliest_toi;
   if (trial.report != Report::kCount) {
     const auto within = [&](ContactKind kind) {
@@ -151,9 +160,14 @@ Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
     };
     result.vf = within(ContactKind::kVertexFace);
     result.ee = within(ContactKind::kEdgeEdge);
+    result.possible = static_cast<std::uint64_t>(std::ranges::count_if(core.contacts, [&](const Contact& c) {
+      return c.toi <= fraction &&
+             (c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget);
+    }));
   } else if (fraction == 1 || !result.earliest_toi) {
     result.vf = fraction == 1 ? trial.vf : 0;
     result.ee = fraction == 1 ? trial.ee : 0;
+    result.possible = fraction == 1 ? trial.possible : 0;
   }
   impl_->warm.pipeline->commit(core, fraction, rounding);
   impl_->restart_comparison();

@@ -58,10 +58,14 @@ class Collider {
   /// that touch or are within the separation at the start are ignored and counted.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
-  /// Moves everything by `fraction` in [0, 1] of the last trial() or max_step(): a vertex that it moved from
-  /// X to Y is then at part_way(X, Y, fraction), and so is each number of a body's pose. Tests nothing.
-  /// kFailedPrecondition unless a trial was answered since the last step, commit or change of the scene;
-  /// kInvalidArgument for a fraction outside [0, 1] or NaN. Nothing has changed after an error.
+  /// step(), trial() or max_step(), whichever the question is, which all answer as trial() does here.
+  Result<StepResult> ask(const Frame& frame, const Question& question,
+                         const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
+  /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at
+  /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; so is each number of a body's pose.
+  /// Nothing is sent or tested again. kFailedPrecondition unless a trial was answered since the last step,
+  /// commit or change of the scene; kInvalidArgument for a fraction outside [0, 1] (or NaN). Nothing has
+  /// changed after an error.
   Result<CommitResult> commit(double fraction = 1, Rounding rounding = Rounding::kFloat64);
 
   /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it

@@ -13,4 +13,13 @@ ColliderOptions merged(ColliderOptions options, const QuestionOptions& question)
   return options;
 }
 
+ColliderOptions merged(ColliderOptions options, const Question& question) {
+  options = merged(options, question.options);
+  if (question.kind != QuestionKind::kMaxStep) return options;
+  options.report = Report::kEarliest;
+  options.fields = {};
+  options.leave_out_overlaps = question.leave_out_overlaps;
+  return options;
+}
+
 }  // namespace warmfront

@@ -30,6 +30,21 @@ struct QuestionOptions {
 /// The collider's options with those of a question in their places.
 ColliderOptions merged(ColliderOptions options, const QuestionOptions& question);
 
+/// By the names of Collider's functions.
+enum class QuestionKind : std::uint8_t { kStep, kTrial, kMaxStep };
+
+/// Which of Collider's questions is asked of a frame, as a value, for those who pass questions on.
+struct Question {
+  QuestionKind kind = QuestionKind::kStep;
+  QuestionOptions options = {};
+  bool leave_out_overlaps = false;  ///< of kMaxStep alone
+
+  friend bool operator==(const Question&, const Question&) = default;
+};
+
+/// The same of a question with its kind: kMaxStep reports the earliest contacts, without fields.
+ColliderOptions merged(ColliderOptions options, const Question& question);
+
 /// How the positions that a commit makes are rounded: see part_way().
 enum class Rounding : std::uint8_t { kFloat64, kFloat32 };
 
@@ -41,6 +56,8 @@ struct CommitResult {
   std::optional<std::uint64_t> vf;
   std::optional<std::uint64_t> ee;
   std::optional<double> earliest_toi;  ///< none where no contact is known within the fraction
+  /// Of vf and ee, those neither proved nor excluded; none where these are.
+  std::optional<std::uint64_t> possible = std::nullopt;
 };
 
 /// How far a motion may go.

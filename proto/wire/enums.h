@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/options.h"
+#include "engine/question.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "engine/statistics.h"
@@ -42,6 +43,11 @@ template <>
 struct Counterpart<BodyKind> {
   using Type = v1::BodyKind;
   static constexpr int kLast = v1::BODY_KIND_REMOVED;
+};
+template <>
+struct Counterpart<QuestionKind> {
+  using Type = v1::Question::Kind;
+  static constexpr int kLast = v1::Question::KIND_MAX_STEP;
 };
 template <>
 struct Counterpart<FrontState> {
@@ -88,6 +94,9 @@ static_assert(to_proto(BodyKind::kDeformable) == v1::BODY_KIND_DEFORMABLE &&
               to_proto(BodyKind::kRigid) == v1::BODY_KIND_RIGID &&
               to_proto(BodyKind::kStatic) == v1::BODY_KIND_STATIC &&
               to_proto(BodyKind::kRemoved) == v1::BODY_KIND_REMOVED);
+static_assert(to_proto(QuestionKind::kStep) == v1::Question::KIND_STEP &&
+              to_proto(QuestionKind::kTrial) == v1::Question::KIND_TRIAL &&
+              to_proto(QuestionKind::kMaxStep) == v1::Question::KIND_MAX_STEP);
 static_assert(to_proto(FrontState::kNone) == v1::FRONT_STATE_NONE &&
               to_proto(FrontState::kBuilt) == v1::FRONT_STATE_BUILT &&
               to_proto(FrontState::kUpdated) == v1::FRONT_STATE_UPDATED &&

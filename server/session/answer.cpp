@@ -2,6 +2,8 @@
 // From the engine's rows to columns. Thread-safe.
 #include "server/session/answer.h"
 
+#include <algorithm>
+
 namespace warmfront::server {
 
 Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result,
@@ -12,6 +14,7 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   answer.ee = result.ee;
   answer.possible = result.possible;
   answer.earliest_toi = result.earliest_toi;
+  answer.overlaps_at_start = result.overlaps_at_start;
   answer.statistics = result.statistics;
   const std::size_t rows = result.contacts.size();
   answer.kind.reserve(rows);
@@ -38,7 +41,8 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
 namespace {
 
 std::size_t bytes_per_row(const ContactFields& fields) {
-  return Answer::kBytesPerRow + (fields.weights ? 32 : 0) + (fields.normal ? 24 : 0) + (fields.points ? 48 : 0);
+  return Answer::kBytesPerRow + (fields.weights ? 32 : 0) + (fields.normal ? 24 : 0) +
+         (fields.points ? 48 : 0);
 }
 
 }  // namespace
@@ -48,12 +52,20 @@ std::size_t contact_bytes(const StepResult& result, const ContactFields& fields)
 }
 
 std::size_t held_per_contact(const ContactFields& fields) {
-  // Vectors that grow as contacts are found have room for twice as many at most: those of the threads, and the
-  // one that they are put together in; and so has that of what is told of each. The answer's columns are made
-  // in one piece, and encoded in another.
+  // Vectors that grow as contacts are found have room for twice as many at most: those of the threads, and
+  // the one that they are put together in; and so has that of what is told of each. The answer's columns are
+  // made in one piece, and encoded in another.
   constexpr std::size_t kGrown = 2;
   const std::size_t found = 2 * sizeof(Contact) + (fields.any() ? sizeof(ContactGeometry) : 0);
   return kGrown * found + 2 * bytes_per_row(fields);
+}
+
+std::size_t growing_part(std::size_t max_session_bytes, bool explain) {
+  return max_session_bytes / 2 / (explain ? 2 : 1);
+}
+
+std::size_t most_contacts(std::size_t max_session_bytes, bool explain, const ContactFields& fields) {
+  return std::max<std::size_t>(growing_part(max_session_bytes, explain) / held_per_contact(fields), 1);
 }
 
 }  // namespace warmfront::server

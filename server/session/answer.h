@@ -22,8 +22,13 @@ struct Answer {
   std::optional<double> earliest_toi;
   StepStatistics statistics;
   SessionState state;         ///< of the session after the frame, ...
-  SessionState state_before;  ///< ... and the one that it was stepped from
-  double queue_ms = 0;        ///< between the frame's arrival and its step
+  SessionState state_before;  ///< ... and the one that it was stepped from; of a trial the same
+  /// Of a question that leaves them out; see StepResult.
+  std::uint64_t overlaps_at_start = 0;
+  /// Of a commit: vf, ee and possible are of the contacts that the trial listed; where not, they are not
+  /// known.
+  bool commit_counted = false;
+  double queue_ms = 0;  ///< between the frame's arrival and its step
   /// What the frame would have taken with everything deformable, when that was asked for.
   struct AllDeformable {
     StepStatistics statistics;
@@ -57,9 +62,16 @@ struct Answer {
 /// Contact bytes of an answer, in memory and on the wire.
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields);
 
-/// The most that a session holds for one contact of a step, from its being found until its answer is sent, what a
-/// front keeps of it apart.
+/// The most that a session holds for one contact of a step, from its being found until its answer is sent,
+/// what a front keeps of it apart.
 std::size_t held_per_contact(const ContactFields& fields);
+
+/// The most contacts that a step may have, so that they take up no more than the part of `max_session_bytes`
+/// that is theirs. At least 1.
+std::size_t most_contacts(std::size_t max_session_bytes, bool explain, const ContactFields& fields);
+/// That part: of the two parts of a session that grow with its motion, its front is the other. What runs
+/// beside it to explain takes its part of that.
+std::size_t growing_part(std::size_t max_session_bytes, bool explain);
 
 Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& result,
                    const ContactFields& fields);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -42,6 +43,8 @@ Error too_long(std::size_t bytes) {
 
 /// Tells a change from a frame, which begins with 0 or 1.
 constexpr std::uint64_t kChange = 2;
+/// And a commit.
+constexpr std::uint64_t kCommit = 3;
 
 /// Of what a session is created from.
 std::uint64_t digest_of(const SessionSpec& spec, const PositionBuffer& positions) {
@@ -176,12 +179,22 @@ std::shared_ptr<const Scene> Session::scene() const {
 }
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass, Admission admission,
-                   StepDone done, Before before) {
+                   StepDone done, Before before, Question question) {
   pass.hold(contents.memory_bytes());
   // Shared, because a std::function must be copyable and the reply is used by whichever of the two paths is
   // taken.
-  auto request = std::make_shared<Request>(
-      Request{frame, std::move(contents), std::move(pass), std::move(done), std::move(before)});
+  take(std::make_shared<Request>(Request{frame, Asked{std::move(contents), std::move(question)},
+                                         std::move(pass), std::move(done), std::move(before)}),
+       admission);
+}
+
+void Session::commit(std::uint64_t frame, double fraction, AdmittedFrame pass, StepDone done, Before before) {
+  take(std::make_shared<Request>(
+           Request{frame, Committed{fraction}, std::move(pass), std::move(done), std::move(before)}),
+       Admission::kAlways);
+}
+
+void Session::take(const std::shared_ptr<Request>& request, Admission admission) {
   Mailbox::Job job = [in_hand = in_hand(), request] {
     Outcome<std::shared_ptr<const Answer>> outcome = (*in_hand)->compute_guarded(*request);
     // The frame is computed: what it held is free before its client hears of it.
@@ -191,9 +204,9 @@ void Session::step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass
   if (admission == Admission::kAlways) {
     mailbox_->run_or_post(std::move(job));
   } else if (!mailbox_->post(std::move(job), Mailbox::Kind::kStep)) {
-    request->done(
-        limit_met(name_of(frame) + ": too many frames of this session wait; send it again after an answer",
-                  "window", true));
+    request->done(limit_met(
+        name_of(request->frame) + ": too many frames of this session wait; send it again after an answer",
+        "window", true));
   }
 }
 
@@ -236,7 +249,8 @@ Outcome<T> Session::guarded(const char* what, Work work) noexcept {
 }
 
 void Session::take_stock() {
-  memory_.set(collider_.memory_bytes() + (last_frame_ ? last_frame_->memory_bytes() : 0));
+  const auto* asked = last_frame_ ? std::get_if<Asked>(&*last_frame_) : nullptr;
+  memory_.set(collider_.memory_bytes() + (asked != nullptr ? asked->contents.memory_bytes() : 0));
   plan_next();
   const MutexLock lock(mutex_);
   snapshot_.state = standing_.now;
@@ -248,9 +262,8 @@ void Session::take_stock() {
 // gone, may take long, and so may the frame again that was given up. A check takes a time of its own.
 void Session::plan_next() {
   const std::uint64_t faces = collider_.scene().face_count();
-  next_ms_ = step_cost_ms(faces, last_answer_ ? last_answer_->statistics.counts : StepCounts{});
-  if (last_answer_ && last_answer_->all_deformable)
-    next_ms_ += step_cost_ms(faces, last_answer_->all_deformable->statistics.counts);
+  next_ms_ = step_cost_ms(faces, last_counts_);
+  if (last_counts_beside_) next_ms_ += step_cost_ms(faces, *last_counts_beside_);
   // A request that took many times what was foreseen, and more than waiting for others explains, was one of
   // the long ones, whatever counts it has to show: a step that was given up has none.
   constexpr double kOutgrown = 10, kLeastMs = 100;
@@ -268,10 +281,13 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request
   std::array<char, 32> name{};  // where no memory is needed
   static_cast<void>(
       std::snprintf(name.data(), name.size(), "frame %llu", static_cast<unsigned long long>(request.frame)));
-  return guarded<std::shared_ptr<const Answer>>(name.data(), [&] {
+  auto outcome = guarded<std::shared_ptr<const Answer>>(name.data(), [&] {
     if (request.before) request.before();
     return compute(request);
   });
+  // A question that failed is followed by no commit of the one before it.
+  if (!outcome && std::holds_alternative<Asked>(request.content)) trial_.reset();
+  return outcome;
 }
 
 void Session::check(CheckDone done, std::shared_ptr<std::atomic<bool>> given_up) {
@@ -394,6 +410,7 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  "key: other changes were carried out under this one; choose another for each request"};
   }
+  trial_.reset();
   if (before) before();
   const Running running(*this, order.given_up.get());
   if (std::optional<Fault> refusal = refusal_of(order)) return *std::move(refusal);
@@ -416,35 +433,75 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
   return standing_.now;
 }
 
-Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
-  const std::uint64_t frame = request.frame;
-  const Scene& scene = collider_.scene();
-  if (request.pass.cancelled()) return given_up(name_of(frame));
-  if (request.pass.refused) return *request.pass.refused;
-  switch (frames_.classify(frame)) {
-    case FrameSequence::Verdict::kOutOfOrder:
-      return Fault{
-          ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
+Fault Session::out_of_order(std::uint64_t frame) const {
+  return {ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
           name_of(frame) + " is out of order: frame " + std::to_string(frames_.expected()) + " is expected",
           frames_.expected()};
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
+  const std::uint64_t frame = request.frame;
+  if (request.pass.cancelled()) return given_up(name_of(frame));
+  if (request.pass.refused) return *request.pass.refused;
+  auto* asked = std::get_if<Asked>(&request.content);
+  const bool counts = asked == nullptr || asked->question.kind == QuestionKind::kStep;
+  switch (frames_.classify(frame)) {
+    case FrameSequence::Verdict::kOutOfOrder:
+      return out_of_order(frame);
     case FrameSequence::Verdict::kRepeat:
-      // By its bytes alone: the scene may have changed since they made a frame of it.
-      if (!(request.contents == *last_frame_))
-        return Fault{ErrorCode::kAborted, Reason::kFrameChanged,
-                     name_of(frame) +
-                         " was already answered for other content; number frames upwards, frame " +
-                         std::to_string(frames_.expected()) + " is next",
-                     frames_.expected()};
-      if (last_answer_->contact_bytes() > request.pass.max_answer_bytes)
-        return fault_from(too_long(last_answer_->contact_bytes()), name_of(frame) + " is answered, but ",
-                          kMaxMessageBytes);
-      return last_answer_;
+      return counts ? repeated(request) : out_of_order(frame);
     case FrameSequence::Verdict::kNext:
       break;
   }
-  if (Status complete = request.contents.complete(scene); !complete)
+  return asked != nullptr ? ask(request, *asked) : take_trial(request, std::get<Committed>(request.content));
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::repeated(const Request& request) const {
+  // By its bytes alone: the scene may have changed since they made a frame of it.
+  if (!(request.content == *last_frame_))
+    return Fault{ErrorCode::kAborted, Reason::kFrameChanged,
+                 name_of(request.frame) +
+                     " was already answered for other content; number frames upwards, frame " +
+                     std::to_string(frames_.expected()) + " is next",
+                 frames_.expected()};
+  if (last_answer_->contact_bytes() > request.pass.max_answer_bytes)
+    return fault_from(too_long(last_answer_->contact_bytes()), name_of(request.frame) + " is answered, but ",
+                      kMaxMessageBytes);
+  return last_answer_;
+}
+
+Outcome<Question> Session::within_limits(Question question) const {
+  const QuestionOptions& options = question.options;
+  const auto invalid = [](std::string message) {
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(message)};
+  };
+  if (options.max_contacts && *options.max_contacts > options_.max_contacts)
+    return invalid("question.max_contacts: " + std::to_string(*options.max_contacts) +
+                   " is above the session's " + std::to_string(options_.max_contacts));
+  const ColliderOptions asked = merged(options_, question);
+  if (Status valid = validate(asked); !valid) return fault_from(valid.error(), "question.");
+  // With more fields than the session's, fewer contacts have room.
+  if (options.fields)
+    question.options.max_contacts = std::min(
+        asked.max_contacts, most_contacts(limits_.max_session_bytes, options_.explain, *options.fields));
+  return question;
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& asked) {
+  const std::uint64_t frame = request.frame;
+  const Scene& scene = collider_.scene();
+  FrameBuffer& contents = asked.contents;
+  const Outcome<Question> question = within_limits(asked.question);
+  if (!question) {
+    Fault fault = question.fault();
+    fault.message = name_of(frame) + ": " + fault.message;
+    return fault;
+  }
+  const bool counts = asked.question.kind == QuestionKind::kStep;
+  const ContactFields fields = merged(options_, question.value()).fields;
+  if (Status complete = contents.complete(scene); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
-  request.pass.hold(request.contents.memory_bytes());
+  request.pass.hold(contents.memory_bytes());
   if (std::optional<Fault> refusal = account_->refusal()) {
     refusal->message = name_of(frame) + ": " + refusal->message;
     return with_removed(*std::move(refusal));
@@ -456,44 +513,88 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   }
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - request.arrived;
   StateDigest digest(standing_.now.digest);
-  request.contents.add_to(digest);
+  contents.add_to(digest);
   // Made before the step is taken: where there is no memory for it, or nobody could be told, the frame did
   // not happen. What follows the step cannot fail.
   std::shared_ptr<Answer> answer;
   const char* limit = kMaxContacts;
   const auto accept = [&](const StepResult& step) -> Status {
-    const std::size_t bytes = contact_bytes(step, options_.fields);
+    const std::size_t bytes = contact_bytes(step, fields);
     if (bytes > request.pass.max_answer_bytes) {
       limit = kMaxMessageBytes;
       return too_long(bytes);
     }
-    answer = std::make_shared<Answer>(make_answer(frame, scene, step, options_.fields));
+    answer = std::make_shared<Answer>(make_answer(frame, scene, step, fields));
     return {};
   };
   const Result<StepResult> result = [&] {
     const Running running(*this, request.pass.given_up.get());
-    return collider_.step(request.contents.view(), running.stop(), accept);
+    return collider_.ask(contents.view(), question.value(), running.stop(), accept);
   }();
   if (!result && result.error().code == ErrorCode::kCancelled) return given_up(name_of(frame));
   if (!result) return fault_from(result.error(), name_of(frame) + ": ", limit);
   answer->statistics = result.value().statistics;
   answer->queue_ms = 1e3 * waited.count();
-  if (result.value().all_deformable)
+  last_counts_ = answer->statistics.counts;
+  last_counts_beside_.reset();
+  if (result.value().all_deformable) {
     answer->all_deformable.emplace(
-        Answer::AllDeformable{*result.value().all_deformable, request.contents.bytes(),
+        Answer::AllDeformable{*result.value().all_deformable, contents.bytes(),
                               std::size_t{3} * scene.vertex_count() * size_of(dtype_)});
+    last_counts_beside_ = answer->all_deformable->statistics.counts;
+  }
   answer->memory = Holding(account_, answer->memory_bytes());
-  answer->state = {frame, standing_.now.revision, digest.value()};
   answer->state_before = standing_.now;
+  ++steps_unchecked_;
+  if (observer_ != nullptr) observer_->step_done(answer->statistics, answer->vf + answer->ee, waited.count());
+  stepped_ = true;
+  if (!counts) {
+    answer->state = standing_.now;
+    trial_ = digest.value();
+    return std::shared_ptr<const Answer>(std::move(answer));
+  }
+  answer->state = {frame, standing_.now.revision, digest.value()};
+  finish_frame(std::move(answer), std::move(asked));
+  return last_answer_;
+}
+
+Outcome<std::shared_ptr<const Answer>> Session::take_trial(const Request& request, Committed committed) {
+  const std::string name = name_of(request.frame);
+  const double fraction = committed.fraction;
+  const bool is_fraction = fraction >= 0 && fraction <= 1;  // what is none is for the collider to refuse
+  if (is_fraction && !trial_)
+    return Fault{
+        ErrorCode::kFailedPrecondition, Reason::kInvalidInput,
+        name +
+            ": no trial of this frame was answered since the last frame or change of the scene, or a "
+            "question failed since; send the trial again, then the commit"};
+  auto answer = std::make_shared<Answer>();
+  const Result<CommitResult> result =
+      collider_.commit(fraction, dtype_ == Dtype::kFloat32 ? Rounding::kFloat32 : Rounding::kFloat64);
+  if (!result) return fault_from(result.error(), name + ": ");
+  StateDigest digest(standing_.now.digest);
+  digest.add(kCommit);
+  digest.add(*trial_);
+  digest.add(std::bit_cast<std::uint64_t>(fraction == 0 ? 0.0 : fraction));
+  answer->frame = request.frame;
+  answer->vf = result.value().vf.value_or(0);
+  answer->ee = result.value().ee.value_or(0);
+  answer->possible = result.value().possible.value_or(0);
+  answer->commit_counted = result.value().vf.has_value();
+  answer->earliest_toi = result.value().earliest_toi;
+  answer->state = {request.frame, standing_.now.revision, digest.value()};
+  answer->state_before = standing_.now;
+  stepped_ = true;
+  finish_frame(std::move(answer), committed);
+  return last_answer_;
+}
+
+void Session::finish_frame(std::shared_ptr<const Answer> answer, Content content) noexcept {
   last_answer_ = std::move(answer);
-  last_frame_ = std::move(request.contents);
+  last_frame_ = std::move(content);
+  trial_.reset();
   frames_.advance();
   advance(last_answer_->state);
-  ++steps_unchecked_;
-  if (observer_ != nullptr)
-    observer_->step_done(last_answer_->statistics, last_answer_->vf + last_answer_->ee, waited.count());
-  stepped_ = true;
-  return last_answer_;
 }
 
 Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachDone done) {

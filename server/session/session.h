@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "engine/collider.h"
@@ -131,8 +132,16 @@ class Session : public std::enable_shared_from_this<Session> {
   /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread
   /// takes, and those that wait by then and are brief together with it, while the runner has room for guests.
   /// A frame whose client gives up is left undone, CANCELLED: the session is then as it was before it.
+  /// A trial of the next frame is answered in the same way and leaves the session where it is.
+  /// INVALID_ARGUMENT for a question whose options are out of range, or above the session's max_contacts.
   void step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass, Admission admission, StepDone done,
-            Before before = {});
+            Before before = {}, Question question = {});
+
+  /// Makes `frame` of the last trial, up to `fraction` of its way, as Collider::commit() does, by the rule of
+  /// frames: the same fraction is answered again, another one is ABORTED. FAILED_PRECONDITION where no trial
+  /// was answered since the last frame or change, or where a question failed since. `done` as in step(), with
+  /// kAlways.
+  void commit(std::uint64_t frame, double fraction, AdmittedFrame pass, StepDone done, Before before = {});
 
   /// Carries out the changes in order, all of them or none: FAILED_PRECONDITION unless `next_frame` is the
   /// frame expected then, ABORTED unless the session is in the state `expected`. With the key of the last
@@ -161,10 +170,22 @@ class Session : public std::enable_shared_from_this<Session> {
   void close_as(const char* what) noexcept;
 
  private:
+  /// What a frame is made of, by which it is told from another of its number: what was asked of which
+  /// positions, or how much of the last trial is taken.
+  struct Asked {
+    FrameBuffer contents;
+    Question question;
+    friend bool operator==(const Asked&, const Asked&) = default;
+  };
+  struct Committed {
+    double fraction;
+    friend bool operator==(const Committed&, const Committed&) = default;
+  };
+  using Content = std::variant<Asked, Committed>;
   /// A frame on its way.
   struct Request {
     std::uint64_t frame;
-    FrameBuffer contents;
+    Content content;
     AdmittedFrame pass;
     StepDone done;
     Before before;
@@ -188,7 +209,16 @@ class Session : public std::enable_shared_from_this<Session> {
   Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const Scene> scene, Collider&& collider,
           Host&& host);
 
+  void take(const std::shared_ptr<Request>& request, Admission admission);
   Outcome<std::shared_ptr<const Answer>> compute(Request& request);
+  Outcome<std::shared_ptr<const Answer>> repeated(const Request& request) const;
+  Outcome<std::shared_ptr<const Answer>> ask(Request& request, Asked& asked);
+  Outcome<std::shared_ptr<const Answer>> take_trial(const Request& request, Committed committed);
+  /// With the options of the session where it has none; INVALID_ARGUMENT as step().
+  Outcome<Question> within_limits(Question question) const;
+  /// The frame was answered, and is the session's last. Cannot fail.
+  void finish_frame(std::shared_ptr<const Answer> answer, Content content) noexcept;
+  Fault out_of_order(std::uint64_t frame) const;
   Outcome<std::shared_ptr<const Answer>> compute_guarded(Request& request) noexcept;
   Outcome<std::string> self_check(const std::string& where, const std::atomic<bool>* stop);
   std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
@@ -248,7 +278,12 @@ class Session : public std::enable_shared_from_this<Session> {
   double next_ms_;                 // step_cost_ms() of the next step, or more when one outgrew that
   double took_ms_ = 0;             // by the last request
   std::shared_ptr<const Answer> last_answer_;
-  std::optional<FrameBuffer> last_frame_;  // what it answers
+  std::optional<Content> last_frame_;  // what it answers
+  /// A digest of what the last trial was about, where it may be committed.
+  std::optional<std::uint64_t> trial_;
+  // Of the last question that was computed: what the next one will take is told by it.
+  StepCounts last_counts_;
+  std::optional<StepCounts> last_counts_beside_;  // with options.explain
 
   // Protected by mutex_.
   mutable Mutex mutex_;

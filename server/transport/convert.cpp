@@ -67,11 +67,11 @@ Outcome<ColliderOptions> options_from(const v1::ColliderOptions& message, const 
   if (!read) return fault_from(read.error());
   ColliderOptions options = std::move(read).value();
   // The two parts of a session that grow with its motion: each may take up a part of what a session may hold,
-  // so that a step knows its bound before it begins. What runs beside it to explain takes its part of that.
-  const std::size_t half = limits.max_session_bytes / 2 / (options.explain ? 2 : 1);
-  options.max_front_bytes = std::min({options.max_front_bytes, limits.max_front_bytes, half});
+  // so that a step knows its bound before it begins.
+  options.max_front_bytes = std::min({options.max_front_bytes, limits.max_front_bytes,
+                                      growing_part(limits.max_session_bytes, options.explain)});
   options.max_contacts = std::min({options.max_contacts, limits.max_contacts,
-                                   std::max<std::size_t>(half / held_per_contact(options.fields), 1)});
+                                   most_contacts(limits.max_session_bytes, options.explain, options.fields)});
   if (Status valid = validate(options); !valid) return fault_from(valid.error(), "options: ");
   return options;
 }
@@ -235,6 +235,8 @@ v1::StepSummary summary_of(const Answer& answer) {
     all.set_positions_bytes(answer.all_deformable->positions_bytes);
   }
   summary.set_queue_ms(answer.queue_ms);
+  summary.set_overlaps_at_start(answer.overlaps_at_start);
+  summary.set_commit_counted(answer.commit_counted);
   *summary.mutable_state() = to_proto(answer.state);
   *summary.mutable_state_before() = to_proto(answer.state_before);
   return summary;

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
+#include <utility>
 
 #include "proto/wire/options.h"
+#include "proto/wire/question.h"
 #include "proto/wire/scene.h"
 #include "proto/wire/statistics.h"
 #include "server/session/answer.h"
@@ -31,6 +34,16 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
 
 /// What a request asks for. INVALID_ARGUMENT as above; limits are for the session to look at, in its turn.
 Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype);
+
+/// What a message of a frame (v1::StepFrame or v1::StepRequest) asks: a step where it says nothing.
+/// INVALID_ARGUMENT, in words that begin with the frame, as wire::question_from().
+template <class Message>
+Outcome<Question> question_from(const Message& message) {
+  if (!message.has_question()) return Question();
+  Result<Question> question = wire::question_from(message.question());
+  if (!question) return fault_from(question.error(), "frame " + std::to_string(message.frame()) + ": ");
+  return std::move(question).value();
+}
 
 /// Appends a message of a frame (v1::StepFrame or v1::StepRequest). What is too much is kept in the buffer as
 /// an error, for the session to answer by its rules.

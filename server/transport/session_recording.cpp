@@ -66,9 +66,14 @@ void SessionRecording::upload(const v1::CreateSessionRequest& part) {
 }
 
 void SessionRecording::frame(RecordedParts parts) {
-  if (parts.too_large_) return disk_->stop(file_, "a frame came in too many parts, or with more bytes than its scene has");
+  if (parts.too_large_)
+    return disk_->stop(file_, "a frame came in too many parts, or with more bytes than its scene has");
   for (v1::StepFrame& part : parts.parts_)
     write([&](v1::RecordedMessage& message) { *message.mutable_step() = std::move(part); });
+}
+
+void SessionRecording::commit(const v1::Commit& request) {
+  write([&](v1::RecordedMessage& message) { *message.mutable_commit() = request; });
 }
 
 void SessionRecording::answer(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
@@ -97,23 +102,43 @@ void SessionRecording::changed(const Outcome<SessionState>& outcome) {
   });
 }
 
-Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording, std::uint64_t frame,
-                                  RecordedParts parts, Session::StepDone done) {
+namespace {
+
+/// Writes a frame by `begin`, and its answer.
+template <class Begin>
+Hooks<Session::StepDone> frame_recorded(const std::shared_ptr<SessionRecording>& recording,
+                                        std::uint64_t frame, Begin begin, Session::StepDone done) {
   if (!recording) return {{}, std::move(done)};
   // Shared by both hooks, which the session calls one after the other.
   struct Call {
-    RecordedParts parts;
+    Begin begin;
     bool begun = false;
   };
-  auto call = std::make_shared<Call>(Call{std::move(parts)});
+  auto call = std::make_shared<Call>(Call{std::move(begin)});
   return {[recording, call] {
             call->begun = true;
-            recording->frame(std::move(call->parts));
+            call->begin(*recording);
           },
           [recording, call, frame, done = std::move(done)](Outcome<std::shared_ptr<const Answer>> outcome) {
             if (call->begun) if_memory_allows([&] { recording->answer(frame, outcome); });
             done(std::move(outcome));
           }};
+}
+
+}  // namespace
+
+Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording, std::uint64_t frame,
+                                  RecordedParts parts, Session::StepDone done) {
+  return frame_recorded(
+      recording, frame,
+      [parts = std::move(parts)](SessionRecording& to) mutable { to.frame(std::move(parts)); },
+      std::move(done));
+}
+
+Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording,
+                                  const v1::Commit& request, Session::StepDone done) {
+  return frame_recorded(
+      recording, request.frame(), [request](SessionRecording& to) { to.commit(request); }, std::move(done));
 }
 
 Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& recording,

@@ -48,6 +48,7 @@ class SessionRecording final : public SessionCompanion {
   /// The upload made a session.
   void keep() { kept_ = true; }
   void frame(RecordedParts parts);
+  void commit(const v1::Commit& request);
   void answer(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
   void change(const v1::ChangeSceneRequest& request);
   void changed(const Outcome<SessionState>& outcome);
@@ -81,6 +82,8 @@ struct Hooks {
 /// itself.
 Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording, std::uint64_t frame,
                                   RecordedParts parts, Session::StepDone done);
+Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording,
+                                  const v1::Commit& request, Session::StepDone done);
 /// What is kept of the request until its turn is charged to `account`, which may be null.
 Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& recording,
                                     const v1::ChangeSceneRequest& request, std::shared_ptr<Account> account,

@@ -42,6 +42,8 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
   AdmittedFrame pass = admit_frame(session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
                                    context_.frames, session.account(), contents.expected_bytes());
   if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused));
+  Outcome<Question> question = question_from(request);
+  if (!question) pass.refused = question.fault();
   pass.given_up = given_up_;
   response_bytes_ = Holding(session.account());
   pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;
@@ -53,6 +55,7 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
     part.set_frame(request.frame());
     part.set_positions(request.positions());
     if (request.has_moved()) *part.mutable_moved() = request.moved();
+    if (request.has_question()) *part.mutable_question() = request.question();
     parts.add(std::move(part), RecordedParts::kOneMessage);
   }
   auto [before, done] = recorded(recording_of(session), request.frame(), std::move(parts),
@@ -63,7 +66,7 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
                                    });
                                  });
   session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
-               std::move(done), std::move(before));
+               std::move(done), std::move(before), question ? std::move(question).value() : Question());
 }
 
 void StepCall::respond(const Answer& answer) {

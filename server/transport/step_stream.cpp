@@ -115,6 +115,8 @@ void StepStream::handle(const StreamRequest& request) {
       return attach(request.message.attach());
     case v1::StreamStepsRequest::kStep:
       return take(request);
+    case v1::StreamStepsRequest::kCommit:
+      return commit(request.message.commit());
     case v1::StreamStepsRequest::kDetach:
       return half_closed();
     case v1::StreamStepsRequest::MESSAGE_NOT_SET:
@@ -172,8 +174,14 @@ void StepStream::take(const StreamRequest& request) {
     AdmittedFrame pass =
         admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
     pass.given_up = given_up_;
-    assembly_.emplace(
-        Assembly{part.frame(), std::move(contents), std::move(pass), RecordedParts(session->account())});
+    // As what is too much is, it is answered in the frame's turn.
+    Outcome<Question> question = question_from(part);
+    if (!question && !pass.refused) pass.refused = question.fault();
+    assembly_.emplace(Assembly{part.frame(), question ? std::move(question).value() : Question(),
+                               std::move(contents), std::move(pass), RecordedParts(session->account())});
+  } else if (part.has_question()) {
+    return end(out_of_place("a question in a later part of frame " + std::to_string(part.frame()) +
+                            "; ask it in the first"));
   }
   if (assembly_->frame != part.frame())
     return end(out_of_place("frame " + std::to_string(part.frame()) + " begins within frame " +
@@ -203,8 +211,33 @@ void StepStream::take(const StreamRequest& request) {
                  if (const auto stream = weak.lock()) stream->answered(frame, outcome);
                });
   session->step(frame, std::move(assembly_->contents), std::move(assembly_->pass),
-                Session::Admission::kAlways, std::move(done), std::move(before));
+                Session::Admission::kAlways, std::move(done), std::move(before),
+                std::move(assembly_->question));
   assembly_.reset();
+}
+
+void StepStream::commit(const v1::Commit& request) {
+  std::shared_ptr<Session> session;
+  {
+    const MutexLock lock(mutex_);
+    session = session_;
+  }
+  if (!session) return end(out_of_place("a commit before attach; name the session first"));
+  if (assembly_)
+    return end(out_of_place("a commit within frame " + std::to_string(assembly_->frame) +
+                            "; mark a frame's last part with more = false"));
+  AdmittedFrame pass = admit_frame(tenant_->frames, context_.frames, session->account(), 0);
+  pass.given_up = given_up_;
+  {
+    const MutexLock lock(mutex_);
+    happened_locked(Happened::kFrameTaken);
+  }
+  auto [before, done] = recorded(recording_of(*session), request,
+                                 [weak = weak_from_this(), frame = request.frame()](
+                                     const Outcome<std::shared_ptr<const Answer>>& outcome) {
+                                   if (const auto stream = weak.lock()) stream->answered(frame, outcome);
+                                 });
+  session->commit(request.frame(), request.fraction(), std::move(pass), std::move(done), std::move(before));
 }
 
 void StepStream::attached(const Outcome<Standing>& standing) {

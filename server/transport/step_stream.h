@@ -58,6 +58,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   struct Assembly {
     std::uint64_t frame;
+    Question question;
     FrameBuffer contents;
     AdmittedFrame pass;
     RecordedParts parts;  // where the session is recorded
@@ -76,6 +77,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void handle(const StreamRequest& request);
   void attach(const v1::Attach& request);
   void take(const StreamRequest& request);
+  void commit(const v1::Commit& request);
   void half_closed();
 
   // Replies, from any thread, without the lock.

@@ -39,6 +39,15 @@ bool take_bytes(CodedInputStream& in, int size, std::vector<std::string_view>& p
   return true;
 }
 
+/// A question is a few numbers: what is longer has something that it does not have.
+bool read_question(CodedInputStream& in, v1::Question& question) {
+  constexpr std::uint32_t kLongest = 256;
+  std::uint32_t length = 0;
+  std::string bytes;
+  return in.ReadVarint32(&length) && length <= kLongest && in.ReadString(&bytes, static_cast<int>(length)) &&
+         question.ParseFromString(bytes);
+}
+
 /// A step of positions as clients write it: one of each field, and nothing else. What is written otherwise,
 /// or wrongly, is for the general parser.
 std::optional<StreamRequest> read_positions_step(grpc::ByteBuffer& buffer) {
@@ -69,6 +78,9 @@ std::optional<StreamRequest> read_positions_step(grpc::ByteBuffer& buffer) {
             !take_bytes(in, static_cast<int>(length), request.positions))
           return std::nullopt;
         break;
+      case tag_of(v1::StepFrame::kQuestionFieldNumber, kLengthDelimited):
+        if (step.has_question() || !read_question(in, *step.mutable_question())) return std::nullopt;
+        break;
       default:
         return std::nullopt;
     }
@@ -89,7 +101,7 @@ Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer) {
   if (request.message_case() == v1::StreamStepsRequest::MESSAGE_NOT_SET)
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  "StreamSteps: a message of " + std::to_string(size) +
-                     " bytes carries none of step, attach and detach"};
+                     " bytes carries none of step, attach, detach and commit"};
   return request;
 }
 

@@ -20,8 +20,8 @@
 
 namespace warmfront::server {
 
-/// INVALID_ARGUMENT for bytes that are no message, and for a message that carries none of step, attach and
-/// detach. `buffer` is consumed.
+/// INVALID_ARGUMENT for bytes that are no message, and for a message that carries none of step, attach,
+/// detach and commit. `buffer` is consumed.
 Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer);
 
 /// The same of a call's message of any type, with its place in the room; `call` is the method's name. Fails

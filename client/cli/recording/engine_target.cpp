@@ -5,6 +5,7 @@
 #include "client/cli/recording/from_wire.h"
 #include "client/cli/recording/replay_target.h"
 #include "engine/contact_hash.h"
+#include "proto/wire/question.h"
 #include "proto/wire/scene.h"
 
 namespace warmfront::client {
@@ -15,9 +16,16 @@ class EngineTarget final : public ReplayTarget {
   EngineTarget(Collider collider, bool float32) : collider_(std::move(collider)), float32_(float32) {}
 
   Result<AnswerDigest> step(const RecordedStep& step) override {
+    if (step.commit) return commit(step.commit->fraction());
+    Question question;
+    if (step.parts.front().has_question()) {
+      const Result<Question> asked = wire::question_from(step.parts.front().question());
+      if (!asked) return asked.error();
+      question = asked.value();
+    }
     const Result<WireFrame> frame = WireFrame::read(step.parts, float32_, collider_.scene());
     if (!frame) return frame.error();
-    const Result<StepResult> result = collider_.step(frame.value().frame());
+    const Result<StepResult> result = collider_.ask(frame.value().frame(), question);
     if (!result) return result.error();
     const StepResult& answer = result.value();
     ContactHash hash;
@@ -32,6 +40,16 @@ class EngineTarget final : public ReplayTarget {
   }
 
  private:
+  Result<AnswerDigest> commit(double fraction) {
+    const Result<CommitResult> result =
+        collider_.commit(fraction, float32_ ? Rounding::kFloat32 : Rounding::kFloat64);
+    if (!result) return result.error();
+    ContactHash nothing;
+    nothing.begin_step(0);
+    return AnswerDigest{result.value().vf.value_or(0), result.value().ee.value_or(0),
+                        result.value().possible.value_or(0), result.value().earliest_toi, nothing.value()};
+  }
+
   Status carry_out(const v1::SceneChange& change) {
     Result<Body> body =
         wire::body_from(change.has_add() ? change.add().body() : change.change().body(), "body");

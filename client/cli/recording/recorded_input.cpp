@@ -98,7 +98,9 @@ Result<RecordedScene> open_recorded_scene(const std::string& path) {
     if (step == nullptr) return unfit("its scene changes");
     // Refused frames were not counted, and repeated ones are already present.
     const bool answered = step->answer && step->answer->outcome().code() == 0;
-    if (!answered || step->frame != recorded.session().first_frame() + frames.size()) continue;
+    if (answered && step->commit) return unfit("frames are made of parts of trials");
+    if (!answered || !step->counts() || step->frame != recorded.session().first_frame() + frames.size())
+      continue;
     const Result<WireFrame> frame = WireFrame::read(step->parts, recorded.float32(), scene.value());
     if (!frame)
       return invalid_argument(path + ": frame " + std::to_string(step->frame) + ": " + frame.error().message);

@@ -79,6 +79,18 @@ Result<std::optional<RecordedEvent>> RecordedSession::read_step() {
     step.parts.push_back(std::move(*next_->mutable_step()));
     if (Status read = advance(); !read) return read.error();
   }
+  return with_answer(std::move(step));
+}
+
+Result<std::optional<RecordedEvent>> RecordedSession::read_commit() {
+  RecordedStep step;
+  step.frame = next_->commit().frame();
+  step.commit = next_->commit();
+  if (Status read = advance(); !read) return read.error();
+  return with_answer(std::move(step));
+}
+
+Result<std::optional<RecordedEvent>> RecordedSession::with_answer(RecordedStep step) {
   cut_off_ = !next_ || !next_->has_answer();
   if (!cut_off_) {
     if (next_->answer().frame() != step.frame)
@@ -96,6 +108,8 @@ Result<std::optional<RecordedEvent>> RecordedSession::next() {
   switch (next_->what_case()) {
     case v1::RecordedMessage::kStep:
       return read_step();
+    case v1::RecordedMessage::kCommit:
+      return read_commit();
     case v1::RecordedMessage::kChange: {
       RecordedChange change{std::move(*next_->mutable_change()), std::nullopt};
       if (Status read = advance(); !read) return read.error();
@@ -113,7 +127,7 @@ Result<std::optional<RecordedEvent>> RecordedSession::next() {
       if (next_) return reader_.error(record_at_, "the recording goes on behind its end");
       return std::optional<RecordedEvent>();
     default:
-      return reader_.error(record_at_, "a step, a change or the end is expected");
+      return reader_.error(record_at_, "a step, a commit, a change or the end is expected");
   }
 }
 

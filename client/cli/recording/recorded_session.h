@@ -17,9 +17,17 @@ namespace warmfront::client {
 
 struct RecordedStep {
   std::uint64_t frame = 0;
-  std::vector<v1::StepFrame> parts;  ///< as they were sent; at least one
-  /// None if the recording was truncated during this step.
+  std::vector<v1::StepFrame> parts;  ///< as they were sent; at least one, or ...
+  std::optional<v1::Commit> commit;  ///< ... of the last trial, up to a fraction
+  /// None where the recording was cut off while the step was computed.
   std::optional<v1::RecordedAnswer> answer;
+
+  /// Else the session stays where it is, whatever the answer.
+  bool counts() const {
+    if (commit) return true;
+    const v1::Question::Kind kind = parts.front().question().kind();
+    return kind == v1::Question::KIND_UNSPECIFIED || kind == v1::Question::KIND_STEP;
+  }
 };
 struct RecordedChange {
   v1::ChangeSceneRequest request;
@@ -52,6 +60,8 @@ class RecordedSession {
   Status read_upload();
   Status advance();
   Result<std::optional<RecordedEvent>> read_step();
+  Result<std::optional<RecordedEvent>> read_commit();
+  Result<std::optional<RecordedEvent>> with_answer(RecordedStep step);
 
   recording::Reader reader_;
   std::uint64_t record_at_ = 0;              // begin of next_

@@ -35,6 +35,10 @@ class RemoteTarget final : public ReplayTarget {
 
   Result<AnswerDigest> step(const RecordedStep& step) override {
     v1::StreamStepsRequest request;
+    if (step.commit) {
+      *request.mutable_commit() = *step.commit;
+      if (stream_->write(request, connection_->options().answer_timeout) != Event::kDone) return ended();
+    }
     for (const v1::StepFrame& part : step.parts) {
       *request.mutable_step() = part;
       if (stream_->write(request, connection_->options().answer_timeout) != Event::kDone) return ended();

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/wire/question.h"
+
+#include <string>
+
+#include "proto/wire/enums.h"
+
+namespace warmfront::wire {
+
+v1::Question to_proto(const Question& question) {
+  v1::Question message;
+  message.set_kind(to_proto(question.kind));
+  const QuestionOptions& options = question.options;
+  if (options.tier) message.set_tier(to_proto(*options.tier));
+  if (options.tolerance) message.set_tolerance(*options.tolerance);
+  if (options.min_separation) message.set_min_separation(*options.min_separation);
+  if (options.report) message.set_report(to_proto(*options.report));
+  if (options.fields) {
+    message.mutable_fields()->set_weights(options.fields->weights);
+    message.mutable_fields()->set_normal(options.fields->normal);
+    message.mutable_fields()->set_points(options.fields->points);
+  }
+  if (options.max_contacts) message.set_max_contacts(*options.max_contacts);
+  message.set_leave_out_overlaps(question.leave_out_overlaps);
+  return message;
+}
+
+Result<Question> question_from(const v1::Question& message) {
+  Question question;
+  QuestionOptions& options = question.options;
+  if (Status known = read(message.kind(), "question.kind", question.kind); !known) return known.error();
+  if (Status known = read(message.tier(), "question.tier", options.tier.emplace()); !known)
+    return known.error();
+  if (message.tier() == v1::TIER_UNSPECIFIED) options.tier.reset();
+  if (Status known = read(message.report(), "question.report", options.report.emplace()); !known)
+    return known.error();
+  if (message.report() == v1::REPORT_UNSPECIFIED) options.report.reset();
+  if (message.has_tolerance()) options.tolerance = message.tolerance();
+  if (message.has_min_separation()) options.min_separation = message.min_separation();
+  if (message.has_fields())
+    options.fields =
+        ContactFields{message.fields().weights(), message.fields().normal(), message.fields().points()};
+  if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
+  question.leave_out_overlaps = message.leave_out_overlaps();
+  if (question.kind != QuestionKind::kMaxStep) {
+    if (question.leave_out_overlaps)
+      return invalid_argument("question.leave_out_overlaps: it is of KIND_MAX_STEP only");
+  } else if (options.report) {
+    return invalid_argument("question.report: KIND_MAX_STEP reports the earliest contacts; leave it out");
+  } else if (options.fields) {
+    return invalid_argument("question.fields: KIND_MAX_STEP tells of times alone; leave them out");
+  }
+  return question;
+}
+
+}  // namespace warmfront::wire

@@ -1,0 +1,503 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trials and commits through a daemon, by bare messages: in order with steps, with the bits that a collider
+// in this process gives; repeated; refused; and what is asked with each.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "tests/unit/server/service_fixture.h"
+
+namespace warmfront::test {
+namespace {
+
+using grpc::StatusCode;
+using ::testing::HasSubstr;
+using Kind = v1::Question;
+
+template <class Real>
+std::string bytes_as(const std::vector<double>& values) {
+  const std::vector<Real> as(values.begin(), values.end());
+  return {reinterpret_cast<const char*>(as.data()), as.size() * sizeof(Real)};
+}
+
+v1::Question question(v1::Question::Kind kind) {
+  v1::Question question;
+  question.set_kind(kind);
+  return question;
+}
+v1::Question trial() {
+  return question(Kind::KIND_TRIAL);
+}
+
+v1::StreamStepsRequest commit_message(std::uint64_t frame, double fraction) {
+  v1::StreamStepsRequest request;
+  request.mutable_commit()->set_frame(frame);
+  request.mutable_commit()->set_fraction(fraction);
+  return request;
+}
+
+bool same(const v1::SessionState& a, const v1::SessionState& b) {
+  return a.frame() == b.frame() && a.revision() == b.revision() && a.digest() == b.digest();
+}
+
+class TrialsTest : public ServiceTest {
+ protected:
+  explicit TrialsTest(server::Config config = {}) : ServiceTest(std::move(config)) {}
+
+  v1::StreamStepsRequest ask(std::uint64_t number, const v1::Question& question,
+                             const std::string& positions) {
+    v1::StreamStepsRequest request = frame_message(number, positions);
+    *request.mutable_step()->mutable_question() = question;
+    return request;
+  }
+  v1::SessionState state(const std::string& id = kId) {
+    Context context;
+    v1::GetSessionRequest request;
+    request.set_session_id(id);
+    v1::GetSessionResponse response;
+    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
+    return response.session().state();
+  }
+  /// Sends and takes what comes.
+  static v1::StreamStepsResponse exchange(Stream& stream, const v1::StreamStepsRequest& request) {
+    EXPECT_TRUE(stream.Write(request));
+    v1::StreamStepsResponse response;
+    EXPECT_TRUE(stream.Read(&response));
+    return response;
+  }
+  static StatusCode code_of(const v1::StreamStepsResponse& response) {
+    return static_cast<StatusCode>(response.error().status().code());
+  }
+  static const std::string& words_of(const v1::StreamStepsResponse& response) {
+    return response.error().status().message();
+  }
+};
+
+// In a session of Real's dtype, and beside it a collider that is asked the same.
+template <class Real>
+class TrialsOf : public TrialsTest {
+ protected:
+  static constexpr bool kSingle = sizeof(Real) == 4;
+
+  void open_both(bool bodies) {
+    v1::SessionHeader wanted = header();
+    wanted.set_dtype(kSingle ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
+    SceneDescription scene = grids_.scene();
+    const std::uint32_t half = grids_.vertex_count() / 2;
+    if (bodies) {
+      scene.bodies = {{"", 0, half}, {"", half, half, BodyKind::kRigid}};
+      for (const std::uint32_t first : {0U, half}) {
+        v1::Body& body = *wanted.add_bodies();
+        body.set_first_vertex(first);
+        body.set_vertex_count(half);
+        body.set_kind(first == 0 ? v1::BODY_KIND_DEFORMABLE : v1::BODY_KIND_RIGID);
+      }
+    }
+    ASSERT_TRUE(create(wanted, faces(), bytes_as<Real>(grids_.positions(0))).ok());
+    const std::vector<double> at = grids_.positions(0);
+    const std::vector<Real> start(at.begin(), at.end());
+    scene_ = std::make_shared<const Scene>(Scene::create(scene).value());
+    collider_.emplace(
+        Collider::create(scene_, std::span<const Real>(start), {}, std::make_shared<Workers>(1)).value());
+    stream_ = open(context_, 1);
+  }
+
+  void expect_answer(const StepResult& expected) {
+    v1::StreamStepsResponse response;
+    ASSERT_TRUE(stream_->Read(&response));
+    ASSERT_TRUE(response.has_answer()) << response.ShortDebugString();
+    const v1::StepSummary& summary = response.answer().summary();
+    ContactHash hash;
+    hash.add_step(*scene_, expected.contacts);
+    EXPECT_EQ(hash_of(response.answer().contacts()), hash.value()) << "frame " << response.answer().frame();
+    EXPECT_EQ(summary.vf(), expected.vf);
+    EXPECT_EQ(summary.ee(), expected.ee);
+    EXPECT_EQ(summary.has_earliest_toi(), expected.earliest_toi.has_value());
+    EXPECT_EQ(summary.earliest_toi(), expected.earliest_toi.value_or(0));
+    EXPECT_EQ(summary.overlaps_at_start(), expected.overlaps_at_start);
+    contacts_ += expected.vf + expected.ee;
+  }
+  void expect_commit(const CommitResult& expected) {
+    v1::StreamStepsResponse response;
+    ASSERT_TRUE(stream_->Read(&response));
+    ASSERT_TRUE(response.has_answer()) << response.ShortDebugString();
+    EXPECT_TRUE(response.answer().last());
+    const v1::StepSummary& summary = response.answer().summary();
+    EXPECT_TRUE(summary.commit_counted());
+    EXPECT_EQ(summary.rows(), 0u);
+    EXPECT_EQ(summary.vf(), expected.vf);
+    EXPECT_EQ(summary.ee(), expected.ee);
+    EXPECT_EQ(summary.possible(), expected.possible);
+    EXPECT_EQ(summary.has_earliest_toi(), expected.earliest_toi.has_value());
+    EXPECT_EQ(summary.earliest_toi(), expected.earliest_toi.value_or(0));
+  }
+  CommitResult commit(double fraction) {
+    return collider_->commit(fraction, kSingle ? Rounding::kFloat32 : Rounding::kFloat64).value();
+  }
+
+  Context context_;
+  std::shared_ptr<const Scene> scene_;
+  std::optional<Collider> collider_;
+  std::unique_ptr<Stream> stream_;
+  std::uint64_t contacts_ = 0;
+};
+
+using Dtypes = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(TrialsOf, Dtypes);
+
+TYPED_TEST(TrialsOf, AreAnsweredInOrderWithStepsAndCommitsAsByACollider) {
+  this->open_both(false);
+  Stream& stream = *this->stream_;
+  const auto frame = [&](std::uint64_t k) { return bytes_as<TypeParam>(this->grids_.positions(k)); };
+  const auto send = [&](std::uint64_t number, const v1::Question& question, std::uint64_t to) {
+    ASSERT_TRUE(stream.Write(this->ask(number, question, frame(to))));
+  };
+  // All are in flight, as far as the window lets them.
+  send(1, trial(), 1);
+  send(1, trial(), 3);
+  send(1, trial(), 1);
+  ASSERT_TRUE(stream.Write(commit_message(1, 0.4)));
+  send(2, question(Kind::KIND_STEP), 2);
+  send(3, question(Kind::KIND_MAX_STEP), 3);
+  send(3, trial(), 1);
+  send(3, question(Kind::KIND_UNSPECIFIED), 3);
+  send(4, trial(), 4);
+  ASSERT_TRUE(stream.Write(commit_message(4, 1)));
+  ASSERT_TRUE(stream.Write(this->frame_message(5, frame(5))));
+
+  const auto expect = [&](QuestionKind kind, std::uint64_t to) {
+    const std::vector<double> at = this->grids_.positions(to);
+    const std::vector<TypeParam> positions(at.begin(), at.end());
+    this->expect_answer(
+        this->collider_->ask(std::span<const TypeParam>(positions), Question{.kind = kind}).value());
+  };
+  expect(QuestionKind::kTrial, 1);
+  expect(QuestionKind::kTrial, 3);
+  expect(QuestionKind::kTrial, 1);
+  this->expect_commit(this->commit(0.4));
+  expect(QuestionKind::kStep, 2);
+  expect(QuestionKind::kMaxStep, 3);
+  expect(QuestionKind::kTrial, 1);
+  expect(QuestionKind::kStep, 3);
+  expect(QuestionKind::kTrial, 4);
+  this->expect_commit(this->commit(1));
+  expect(QuestionKind::kStep, 5);
+  EXPECT_GT(this->contacts_, 100u);
+  EXPECT_EQ(this->state().frame(), 5u);
+}
+
+TYPED_TEST(TrialsOf, OfFramesThatSayWhatMovedAreCommittedInPart) {
+  this->open_both(true);
+  const std::uint32_t half = this->grids_.vertex_count() / 2;
+  const auto rows = [&](std::uint64_t k, std::uint32_t first, std::uint32_t count) {
+    const std::vector<double> at = this->grids_.positions(k);
+    return std::vector<TypeParam>(at.begin() + 3 * first, at.begin() + 3 * (first + count));
+  };
+  const auto text = [](const auto& values) {
+    return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0]));
+  };
+  std::uint64_t number = 0;
+  std::vector<std::uint32_t> vertices;
+  for (std::uint32_t v = 0; v < half; v += 2) vertices.push_back(v);
+  for (const double fraction : {0.25, 0.5, 1.0, 0.0, 0.75}) {
+    ++number;
+    // A turn and a shift of the rigid grid, and every second vertex of the other.
+    Pose pose;
+    const double angle = 0.02 * static_cast<double>(number);
+    pose.matrix = {std::cos(angle),
+                   -std::sin(angle),
+                   0,
+                   0.1,
+                   std::sin(angle),
+                   std::cos(angle),
+                   0,
+                   0,
+                   0,
+                   0,
+                   1,
+                   number % 2 == 0 ? 0.4 : -0.9};
+    if (TestFixture::kSingle) pose = in_float32(pose);
+    std::vector<TypeParam> moved;
+    for (const std::uint32_t v : vertices) {
+      const auto row = rows(number, v, 1);
+      moved.insert(moved.end(), row.begin(), row.end());
+    }
+    v1::StreamStepsRequest request;
+    request.mutable_step()->set_frame(number);
+    *request.mutable_step()->mutable_question() = trial();
+    v1::MovedParts& parts = *request.mutable_step()->mutable_moved();
+    parts.set_poses(text(std::vector<TypeParam>(pose.matrix.begin(), pose.matrix.end())));
+    parts.set_vertices(text(vertices));
+    parts.set_vertex_positions(text(moved));
+    ASSERT_TRUE(this->stream_->Write(request));
+    ASSERT_TRUE(this->stream_->Write(commit_message(number, fraction)));
+    Frame frame;
+    const BodyPose posed{1, pose};
+    frame.poses = std::span(&posed, 1);
+    frame.vertices = vertices;
+    frame.vertex_positions = std::span<const TypeParam>(moved);
+    this->expect_answer(this->collider_->trial(frame).value());
+    this->expect_commit(this->commit(fraction));
+  }
+  const auto whole = rows(9, 0, 2 * half);
+  ASSERT_TRUE(this->stream_->Write(this->frame_message(number + 1, text(whole))));
+  this->expect_answer(this->collider_->step(std::span<const TypeParam>(whole)).value());
+  EXPECT_GT(this->contacts_, 100u);
+}
+
+TEST_F(TrialsTest, LeaveTheSessionWhereItWas) {
+  ASSERT_TRUE(create().ok());
+  ASSERT_TRUE(create(kOther).ok());
+  ASSERT_TRUE(step(1, frame(1)).ok());
+  ASSERT_TRUE(step(1, frame(1), nullptr, kOther).ok());
+  const v1::SessionState before = state();
+  {
+    Context context;
+    const auto stream = open(context, 2);
+    for (const auto kind : {Kind::KIND_TRIAL, Kind::KIND_MAX_STEP, Kind::KIND_TRIAL}) {
+      const auto response = exchange(*stream, ask(2, question(kind), frame(4)));
+      ASSERT_TRUE(response.has_answer()) << response.ShortDebugString();
+      EXPECT_EQ(response.answer().frame(), 2u);
+      EXPECT_TRUE(same(response.answer().summary().state(), before));
+      EXPECT_TRUE(same(response.answer().summary().state_before(), before));
+    }
+    // The last frame is still answered from memory, and no trial of it.
+    EXPECT_TRUE(exchange(*stream, frame_message(1, frame(1))).has_answer());
+    const auto late = exchange(*stream, ask(1, trial(), frame(1)));
+    EXPECT_EQ(code_of(late), StatusCode::FAILED_PRECONDITION);
+    EXPECT_EQ(detail_of(late.error().status()).reason(), v1::ERROR_REASON_FRAME_OUT_OF_ORDER);
+  }
+  // A unary one.
+  Context context;
+  v1::StepRequest request;
+  request.set_session_id(kId);
+  request.set_frame(2);
+  request.set_positions(frame(4));
+  *request.mutable_question() = trial();
+  v1::StepResponse response;
+  ASSERT_TRUE(stub_->Step(&context, request, &response).ok());
+  EXPECT_GT(response.summary().rows(), 0u);
+  EXPECT_TRUE(same(state(), before));
+  v1::StepResponse stepped, other;
+  ASSERT_TRUE(step(2, frame(2), &stepped).ok());
+  ASSERT_TRUE(step(2, frame(2), &other, kOther).ok());
+  EXPECT_EQ(hash_of(stepped.contacts()), hash_of(other.contacts()));
+  EXPECT_TRUE(same(stepped.summary().state(), other.summary().state())) << "as if there had been no trials";
+}
+
+TEST_F(TrialsTest, ACommitIsAnsweredAgainAndNoOther) {
+  ASSERT_TRUE(create().ok());
+  const v1::SessionState start = state();
+  Context context;
+  const auto stream = open(context, 1);
+  ASSERT_TRUE(exchange(*stream, ask(1, trial(), frame(1))).has_answer());
+  const auto first = exchange(*stream, commit_message(1, 0.5));
+  ASSERT_TRUE(first.has_answer()) << first.ShortDebugString();
+  EXPECT_EQ(first.answer().summary().state().frame(), 1u);
+  EXPECT_TRUE(same(first.answer().summary().state_before(), start));
+  EXPECT_TRUE(same(first.answer().summary().state(), state()));
+  EXPECT_EQ(exchange(*stream, commit_message(1, 0.5)).SerializeAsString(), first.SerializeAsString());
+  for (const auto& other :
+       {commit_message(1, 0.25), commit_message(1, std::numeric_limits<double>::quiet_NaN()),
+        frame_message(1, frame(1))}) {
+    const auto changed = exchange(*stream, other);
+    EXPECT_EQ(code_of(changed), StatusCode::ABORTED);
+    EXPECT_EQ(detail_of(changed.error().status()).reason(), v1::ERROR_REASON_FRAME_CHANGED);
+  }
+  EXPECT_TRUE(same(first.answer().summary().state(), state()));
+  // A step is not answered as a commit either, nor for another question.
+  ASSERT_TRUE(exchange(*stream, frame_message(2, frame(2))).has_answer());
+  EXPECT_EQ(code_of(exchange(*stream, commit_message(2, 1))), StatusCode::ABORTED);
+  v1::Question counted = question(Kind::KIND_STEP);
+  counted.set_report(v1::REPORT_COUNT);
+  EXPECT_EQ(code_of(exchange(*stream, ask(2, counted, frame(2)))), StatusCode::ABORTED);
+  EXPECT_TRUE(exchange(*stream, ask(2, question(Kind::KIND_STEP), frame(2))).has_answer());
+}
+
+TEST_F(TrialsTest, TheStateTellsCommitsApart) {
+  std::vector<std::uint64_t> digests;
+  int made = 0;
+  const auto digest_of = [&](const std::vector<std::uint64_t>& trials, double fraction) {
+    const std::string id = "31234567-89ab-cdef-0123-" + std::to_string(100000000000 + made++);
+    EXPECT_TRUE(create(id).ok());
+    Context context;
+    const auto stream = open(context, 1, id);
+    for (const std::uint64_t to : trials) exchange(*stream, ask(1, trial(), frame(to)));
+    return exchange(*stream, commit_message(1, fraction)).answer().summary().state().digest();
+  };
+  const std::uint64_t one = digest_of({1}, 0.5);
+  EXPECT_EQ(digest_of({1}, 0.5), one);
+  EXPECT_EQ(digest_of({3, 1}, 0.5), one) << "the trial before does not count";
+  EXPECT_NE(digest_of({3}, 0.5), one);
+  EXPECT_NE(digest_of({1}, 0.25), one);
+  EXPECT_EQ(digest_of({1}, -0.0), digest_of({1}, 0.0));
+}
+
+TEST_F(TrialsTest, ACommitNeedsATrialThatWasAnsweredLast) {
+  v1::SessionHeader wanted = header();
+  v1::Body& body = *wanted.add_bodies();
+  body.set_vertex_count(grids_.vertex_count());
+  ASSERT_TRUE(create(wanted, faces(), frame(0)).ok());
+  Context context;
+  const auto stream = open(context, 1);
+  const auto expect_refused = [&](std::uint64_t number, const char* why) {
+    const v1::SessionState before = state();
+    const auto response = exchange(*stream, commit_message(number, 1));
+    EXPECT_EQ(code_of(response), StatusCode::FAILED_PRECONDITION) << why;
+    EXPECT_EQ(detail_of(response.error().status()).reason(), v1::ERROR_REASON_INVALID_INPUT) << why;
+    EXPECT_TRUE(same(state(), before)) << why;
+  };
+  expect_refused(1, "there was none");
+  std::string bad = frame(2);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::memcpy(bad.data() + 8, &nan, 8);
+  ASSERT_TRUE(exchange(*stream, ask(1, trial(), frame(1))).has_answer());
+  EXPECT_EQ(code_of(exchange(*stream, ask(1, trial(), bad))), StatusCode::INVALID_ARGUMENT);
+  expect_refused(1, "a later one failed");
+  ASSERT_TRUE(exchange(*stream, ask(1, trial(), frame(1))).has_answer());
+  EXPECT_EQ(code_of(exchange(*stream, ask(1, trial(), "abc"))), StatusCode::INVALID_ARGUMENT);
+  expect_refused(1, "a later one was too short");
+  ASSERT_TRUE(exchange(*stream, ask(1, trial(), frame(1))).has_answer());
+  EXPECT_EQ(code_of(exchange(*stream, ask(1, question(static_cast<Kind::Kind>(9)), frame(1)))),
+            StatusCode::INVALID_ARGUMENT);
+  expect_refused(1, "a later question was unknown");
+  ASSERT_TRUE(exchange(*stream, ask(1, trial(), frame(1))).has_answer());
+  ASSERT_TRUE(exchange(*stream, frame_message(1, frame(1))).has_answer());
+  expect_refused(2, "it was of the frame before");
+  ASSERT_TRUE(exchange(*stream, ask(2, trial(), frame(2))).has_answer());
+  Context changing;
+  v1::ChangeSceneRequest change;
+  change.set_session_id(kId);
+  change.set_next_frame(2);
+  v1::BodyAddition& add = *change.add_changes()->mutable_add();
+  add.mutable_body()->set_vertex_count(3);
+  const std::array<std::int32_t, 3> face{0, 1, 2};
+  add.set_faces(std::string(reinterpret_cast<const char*>(face.data()), sizeof face));
+  add.set_positions(bytes_of({0, 0, 9, 1, 0, 9, 0, 1, 9}));
+  v1::ChangeSceneResponse changed;
+  ASSERT_TRUE(stub_->ChangeScene(&changing, change, &changed).ok());
+  expect_refused(2, "the scene changed since");
+  std::vector<double> next = grids_.positions(2);
+  next.insert(next.end(), {0, 0, 9, 1, 0, 9, 0, 1, 9});
+  ASSERT_TRUE(exchange(*stream, ask(2, trial(), bytes_of(next))).has_answer());
+  for (const double fraction : {-0.1, 1 + 0x1p-52, nan}) {
+    const auto response = exchange(*stream, commit_message(2, fraction));
+    EXPECT_EQ(code_of(response), StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(words_of(response), HasSubstr("frame 2: fraction: "));
+  }
+  const auto gap = exchange(*stream, commit_message(3, 1));
+  EXPECT_EQ(detail_of(gap.error().status()).reason(), v1::ERROR_REASON_FRAME_OUT_OF_ORDER);
+  EXPECT_TRUE(exchange(*stream, commit_message(2, 1)).has_answer()) << "the trial stands after all that";
+}
+
+TEST_F(TrialsTest, AskWithOptionsOfTheirOwn) {
+  ASSERT_TRUE(create().ok());
+  Context context;
+  const auto stream = open(context, 1);
+  const auto all = exchange(*stream, ask(1, trial(), frame(1)));
+  ASSERT_GT(all.answer().summary().rows(), 3u);
+  v1::Question counted = trial();
+  counted.set_report(v1::REPORT_COUNT);
+  const auto count = exchange(*stream, ask(1, counted, frame(1)));
+  EXPECT_EQ(count.answer().summary().rows(), 0u);
+  EXPECT_EQ(count.answer().summary().vf(), all.answer().summary().vf());
+  const auto part = exchange(*stream, commit_message(1, 0.9));
+  EXPECT_FALSE(part.answer().summary().commit_counted()) << "which of them lie within it is not known";
+  v1::Question fields = trial();
+  fields.mutable_fields()->set_points(true);
+  const auto told = exchange(*stream, ask(2, fields, frame(2)));
+  ASSERT_TRUE(told.has_answer()) << told.ShortDebugString();
+  EXPECT_EQ(told.answer().contacts().points().size(), 48 * told.answer().summary().rows());
+  EXPECT_GT(told.answer().summary().rows(), 0u);
+  v1::Question wide = trial();
+  wide.set_min_separation(10);
+  EXPECT_GT(exchange(*stream, ask(2, wide, frame(2))).answer().summary().vf(), told.answer().summary().vf());
+  // Everything is within it at the start, and nothing else is found.
+  v1::Question how_far = question(Kind::KIND_MAX_STEP);
+  how_far.set_min_separation(10);
+  const auto here = exchange(*stream, ask(2, how_far, frame(2)));
+  EXPECT_EQ(here.answer().summary().earliest_toi(), 0);
+  EXPECT_EQ(here.answer().summary().overlaps_at_start(), 0u) << "they are not left out";
+  how_far.set_leave_out_overlaps(true);
+  const auto out = exchange(*stream, ask(2, how_far, frame(2)));
+  EXPECT_FALSE(out.answer().summary().has_earliest_toi());
+  EXPECT_GT(out.answer().summary().overlaps_at_start(), 0u);
+  v1::Question one = trial();
+  one.set_max_contacts(1);
+  const auto few = exchange(*stream, ask(2, one, frame(2)));
+  EXPECT_EQ(code_of(few), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(detail_of(few.error().status()).limit(), "max-contacts");
+  EXPECT_EQ(code_of(exchange(*stream, commit_message(2, 1))), StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(exchange(*stream, ask(2, trial(), frame(2))).answer().summary().rows(),
+            told.answer().summary().rows());
+}
+
+TEST_F(TrialsTest, ARefusedQuestionSaysWhatIsWrongWithIt) {
+  ASSERT_TRUE(create().ok());
+  Context context;
+  const auto stream = open(context, 1);
+  const auto expect = [&](const char* field, v1::Question::Kind kind, auto spoil) {
+    v1::Question bad = question(kind);
+    spoil(bad);
+    const auto response = exchange(*stream, ask(1, bad, frame(1)));
+    EXPECT_EQ(code_of(response), StatusCode::INVALID_ARGUMENT) << field;
+    EXPECT_EQ(response.error().frame(), 1u);
+    EXPECT_THAT(words_of(response), HasSubstr(std::string("frame 1: question.") + field + ": "));
+  };
+  using Question = v1::Question;
+  const auto trial = Kind::KIND_TRIAL, max_step = Kind::KIND_MAX_STEP, step = Kind::KIND_STEP;
+  expect("kind", static_cast<Kind::Kind>(77), [](Question&) {});
+  expect("tier", trial, [](Question& q) { q.set_tier(static_cast<v1::Tier>(77)); });
+  expect("report", step, [](Question& q) { q.set_report(static_cast<v1::Report>(77)); });
+  expect("tolerance", trial, [](Question& q) { q.set_tolerance(0); });
+  expect("tolerance", step, [](Question& q) { q.set_tolerance(2); });
+  expect("min_separation", trial, [](Question& q) { q.set_min_separation(-1); });
+  expect("min_separation", max_step, [](Question& q) {
+    q.set_min_separation(1);
+    q.set_tier(v1::TIER_EXACT);
+  });
+  expect("report", max_step, [](Question& q) { q.set_report(v1::REPORT_ALL); });
+  expect("fields", max_step, [](Question& q) { q.mutable_fields(); });
+  expect("leave_out_overlaps", trial, [](Question& q) { q.set_leave_out_overlaps(true); });
+  expect("leave_out_overlaps", step, [](Question& q) { q.set_leave_out_overlaps(true); });
+  expect("max_contacts", trial,
+         [](Question& q) { q.set_max_contacts(std::numeric_limits<std::uint64_t>::max()); });
+  EXPECT_TRUE(exchange(*stream, frame_message(1, frame(1))).has_answer());
+}
+
+TEST_F(TrialsTest, AQuestionComesWithTheFirstPartOfItsFrame) {
+  ASSERT_TRUE(create().ok());
+  const std::string whole = frame(1);
+  v1::StreamStepsRequest first = ask(1, trial(), whole.substr(0, 100));
+  first.mutable_step()->set_more(true);
+  {
+    Context context;
+    const auto stream = open(context, 1);
+    ASSERT_TRUE(stream->Write(first));
+    EXPECT_TRUE(exchange(*stream, frame_message(1, whole.substr(100))).has_answer());
+    EXPECT_EQ(state().frame(), 0u);
+  }
+  const auto ends_with = [&](const v1::StreamStepsRequest& second) {
+    Context context;
+    const auto stream = open(context, 1, kId, true);
+    stream->Write(first);
+    stream->Write(second);
+    v1::StreamStepsResponse response;
+    while (stream->Read(&response)) {
+    }
+    return stream->Finish().error_code();
+  };
+  EXPECT_EQ(ends_with(ask(1, trial(), whole.substr(100))), StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(ends_with(commit_message(1, 1)), StatusCode::FAILED_PRECONDITION);
+  Context context;
+  const auto stream = stub_->StreamSteps(&context);
+  stream->Write(commit_message(1, 1));
+  v1::StreamStepsResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_EQ(stream->Finish().error_code(), StatusCode::FAILED_PRECONDITION) << "before any attach";
+}
+
+}  // namespace
+}  // namespace warmfront::test
