@@ -12,6 +12,7 @@
 
 #include "engine/contact.h"
 #include "engine/options.h"
+#include "engine/question.h"
 #include "engine/statistics.h"
 
 namespace warmfront::client {
@@ -55,13 +56,25 @@ struct Answer {
   std::uint64_t ee = 0;                ///< edge-edge contacts
   std::uint64_t possible = 0;          ///< of both kinds, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
-  ContactTable contacts;               ///< empty for Report::kCount
+  ContactTable contacts;               ///< empty for Report::kCount, and of a commit
+  /// Left out by a question that leaves them out.
+  std::uint64_t overlaps_at_start = 0;
+  std::optional<CommitResult> commit;  ///< of a commit, which has nothing else to tell
   StepStatistics statistics;
   std::optional<AllDeformable> all_deformable;  ///< with options.explain
   Travel travel;
 };
 
-/// A daemon's limits.
+/// How far a motion may go; see warmfront::MaxStep.
+struct MaxStep {
+  /// In [0, 1]: nothing touches, or comes within the separation, before it. 1 where nothing does at all.
+  double fraction = 1;
+  /// Pairs that are within the separation at the start, which count only where they are not left out.
+  std::uint64_t overlaps_at_start = 0;
+  Answer answer;  ///< of the trial, with the contacts that come first
+};
+
+/// What a daemon allows.
 struct ServerLimits {
   std::uint32_t window = 1;  ///< most unanswered frames of a session
   std::uint64_t max_message_bytes = 0;

@@ -2,6 +2,7 @@
 // The public interface over Connection and Session::Impl. Thread safety as stated in the header.
 #include "client/lib/client.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "client/lib/address.h"
@@ -105,17 +106,41 @@ std::uint64_t Session::resumes() const {
   return impl_->resumes();
 }
 
-Result<Answer> Session::step(const Frame& frame) {
-  if (!impl_->idle())
-    return Error{ErrorCode::kFailedPrecondition,
-                 "frames are unanswered; take their answers before calling step()"};
-  const Result<std::uint64_t> number = impl_->submit(frame);
-  if (!number) return number.error();
-  return impl_->next_answer();
+Result<Answer> Session::step(const Frame& frame, const QuestionOptions& options) {
+  return impl_->ask(frame, {.kind = QuestionKind::kStep, .options = options});
+}
+Result<Answer> Session::trial(const Frame& frame, const QuestionOptions& options) {
+  return impl_->ask(frame, {.kind = QuestionKind::kTrial, .options = options});
 }
 
-Result<std::uint64_t> Session::submit(const Frame& frame) {
-  return impl_->submit(frame);
+Result<MaxStep> Session::max_step(const Frame& frame, bool leave_out_overlaps,
+                                  const QuestionOptions& options) {
+  Result<Answer> answer = impl_->ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps});
+  if (!answer) return answer.error();
+  MaxStep step;
+  step.fraction = answer.value().earliest_toi.value_or(1);
+  step.overlaps_at_start = leave_out_overlaps
+                               ? answer.value().overlaps_at_start
+                               : static_cast<std::uint64_t>(std::ranges::count(
+                                     answer.value().contacts.status, ContactStatus::kOverlapAtStart));
+  step.answer = std::move(answer).value();
+  return step;
+}
+
+Result<CommitResult> Session::commit(double fraction) {
+  if (const Status single = impl_->check_idle(); !single) return single.error();
+  const Result<std::uint64_t> number = impl_->submit_commit(fraction);
+  if (!number) return number.error();
+  const Result<Answer> answer = impl_->next_answer();
+  if (!answer) return answer.error();
+  return answer.value().commit.value();
+}
+
+Result<std::uint64_t> Session::submit(const Frame& frame, const Question& question) {
+  return impl_->submit(frame, question);
+}
+Result<std::uint64_t> Session::submit_commit(double fraction) {
+  return impl_->submit_commit(fraction);
 }
 Result<std::uint32_t> Session::add_body(BodyAddition addition, const Positions& positions) {
   return impl_->add_body(std::move(addition), positions);

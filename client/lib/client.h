@@ -14,6 +14,7 @@
 #include "client/lib/answer.h"
 #include "engine/collider.h"
 #include "engine/options.h"
+#include "engine/question.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 
@@ -54,13 +55,14 @@ struct SessionOptions {
   std::uint64_t first_frame = 0;
 };
 
-/// A session of a daemon. It keeps the scene, the last answered positions and the unanswered frames, so that
-/// it can be created again: when the daemon dies, restarts, drains or loses it, the session continues there
-/// or at the daemon that the address then leads to, with exactly one answer to each frame, in order and with
-/// the same bits. A copy in a daemon is reused if the daemon reports this session's exact state; otherwise,
-/// and if the daemon is too old to report it, the copy is deleted and created again. If others use up a limit
-/// during a resume, the session waits for room within the resume timeout. After kUnavailable,
-/// kDeadlineExceeded, kAborted or kInternal every further call returns that error.
+/// A session of a daemon. It keeps the scene, the positions last answered, the last trial and the frames
+/// unanswered, so that it can be created again: when the daemon dies, restarts, drains or forgets it, the
+/// session goes on there or at whatever daemon the address leads to by then, with exactly one answer to each
+/// frame, in order and of the same bits. A copy that a daemon still has is gone on with where it is in this
+/// session's own state, which the daemon states; another, and that of a daemon too old to state it, is
+/// deleted and made again. A limit that is met on the way, and that others fill, is waited for within the
+/// resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further
+/// call gives that error.
 class Session {
  public:
   ~Session();  ///< calls close() and ignores its error
@@ -73,14 +75,31 @@ class Session {
   /// How often the session was resumed.
   std::uint64_t resumes() const;
 
-  /// Submits a frame and takes its answer. kFailedPrecondition while earlier answers were not taken.
-  Result<Answer> step(const Frame& frame);
+  /// Submits a frame and takes its answer. `options`: of this step alone. kFailedPrecondition while earlier
+  /// answers were not taken.
+  Result<Answer> step(const Frame& frame, const QuestionOptions& options = {});
+  /// What would this motion meet? As Collider::trial(): the session stays where it is. Fails as step() does,
+  /// and with kUnimplemented where the daemon is older than trials.
+  Result<Answer> trial(const Frame& frame, const QuestionOptions& options = {});
+  /// How far may it go? As Collider::max_step(). Fails as trial() does.
+  Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
+                           const QuestionOptions& options = {});
+  /// Takes the last trial, or max_step(), up to `fraction` in [0, 1], which is the session's next frame: as
+  /// Collider::commit(), rounded to the kind of positions that the session was created with. It is carried
+  /// out once, whatever becomes of the daemon on the way. kFailedPrecondition without a trial that was
+  /// answered last.
+  Result<CommitResult> commit(double fraction = 1);
 
-  /// Sends the next frame, all of it or only what moved, and returns its number. Positions must have the type
-  /// (float or double) that the session was created with; poses are sent as that type. kInvalidArgument if
-  /// the frame does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
-  /// frame failed and answers to later frames were not taken yet.
-  Result<std::uint64_t> submit(const Frame& frame);
+  /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
+  /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where
+  /// something does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
+  /// frame failed and answers to frames after it were not taken yet. A trial or max_step has the number of
+  /// the frame that it is about, which the next frame gets, too.
+  Result<std::uint64_t> submit(const Frame& frame, const Question& question = {});
+  /// Sends a commit of the trial submitted last, and returns the number of the frame that it makes. Whether
+  /// there is that trial is known when it was answered: next_answer() has kFailedPrecondition where it
+  /// failed.
+  Result<std::uint64_t> submit_commit(double fraction = 1);
 
   /// Adds a stationary body at `positions`, (k, 3), of the session's type, and returns its index; see
   /// Collider::add_body(). Carried out exactly once, even if the daemon is lost; a refused change leaves the
@@ -90,10 +109,10 @@ class Session {
   /// kFailedPrecondition while frames are unanswered.
   Status change_body(std::uint32_t index, Body body);
 
-  /// Waits for the answer to the oldest unanswered frame. An error in the frame itself (kInvalidArgument,
-  /// kResourceExhausted) is not a step: later frames in flight fail with kFailedPrecondition, and after all
-  /// these answers the next submit() has the failed frame's number. kFailedPrecondition when no frame is
-  /// unanswered.
+  /// Waits for the answer to the oldest unanswered frame, trials and commits among them. An error in the
+  /// frame itself (kInvalidArgument, kResourceExhausted) does not count as a step: frames sent after it fail
+  /// with kFailedPrecondition, and once all are taken the next submit() has the failed frame's number.
+  /// kFailedPrecondition when no frame is unanswered.
   Result<Answer> next_answer();
 
   /// Deletes the session in the daemon; unanswered frames are dropped. Further calls fail. Waits about two

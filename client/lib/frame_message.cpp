@@ -41,8 +41,9 @@ grpc::Slice shared_slice(const std::shared_ptr<const std::string>& string, std::
 
 grpc::ByteBuffer positions_message(std::uint64_t frame, bool more,
                                    const std::shared_ptr<const std::string>& positions, std::size_t at,
-                                   std::size_t count) {
+                                   std::size_t count, const v1::Question* question) {
   v1::StepFrame rest;
+  if (question != nullptr) *rest.mutable_question() = *question;
   rest.set_frame(frame);
   rest.set_more(more);
   // Fields may come in any order: the positions last.

@@ -13,10 +13,12 @@
 
 namespace warmfront::client {
 
-/// A step with positions [at, at + count) bytes of the string, not copied: the buffer shares the string.
-/// Positions are most of a step's sending cost, and a message object would copy them twice.
+/// A step that carries positions [at, at + count) bytes of the string, without a copy of them: the buffer
+/// holds on to the string. Positions are most of what a step costs to send, and a message object would copy
+/// them twice.
+/// With a question, unless it is null: in the first message of a frame.
 grpc::ByteBuffer positions_message(std::uint64_t frame, bool more,
                                    const std::shared_ptr<const std::string>& positions, std::size_t at,
-                                   std::size_t count);
+                                   std::size_t count, const v1::Question* question = nullptr);
 
 }  // namespace warmfront::client

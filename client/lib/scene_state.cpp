@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/lib/wire.h"
+#include "engine/part_way.h"
 
 namespace warmfront::client {
 namespace {
@@ -136,15 +137,51 @@ std::string& SceneState::own_positions() {
   return *own_;
 }
 
-void SceneState::put_rows(std::uint32_t first, const char* bytes, std::size_t vertices) {
-  std::memcpy(own_positions().data() + 3 * number_size() * first, bytes, 3 * number_size() * vertices);
+template <class Real>
+void SceneState::move_part_way(std::uint32_t first, const char* bytes, std::size_t vertices,
+                               const std::optional<Pose>& pose, double fraction) {
+  char* to = own_positions().data() + 3 * sizeof(Real) * first;
+  for (std::size_t v = 0; v < vertices; ++v, to += 3 * sizeof(Real), bytes += 3 * sizeof(Real)) {
+    std::array<Real, 3> from_row, to_row;
+    std::memcpy(from_row.data(), to, sizeof from_row);
+    std::memcpy(to_row.data(), bytes, sizeof to_row);
+    std::array<double, 3> from{from_row[0], from_row[1], from_row[2]};
+    if (pose) from = pose->place(from.data());
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      from_row[axis] = static_cast<Real>(part_way(from[axis], to_row[axis], fraction, float32_));
+    std::memcpy(to, from_row.data(), sizeof from_row);
+  }
 }
 
-void SceneState::take(const SentFrame& frame) {
-  if (!frame.moved) {
+void SceneState::move_rows(std::uint32_t first, const char* bytes, std::size_t vertices,
+                           const std::optional<Pose>& pose, double fraction) {
+  if (fraction == 1)
+    std::memcpy(own_positions().data() + 3 * number_size() * first, bytes, 3 * number_size() * vertices);
+  else if (float32_)
+    move_part_way<float>(first, bytes, vertices, pose, fraction);
+  else
+    move_part_way<double>(first, bytes, vertices, pose, fraction);
+}
+
+void SceneState::take(const SentFrame& frame, double fraction) {
+  if (fraction == 0) return;
+  if (!frame.moved && fraction == 1) {
     positions_ = frame.positions;
     own_.reset();
     std::ranges::fill(poses_, std::nullopt);
+    return;
+  }
+  if (!frame.moved) {
+    const char* rows = frame.positions->data();
+    if (scene_.bodies.empty()) move_rows(0, rows, scene_.vertex_count, std::nullopt, fraction);
+    for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+      const Body& body = scene_.bodies[b];
+      // Where those are is given and checked, or of no interest.
+      if (body.kind == BodyKind::kStatic || body.kind == BodyKind::kRemoved) continue;
+      move_rows(body.first_vertex, rows + 3 * number_size() * body.first_vertex, body.vertex_count, poses_[b],
+                fraction);
+      poses_[b].reset();
+    }
     return;
   }
   const v1::MovedParts& moved = *frame.moved;
@@ -152,7 +189,7 @@ void SceneState::take(const SentFrame& frame) {
   for (std::size_t i = 0; i < moved.bodies().size() / 4; ++i) {
     const auto b = value_at<std::uint32_t>(moved.bodies(), i);
     const Body& body = scene_.bodies[b];
-    put_rows(body.first_vertex, rows, body.vertex_count);
+    move_rows(body.first_vertex, rows, body.vertex_count, poses_[b], fraction);
     rows += 3 * number_size() * body.vertex_count;
     poses_[b].reset();
   }
@@ -166,14 +203,15 @@ void SceneState::take(const SentFrame& frame) {
       while (scene_.bodies[next].kind != BodyKind::kRigid) ++next;
       body = static_cast<std::uint32_t>(next++);
     }
-    Pose& pose = poses_[body].emplace();
+    Pose to;
     for (std::size_t k = 0; k < 12; ++k)
-      pose.matrix[k] =
+      to.matrix[k] =
           float32_ ? value_at<float>(moved.poses(), 12 * i + k) : value_at<double>(moved.poses(), 12 * i + k);
+    poses_[body] = part_way(poses_[body].value_or(Pose{}), to, fraction, float32_);
   }
   for (std::size_t i = 0; i < moved.vertices().size() / 4; ++i)
-    put_rows(value_at<std::uint32_t>(moved.vertices(), i),
-             moved.vertex_positions().data() + 3 * number_size() * i, 1);
+    move_rows(value_at<std::uint32_t>(moved.vertices(), i),
+              moved.vertex_positions().data() + 3 * number_size() * i, 1, std::nullopt, fraction);
 }
 
 Result<v1::SceneChange> SceneState::encode(const BodyAddition& addition, const Positions& positions) const {

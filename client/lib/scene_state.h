@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/frame.h"
+#include "engine/question.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "warmfront/v1/session.pb.h"
@@ -17,14 +18,21 @@
 
 namespace warmfront::client {
 
-/// A frame as sent: the fields of v1::StepFrame.
+/// A frame as it travels: the fields of v1::StepFrame, or of v1::Commit.
 struct SentFrame {
   std::uint64_t number = 0;
-  std::shared_ptr<const std::string> positions;  ///< all of them, shared with messages in flight, ...
+  Question question = {};
+  std::optional<double> commit = std::nullopt;  ///< of the trial before, up to this fraction: no positions
+  /// A trial that was answered, sent again for the commit after it: nobody waits for its answer.
+  bool answered = false;
+  std::shared_ptr<const std::string> positions;  ///< all of them, which messages under way refer to, ...
   std::optional<v1::MovedParts> moved;           ///< ... or what moved
   // Cost so far.
   double encode_ms = 0;
   std::uint64_t sent_bytes = 0;
+
+  /// Else the session stays where it is.
+  bool counts() const { return commit || question.kind == QuestionKind::kStep; }
 };
 
 class SceneState {
@@ -44,8 +52,9 @@ class SceneState {
   /// A frame's bytes. kInvalidArgument for positions of another type or number than the session's, and for
   /// unknown bodies.
   Result<SentFrame> encode(const Frame& frame) const;
-  /// Makes an answered frame's positions current.
-  void take(const SentFrame& frame);
+  /// The frame was answered: everything is where it says, or up to `fraction` of the way there, as
+  /// Collider::commit() puts it.
+  void take(const SentFrame& frame, double fraction = 1);
 
   /// Requests for these changes, and their effect on the state after the daemon has carried them out.
   Result<v1::SceneChange> encode(const BodyAddition& addition, const Positions& positions) const;
@@ -58,8 +67,14 @@ class SceneState {
  private:
   std::size_t number_size() const { return float32_ ? sizeof(float) : sizeof(double); }
   Status check_kind(const Positions& positions, std::size_t vertices, const std::string& where) const;
-  void put_rows(std::uint32_t first, const char* bytes, std::size_t vertices);
-  /// Writable positions: copied first if they are shared with a frame.
+  /// Moves vertices from where they are, in the body's pose, to the rows in `bytes`, up to `fraction` of the
+  /// way.
+  void move_rows(std::uint32_t first, const char* bytes, std::size_t vertices,
+                 const std::optional<Pose>& pose, double fraction);
+  template <class Real>
+  void move_part_way(std::uint32_t first, const char* bytes, std::size_t vertices,
+                     const std::optional<Pose>& pose, double fraction);
+  /// The positions, for writing: a frame's own are copied first.
   std::string& own_positions();
 
   SceneDescription scene_;

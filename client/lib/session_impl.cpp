@@ -36,12 +36,53 @@ Session::Impl::~Impl() {
   static_cast<void>(close());
 }
 
-Result<std::uint64_t> Session::Impl::submit(const Frame& frame) {
+std::uint64_t Session::Impl::next_number() const {
+  return header_.first_frame() + 1 +
+         static_cast<std::uint64_t>(std::ranges::count_if(unanswered_, &SentFrame::counts));
+}
+
+Status Session::Impl::check_idle() const {
+  if (unanswered_.empty()) return {};
+  return Error{ErrorCode::kFailedPrecondition,
+               "frames are unanswered; take their answers before a single step"};
+}
+
+Result<Answer> Session::Impl::ask(const Frame& frame, const Question& question) {
+  if (const Status single = check_idle(); !single) return single.error();
+  const Result<std::uint64_t> number = submit(frame, question);
+  if (!number) return number.error();
+  return next_answer();
+}
+
+Result<std::uint64_t> Session::Impl::submit(const Frame& frame, const Question& question) {
   if (failed_) return *failed_;
-  const std::uint64_t number = header_.first_frame() + 1 + unanswered_.size();
   const Clock::time_point start = Clock::now();
   Result<SentFrame> sent = state_.encode(frame);
-  if (!sent) return Error{sent.error().code, name_of(number) + ": " + sent.error().message};
+  if (!sent) {
+    may_commit_ = false;  // as after any question that fails
+    return Error{sent.error().code, name_of(next_number()) + ": " + sent.error().message};
+  }
+  sent.value().question = question;
+  sent.value().encode_ms = milliseconds_since(start);
+  Result<std::uint64_t> number = send(std::move(sent).value());
+  if (number) may_commit_ = question.kind != QuestionKind::kStep;
+  return number;
+}
+
+Result<std::uint64_t> Session::Impl::submit_commit(double fraction) {
+  if (failed_) return *failed_;
+  if (!may_commit_ || (unanswered_.empty() && !last_trial_))
+    return Error{ErrorCode::kFailedPrecondition,
+                 "commit: no trial was answered since the last frame or change of the scene; ask for a trial "
+                 "first"};
+  SentFrame commit;
+  commit.commit = fraction;
+  Result<std::uint64_t> number = send(std::move(commit));
+  if (number) may_commit_ = false;
+  return number;
+}
+
+Result<std::uint64_t> Session::Impl::send(SentFrame frame) {
   if (frame_failed_)
     return Error{ErrorCode::kFailedPrecondition,
                  "a frame failed, and frames were sent after it; take their answers before sending more"};
@@ -50,9 +91,12 @@ Result<std::uint64_t> Session::Impl::submit(const Frame& frame) {
                  std::to_string(window_) +
                      " frames are unanswered, which is the daemon's window; take an "
                      "answer before sending more"};
-  sent.value().number = number;
-  sent.value().encode_ms = milliseconds_since(start);
-  unanswered_.push_back(std::move(sent).value());
+  // A daemon that states nothing of a session is older than questions, and would take a trial for a step.
+  if (!known_ && (frame.commit || frame.question != Question()))
+    return Error{ErrorCode::kUnimplemented, "the daemon is too old for trials and for options of a step"};
+  const std::uint64_t number = next_number();
+  frame.number = number;
+  unanswered_.push_back(std::move(frame));
   send_frames();
   return number;
 }
@@ -76,23 +120,35 @@ bool Session::Impl::send_frame(SentFrame& frame) {
     encoding_since = Clock::now();
     return event == StepStream::Event::kDone;
   };
+  v1::StreamStepsRequest request;
+  if (frame.commit) {
+    request.mutable_commit()->set_frame(frame.number);
+    request.mutable_commit()->set_fraction(*frame.commit);
+    return write(serialize(request));
+  }
+  // With the first message of the frame.
+  std::optional<v1::Question> question;
+  if (frame.question != Question()) question = to_proto(frame.question);
   if (!frame.moved) {
     const std::size_t size = frame.positions->size();
     std::size_t at = 0;
     do {
       const std::size_t count = std::min(chunk_bytes_, size - at);
       const bool more = at + count < size;
-      if (!write(positions_message(frame.number, more, frame.positions, at, count))) return false;
+      const v1::Question* asked = at == 0 && question ? &*question : nullptr;
+      if (!write(positions_message(frame.number, more, frame.positions, at, count, asked))) return false;
       at += count;
     } while (at < size);
     return true;
   }
-  v1::StreamStepsRequest request;
   v1::StepFrame& step = *request.mutable_step();
   step.set_frame(frame.number);
+  if (question) *step.mutable_question() = *question;
   const auto write_step = [&](bool more) {
     step.set_more(more);
-    return write(serialize(request));
+    const bool written = write(serialize(request));
+    step.clear_question();
+    return written;
   };
   const v1::MovedParts& moved = *frame.moved;
   if (moved.ByteSizeLong() <= chunk_bytes_) {
@@ -133,6 +189,7 @@ Status Session::Impl::change(v1::SceneChange change, const std::function<void()>
   request.set_next_frame(header_.first_frame() + 1);
   *request.add_changes() = std::move(change);
   request.set_key(random_uuid());
+  may_commit_ = false;
   changing_ = true;
   for (;;) {
     request.clear_expected_state();
@@ -141,6 +198,7 @@ Status Session::Impl::change(v1::SceneChange change, const std::function<void()>
     std::optional<RemoteError> error = connection_->change(request, response);
     if (!error) {
       changing_ = false;
+      last_trial_.reset();
       taken();
       header_.set_first_revision(header_.first_revision() + 1);
       known_ = response.has_state() ? std::optional(response.state()) : std::nullopt;
@@ -216,7 +274,10 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
       // This session's next frame: a copy that answered it differently, or expects another, is not this
       // session.
       const bool due = response.error().frame() == header_.first_frame() + 1;
-      if (error.other_state() || (due && error.reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER)) {
+      // So is one that does not know the trial that this commit is of.
+      const bool trial_lost = due && unanswered_.front().commit && last_trial_ &&
+                              error.error.code == ErrorCode::kFailedPrecondition;
+      if (error.other_state() || trial_lost || (due && error.reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER)) {
         error.reason = v1::ERROR_REASON_STATE_CHANGED;
         lost_ = std::move(error);
         return std::nullopt;
@@ -254,18 +315,33 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
         v1::ERROR_REASON_STATE_CHANGED};
     return std::nullopt;
   }
+  if (known_ && !frame.counts() && !same_state(summary.state(), *known_))
+    return fail({ErrorCode::kUnimplemented, "the daemon is too old for trials: it took one for a step"});
   if (known_) known_ = summary.state();
   partial_.travel.encode_ms = frame.encode_ms;
   partial_.travel.sent_bytes = frame.sent_bytes;
-  header_.set_first_frame(frame.number);
-  state_.take(frame);
+  if (frame.commit) {
+    if (!last_trial_) return fail({ErrorCode::kInternal, "the daemon answered a commit of no trial"});
+    partial_.commit = commit_from(summary, *frame.commit);
+    state_.take(*last_trial_, *frame.commit);
+  } else if (frame.counts()) {
+    state_.take(frame);
+  }
+  if (frame.counts()) header_.set_first_frame(frame.number);
+  const bool awaited = !frame.answered;
+  if (frame.counts())
+    last_trial_.reset();
+  else if (awaited)
+    last_trial_ = std::move(frame);
   unanswered_.pop_front();
   --sent_;
+  Answer answer = std::exchange(partial_, {});
+  if (!awaited) return std::nullopt;
   resumes_without_answer_ = 0;
-  return std::exchange(partial_, {});
+  return answer;
 }
 
-Result<Answer> Session::Impl::take_error(const v1::StepError& message) {
+std::optional<Result<Answer>> Session::Impl::take_error(const v1::StepError& message) {
   const RemoteError remote = remote_error_from(message.status());
   if (message.frame() != unanswered_.front().number)
     return fail({ErrorCode::kInternal, "the daemon refused " + name_of(message.frame()) + " where " +
@@ -273,10 +349,17 @@ Result<Answer> Session::Impl::take_error(const v1::StepError& message) {
                                            " is due: " + remote.error.message});
   // The engine failed on this frame and the session is gone: creating it again would fail in the same way.
   if (remote.reason == v1::ERROR_REASON_ENGINE) return fail(remote.error);
+  const SentFrame frame = std::move(unanswered_.front());
   unanswered_.pop_front();
   --sent_;
+  partial_ = {};
+  // Its commit is refused then, and the session resumed.
+  if (frame.answered) return std::nullopt;
   resumes_without_answer_ = 0;
-  frame_failed_ = !unanswered_.empty();
+  if (frame.counts()) frame_failed_ = !unanswered_.empty();
+  if (!frame.commit) last_trial_.reset();
+  // The trial stands where only the fraction was wrong.
+  if (frame.commit && unanswered_.empty()) may_commit_ = last_trial_.has_value();
   return remote.error;
 }
 

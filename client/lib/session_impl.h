@@ -25,7 +25,12 @@ struct Session::Impl {
 
   /// Creates the session in the daemon and attaches to it.
   Status open();
-  Result<std::uint64_t> submit(const Frame& frame);
+  Result<std::uint64_t> submit(const Frame& frame, const Question& question);
+  Result<std::uint64_t> submit_commit(double fraction);
+  /// submit(), and the answer.
+  Result<Answer> ask(const Frame& frame, const Question& question);
+  /// kFailedPrecondition while frames are unanswered.
+  Status check_idle() const;
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Result<Answer> next_answer();
@@ -34,10 +39,16 @@ struct Session::Impl {
   const std::string& id() const { return header_.session_id(); }
   std::uint32_t window() const { return window_; }
   std::uint64_t resumes() const { return resumes_; }
-  bool idle() const { return unanswered_.empty(); }
 
  private:
-  /// When other sessions use up a limit of the daemon: fail, or wait for room?
+  /// The number of the next frame.
+  std::uint64_t next_number() const;
+  Result<std::uint64_t> send(SentFrame frame);
+  /// A trial that was answered, before the commit that is due, where the daemon does not know it.
+  void put_trial_before_commit();
+  void drop_trial_sent_again();
+
+  /// A limit of the daemon that others fill: is room waited for?
   enum class Full { kFails, kWaits };
   /// Attaches to the session if the daemon's copy is in this session's state, else creates it again; retries
   /// until the resume timeout.
@@ -66,8 +77,8 @@ struct Session::Impl {
   /// The frame's answer or error when the message completes one.
   std::optional<Result<Answer>> take(v1::StreamStepsResponse& response);
   std::optional<Result<Answer>> take_answer(const v1::StepAnswer& part);
-  Result<Answer> take_error(const v1::StepError& message);
-  /// How the stream ended; destroys it.
+  std::optional<Result<Answer>> take_error(const v1::StepError& message);
+  /// How the stream ended; it is gone afterwards.
   RemoteError ended();
 
   // Constant after construction.
@@ -76,9 +87,12 @@ struct Session::Impl {
   v1::SessionHeader header_;  ///< first_frame: the last answered frame; first_revision: changes made
   SceneState state_;          ///< at that frame
   std::deque<SentFrame> unanswered_;
-  std::size_t sent_ = 0;       ///< of these, on the current stream
-  bool frame_failed_ = false;  ///< and answers to later frames are outstanding
-  Answer partial_;             ///< received chunks of the oldest unanswered frame
+  /// The last question, where it was a trial that was answered: what a commit is of.
+  std::optional<SentFrame> last_trial_;
+  bool may_commit_ = false;    ///< what was submitted last was a trial, and is answered or on its way
+  std::size_t sent_ = 0;       ///< of these, on the present stream
+  bool frame_failed_ = false;  ///< and answers to frames after it are outstanding
+  Answer partial_;             ///< the chunks so far of the oldest unanswered frame
 
   /// The session's state as the daemon last reported it; with `state_`, its whole identity. None if the
   /// daemon is too old to report it.

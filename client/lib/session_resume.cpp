@@ -81,8 +81,24 @@ Status Session::Impl::establish(Full full) {
   }
 }
 
+void Session::Impl::drop_trial_sent_again() {
+  if (!unanswered_.empty() && unanswered_.front().answered) unanswered_.pop_front();
+}
+
+// A daemon that is ahead has carried the commit out, and answers it again; one that never had the trial, or
+// forgot it with the stream before, is told of it first.
+void Session::Impl::put_trial_before_commit() {
+  if (unanswered_.empty() || !unanswered_.front().commit || !last_trial_) return;
+  const bool ahead = known_ && attached_.has_state() && !same_state(attached_.state(), *known_);
+  if (ahead) return;
+  unanswered_.push_front(*last_trial_);
+  unanswered_.front().answered = true;
+}
+
 std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {
-  // A restarted daemon may allow fewer calls per connection, and excess streams would wait silently.
+  drop_trial_sent_again();
+  // A daemon that was started again may allow fewer calls on a connection, and a stream too many would wait
+  // there without a word.
   if (resumes_ > 0) {
     v1::GetServerInfoResponse ignored;
     if (std::optional<RemoteError> error = connection_->server_info(ignored, id())) return error;
@@ -94,6 +110,7 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
     lost_.reset();
     writable_ = true;
     draining_ = false;
+    put_trial_before_commit();
   };
   if (!recreate_) {
     const std::optional<RemoteError> error = attach(deadline);
@@ -136,10 +153,10 @@ bool Session::Impl::attached_is_own() const {
   if (same_state(state, *known_)) return true;
   if (!attached_.has_state_before() || !same_state(attached_.state_before(), *known_)) return false;
   // Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose
-  // key it compares.
-  return state.frame() == known_->frame()
-             ? changing_
-             : !unanswered_.empty() && unanswered_.front().number == state.frame();
+  // key it does. A trial that is due was not answered, and the daemon is where it cannot be any more.
+  return state.frame() == known_->frame() ? changing_
+                                          : !unanswered_.empty() && unanswered_.front().counts() &&
+                                                unanswered_.front().number == state.frame();
 }
 
 std::optional<RemoteError> Session::Impl::create() {

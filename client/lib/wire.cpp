@@ -96,8 +96,21 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
     answer.all_deformable.emplace(
         AllDeformable{wire::statistics_from(all.statistics()), all.frame_bytes(), all.positions_bytes()});
   }
+  answer.overlaps_at_start = summary.overlaps_at_start();
   answer.travel.queue_ms = summary.queue_ms();
   return {};
+}
+
+CommitResult commit_from(const v1::StepSummary& summary, double fraction) {
+  CommitResult result;
+  result.fraction = fraction;
+  if (summary.has_earliest_toi()) result.earliest_toi = summary.earliest_toi();
+  if (summary.commit_counted()) {
+    result.vf = summary.vf();
+    result.ee = summary.ee();
+    result.possible = summary.possible();
+  }
+  return result;
 }
 
 bool RemoteError::lost_session() const {

@@ -12,6 +12,7 @@
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "proto/wire/options.h"
+#include "proto/wire/question.h"
 #include "proto/wire/scene.h"
 #include "proto/wire/statistics.h"
 #include "warmfront/v1/session.pb.h"
@@ -28,6 +29,8 @@ SessionInfo session_info_from(const v1::SessionInfo& message);
 Status append_columns(const v1::ContactColumns& message, ContactTable& contacts);
 /// Everything except the contacts. kInternal when the summary's row count differs from `answer.contacts`.
 Status finish_answer(const v1::StepAnswer& message, Answer& answer);
+/// Of a commit's answer.
+CommitResult commit_from(const v1::StepSummary& summary, double fraction);
 
 /// Why a call or a frame failed.
 struct RemoteError {
