@@ -8,7 +8,7 @@ import numpy as np
 
 import warmfront
 
-PATIENCE = warmfront.Patience(call=20, create=60, answer=60, resume=60, resumes_without_answer=1000)
+TIMEOUTS = warmfront.Timeouts(call=20, create=60, answer=60, resume=60, resumes_without_answer=1000)
 
 
 def array(text, dtype, *shape):
@@ -30,7 +30,7 @@ def body_of(body):
 def frame_of(frame):
     for parts in (frame["bodies"], frame["poses"]):
         if len({one["body"] for one in parts}) < len(parts):
-            raise warmfront.InvalidArgument("a body is given twice, which a dict cannot say")
+            raise warmfront.InvalidArgumentError("a body is given twice, which a dict cannot say")
     said = {"positions": rows(frame["all"])} if "all" in frame else {}
     if frame["bodies"]:
         said["bodies"] = {one["body"]: rows(one["positions"]) for one in frame["bodies"]}
@@ -55,7 +55,7 @@ def told(answer):
 class Driver:
     def create(self, request):
         self.session = None
-        client = warmfront.connect(request["address"], patience=PATIENCE)
+        client = warmfront.connect(request["address"], timeouts=TIMEOUTS)
         options = warmfront.Options(**request["options"])
         self.session = client.session(
             rows(request["positions"]), array(request["faces"], "<i4", -1, 3), bodies=[body_of(b) for b in request["bodies"]],

@@ -3,43 +3,43 @@
 
     import warmfront
 
-    with warmfront.connect("127.0.0.1:50051").session(V0, F) as session:
+    with warmfront.connect().session(V0, F) as session:     # with a daemon of its own; connect("HOST:PORT") for another
         for V in frames:
             contacts = session.step(V)      # on the linear motion from the last frame to this one
             use(contacts.kind, contacts.v, contacts.toi)
+        session.trial(V)                    # what would it meet? How far may it go? Then go there
+        session.commit(float(session.max_step(V)))
 
-V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon that dies: it is created again from the
-last answered state, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class per
-canonical code. A Client is thread-safe, a Session is used by one thread at a time.
+V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon that dies: it is created again from what
+was answered last, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
+canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
-from .answer import AllDeformable, Contacts, Kind, StageTimes, Statistics, Status, StepCounts
+from .answer import (
+    AllDeformable, Committed, Contact, Contacts, Kind, MaxStep, StageTimes, Statistics, Status,
+    StepCounts,
+)
 from .client import Client, connect
 from .errors import (
-    Aborted,
-    AlreadyExists,
-    Cancelled,
-    Code,
-    DataLoss,
-    DeadlineExceeded,
-    FailedPrecondition,
-    Internal,
-    InvalidArgument,
-    NotFound,
-    PermissionDenied,
-    ResourceExhausted,
-    Unauthenticated,
-    Unavailable,
-    Unimplemented,
+    Aborted, AbortedError, AlreadyExists, AlreadyExistsError, Cancelled, CancelledError, Code, DataLoss,
+    DataLossError, DeadlineExceeded, DeadlineExceededError, FailedPrecondition, FailedPreconditionError,
+    Internal, InternalError, InvalidArgument, InvalidArgumentError, NotFound, NotFoundError,
+    PermissionDenied, PermissionDeniedError, ResourceExhausted, ResourceExhaustedError, Unauthenticated,
+    UnauthenticatedError, Unavailable, UnavailableError, Unimplemented, UnimplementedError,
     WarmfrontError,
 )
 from .info import Limits, PrincipalUse, ServerInfo, SessionInfo
-from .options import Options, Patience, Security
+from .options import Options, Patience, Security, Timeouts
 from .scene import Body
 from .session import Session
 
 __all__ = [
-    "Aborted", "AllDeformable", "AlreadyExists", "Body", "Cancelled", "Client", "Code", "Contacts", "DataLoss",
-    "DeadlineExceeded", "FailedPrecondition", "Internal", "InvalidArgument", "Kind", "Limits", "NotFound", "Options", "Patience",
-    "PermissionDenied", "PrincipalUse", "ResourceExhausted", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics",
-    "Status", "StepCounts", "Unauthenticated", "Unavailable", "Unimplemented", "WarmfrontError", "connect",
+    "Aborted", "AbortedError", "AllDeformable", "AlreadyExists", "AlreadyExistsError", "Body",
+    "Cancelled", "CancelledError", "Client", "Code", "Committed", "connect", "Contact", "Contacts",
+    "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
+    "FailedPreconditionError", "Internal", "InternalError", "InvalidArgument", "InvalidArgumentError",
+    "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "Patience", "PermissionDenied",
+    "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "Security",
+    "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "StepCounts",
+    "Timeouts", "Unauthenticated", "UnauthenticatedError", "Unavailable", "UnavailableError",
+    "Unimplemented", "UnimplementedError", "WarmfrontError",
 ]

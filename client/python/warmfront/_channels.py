@@ -8,7 +8,7 @@ from typing import Any
 
 import grpc
 
-from .errors import FailedPrecondition
+from .errors import FailedPreconditionError
 from .v1 import admin_service_pb2_grpc, collision_service_pb2_grpc, session_pb2
 
 # Default if the daemon states no number of calls per connection: half of a daemon's default, and below that of proxies
@@ -45,11 +45,11 @@ class ChannelPool:
         self._closed = False
 
     def take(self) -> Channel:
-        """A channel with room for a call; to be released after the call. FailedPrecondition once
+        """A channel with room for a call, to be given back when the call is over. FailedPreconditionError once
         closed."""
         with self._lock:
             if self._closed:
-                raise FailedPrecondition("the client is closed; connect again")
+                raise FailedPreconditionError("the client is closed; connect again")
             for channel in self._channels:
                 if channel.calls < self._most_calls:
                     break

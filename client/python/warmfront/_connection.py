@@ -11,9 +11,10 @@ import grpc
 
 from ._channels import Channel, ChannelPool
 from ._contacts import error_from
+from ._private_daemon import PrivateDaemon
 from ._wire import Bytes, field
-from .errors import DeadlineExceeded, InvalidArgument, Unavailable, WarmfrontError, class_of
-from .options import Patience, Security
+from .errors import DeadlineExceededError, InvalidArgumentError, UnavailableError, WarmfrontError, class_of
+from .options import Timeouts, Security
 from .v1 import admin_service_pb2, session_pb2, step_pb2
 
 # For a first upload, before the daemon's answer states its message limit: well below the least limit, 64 KiB.
@@ -52,7 +53,7 @@ _ADDRESS_EXPECTED = "HOST:PORT (an IPv6 host in brackets) or unix:PATH is expect
 
 
 def check_address(address: str) -> None:
-    """InvalidArgument for an invalid address: gRPC reads an address without a port as a web server's."""
+    """InvalidArgumentError for what has not the form of one: gRPC takes what has no port for a web server's."""
     if isinstance(address, str):
         if address.startswith("unix:"):
             if len(address) > len("unix:"):
@@ -62,7 +63,7 @@ def check_address(address: str) -> None:
             bare = ":" not in host or (host.startswith("[") and host.endswith("]"))
             if host and bare and port.isascii() and port.isdigit() and 1 <= int(port) <= 65535:
                 return
-    raise InvalidArgument(f"address {address!r}: {_ADDRESS_EXPECTED}")
+    raise InvalidArgumentError(f"address {address!r}: {_ADDRESS_EXPECTED}")
 
 
 def _read(what: str, path: str) -> Optional[bytes]:
@@ -73,9 +74,9 @@ def _read(what: str, path: str) -> Optional[bytes]:
         with open(path, "rb") as file:
             content = file.read()
     except OSError as error:
-        raise InvalidArgument(f"{what} {path}: it cannot be read ({error.strerror})") from None
+        raise InvalidArgumentError(f"{what} {path}: it cannot be read ({error.strerror})") from None
     if not content:
-        raise InvalidArgument(f"{what} {path}: it is empty")
+        raise InvalidArgumentError(f"{what} {path}: it is empty")
     return content
 
 
@@ -86,9 +87,9 @@ def _authorization(address: str, security: Security, encrypted: bool) -> str:
         return ""
     token = content.decode("utf-8", "replace").strip()
     if not token or len(token.split()) != 1:
-        raise InvalidArgument(f"token file {security.token_file}: exactly one token is expected")
+        raise InvalidArgumentError(f"token file {security.token_file}: one token is expected, and nothing else")
     if not encrypted and not re.match(r"unix:|localhost:|\[::1\]:|127\.", address):
-        raise InvalidArgument(f"the token would travel to {address} unencrypted; use TLS")
+        raise InvalidArgumentError(f"the token would travel to {address} in the clear; use TLS")
     return f"Bearer {token}"
 
 
@@ -108,12 +109,14 @@ def error_from_call(call: Any) -> WarmfrontError:
 class Connection:
     """To `HOST:PORT` or `unix:PATH`."""
 
-    def __init__(self, address: str, security: Security, patience: Patience) -> None:
+    def __init__(self, address: str, security: Security, timeouts: Timeouts, private: Optional[PrivateDaemon] = None) -> None:
+        """private: the daemon of that address, which ends with the connection."""
         check_address(address)
         if bool(security.cert_file) != bool(security.key_file):
-            raise InvalidArgument("a client certificate needs its key, and a key its certificate: give both files")
+            raise InvalidArgumentError("a client certificate needs its key, and a key its certificate: state both files")
         self.address = address
-        self.patience = patience
+        self.timeouts = timeouts
+        self._private = private
         encrypted = bool(security.tls or security.ca_file or security.cert_file)
         authorization = _authorization(address, security, encrypted)
         self._metadata = [("authorization", authorization)] if authorization else []
@@ -145,40 +148,48 @@ class Connection:
         return call
 
     def server_info(self, timeout: Optional[float] = None, session_id: str = "") -> Any:
-        """v1.GetServerInfoResponse of the daemon that serves the session; waits for a daemon for `patience.call` seconds
-        unless `timeout` is given."""
+        """v1.GetServerInfoResponse, of the daemon where the session is to be; waits for one that is not there yet, for
+        `timeouts.call` seconds unless `timeout` says otherwise."""
+        ended = self._private.why_ended() if self._private is not None else None
+        if ended is not None:  # and nobody starts it again
+            raise UnavailableError(f"the daemon that was started for this client has ended: {ended}", reason="DAEMON_ENDED")
         try:
             info = self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), session_id,
                               timeout, wait_for_ready=True)
             self._channels.set_calls_per_channel(info.limits.max_streams)
             return info
-        except (DeadlineExceeded, Unavailable) as error:
-            raise Unavailable(f"{self.address}: no Warmfront daemon answers ({self._why_unreachable() or error.message}); is "
-                              "it running there?", reason=error.reason) from None
+        except (DeadlineExceededError, UnavailableError) as error:
+            # Who has little time left does not wait for the reason.
+            why = (self._why_unreachable() if timeout is None or timeout > 2 else "") or error.message
+            raise UnavailableError(f"{self.address}: no Warmfront daemon answers ({why}); is it running there?",
+                                   reason=error.reason) from None
 
     def _why_unreachable(self) -> str:
         """Only a call that does not wait for the connection learns why it failed."""
         try:
             self._call(lambda channel: channel.service.GetServerInfo, session_pb2.GetServerInfoRequest(), timeout=2)
-        except Unavailable as error:
+        except UnavailableError as error:
             return error.message
         except WarmfrontError:
             pass
         return ""
 
-    def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes) -> Any:
-        """Uploads a scene; waits for a daemon to appear. v1.CreateSessionResponse."""
+    def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes,
+               timeout: Optional[float] = None) -> Any:
+        """Uploads a scene; waits for a daemon that is not there yet, for `timeouts.create` seconds unless `timeout` says
+        otherwise. v1.CreateSessionResponse."""
         def requests() -> Iterator[bytes]:
             yield b"".join(field(_HEADER, header.SerializeToString()))
             for number, data in ((_FACES, faces), (_POSITIONS, positions)):
                 view = memoryview(data)
                 for at in range(0, len(view), _UPLOAD_CHUNK):
                     yield b"".join(field(number, view[at:at + _UPLOAD_CHUNK]))
-        return self._call(lambda channel: channel.upload, requests(), header.session_id, self.patience.create, wait_for_ready=True)
+        return self._call(lambda channel: channel.upload, requests(), header.session_id, timeout or self.timeouts.create,
+                          wait_for_ready=True)
 
     def change(self, request: session_pb2.ChangeSceneRequest) -> Any:
         """v1.ChangeSceneResponse."""
-        return self._call(lambda channel: channel.service.ChangeScene, request, request.session_id, self.patience.create)
+        return self._call(lambda channel: channel.service.ChangeScene, request, request.session_id, self.timeouts.create)
 
     def get(self, session_id: str) -> Any:
         """v1.SessionInfo."""
@@ -203,12 +214,14 @@ class Connection:
 
     def close(self) -> None:
         self._channels.close()
+        if self._private is not None:
+            self._private.end()
 
     def _call(self, method_of: Callable[[Channel], Any], request: Any, session_id: str = "", timeout: Optional[float] = None,
               wait_for_ready: bool = False) -> Any:
         channel = self._channels.take()
         try:
-            return method_of(channel)(request, timeout=timeout or self.patience.call, metadata=self.metadata(session_id),
+            return method_of(channel)(request, timeout=timeout or self.timeouts.call, metadata=self.metadata(session_id),
                                       wait_for_ready=wait_for_ready)
         except grpc.RpcError as error:
             raise error_from_call(error) from None

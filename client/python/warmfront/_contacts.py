@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ._topology import Topology
 from ._wire import Malformed, fields
-from .answer import Contacts
-from .errors import Internal, WarmfrontError, class_of
+from .answer import Committed, Contact, Contacts, Kind, MaxStep, Status
+from .errors import InternalError, WarmfrontError, class_of
 from .v1 import step_pb2
 
 # Of v1.StreamStepsResponse and v1.StepAnswer.
@@ -43,12 +43,13 @@ class AnswerPart:
     summary: Any = None  # step_pb2.StepSummary
 
 
-def malformed(what: str) -> Internal:
-    return Internal(f"the daemon's answer is malformed: {what}")
+def malformed(what: str) -> InternalError:
+    return InternalError(f"the daemon's answer is malformed: {what}")
 
 
 def parse_response(message: bytes) -> Union[AnswerPart, step_pb2.StreamStepsResponse]:
-    """An answer without copying its contacts; other messages through protobuf. Raises Internal for invalid bytes."""
+    """An answer without copying its contacts; anything else through protobuf. Raises InternalError for what is no
+    message."""
     view = memoryview(message)
     try:
         for number, value in fields(view):
@@ -101,7 +102,8 @@ def _parse_columns(view: memoryview) -> Columns:
 
 
 def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional[Topology] = None) -> Contacts:
-    """Joins all parts, in order, with the requested columns. Raises Internal when rows are missing."""
+    """The answer of all its parts, in order, with the columns that were asked for. Raises InternalError when rows are
+    missing."""
     last = parts[-1]
     filled = [part.columns for part in parts if part.columns]
     joined: dict[str, Optional[npt.NDArray[Any]]] = {}
@@ -117,6 +119,24 @@ def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional
     if rows != last.summary.rows:
         raise malformed(f"{rows} of {last.summary.rows} contacts")
     return Contacts(last.frame, summary=last.summary, topology=topology, **joined)  # type: ignore[arg-type]
+
+
+def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
+    """Of the earliest contacts of a motion, and their v1.StepSummary."""
+    first = None
+    if len(contacts) > 0:
+        a, b, c, d = (int(vertex) for vertex in contacts.v[0])
+        first = Contact(Kind(int(contacts.kind[0])), Status(int(contacts.status[0])), (a, b, c, d), float(contacts.toi[0]))
+    fraction = 1.0 if contacts.earliest_toi is None else contacts.earliest_toi
+    return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics)
+
+
+def committed(part: AnswerPart, fraction: float) -> Committed:
+    """Of the answer to a commit."""
+    summary = part.summary
+    counted = summary.commit_counted
+    earliest = summary.earliest_toi if summary.HasField("earliest_toi") else None
+    return Committed(fraction, summary.vf if counted else None, summary.ee if counted else None, earliest, part.frame)
 
 
 def error_from(code: int, message: str, details: Sequence[Any] = ()) -> WarmfrontError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A frame as sent: its messages, built once, and its bulk fields as views into them. Immutable.
+"""A request as it travels: its messages, made once, and its bulk fields as views into them. Immutable.
 
 An array's memory is copied once, into its message; the same bytes are used to resend a frame after a resume and to create
 a session again.
@@ -7,25 +7,30 @@ a session again.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Optional
+from struct import pack
+from typing import Optional, Union
 
-from ._wire import Bytes, field, number_field
+from ._question import Question, QuestionKind
+from ._wire import FIXED64, Bytes, field, number_field, varint
 
 # Of v1.StreamStepsRequest, v1.StepFrame and v1.MovedParts.
-_STEP = 1
-_FRAME, _POSITIONS, _MORE, _MOVED = 1, 2, 3, 4
+_STEP, _COMMIT = 1, 4
+_FRAME, _POSITIONS, _MORE, _MOVED, _QUESTION = 1, 2, 3, 4, 5
+_COMMIT_FRAME, _COMMIT_FRACTION = 1, 2
 BODIES, BODY_POSITIONS, POSE_BODIES, POSES, VERTICES, VERTEX_POSITIONS = 1, 2, 3, 4, 5, 6
 
 Part = tuple[int, Bytes]  # the number of a field, and its bytes
 
 
 class SentFrame:
-    """Either all positions, or what moved."""
+    """Either all positions, or what moved; a step, or another question."""
 
-    def __init__(self, number: int, positions: Optional[Bytes], moved: Sequence[Part], chunk_bytes: int) -> None:
+    def __init__(self, number: int, positions: Optional[Bytes], moved: Sequence[Part], chunk_bytes: int,
+                 question: Question = Question("step")) -> None:
         """Without positions the frame carries `moved`, fields of v1.MovedParts. No message holds more than `chunk_bytes`
         of bulk."""
         self.number = number
+        self.question = question
         self.whole = positions is not None
         self.messages: list[bytes] = []  # v1.StreamStepsRequest, serialized
         self._chunk_bytes = chunk_bytes
@@ -46,8 +51,17 @@ class SentFrame:
         if chunk_bytes >= self._chunk_bytes:
             return self
         if self.whole:
-            return SentFrame(self.number, self.positions(), [], chunk_bytes)
-        return SentFrame(self.number, None, [(part, self.bytes_of(part)) for part in self._pieces], chunk_bytes)
+            return SentFrame(self.number, self.positions(), [], chunk_bytes, self.question)
+        return SentFrame(self.number, None, [(part, self.bytes_of(part)) for part in self._pieces], chunk_bytes, self.question)
+
+    @property
+    def kind(self) -> QuestionKind:
+        return self.question.kind
+
+    @property
+    def counts(self) -> bool:
+        """Whether its answer moves the session to its number."""
+        return self.kind == "step"
 
     def positions(self) -> Bytes:
         """All of them; a view if they are in one message."""
@@ -65,6 +79,8 @@ class SentFrame:
         if not self.whole:
             content = field(_MOVED, *content)
         head = number_field(_FRAME, self.number) + (number_field(_MORE, 1) if more else b"")
+        if self.question.content and not self.messages:
+            head += b"".join(field(_QUESTION, self.question.content))
         message = b"".join(field(_STEP, head, *content))
         self.messages.append(message)
         # The bulk is at the end of the message.
@@ -72,3 +88,23 @@ class SentFrame:
         for (part, data), (tag, _) in zip(reversed(parts), reversed(bulk)):
             self._pieces[part].append(memoryview(message)[end - len(data):end])
             end -= len(data) + len(tag)
+
+
+class SentCommit:
+    """Takes the last trial, up to a fraction of its way."""
+
+    kind: QuestionKind = "commit"
+    counts = True
+
+    def __init__(self, number: int, fraction: float) -> None:
+        self.number = number
+        self.fraction = fraction
+        content = number_field(_COMMIT_FRAME, number) + varint(_COMMIT_FRACTION << 3 | FIXED64) + pack("<d", fraction)
+        self.messages = [b"".join(field(_COMMIT, content))]
+
+    def fitted(self, chunk_bytes: int) -> SentCommit:
+        """It fits everywhere."""
+        return self
+
+
+Request = Union[SentFrame, SentCommit]

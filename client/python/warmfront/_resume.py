@@ -8,10 +8,11 @@ from typing import Any, NoReturn, Optional
 
 from ._connection import Connection
 from ._contacts import AnswerPart
-from ._frame import SentFrame
+from ._frame import Request, SentFrame
 from ._state import SceneState, raw
 from ._stream import StepStream
-from .errors import (Aborted, DeadlineExceeded, ResourceExhausted, Unavailable, WarmfrontError, may_resume, other_state)
+from .errors import (AbortedError, DeadlineExceededError, ResourceExhaustedError, UnavailableError, WarmfrontError, may_resume,
+                     other_state)
 from .v1 import session_pb2, step_pb2
 
 _FIRST_BACKOFF = 0.05
@@ -22,9 +23,13 @@ _FRAME_CHUNK = 4 << 20
 _MESSAGE_OVERHEAD = 1024
 
 
+class TimeUp(Exception):
+    """`Link.deadline` has passed."""
+
+
 class Link:
-    """A session's stream, and everything needed to create the session again: the scene, the last answered positions, the
-    unanswered frames. A frame leaves `unanswered` only when its answer is complete, so each gets exactly one."""
+    """A session's stream, and everything needed to create the session again: the scene, the positions last answered, the
+    requests unanswered. One leaves `unanswered` only when its answer is complete, so that each gets exactly one."""
 
     def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState) -> None:
         self.connection = connection
@@ -33,9 +38,16 @@ class Link:
         # The session's state as the daemon last reported it (v1.SessionState); with `state`, its whole identity. None
         # if the daemon is too old to report it.
         self.known: Optional[Any] = None
-        self.unanswered: deque[SentFrame] = deque()
-        self.sent = 0  # of these, on the current stream
-        self.partial: list[AnswerPart] = []  # received chunks of the oldest unanswered frame
+        self.unanswered: deque[Request] = deque()
+        self.sent = 0  # of these, on the present stream
+        self.partial: list[AnswerPart] = []  # the chunks so far of the oldest unanswered request
+        self.trial: Optional[SentFrame] = None  # the one last answered, as long as it may be committed
+        # The same where the stream begins with a commit of it: another copy of the session has to be asked it first. Its
+        # second answer is dropped.
+        self.echo: Optional[SentFrame] = None
+        self.echo_sent = False
+        self.echo_error: Optional[WarmfrontError] = None
+        self.deadline: Optional[float] = None  # of what is waited for, by time.monotonic()
         self.stream: Optional[StepStream] = None
         self.window = 1
         self.chunk_bytes = _FRAME_CHUNK  # of positions in one message
@@ -44,8 +56,9 @@ class Link:
         self.changing = False  # a change was sent and is not yet answered
         self.resumes = 0
         self.resumes_without_answer = 0
-        self.failed: Optional[WarmfrontError] = None  # permanent
-        self._attached = step_pb2.Attached()  # the daemon's answer to the last attach
+        self.failed: Optional[WarmfrontError] = None  # for good
+        self._ahead = False  # the daemon's copy carried out what was sent first, and its answer was lost
+        self._attached = step_pb2.Attached()  # what the daemon said when the stream was attached
 
     @property
     def session_id(self) -> str:
@@ -55,6 +68,15 @@ class Link:
     def asked_fields(self) -> list[str]:
         """The optional columns of contacts."""
         return [descriptor.name for descriptor, wanted in self.header.options.fields.ListFields() if wanted]
+
+    def time_left(self, most: float) -> float:
+        """Seconds, `most` at most. TimeUp when there are none."""
+        if self.deadline is None:
+            return most
+        left = self.deadline - time.monotonic()
+        if left <= 0:
+            raise TimeUp()
+        return min(left, most)
 
     def open(self) -> None:
         """Creates the session in the daemon and attaches to it."""
@@ -67,8 +89,8 @@ class Link:
             self.recreate = True
         try:
             self._establish(waits=False)
-        except ResourceExhausted:
-            # Delete the created session: it will not be used.
+        except ResourceExhaustedError:
+            # Nobody is going to use what was created.
             try:
                 self.remove()
             except WarmfrontError:
@@ -76,16 +98,17 @@ class Link:
             raise
 
     def resume(self, why: WarmfrontError) -> None:
-        """Resumes after the stream was lost. Raises when the session has failed permanently, or was closed by another thread."""
+        """After the stream was lost. Raises when the session has failed for good, or was closed by another thread; TimeUp when
+        `deadline` passes."""
         self.drop_stream()
         if self.failed is not None:
             raise self.failed
         if not may_resume(why):
             self.fail(why)
-        if self.resumes_without_answer >= self.connection.patience.resumes_without_answer:
+        if self.resumes_without_answer >= self.connection.timeouts.resumes_without_answer:
             what = "a change" if self.changing else f"frame {self.unanswered[0].number}"
-            self.fail(Unavailable(f"gave up after {self.resumes_without_answer} resumes without an answer to {what}: "
-                                  f"{why.message}"))
+            self.fail(UnavailableError(f"gave up after {self.resumes_without_answer} resumes without an answer to {what}: "
+                                       f"{why.message}"))
         self.resumes_without_answer += 1
         self.resumes += 1
         if other_state(why):
@@ -93,14 +116,15 @@ class Link:
         self._establish(waits=True)
 
     def _establish(self, waits: bool) -> None:
-        """Attaches to the session if the daemon's copy is in this session's state, else creates it again; retries until the
-        resume timeout. waits: for room, if other sessions use up a limit of the daemon."""
-        deadline = time.monotonic() + self.connection.patience.resume
+        """Attaches to the session where it is in this session's state, else creates it again; tries until the resume
+        timeout. waits: for room, where a limit of the daemon is met that others fill."""
+        deadline = time.monotonic() + self.connection.timeouts.resume
         backoff = _FIRST_BACKOFF
         while True:
             try:
-                # gRPC connects only while a call waits for it: this call does, since a stream must not wait forever.
-                self.connection.server_info(max(deadline - time.monotonic(), 0.001), self.session_id)
+                # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
+                left = max(deadline - time.monotonic(), 0.001)
+                self.connection.server_info(self.time_left(left), self.session_id)
                 self._try_establish()
                 if self.failed is not None:  # closed meanwhile by another thread: leave nothing behind
                     self.remove()
@@ -113,10 +137,11 @@ class Link:
                 if not may_resume(error) or (error.retry_after is not None and not waits):
                     self.fail(error)
                 wait = max(backoff, error.retry_after or 0)
+                self.time_left(wait)
                 if time.monotonic() + wait >= deadline:
-                    self.fail(Unavailable(f"session {self.session_id} could not be resumed within the resume timeout: "
-                                          f"{error.message}"))
-            time.sleep(wait)
+                    self.fail(UnavailableError(f"session {self.session_id} could not be resumed within the resume timeout: "
+                                               f"{error.message}"))
+            time.sleep(self.time_left(wait))
             backoff = min(2 * backoff, _LONGEST_BACKOFF)
 
     def fail(self, error: WarmfrontError) -> NoReturn:
@@ -167,12 +192,12 @@ class Link:
         except WarmfrontError as error:
             # Consecutive calls may reach different daemons: check the copy there in the next try.
             if error.reason == "SESSION_EXISTS":
-                raise Aborted(error.message, reason="STATE_CHANGED") from None
+                raise AbortedError(error.message, reason="STATE_CHANGED") from None
             raise
         self._attach()
         if not self._attached_is_own() and not self._attached_as_created():
-            raise Aborted(f"session {self.session_id} is not in the state that it was just created in: it is also used by another "
-                          "client, or calls reach different daemons", reason="STATE_CHANGED")
+            raise AbortedError(f"session {self.session_id} is not in the state that it was just created in: it is used by "
+                               "someone else as well, or calls lead to different daemons", reason="STATE_CHANGED")
         self._begin_stream()
 
     def _begin_stream(self) -> None:
@@ -180,10 +205,15 @@ class Link:
         self.sent = 0
         self.partial = []
         self.draining = False
+        commits = len(self.unanswered) > 0 and self.unanswered[0].kind == "commit"
+        self.echo = self.trial if commits and not self._ahead else None
+        self.echo_sent = False
+        self.echo_error = None
 
     def _attached_is_own(self) -> bool:
         """Is the attached copy in the state `known`, or ahead of it by unanswered requests?"""
         attached = self._attached
+        self._ahead = False
         if self.known is None or not attached.HasField("state"):
             return False
         if attached.state == self.known:
@@ -194,7 +224,10 @@ class Link:
         # it compares.
         if attached.state.frame == self.known.frame:
             return self.changing
-        return len(self.unanswered) > 0 and self.unanswered[0].number == attached.state.frame
+        # A trial cannot be asked of it any more.
+        first = self.unanswered[0] if self.unanswered else None
+        self._ahead = first is not None and first.counts and first.number == attached.state.frame
+        return self._ahead
 
     def _attached_as_created(self) -> bool:
         """The daemon's copy was just created, and the daemon does not report its state."""
@@ -204,7 +237,8 @@ class Link:
     def _create(self) -> None:
         self.state.describe(self.header)
         self.known = None
-        session = self.connection.create(self.header, raw(self.state.faces), self.state.positions()).session
+        session = self.connection.create(self.header, raw(self.state.faces), self.state.positions(),
+                                         self.time_left(self.connection.timeouts.create)).session
         if session.HasField("state"):
             self.known = session.state
 
@@ -216,14 +250,14 @@ class Link:
         request.attach.takeover = True
         self.stream.write(request.SerializeToString())
         try:
-            # Frames of the previous stream may still be in progress: the answer comes after them.
-            response = self.stream.read(self.connection.patience.answer)
-        except DeadlineExceeded as error:
+            # Frames of the stream before may still be computed: the answer comes after them.
+            response = self.stream.read(self.time_left(self.connection.timeouts.answer))
+        except DeadlineExceededError as error:
             if error.reason:
                 raise
-            raise Unavailable("no daemon answers") from None
+            raise UnavailableError("no daemon answers") from None
         if isinstance(response, AnswerPart) or not response.HasField("attached"):
-            raise Unavailable("the daemon is draining")
+            raise UnavailableError("the daemon is draining")
         self._attached = response.attached
         limits = self._attached.limits
         self.window = max(limits.window, 1)

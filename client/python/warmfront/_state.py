@@ -2,7 +2,7 @@
 """The state needed to create a session again: its scene and all current positions. Used by one thread at a time."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Optional
 
@@ -11,9 +11,11 @@ import numpy.typing as npt
 
 from . import _frame
 from ._frame import Part, SentFrame
+from ._part_way import pose_part_way, vertices_part_way
+from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
-from .errors import FailedPrecondition, InvalidArgument
+from .errors import FailedPreconditionError, InvalidArgumentError
 from .scene import Body, faces_of, indices_of, placed, pose_of, positions_of
 from .v1 import options_pb2, session_pb2
 
@@ -71,7 +73,7 @@ class SceneState:
             try:
                 header.excluded_pairs.add(a=a, b=b)
             except (TypeError, ValueError):
-                raise InvalidArgument(f"excluded_pairs[{k}]: ({a!r}, {b!r}) are no body indices") from None
+                raise InvalidArgumentError(f"excluded_pairs[{k}]: ({a!r}, {b!r}) are no body indices") from None
         posed = [b for b, pose in enumerate(self._poses) if pose is not None]
         header.pose_bodies = np.array(posed, dtype="<u4").tobytes()
         header.poses = b"".join(pose.tobytes() for pose in self._poses if pose is not None)
@@ -79,16 +81,16 @@ class SceneState:
     # Frames.
 
     def encode(self, number: int, positions: Any, bodies: Mapping[int, Any], poses: Mapping[int, Any], vertices: Any,
-               vertex_positions: Any, chunk_bytes: int) -> SentFrame:
-        """A frame's messages. InvalidArgument for positions of another type or number than the session's, and for unknown
-        bodies."""
+               vertex_positions: Any, chunk_bytes: int, question: Question) -> SentFrame:
+        """A frame's messages. InvalidArgumentError for positions that the session's dtype does not hold exactly or of another
+        number than the session's, and for bodies that are not there."""
         if positions is not None:
             if bodies or poses or vertices is not None or vertex_positions is not None:
-                raise InvalidArgument("positions: the frame gives all vertices and also parts; give only one of them")
+                raise InvalidArgumentError("positions: the frame gives all vertices, and parts besides; give either")
             array = positions_of(positions, self.vertex_count, self.dtype)
-            return SentFrame(number, raw(array), [], chunk_bytes)
+            return SentFrame(number, raw(array), [], chunk_bytes, question)
         parts = [*self._body_parts(bodies), *self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]
-        return SentFrame(number, None, [part for part in parts if len(part[1]) > 0], chunk_bytes)
+        return SentFrame(number, None, [part for part in parts if len(part[1]) > 0], chunk_bytes, question)
 
     def _body_parts(self, bodies: Mapping[int, Any]) -> list[Part]:
         rows = [raw(positions_of(positions, self._body(b, f"bodies[{b}]").vertex_count, self.dtype, f"bodies[{b}]"))
@@ -106,7 +108,7 @@ class SceneState:
 
     def _vertex_parts(self, vertices: Any, vertex_positions: Any) -> list[Part]:
         if (vertices is None) != (vertex_positions is None):
-            raise InvalidArgument("vertices and vertex_positions belong together; give both or neither")
+            raise InvalidArgumentError("vertices and vertex_positions belong together; give both or neither")
         if vertices is None:
             return []
         indices = indices_of(vertices, "vertices")
@@ -119,20 +121,56 @@ class SceneState:
             self._latest = frame.positions()
             self._poses = [None] * len(self.bodies)
             return
+        for b, rows in self._bodies_in(frame):
+            self._body_rows(b)[:] = rows
+            self._poses[b] = None
+        for b, matrix in self._poses_in(frame):
+            self._poses[b] = matrix
+        vertices, rows = self._vertices_in(frame)
+        if len(vertices) > 0:
+            self._writable()[vertices] = rows
+
+    def take_part(self, frame: SentFrame, fraction: float) -> None:
+        """The trial was committed up to `fraction`: everything is that part of the way to where it says (v1.Commit)."""
+        if fraction == 1:
+            return self.take(frame)
+        if fraction == 0:
+            return
+        if frame.whole:
+            end = np.frombuffer(frame.positions(), self.dtype).reshape(-1, 3)
+            rows = vertices_part_way(self.placed(), end.astype(np.float64), fraction, self.dtype)
+            self._latest = None
+            self._rows = rows.astype(self.dtype)
+            self._poses = [None] * len(self.bodies)
+            return
+        for b, end in self._bodies_in(frame):
+            self._body_rows(b)[:] = vertices_part_way(self._placed_body(b), end.astype(np.float64), fraction, self.dtype)
+            self._poses[b] = None
+        for b, matrix in self._poses_in(frame):
+            start = self._poses[b]
+            self._poses[b] = pose_part_way(np.eye(3, 4) if start is None else start, matrix, fraction, self.dtype)
+        vertices, end = self._vertices_in(frame)
+        if len(vertices) > 0:
+            rows = self._writable()
+            rows[vertices] = vertices_part_way(rows[vertices].astype(np.float64), end.astype(np.float64), fraction, self.dtype)
+
+    def _bodies_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[Any]]]:
         moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)
         at = 0
         for b in np.frombuffer(frame.bytes_of(_frame.BODIES), "<u4"):
             count = self.bodies[b].vertex_count
-            self._body_rows(int(b))[:] = moved[at:at + count]
+            yield int(b), moved[at:at + count]
             at += count
-            self._poses[b] = None
+
+    def _poses_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
         matrices = np.frombuffer(frame.bytes_of(_frame.POSES), self.dtype).reshape(-1, 3, 4)
         named = [int(b) for b in np.frombuffer(frame.bytes_of(_frame.POSE_BODIES), "<u4")]
         for b, matrix in zip(named or self._rigid(), matrices):
-            self._poses[b] = matrix.astype("<f8")
+            yield b, matrix.astype("<f8")
+
+    def _vertices_in(self, frame: SentFrame) -> tuple[npt.NDArray[np.uint32], npt.NDArray[Any]]:
         vertices = np.frombuffer(frame.bytes_of(_frame.VERTICES), "<u4")
-        if len(vertices) > 0:
-            self._writable()[vertices] = np.frombuffer(frame.bytes_of(_frame.VERTEX_POSITIONS), self.dtype).reshape(-1, 3)
+        return vertices, np.frombuffer(frame.bytes_of(_frame.VERTEX_POSITIONS), self.dtype).reshape(-1, 3)
 
     # Changes between frames: the request, and its effect on the state after the daemon has carried it out.
 
@@ -152,11 +190,11 @@ class SceneState:
         self._poses.append(None)
 
     def encode_change(self, index: int, body: Body) -> session_pb2.SceneChange:
-        """FailedPrecondition if a body at a pose becomes non-rigid in a float32 session: its vertex positions are not known
-        in float32."""
+        """FailedPreconditionError for a body that is at a pose and would be rigid no more, in a session of float32: where its
+        vertices are is not known in float32."""
         old = self._body(index, "index")
         if self.dtype.itemsize == 4 and self._poses[index] is not None and body.kind not in ("rigid", "removed"):
-            raise FailedPrecondition(f"body {index} is at a pose, and its vertices are not known in the session's float32; "
+            raise FailedPreconditionError(f"body {index} is at a pose, and its vertices are not known in the session's float32; "
                                      "give its positions in a frame before it becomes another kind")
         change = session_pb2.SceneChange()
         change.change.index = index
@@ -170,16 +208,33 @@ class SceneState:
         if pose is None or body.kind == "rigid":
             return
         if self.dtype.itemsize == 8:
-            x = self._body_rows(index)
-            # In the engine's order of operations, each rounded once: the same bits.
-            x[:] = ((pose[:, 0] * x[:, 0:1] + pose[:, 1] * x[:, 1:2]) + pose[:, 2] * x[:, 2:3]) + pose[:, 3]
+            self._body_rows(index)[:] = self._placed_body(index)
         self._poses[index] = None
 
     # Current positions.
 
+    def placed(self) -> npt.NDArray[np.float64]:
+        """(n, 3): where everything is, bodies that are at a pose too. A copy."""
+        rows = np.frombuffer(self.positions(), self.dtype).reshape(-1, 3).astype(np.float64)
+        for b, pose in enumerate(self._poses):
+            if pose is not None:
+                first = self.bodies[b].first_vertex
+                assert first is not None
+                rows[first:first + self.bodies[b].vertex_count] = self._placed_body(b)
+        return rows
+
+    def _placed_body(self, index: int) -> npt.NDArray[np.float64]:
+        x = self._body_rows(index).astype(np.float64)
+        pose = self._poses[index]
+        if pose is None:
+            return x
+        # In the engine's order of operations, each rounded once: the same bits.
+        at: npt.NDArray[np.float64] = ((pose[:, 0] * x[:, 0:1] + pose[:, 1] * x[:, 1:2]) + pose[:, 2] * x[:, 2:3]) + pose[:, 3]
+        return at
+
     def _body(self, index: int, where: str) -> Body:
         if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self.bodies):
-            raise InvalidArgument(f"{where}: body {index!r} is not in [0, {len(self.bodies)})")
+            raise InvalidArgumentError(f"{where}: body {index!r} is not in [0, {len(self.bodies)})")
         return self.bodies[index]
 
     def _rigid(self) -> list[int]:

@@ -12,7 +12,7 @@ import grpc
 
 from ._connection import Connection, error_from_call
 from ._contacts import AnswerPart, parse_response
-from .errors import DeadlineExceeded, Unavailable
+from .errors import DeadlineExceededError, UnavailableError
 from .v1 import step_pb2
 
 
@@ -61,8 +61,8 @@ class _Watchdog:
 
 
 class StepStream:
-    """Reads raise WarmfrontError when the call is over, DeadlineExceeded when it did not answer in time; the stream is
-    then unusable."""
+    """Raises WarmfrontError from reads when the call is over, DeadlineExceededError when it did not answer in time; the stream
+    is of no use any more then."""
 
     def __init__(self, connection: Connection, session_id: str) -> None:
         self._requests: queue.SimpleQueue[Optional[bytes]] = queue.SimpleQueue()
@@ -79,11 +79,11 @@ class StepStream:
         try:
             message = next(self._call)
         except StopIteration:
-            # A stream ends with OK only after a detach, which was not sent.
-            raise Unavailable("the stream ended before its answers") from None
+            # It ends with OK only after a detach, and none was sent.
+            raise UnavailableError("the stream ended before its answers") from None
         except grpc.RpcError as error:
             if self._watchdog.expired:
-                raise DeadlineExceeded(f"no answer within {timeout:g} s") from None
+                raise DeadlineExceededError(f"no answer within {timeout:g} s") from None
             raise error_from_call(error) from None
         finally:
             self._watchdog.disarm()

@@ -9,7 +9,7 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
-from .errors import Internal
+from .errors import InternalError
 from .scene import Body
 
 Indices = npt.NDArray[np.int64]
@@ -63,7 +63,7 @@ class Topology:
         repetition[rows] = np.arange(len(v)) - starts
         at = np.minimum(at + repetition, len(keys) - 1)
         if (keys[at] != wanted).any():
-            raise Internal("the daemon's answer has more contacts of a face than the scene has such faces")
+            raise InternalError("the daemon's answer has more contacts of a face than the scene has such faces")
         faces: Indices = order[at]
         return faces
 
@@ -92,5 +92,5 @@ class Topology:
         """The first position of each in the sorted keys."""
         at: Indices = np.searchsorted(keys, wanted)
         if len(wanted) > 0 and (len(keys) == 0 or (keys[np.minimum(at, len(keys) - 1)] != wanted).any()):
-            raise Internal("the daemon's answer names a face or an edge that the scene does not have")
+            raise InternalError("the daemon's answer names a face or an edge that the scene does not have")
         return at

@@ -91,6 +91,50 @@ class AllDeformable:
     positions_bytes: int
 
 
+@dataclass(frozen=True)
+class Contact:
+    """One contact by itself: see `Contacts` for each. v: four vertices. toi: in [0, 1]."""
+
+    kind: Kind
+    status: Status
+    v: tuple[int, int, int, int]
+    toi: float
+
+
+@dataclass(frozen=True)
+class MaxStep:
+    """How far a motion may go; `float()` of it is the fraction.
+
+    fraction: in [0, 1]. Nothing touches, or comes within the separation, before it (tiers "certified" and "exact": a lower
+    bound, so that it may be committed as it is, and touches). 1 where nothing does in the whole motion.
+    first: of what comes first, the first in the order of contacts; None where nothing comes.
+    overlaps_at_start: pairs that were not apart at the start, and were left out; 0 unless it was asked for.
+    """
+
+    fraction: float
+    first: Optional[Contact]
+    overlaps_at_start: int
+    statistics: Statistics
+
+    def __float__(self) -> float:
+        return self.fraction
+
+
+@dataclass(frozen=True)
+class Committed:
+    """What a commit took of its trial.
+
+    fraction: of the motion. vf, ee: contacts that the trial listed up to there; None where it only counted them, and some
+    may lie beyond. earliest_toi: of these, in steps of the trial; None without any. frame: the session's, from now on.
+    """
+
+    fraction: float
+    vf: Optional[int]
+    ee: Optional[int]
+    earliest_toi: Optional[float]
+    frame: int
+
+
 class Contacts:
     """One frame's answer: k contacts as columns, sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge).
 
@@ -105,8 +149,8 @@ class Contacts:
     two things apart, and the normal only where the points coincide.
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
-    frame: its number. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
-    possible: of both kinds, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
+    frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
+    possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 
     The columns are read-only views into the received message, possibly unaligned: `numpy.require(x, requirements="A")`

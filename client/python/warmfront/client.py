@@ -9,30 +9,55 @@ from types import TracebackType
 from typing import Any, Optional
 
 from ._connection import Connection
+from ._private_daemon import PrivateDaemon
 from ._resume import Link
 from ._state import SceneState
+from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
-from .options import Options, Patience, Security
+from .options import Options, Timeouts, Security
 from .scene import Body
 from .session import Session
 from .v1 import session_pb2
 
 
-def connect(address: str, *, security: Security = Security(), patience: Patience = Patience()) -> Client:
-    """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgument, which is a ValueError, for anything else, for example a URL.
+def connect(address: Optional[str] = None, *, security: Security = Security(), timeouts: Timeouts = Timeouts(),
+            flags: Sequence[str] = (), patience: Optional[Timeouts] = None) -> Client:
+    """Connects to `HOST:PORT` or `unix:PATH`; InvalidArgumentError, which is a ValueError, for anything else, such as an URL.
 
-    Unavailable, with the system's reason, when no daemon answers within `patience.call`, including a failed TLS handshake;
-    Unauthenticated for an unknown token; InvalidArgument for unreadable files, and for a token that would be sent
-    unencrypted.
+    Without an address a daemon of this process's own is started: the program that $WARMFRONTD names, or the one beside this
+    package, or the one in PATH, on a socket that only this user can open. `flags` are its command line's, such as
+    ["--threads", "4"]; WARMFRONT_* variables do not reach it. It ends with the client and its sessions, and with this
+    process, however that ends. A session does not survive it.
+
+    patience: the name of `timeouts` before.
+
+    UnavailableError, with the system's reason, when no daemon answers within `timeouts.call`, which is also what a failed
+    TLS handshake looks like, and when none can be started; UnauthenticatedError for a token that it does not know;
+    InvalidArgumentError for files that cannot be read, and for a token that would travel in the clear.
     """
-    connection = Connection(address, security, patience)
-    connection.server_info()
+    if patience is not None:
+        timeouts = patience
+    private = None
+    if address is None:
+        if security != Security():
+            raise InvalidArgumentError("security: the daemon that is started without an address is this process's own, and "
+                                       "knows no certificates or tokens; give an address or no security")
+        private = PrivateDaemon(flags, timeouts.call)
+        address = private.address
+    elif flags:
+        raise InvalidArgumentError("flags: they are of a daemon that is started; give either an address or flags")
+    connection = Connection(address, security, timeouts, private)
+    try:
+        connection.server_info()
+    except BaseException:
+        connection.close()
+        raise
     return Client(connection)
 
 
 class Client:
-    """Created by `connect()`. Its sessions share connections, which are opened as needed and closed with the last session
-    or by `close()`."""
+    """Made by `connect()`. Its sessions share connections, of which it opens as many as they need; these, and a daemon
+    that was started for them, end with the last session, or by `close()`."""
 
     def __init__(self, connection: Connection) -> None:
         """Internal: use `connect()`."""
@@ -52,14 +77,16 @@ class Client:
         """Uploads a scene and its positions at the first frame.
 
         positions (n, 3) float32 or float64, finite, scene length unit: they travel and stay as they are, and those of every
-        frame are alike; lists, and numbers of other types, become float64 where that holds them exactly. faces (m, 3)
-        vertex indices of any integer type; a face may repeat one, and is the segment or point that it names. Vertices in no
-        face are tested as points against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in order;
-        none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. id: a UUID, random when
-        empty. first_frame: the number of these positions; the first step is the next.
+        frame become alike; lists, and numbers of other types, become float64 where that holds them exactly. faces (m, 3)
+        vertex indices of any integer type; a face may repeat one, and is the segment or point that it names. All arrays
+        here and below may be whatever numpy or DLPack reads without the GPU. Vertices in no face are tested as points
+        against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in
+        order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. id: a UUID, random
+        when empty. first_frame: the number of these positions; the first step is the next.
 
-        Unimplemented for vertices without any face, unless bodies are declared, to which faces may be added later.
-        InvalidArgument for bad input, AlreadyExists for an id in use, ResourceExhausted beyond the daemon's limits.
+        UnimplementedError for vertices without any face, unless bodies are declared, to which faces may be added later.
+        InvalidArgumentError for bad input, AlreadyExistsError for an id that is taken, ResourceExhaustedError beyond the
+        daemon's limits.
         """
         state = SceneState(positions, faces, bodies, excluded_pairs)
         if alone := state.vertices_in_no_face():
@@ -80,24 +107,24 @@ class Client:
         return [SessionInfo.read_from(session) for session in self._connection.list()]
 
     def get_session(self, id: str) -> SessionInfo:
-        """NotFound for an unknown session. Keeps it from expiring, which `list_sessions()` does not."""
+        """NotFoundError for an unknown session. Keeps it from expiring, which `list_sessions()` does not."""
         return SessionInfo.read_from(self._connection.get(id))
 
     def delete_session(self, id: str) -> None:
-        """NotFound for an unknown session."""
+        """NotFoundError for an unknown session."""
         self._connection.remove(id)
 
     def list_all_sessions(self) -> list[SessionInfo]:
-        """The sessions of all principals. PermissionDenied without the admin role."""
+        """Those of all principals. For administrators, PermissionDeniedError for others."""
         return [SessionInfo.read_from(owned.session, owned.principal) for owned in self._connection.list_all()]
 
     def delete_any_session(self, id: str, principal: Optional[str] = None) -> None:
-        """As `delete_session()`, for any principal's session; FailedPrecondition if several principals use this id and
-        `principal` does not select one. Needs the admin role."""
+        """As `delete_session()`, whoever made it; FailedPreconditionError where several principals have chosen one id, unless
+        `principal` says whose is meant. For administrators."""
         self._connection.remove_any(id, principal)
 
     def close(self) -> None:
-        """Closes the connections; open sessions fail."""
+        """Ends the connections, and a daemon that was started for them; sessions that are open fail."""
         self._connection.close()
 
     def __enter__(self) -> Client:

@@ -58,101 +58,118 @@ class WarmfrontError(Exception):
         self.retry_after = retry_after
 
 
-class InvalidArgument(WarmfrontError, ValueError):
-    """The input is invalid; the message names the field and the first offender."""
+class InvalidArgumentError(WarmfrontError, ValueError):
+    """The input itself is bad; the message names the field and the first offender."""
 
     code = Code.INVALID_ARGUMENT
 
 
-class FailedPrecondition(WarmfrontError):
-    """The input is valid, but not in this state."""
+class FailedPreconditionError(WarmfrontError):
+    """The input is good, but not in this state."""
 
     code = Code.FAILED_PRECONDITION
 
 
-class ResourceExhausted(WarmfrontError):
-    """A stated limit was exceeded."""
+class ResourceExhaustedError(WarmfrontError):
+    """A stated limit was met."""
 
     code = Code.RESOURCE_EXHAUSTED
 
 
-class Unimplemented(WarmfrontError):
-    """The daemon lacks this feature."""
+class UnimplementedError(WarmfrontError):
+    """The daemon does not have this feature."""
 
     code = Code.UNIMPLEMENTED
 
 
-class Cancelled(WarmfrontError):
-    """The call was cancelled."""
+class CancelledError(WarmfrontError):
+    """Someone asked to stop."""
 
     code = Code.CANCELLED
 
 
-class Internal(WarmfrontError):
-    """An invariant does not hold, or a received message is invalid."""
+class InternalError(WarmfrontError):
+    """An invariant broke, or what arrived is no message of the contract."""
 
     code = Code.INTERNAL
 
 
-class DataLoss(WarmfrontError):
-    """Stored data are broken and cannot be recomputed."""
+class DataLossError(WarmfrontError):
+    """What was kept is broken, and cannot be made anew from what is left."""
 
     code = Code.DATA_LOSS
 
 
-class NotFound(WarmfrontError):
+class NotFoundError(WarmfrontError):
     """No such session."""
 
     code = Code.NOT_FOUND
 
 
-class AlreadyExists(WarmfrontError):
-    """The session's id is in use."""
+class AlreadyExistsError(WarmfrontError):
+    """The session's id is taken."""
 
     code = Code.ALREADY_EXISTS
 
 
-class Aborted(WarmfrontError):
-    """Another client holds the session, or changed it."""
+class AbortedError(WarmfrontError):
+    """Someone else holds the session, or changed it."""
 
     code = Code.ABORTED
 
 
-class DeadlineExceeded(WarmfrontError, TimeoutError):
-    """Not done in the stated time."""
+class DeadlineExceededError(WarmfrontError, TimeoutError):
+    """Not done in the time stated."""
 
     code = Code.DEADLINE_EXCEEDED
 
 
-class Unauthenticated(WarmfrontError):
-    """The caller is not authenticated."""
+class UnauthenticatedError(WarmfrontError):
+    """It is not known who asks."""
 
     code = Code.UNAUTHENTICATED
 
 
-class PermissionDenied(WarmfrontError):
-    """The caller is authenticated, but not permitted."""
+class PermissionDeniedError(WarmfrontError):
+    """It is known who asks, and they may not."""
 
     code = Code.PERMISSION_DENIED
 
 
-class Unavailable(WarmfrontError, ConnectionError):
-    """The daemon is unreachable, or about to stop; a retry may help."""
+class UnavailableError(WarmfrontError, ConnectionError):
+    """The daemon cannot be reached, or is about to stop; trying again may help."""
 
     code = Code.UNAVAILABLE
 
 
 _CLASSES: dict[int, type[WarmfrontError]] = {
     cls.code: cls
-    for cls in (InvalidArgument, FailedPrecondition, ResourceExhausted, Unimplemented, Cancelled, DataLoss, NotFound,
-                AlreadyExists, Aborted, DeadlineExceeded, Unauthenticated, PermissionDenied, Unavailable)
+    for cls in (InvalidArgumentError, FailedPreconditionError, ResourceExhaustedError, UnimplementedError, CancelledError,
+                DataLossError, NotFoundError, AlreadyExistsError, AbortedError, DeadlineExceededError, UnauthenticatedError,
+                PermissionDeniedError, UnavailableError)
 }
-_CLASSES[Code.OUT_OF_RANGE] = InvalidArgument
+_CLASSES[Code.OUT_OF_RANGE] = InvalidArgumentError
+
+# Their names until 0.2, for programs that were written then.
+Aborted = AbortedError
+AlreadyExists = AlreadyExistsError
+Cancelled = CancelledError
+DataLoss = DataLossError
+DeadlineExceeded = DeadlineExceededError
+FailedPrecondition = FailedPreconditionError
+Internal = InternalError
+InvalidArgument = InvalidArgumentError
+NotFound = NotFoundError
+PermissionDenied = PermissionDeniedError
+ResourceExhausted = ResourceExhaustedError
+Unauthenticated = UnauthenticatedError
+Unavailable = UnavailableError
+Unimplemented = UnimplementedError
 
 
 def class_of(code: int) -> type[WarmfrontError]:
-    """The exception for a canonical code; `Internal` for codes without a class."""
-    return _CLASSES.get(code, Internal)
+    """The exception for a canonical code; `InternalError` for those that say nothing of what to do."""
+    return _CLASSES.get(code, InternalError)
 
 
 def lost_session(error: WarmfrontError) -> bool:
@@ -169,5 +186,5 @@ def may_resume(error: WarmfrontError) -> bool:
     """Can a resume help: creating the session again, or retrying?"""
     if lost_session(error) or other_state(error) or error.retry_after is not None or error.reason == "DRAINING":
         return True
-    # gRPC's own codes: an interrupted connection shows as any of these.
-    return not error.reason and isinstance(error, (Unavailable, Cancelled, Internal, DeadlineExceeded))
+    # gRPC's own: a connection that ends in the middle shows as any of these.
+    return not error.reason and isinstance(error, (UnavailableError, CancelledError, InternalError, DeadlineExceededError))

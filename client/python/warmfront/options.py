@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, fields as fields_of
 from typing import Any, Literal, Optional
 
-from .errors import InvalidArgument
+from .errors import InvalidArgumentError
 
 Tier = Literal["fast", "certified", "exact"]
 Report = Literal["all", "earliest", "count"]
@@ -37,11 +37,11 @@ class Options:
         min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
-    find_bodies, find_rigid, separate_parts: detection by the daemon, on unless False; the contacts are the same.
-    explain: also step an all-deformable scene: `Contacts.all_deformable` then shows what the scene's model saves.
-    max_contacts: a step with more fails with ResourceExhausted.
-    fields: optional fields of contacts, see `Contacts`; others are neither computed nor sent. "normal" is the face's or
-        both edges' own: the direction between the closest points is the difference of "points".
+    find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.
+    explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
+    max_contacts: a step with more fails with ResourceExhaustedError.
+    fields: what else to tell of a contact, see `Contacts`; what is not asked for is neither computed nor sent. "normal" is
+        the face's or both edges' own: the direction between the closest points is the difference of "points".
     """
 
     tier: Optional[Tier] = None
@@ -63,26 +63,27 @@ class Options:
     explain: Optional[bool] = None
     fields: Collection[ContactField] = ()
 
-    def put_into(self, message: Any) -> None:
-        """Writes into a v1.ColliderOptions. Raises InvalidArgument for an unknown word or type."""
+    def put_into(self, message: Any, where: str = "options.") -> None:
+        """Into a v1.ColliderOptions, or what it shares with a v1.Question. Raises InvalidArgumentError, naming the option
+        behind `where`, for a word or type that the contract does not have."""
         for option in fields_of(self):
             name, value = option.name, getattr(self, option.name)
             if name == "fields":
                 for wanted in [value] if isinstance(value, str) else value:
                     if wanted not in _FIELDS:
-                        raise InvalidArgument(f"options.fields: '{wanted}' is none of {', '.join(_FIELDS)}")
+                        raise InvalidArgumentError(f"{where}fields: '{wanted}' is none of {', '.join(_FIELDS)}")
                     setattr(message.fields, wanted, True)
             elif value is None:
                 continue
             elif name in _CHOICES:
                 if value not in _CHOICES[name]:
-                    raise InvalidArgument(f"options.{name}: '{value}' is none of {', '.join(_CHOICES[name])}")
+                    raise InvalidArgumentError(f"{where}{name}: '{value}' is none of {', '.join(_CHOICES[name])}")
                 setattr(message, name, _CHOICES[name].index(value) + 1)
             else:
                 try:
                     setattr(message, name, value)
                 except (TypeError, ValueError):
-                    raise InvalidArgument(f"options.{name}: {value!r} is not a number that the contract takes") from None
+                    raise InvalidArgumentError(f"{where}{name}: {value!r} is not a number that the contract takes") from None
 
     @staticmethod
     def read_from(message: Any) -> Options:
@@ -118,8 +119,8 @@ class Security:
 
 
 @dataclass(frozen=True)
-class Patience:
-    """Time limits in seconds, all positive, and the number of retries.
+class Timeouts:
+    """How long to wait for what, in seconds, all positive, and how often to try.
 
     call: connecting, and small calls. create: uploading and building a scene. answer: one frame; then the session is
     resumed. resume: finding a daemon again after losing it.
@@ -136,6 +137,10 @@ class Patience:
     def __post_init__(self) -> None:
         for name in ("call", "create", "answer", "resume"):
             if not getattr(self, name) > 0:
-                raise InvalidArgument(f"patience.{name}: {getattr(self, name)} seconds; give a positive time")
+                raise InvalidArgumentError(f"timeouts.{name}: {getattr(self, name)} seconds; give a positive time")
         if self.resumes_without_answer < 0:
-            raise InvalidArgument(f"patience.resumes_without_answer: {self.resumes_without_answer} is below 0")
+            raise InvalidArgumentError(f"timeouts.resumes_without_answer: {self.resumes_without_answer} is below 0")
+
+
+# Its name before, for programs that were written then.
+Patience = Timeouts

@@ -9,7 +9,7 @@ from typing import Any, Literal, Optional
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InvalidArgument
+from .errors import InvalidArgumentError
 
 BodyKind = Literal["deformable", "rigid", "static", "removed"]
 # The wire's enum lists these names in this order, after UNSPECIFIED.
@@ -36,14 +36,14 @@ class Body:
     mask: int = 0xFFFFFFFF
 
     def put_into(self, message: Any) -> None:
-        """Writes into a v1.Body. Raises InvalidArgument for an unknown kind or a number out of range."""
+        """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have."""
         if self.kind not in _KINDS:
-            raise InvalidArgument(f"body '{self.name}': kind '{self.kind}' is none of {', '.join(_KINDS)}")
+            raise InvalidArgumentError(f"body '{self.name}': kind '{self.kind}' is none of {', '.join(_KINDS)}")
         for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask"):
             try:
                 setattr(message, name, getattr(self, name) if name != "first_vertex" else self.first_vertex or 0)
             except (TypeError, ValueError):
-                raise InvalidArgument(
+                raise InvalidArgumentError(
                     f"body '{self.name}': {name} {getattr(self, name)!r} is not of the contract's type and range") from None
         message.kind = _KINDS.index(self.kind) + 1
 
@@ -59,22 +59,40 @@ def placed(bodies: Sequence[Body]) -> list[Body]:
     return result
 
 
+def array_of(value: Any, where: str) -> npt.NDArray[Any]:
+    """What numpy or DLPack makes of it, on its own memory where that can be. InvalidArgumentError for what lies on another
+    device or is no array."""
+    if isinstance(value, np.ndarray):
+        return value
+    if hasattr(value, "__dlpack__"):
+        try:
+            shared: npt.NDArray[Any] = np.from_dlpack(value)
+            return shared
+        except Exception:  # each library has its own; numpy may read it all the same, such as what is read-only
+            pass
+    try:
+        return np.asarray(value)
+    except Exception as error:
+        hint = "; bring it to the CPU first" if hasattr(value, "__dlpack__") else ""
+        raise InvalidArgumentError(f"{where}: {type(value).__name__}; give an array, or lists of numbers ({error}){hint}") from None
+
+
 def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:
-    """(m, 3) little-endian int32, copied only if necessary. InvalidArgument for another shape or type."""
-    array = np.asarray(faces)
+    """(m, 3) little-endian int32, a copy only where it has to be. InvalidArgumentError for another shape or type."""
+    array = array_of(faces, where)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise InvalidArgument(f"{where}: shape {array.shape}; give (m, 3) vertex indices")
+        raise InvalidArgumentError(f"{where}: shape {array.shape}; give (m, 3) vertex indices")
     if array.dtype.kind not in "iu":
-        raise InvalidArgument(f"{where}: {array.dtype} numbers; give integers")
+        raise InvalidArgumentError(f"{where}: {array.dtype} numbers; give integers")
     wide = (array > 0x7FFFFFFF) | (array < -0x80000000) if array.dtype.itemsize > 4 or array.dtype.kind == "u" else None
     if wide is not None and wide.any():
         row = int(np.argmax(wide.any(axis=1)))
-        raise InvalidArgument(f"{where}[{row}]: index {array[row][wide[row]][0]} is beyond int32")
+        raise InvalidArgumentError(f"{where}[{row}]: index {array[row][wide[row]][0]} is beyond int32")
     return np.ascontiguousarray(array, dtype="<i4")
 
 
 def _exactly(array: npt.NDArray[Any], dtype: np.dtype[Any], where: str) -> npt.NDArray[Any]:
-    """The same numbers in `dtype`. InvalidArgument, naming the first that it cannot represent."""
+    """The same numbers in `dtype`. InvalidArgumentError, naming the first that it does not hold."""
     with np.errstate(over="ignore"):
         converted = array.astype(dtype)
     if array.dtype.kind == "f":
@@ -86,59 +104,53 @@ def _exactly(array: npt.NDArray[Any], dtype: np.dtype[Any], where: str) -> npt.N
         same = magnitude // np.maximum(lowest, np.uint64(1)) < np.uint64(2 ** (np.finfo(dtype).nmant + 1))
     if not same.all():
         at = tuple(int(i) for i in np.argwhere(~same)[0])
-        raise InvalidArgument(f"{where}{list(at)}: {array[at]} is not exactly a {dtype.name}; round it yourself, or give "
-                              "another dtype")
+        raise InvalidArgumentError(f"{where}{list(at)}: {array[at]} is not exactly a {dtype.name}; round it yourself, or make "
+                                   "the session with another dtype")
     return converted
 
 
 def numbers_of(positions: Any, dtype: Optional[np.dtype[Any]], where: str = "positions") -> npt.NDArray[Any]:
-    """The array itself if it is float32 or float64; else, for lists and other numbers, one of `dtype` (default float64)
-    with the same values. InvalidArgument if it cannot represent them, and for values that are not numbers."""
-    if isinstance(positions, np.ndarray) and positions.dtype in (np.float32, np.float64):
-        return positions
-    try:
-        array = np.asarray(positions)
-    except ValueError:  # rows of unequal length
-        array = np.empty(0, object)
+    """The array itself where it is of `dtype` (of float32 or float64 where there is none); else one of `dtype` (float64)
+    that holds the same numbers. InvalidArgumentError where none does, and for what is no number."""
+    array = array_of(positions, where)
+    if array.dtype.newbyteorder("=") in ((np.float32, np.float64) if dtype is None else (dtype,)):
+        return array
     if array.dtype.kind not in "iuf":
         what = f"{array.dtype} numbers" if isinstance(positions, np.ndarray) else type(positions).__name__
-        raise InvalidArgument(f"{where}: {what}; give an array of float32 or float64, or lists of numbers")
+        raise InvalidArgumentError(f"{where}: {what}; give an array of float32 or float64, or lists of numbers")
     return _exactly(array, np.dtype("<f8") if dtype is None else dtype, where)
 
 
 def positions_of(positions: Any, vertices: Optional[int], dtype: Optional[np.dtype[Any]],
                  where: str = "positions") -> npt.NDArray[Any]:
-    """(vertices, 3) of `dtype`, little-endian, copied only if necessary. InvalidArgument for another shape or type; None
-    accepts any."""
+    """(vertices, 3) of `dtype`, little-endian, a copy only where the memory is not such. InvalidArgumentError for another
+    shape, and for numbers that `dtype` does not hold exactly; None expects nothing particular."""
     array = numbers_of(positions, dtype, where)
     given = array.dtype.newbyteorder("<")
     if array.ndim != 2 or array.shape[1] != 3 or (vertices is not None and len(array) != vertices):
         expected = "n" if vertices is None else str(vertices)
-        raise InvalidArgument(f"{where}: shape {array.shape}, but ({expected}, 3) is expected")
-    if dtype is not None and given != dtype:
-        raise InvalidArgument(f"{where}: the session was created with {dtype.name} positions; give every frame the same "
-                              "kind")
+        raise InvalidArgumentError(f"{where}: shape {array.shape}, but ({expected}, 3) is expected")
     return np.ascontiguousarray(array, dtype=given)
 
 
 def pose_of(pose: Any, where: str) -> npt.NDArray[np.float64]:
-    """(3, 4) float64. InvalidArgument for another shape; the daemon checks whether R is a rotation."""
+    """(3, 4) float64. InvalidArgumentError for another shape; whether R is a rotation is the daemon's to say."""
     try:
-        matrix = np.asarray(pose, dtype="<f8")
+        matrix = array_of(pose, where).astype("<f8", copy=False)
     except (TypeError, ValueError):
-        raise InvalidArgument(f"{where}: {type(pose).__name__}; give a (3, 4) matrix [R t]") from None
+        raise InvalidArgumentError(f"{where}: {type(pose).__name__}; give a (3, 4) matrix [R t]") from None
     if matrix.shape != (3, 4):
-        raise InvalidArgument(f"{where}: shape {matrix.shape}; give a (3, 4) matrix [R t]")
+        raise InvalidArgumentError(f"{where}: shape {matrix.shape}; give a (3, 4) matrix [R t]")
     return matrix
 
 
 def indices_of(indices: Any, where: str) -> npt.NDArray[np.uint32]:
-    """(k) uint32. InvalidArgument for anything but integers in range."""
-    array = np.asarray(indices)
+    """(k) uint32. InvalidArgumentError for anything but integers in range."""
+    array = array_of(indices, where)
     if array.ndim != 1 or (array.size > 0 and array.dtype.kind not in "iu"):
-        raise InvalidArgument(f"{where}: {array.dtype} of shape {array.shape}; give a list of indices")
+        raise InvalidArgumentError(f"{where}: {array.dtype} of shape {array.shape}; give a list of indices")
     beyond = (array < 0) | (array > 0xFFFFFFFF)
     if beyond.any():
         at = int(np.argmax(beyond))
-        raise InvalidArgument(f"{where}[{at}]: {array[at]} is no index")
+        raise InvalidArgumentError(f"{where}[{at}]: {array[at]} is no index")
     return np.ascontiguousarray(array, dtype="<u4")

@@ -1,47 +1,81 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session: a scene that is stepped frame by frame and survives its daemon.
 
-A Session is used by one thread at a time; different sessions are independent.
+Different sessions are independent. Calls of one session take turns: one that waits for its daemon holds up those of other
+threads, `close()` apart. What is submitted and not yet answered belongs together: leave it to one thread.
 """
 from __future__ import annotations
 
+import asyncio
 import logging
+import threading
+import time
 import uuid
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Optional, Union
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-from ._contacts import AnswerPart, error_from, finish
-from ._resume import Link
-from .answer import Contacts
-from .errors import (Aborted, DeadlineExceeded, FailedPrecondition, Internal, Unavailable, WarmfrontError, lost_session,
-                     may_resume, other_state)
+from ._background import Background
+from ._exchange import Answer, Exchange
+from ._frame import Request, SentCommit
+from ._question import Question, QuestionKind, fraction_of, question_of
+from ._resume import Link, TimeUp
+from .answer import Committed, Contacts, MaxStep
+from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, UnimplementedError,
+                     WarmfrontError, may_resume)
 from .info import SessionInfo
+from .options import ContactField, Report, Tier
 from .scene import Body
-from .v1 import session_pb2, step_pb2
+from .v1 import session_pb2
 
 _log = logging.getLogger("warmfront")
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where a frame has what go, as `Session.step()` takes it."""
+
+    positions: Any = None
+    bodies: Optional[Mapping[int, Any]] = None
+    poses: Optional[Mapping[int, Any]] = None
+    vertices: Any = None
+    vertex_positions: Any = None
+
+    @property
+    def empty(self) -> bool:
+        return all(part is None for part in (self.positions, self.bodies, self.poses, self.vertices, self.vertex_positions))
 
 
 class Session:
     """Created by `Client.session()`.
 
-    It keeps the scene, the last answered positions and the unanswered frames, so that it can be created again: when the
-    daemon dies, restarts, drains or loses it, the session continues there, or at the daemon that the address then leads
-    to, with exactly one answer to each frame, in order and with the same bits. A copy in a daemon is reused if the daemon
-    reports this session's exact state; otherwise, and if the daemon is too old to report it, the copy is deleted and created
-    again. If others use up a limit during a resume, the session waits for room within `Patience.resume`. A change is carried
-    out exactly once. After `Unavailable`, `DeadlineExceeded`, `Aborted` or `Internal` every further call raises that error.
+    It is one warm state and many questions: `step()` moves it along a motion and tells the contacts; `trial()` and
+    `max_step()` tell what a motion would meet, and how far it may go, and leave it where it is; `commit()` moves it along the
+    last of these. They wait; `submit()` and `next_answer()` have several on the way; `submit_trial()` and its like are futures,
+    `trial_async()` and its like are for asyncio.
+
+    It keeps the scene, the positions last answered and what is unanswered, so that it can be created again: when the
+    daemon dies, restarts, drains or forgets it, the session goes on there, or at whatever daemon the address leads to by
+    then, with exactly one answer to each frame, in order and of the same bits. A copy that a daemon still has is gone on
+    with where it is in this session's own state, which the daemon states; another, and that of a daemon too old to state it,
+    is deleted and made again. A limit that is met on the way, and that others fill, is waited for within `Timeouts.resume`.
+    Steps, commits and changes are carried out once; a trial changes nothing and may be asked again. An `UnavailableError`,
+    `AbortedError` or `InternalError` ends the session: every further call raises it again.
     """
 
     def __init__(self, link: Link) -> None:
         """Internal: use `Client.session()`."""
         self._link = link
-        self._frame_failed = False  # and answers to later frames are outstanding
+        self._exchange = Exchange(link)
+        self._background = Background()
+        # Whose call waits for the daemon: another thread's, the background's too, comes after it.
+        self._turn = threading.RLock()
 
     @property
     def id(self) -> str:
@@ -64,6 +98,14 @@ class Session:
         return int(self._link.header.first_frame)
 
     @property
+    def positions(self) -> npt.NDArray[Any]:
+        """(n, 3) of the session's dtype: where everything is after the last step or commit; bodies that are at a pose are
+        placed by it, and rounded to the dtype. A copy."""
+        with self._turn:
+            state = self._link.state
+            return state.placed().astype(state.dtype)
+
+    @property
     def edges(self) -> npt.NDArray[np.int32]:
         """(e, 2) vertices of the scene's current edges, the smaller one first: the numbering of `Contacts.edges`. Sorted;
         the edges of an added body follow."""
@@ -81,15 +123,102 @@ class Session:
         poses: Optional[Mapping[int, Any]] = None,
         vertices: Any = None,
         vertex_positions: Any = None,
+        tier: Optional[Tier] = None,
+        tolerance: Optional[float] = None,
+        min_separation: Optional[float] = None,
+        report: Optional[Report] = None,
+        fields: Optional[Collection[ContactField]] = None,
+        max_contacts: Optional[int] = None,
+        timeout: Optional[float] = None,
     ) -> Contacts:
-        """The contacts of the linear motion from the last frame to this one: `submit()`, then `next_answer()`.
+        """The contacts of the linear motion from where the session is to this frame, to whose end it moves.
 
-        FailedPrecondition while answers to earlier frames were not taken.
+        Either all positions, (n, 3), scene length unit; or what moved, in any mixture, and the rest rests: bodies {body:
+        (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the positions last given of
+        it), sent in the session's dtype; vertices (k) of deformable bodies, each once, and vertex_positions (k, 3). Arrays are
+        whatever numpy or DLPack reads without the GPU, of any numbers that the session's dtype holds exactly; they are copied
+        once.
+
+        tier, tolerance, min_separation, report, fields, max_contacts: of this question alone, see `Options`; None for what
+        the session has.
+
+        timeout: seconds; None for `Timeouts.answer`, after which the session is resumed. DeadlineExceededError when there is
+        no answer by then: the frame does not count, and the session is where it was. So it is after a KeyboardInterrupt.
+
+        InvalidArgumentError where something does not fit the scene, ResourceExhaustedError beyond a limit: the frame does not
+        count. FailedPreconditionError while answers to what was submitted were not taken.
+
+        A frame is the end of a motion, always: a body that is put elsewhere (reset, respawned) is tested along the straight
+        way there, and meets what lies on it. Make the session again, or remove the body and add another.
         """
-        if self._link.unanswered:
-            raise FailedPrecondition("frames are unanswered; take their answers before calling step()")
-        self.submit(positions, bodies=bodies, poses=poses, vertices=vertices, vertex_positions=vertex_positions)
-        return self.next_answer()
+        question = question_of("step", tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
+                               fields=fields, max_contacts=max_contacts)
+        answer = self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question, timeout)
+        assert isinstance(answer, Contacts)
+        return answer
+
+    def trial(
+        self,
+        positions: Any = None,
+        *,
+        bodies: Optional[Mapping[int, Any]] = None,
+        poses: Optional[Mapping[int, Any]] = None,
+        vertices: Any = None,
+        vertex_positions: Any = None,
+        tier: Optional[Tier] = None,
+        tolerance: Optional[float] = None,
+        min_separation: Optional[float] = None,
+        report: Optional[Report] = None,
+        fields: Optional[Collection[ContactField]] = None,
+        max_contacts: Optional[int] = None,
+        timeout: Optional[float] = None,
+    ) -> Contacts:
+        """What would this motion meet? As `step()` in arguments, answer and errors, but the session stays where it is: ask as
+        often as you like. `commit()` takes the last one."""
+        question = question_of("trial", tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
+                               fields=fields, max_contacts=max_contacts)
+        answer = self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question, timeout)
+        assert isinstance(answer, Contacts)
+        return answer
+
+    def max_step(
+        self,
+        positions: Any = None,
+        *,
+        bodies: Optional[Mapping[int, Any]] = None,
+        poses: Optional[Mapping[int, Any]] = None,
+        vertices: Any = None,
+        vertex_positions: Any = None,
+        leave_out_overlaps: bool = False,
+        tier: Optional[Tier] = None,
+        tolerance: Optional[float] = None,
+        min_separation: Optional[float] = None,
+        max_contacts: Optional[int] = None,
+        timeout: Optional[float] = None,
+    ) -> MaxStep:
+        """How far may this motion go before anything touches, or comes within the separation? A trial that tells the first
+        contact alone; it may be committed as one.
+
+        leave_out_overlaps: what is not apart at the start does not count, only how much of it there is; else the answer is 0
+        where there is any. Everything else as in `trial()`.
+        """
+        question = question_of("max_step", tier=tier, tolerance=tolerance, min_separation=min_separation,
+                               max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps)
+        answer = self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question, timeout)
+        assert isinstance(answer, MaxStep)
+        return answer
+
+    def commit(self, fraction: float = 1.0, *, timeout: Optional[float] = None) -> Committed:
+        """Moves the session along the last trial (or max_step), up to a fraction of its way in [0, 1]: to X + fraction * (Y -
+        X) in float64, each operation rounded once, then rounded to the session's dtype, where X is where each vertex was, or
+        number of a pose, and Y where the trial had it go; to Y itself for 1. Nothing is tested again, and no positions travel.
+
+        InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, commit or
+        change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.
+        """
+        answer = self._ask(None, question_of("step"), timeout, fraction_of(fraction))
+        assert isinstance(answer, Committed)
+        return answer
 
     def submit(
         self,
@@ -99,102 +228,116 @@ class Session:
         poses: Optional[Mapping[int, Any]] = None,
         vertices: Any = None,
         vertex_positions: Any = None,
+        kind: QuestionKind = "step",
+        fraction: float = 1.0,
+        leave_out_overlaps: bool = False,
+        tier: Optional[Tier] = None,
+        tolerance: Optional[float] = None,
+        min_separation: Optional[float] = None,
+        report: Optional[Report] = None,
+        fields: Optional[Collection[ContactField]] = None,
+        max_contacts: Optional[int] = None,
     ) -> int:
-        """Sends the next frame and returns its number. The arrays may be changed afterwards.
+        """Sends the next question without waiting for its answer, which `next_answer()` takes, and returns its frame's number:
+        a "step", "trial", "max_step" or "commit" (which takes a fraction and nothing else), with the arguments of these. The
+        arrays are free to be changed afterwards. A trial that is to be committed may itself be unanswered.
 
-        A frame is always the end of a linear motion: a body that is moved elsewhere (reset, respawned) collides with
-        everything on the straight path. To avoid this, create the session again, or remove the body and add another.
-
-        Either all positions, (n, 3) of the session's dtype, scene length unit (lists and integers are taken where they are
-        exactly of that dtype); or only what moved, in any mixture: bodies {body: (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its reference shape (its
-        last given positions), sent in the session's dtype; vertices (k) of deformable bodies, each once, and
-        vertex_positions (k, 3).
-
-        InvalidArgument if the frame does not fit the scene; FailedPrecondition when `window` frames are unanswered, or
-        when a frame failed and answers to later frames were not taken yet.
+        InvalidArgumentError where something does not fit the scene; FailedPreconditionError when `window` frames are
+        unanswered, or when a frame failed and answers to frames after it were not taken yet.
         """
-        link = self._alive()
-        number = self.last_frame + 1 + len(link.unanswered)
-        try:
-            frame = link.state.encode(number, positions, bodies or {}, poses or {}, vertices, vertex_positions,
-                                      link.chunk_bytes)
-        except WarmfrontError as error:
-            raise type(error)(f"frame {number}: {error.message}") from None
-        if self._frame_failed:
-            raise FailedPrecondition("a frame failed, and frames were sent after it; take their answers before sending more")
-        if len(link.unanswered) >= link.window:
-            raise FailedPrecondition(f"{link.window} frames are unanswered, which is the daemon's window; take an answer "
-                                     "before sending more")
-        link.unanswered.append(frame)
-        self._send_frames()
-        return number
+        motion = Motion(positions, bodies, poses, vertices, vertex_positions)
+        with self._turn:
+            if kind == "commit":
+                if not motion.empty or leave_out_overlaps or any(
+                        option is not None for option in (tier, tolerance, min_separation, report, fields, max_contacts)):
+                    raise InvalidArgumentError("commit: it takes the last trial as it is; give a fraction and nothing else")
+                return self._submit(None, question_of("step"), fraction_of(fraction))
+            question = question_of(kind, tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
+                                   fields=fields, max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps)
+            return self._submit(motion, question)
 
-    def next_answer(self) -> Contacts:
-        """Waits for the answer to the oldest unanswered frame.
+    def next_answer(self) -> Any:
+        """Waits for the answer to the oldest of what was submitted: `Contacts` to a step or trial, `MaxStep`, or `Committed`.
 
-        An error in the frame itself (InvalidArgument, ResourceExhausted) is not a step: later frames in flight fail with
-        FailedPrecondition, and after all these answers the next `submit()` has the failed frame's number.
-        FailedPrecondition when no frame is unanswered.
+        An error in a step or commit itself (InvalidArgumentError, ResourceExhaustedError, ...) does not count as one: what was
+        sent after it fails with FailedPreconditionError, and once all is taken the next `submit()` has the failed one's
+        number. FailedPreconditionError when nothing is unanswered.
         """
-        link = self._alive()
-        if not link.unanswered:
-            raise FailedPrecondition("no frame is unanswered; submit one first")
-        while True:
+        with self._turn:
             link = self._alive()
-            self._send_frames()
-            lost: WarmfrontError = Unavailable("the daemon is draining")
-            if link.stream is None:
-                lost = Unavailable("waiting was interrupted")
-            elif not (link.draining and link.sent == 0):
-                try:
-                    response = link.stream.read(link.connection.patience.answer)
-                except (KeyboardInterrupt, SystemExit):
-                    # This read stays in the old call; the next one uses another stream.
-                    link.drop_stream()
-                    raise
-                except DeadlineExceeded as error:
-                    lost = error if error.reason else DeadlineExceeded(
-                        f"frame {link.unanswered[0].number}: no answer within the answer timeout")
-                except WarmfrontError as error:
-                    lost = error
-                else:
-                    self._alive()
-                    answer = self._take(response)
-                    if answer is not None:
-                        return answer
-                    continue
-            link.resume(lost)
+            if not link.unanswered:
+                raise FailedPreconditionError("no frame is unanswered; submit one first")
+            return self._exchange.next_answer()
+
+    # The same in the background. Arrays that are given have to stay as they are until the answer is there.
+
+    def submit_step(self, positions: Any = None, **arguments: Any) -> Future[Contacts]:
+        """`step()` as a future. What is submitted this way is carried out in its order, one after the other, on a thread of
+        the session's own; calls of the session that wait meanwhile have their turn in between. A call that has begun goes on
+        when its future is cancelled: give a timeout."""
+        return self._background.submit(self.step, positions, **arguments)
+
+    def submit_trial(self, positions: Any = None, **arguments: Any) -> Future[Contacts]:
+        """`trial()` as a future, see `submit_step()`."""
+        return self._background.submit(self.trial, positions, **arguments)
+
+    def submit_max_step(self, positions: Any = None, **arguments: Any) -> Future[MaxStep]:
+        """`max_step()` as a future, see `submit_step()`."""
+        return self._background.submit(self.max_step, positions, **arguments)
+
+    def submit_commit(self, fraction: float = 1.0, **arguments: Any) -> Future[Committed]:
+        """`commit()` as a future, see `submit_step()`."""
+        return self._background.submit(self.commit, fraction, **arguments)
+
+    async def step_async(self, positions: Any = None, **arguments: Any) -> Contacts:
+        """`step()` for asyncio, see `submit_step()`."""
+        return await asyncio.wrap_future(self.submit_step(positions, **arguments))
+
+    async def trial_async(self, positions: Any = None, **arguments: Any) -> Contacts:
+        """`trial()` for asyncio, see `submit_step()`."""
+        return await asyncio.wrap_future(self.submit_trial(positions, **arguments))
+
+    async def max_step_async(self, positions: Any = None, **arguments: Any) -> MaxStep:
+        """`max_step()` for asyncio, see `submit_step()`."""
+        return await asyncio.wrap_future(self.submit_max_step(positions, **arguments))
+
+    async def commit_async(self, fraction: float = 1.0, **arguments: Any) -> Committed:
+        """`commit()` for asyncio, see `submit_step()`."""
+        return await asyncio.wrap_future(self.submit_commit(fraction, **arguments))
 
     def add_body(self, body: Body, faces: Any, positions: Any) -> int:
         """Adds a stationary body and returns its index, the previous number of bodies; its vertices and faces come after
         all others. faces (m, 3) number its own vertices from 0; positions (vertex_count, 3) of the session's dtype.
 
-        FailedPrecondition while frames are unanswered, or in a session that declared no bodies.
+        FailedPreconditionError while frames are unanswered, or in a session that declared no bodies.
         """
-        state = self._alive().state
-        change = state.encode_addition(body, faces, positions)
-        index = len(state.bodies)
-        self._change(change, lambda: state.take_addition(body, faces, positions))
-        return index
+        with self._turn:
+            state = self._alive().state
+            change = state.encode_addition(body, faces, positions)
+            index = len(state.bodies)
+            self._change(change, lambda: state.take_addition(body, faces, positions))
+            return index
 
     def change_body(self, index: int, body: Body) -> None:
         """Changes a body's description, from the next step on; its range does not change, and `body`'s is ignored. "removed"
         is permanent. A body that becomes rigid takes its current positions as its reference shape.
 
-        FailedPrecondition while frames are unanswered; InvalidArgument for an unknown or removed body.
+        FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed body.
         """
-        state = self._alive().state
-        self._change(state.encode_change(index, body), lambda: state.take_change(index, body))
+        with self._turn:
+            state = self._alive().state
+            self._change(state.encode_change(index, body), lambda: state.take_change(index, body))
 
     def close(self) -> None:
-        """Deletes the session in the daemon; unanswered frames are dropped, and further calls fail. Closing again does
-        nothing. May be called from any thread: a step on another thread is cancelled in the daemon, and raises
-        FailedPrecondition."""
+        """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
+        nothing. May be called from any thread: a step that another one waits for is stopped in the daemon, and raises
+        FailedPreconditionError."""
         link = self._link
         if link.failed is not None:
             return
-        link.failed = FailedPrecondition("the session is closed")
-        # The stream and the frames belong to the waiting thread, which may be using them.
+        link.failed = FailedPreconditionError("the session is closed")
+        self._background.end()
+        # The stream and the frames are the waiting thread's, which may be in the middle of them.
         link.cancel_stream()
         link.remove()
 
@@ -224,81 +367,55 @@ class Session:
             raise self._link.failed
         return self._link
 
-    def _send_frames(self) -> None:
-        link = self._link
-        while link.stream is not None and not link.draining and link.sent < min(len(link.unanswered), link.window):
-            frame = link.unanswered[link.sent].fitted(link.chunk_bytes)
-            link.unanswered[link.sent] = frame
-            for message in frame.messages:
-                link.stream.write(message)
-            link.sent += 1
+    def _submit(self, motion: Optional[Motion], question: Question, fraction: float = 1.0) -> int:
+        """Without a motion: a commit."""
+        link = self._alive()
+        number = self._exchange.next_number()
+        request: Request
+        if motion is None:
+            self._exchange.check_trial()
+            request = SentCommit(number, fraction)
+        else:
+            try:
+                request = link.state.encode(number, motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
+                                            motion.vertex_positions, link.chunk_bytes, question)
+            except WarmfrontError as error:
+                raise type(error)(f"frame {number}: {error.message}") from None
+            if question.kind != "step" and link.known is None:
+                raise UnimplementedError(f"{question.kind}: the daemon is older than trials; use one that is as new as this "
+                                         "client")
+        self._exchange.check_room()
+        self._exchange.submit(request)
+        return number
 
-    def _take(self, response: Union[AnswerPart, step_pb2.StreamStepsResponse]) -> Optional[Contacts]:
-        """The frame's answer when the message completes one; raises the frame's error."""
-        link = self._link
-        if isinstance(response, AnswerPart):
-            return self._take_part(response)
-        if response.HasField("draining"):
-            link.draining = True
-            return None
-        if not response.HasField("error"):
-            link.fail(Internal("the daemon sent an unexpected message"))
-        status = response.error.status
-        error = error_from(status.code, status.message, status.details)
-        due = link.unanswered[0].number
-        # Losing the session also ends the stream: read it to its end, then resume.
-        if lost_session(error):
-            return None
-        # This session's next frame: a copy that answered it differently, or expects another, is not this session.
-        out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == self.last_frame + 1
-        if other_state(error) or out_of_order:
-            link.resume(Aborted(error.message, reason="STATE_CHANGED"))
-            return None
-        if response.error.frame != due:
-            link.fail(Internal(f"the daemon refused frame {response.error.frame} where frame {due} is due: {error.message}"))
-        # The engine failed on this frame and the session is gone: creating it again would fail in the same way.
-        if error.reason == "ENGINE":
-            link.fail(error)
-        self._answered()
-        self._frame_failed = len(link.unanswered) > 0
-        raise error
-
-    def _take_part(self, part: AnswerPart) -> Optional[Contacts]:
-        link = self._link
-        frame = link.unanswered[0]
-        if part.frame != frame.number:
-            link.fail(Internal(f"the daemon answered frame {part.frame} where frame {frame.number} is due"))
-        link.partial.append(part)
-        if not part.last:
-            return None
-        if link.known is not None:
-            if part.summary.state_before != link.known:
-                link.resume(Aborted(f"frame {part.frame} was stepped from another state: session {self.id} is also "
-                                    "changed by another client", reason="STATE_CHANGED"))
-                return None
-            link.known = part.summary.state
-        try:
-            contacts = finish(link.partial, link.asked_fields, link.state.topology())
-        except WarmfrontError as error:
-            link.fail(error)
-        link.partial = []
-        link.header.first_frame = frame.number
-        link.state.take(frame)
-        self._answered()
-        return contacts
-
-    def _answered(self) -> None:
-        link = self._link
-        link.unanswered.popleft()
-        link.sent -= 1
-        link.resumes_without_answer = 0
+    def _ask(self, motion: Optional[Motion], question: Question, timeout: Optional[float], fraction: float = 1.0) -> Answer:
+        """Submits, and waits for the answer; what ends without one is given up."""
+        if timeout is not None and not timeout > 0:
+            raise InvalidArgumentError(f"timeout: {timeout!r} seconds; give a positive time")
+        with self._turn:
+            link = self._link
+            if link.unanswered:
+                raise FailedPreconditionError("frames are unanswered; take their answers before a single step")
+            link.deadline = None if timeout is None else time.monotonic() + timeout
+            try:
+                number = self._submit(motion, question, fraction)
+                return self._exchange.next_answer()
+            except TimeUp:
+                self._exchange.give_up()
+                raise DeadlineExceededError(f"frame {number}: no answer within {timeout:g} s; it does not count, and the "
+                                            "session is where it was") from None
+            except (KeyboardInterrupt, SystemExit):
+                self._exchange.give_up()
+                raise
+            finally:
+                link.deadline = None
 
     def _change(self, change: session_pb2.SceneChange, taken: Callable[[], None]) -> None:
         """Has the daemon carry out a change, then calls `taken`. If the daemon is lost, the session is resumed in the state
         before the change, which is sent again with its key: it is carried out once."""
         link = self._link
         if link.unanswered:
-            raise FailedPrecondition("frames are unanswered; take their answers before changing the scene")
+            raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
         request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change],
                                                  key=str(uuid.uuid4()))
         link.changing = True
@@ -307,6 +424,7 @@ class Session:
         finally:
             link.changing = False
         taken()
+        link.trial = None
         link.header.first_revision += 1
         link.known = response.state if response.HasField("state") else None
         link.resumes_without_answer = 0
@@ -323,7 +441,7 @@ class Session:
             except WarmfrontError as error:
                 # This session's next frame: a copy that expects another one is not this session.
                 if error.reason == "FRAME_OUT_OF_ORDER":
-                    error = Aborted(error.message, reason="STATE_CHANGED")
+                    error = AbortedError(error.message, reason="STATE_CHANGED")
                 if error.retry_after is not None or not may_resume(error):
                     raise
                 lost = error

@@ -120,7 +120,7 @@ def test_lists_and_whole_numbers_are_taken_exactly(client):
     with client.session(before.astype(np.float32), faces) as session:
         assert session.info().dtype == "float32"
         session.step(after.tolist())
-        with pytest.raises(warmfront.InvalidArgument, match=r"positions\[0, 0\]: 0.1 is not exactly a float32"):
+        with pytest.raises(warmfront.InvalidArgumentError, match=r"positions\[0, 0\]: 0.1 is not exactly a float32"):
             session.step((after + 0.1).tolist())
 
 
@@ -166,7 +166,7 @@ def test_a_face_may_repeat_a_vertex_and_vertices_in_no_face_are_said(client):
         # The segment's first end; and the segment, which crosses the hypotenuse.
         assert contacts.v.tolist() == [[3, 0, 1, 2], [1, 2, 3, 4]]
         assert session.edges.tolist() == [[0, 1], [0, 2], [1, 2], [3, 3], [3, 4]]
-    with pytest.raises(warmfront.Unimplemented, match="points and edges alone are not modelled yet"), \
+    with pytest.raises(warmfront.UnimplementedError, match="points and edges alone are not modelled yet"), \
             pytest.warns(UserWarning, match="6 of 6"):
         client.session(before, np.empty((0, 3), int))
 

@@ -8,16 +8,16 @@ import pytest
 from support import bits, triangle_through_triangle
 
 import warmfront
-from warmfront import Patience
+from warmfront import Timeouts
 
 # What does not get through is an error in a few seconds, and not in minutes.
-IMPATIENT = Patience(call=10, create=10, answer=10, resume=20)
+SHORT = Timeouts(call=10, create=10, answer=10, resume=20)
 
 
 def test_a_client_opens_as_many_connections_as_its_sessions_need(start_daemon):
     daemon = start_daemon("--max-streams-per-connection", "2")
     before, after, faces = triangle_through_triangle()
-    with warmfront.connect(daemon.address, patience=IMPATIENT) as client, contextlib.ExitStack() as stack:
+    with warmfront.connect(daemon.address, timeouts=SHORT) as client, contextlib.ExitStack() as stack:
         sessions = []
         for _ in range(7):
             sessions.append(stack.enter_context(client.session(before, faces)))
@@ -35,7 +35,7 @@ def test_a_client_opens_as_many_connections_as_its_sessions_need(start_daemon):
 def test_sessions_in_threads_whose_calls_are_more_than_a_connection_carries(start_daemon):
     daemon = start_daemon("--max-streams-per-connection", "1")
     before, after, faces = triangle_through_triangle()
-    with warmfront.connect(daemon.address, patience=IMPATIENT) as client:
+    with warmfront.connect(daemon.address, timeouts=SHORT) as client:
         answers = []
 
         def play():
@@ -52,7 +52,7 @@ def test_sessions_in_threads_whose_calls_are_more_than_a_connection_carries(star
 
 def test_a_closed_client_says_so(client):
     client.close()
-    with pytest.raises(warmfront.FailedPrecondition, match="the client is closed"):
+    with pytest.raises(warmfront.FailedPreconditionError, match="the client is closed"):
         client.server_info()
 
 

@@ -7,7 +7,7 @@ import pytest
 from support import triangle_through_triangle
 
 import warmfront
-from warmfront import Body, Code, InvalidArgument, Options, Patience, Security, WarmfrontError
+from warmfront import Body, Code, InvalidArgumentError, Options, Timeouts, Security, WarmfrontError
 
 BEFORE, AFTER, FACES = triangle_through_triangle()
 
@@ -20,7 +20,7 @@ def nan_at(vertex):
 
 @pytest.mark.parametrize("message, arguments", [
     (r"positions: str; give an array", dict(positions="many")),
-    (r"positions: list; give an array", dict(positions=[[0, 0, 0], [1, 1]])),
+    (r"positions: list; give an array.*inhomogeneous", dict(positions=[[0, 0, 0], [1, 1]])),
     (r"positions: complex128 numbers", dict(positions=BEFORE + 1j)),
     (r"positions\[1, 2\]: 9007199254740993 is not exactly a float64",
      dict(positions=np.where(np.arange(18).reshape(6, 3) == 5, 2**53 + 1, 2**60))),
@@ -44,7 +44,7 @@ def nan_at(vertex):
     (r"session_id", dict(id="mine")),
 ])
 def test_a_bad_scene(client, message, arguments):
-    with pytest.raises(InvalidArgument, match=message) as error:
+    with pytest.raises(InvalidArgumentError, match=message) as error:
         client.session(**{"positions": BEFORE, "faces": FACES, **arguments})
     assert error.value.code == Code.INVALID_ARGUMENT and isinstance(error.value, ValueError)
     assert client.list_sessions() == []
@@ -52,7 +52,7 @@ def test_a_bad_scene(client, message, arguments):
 
 @pytest.mark.parametrize("message, frame", [
     (r"frame 1: positions: shape \(5, 3\), but \(6, 3\) is expected", dict(positions=AFTER[:5])),
-    (r"frame 1: positions: the session was created with float64", dict(positions=AFTER.astype(np.float32))),
+    (r"frame 1: positions\[0, 0\]: 0.1.* is not exactly a float64", dict(positions=np.full((6, 3), np.longdouble("0.1")))),
     (r"frame 1: positions\[0, 0\]: 18014398509481985 is not exactly a float64", dict(positions=np.full((6, 3), 2**54 + 1))),
     (r"frame 1: positions\[2\].z: is not a number", dict(positions=nan_at(2))),
     (r"gives all vertices and also parts", dict(positions=AFTER, poses={1: np.eye(3, 4)})),
@@ -70,7 +70,7 @@ def test_a_bad_scene(client, message, arguments):
 ])
 def test_a_bad_frame_changes_nothing(client, message, frame):
     with client.session(BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as session:
-        with pytest.raises(InvalidArgument, match=message):
+        with pytest.raises(InvalidArgumentError, match=message):
             session.step(**frame)
         assert session.last_frame == 0
         assert len(session.step(AFTER)) == 3
@@ -78,19 +78,19 @@ def test_a_bad_frame_changes_nothing(client, message, frame):
 
 def test_codes_of_the_daemon_have_classes_of_their_own(client):
     with client.session(BEFORE, FACES) as session:
-        with pytest.raises(warmfront.AlreadyExists) as error:
+        with pytest.raises(warmfront.AlreadyExistsError) as error:
             client.session(BEFORE, FACES, id=session.id)
         assert error.value.reason == "SESSION_EXISTS" and session.id in error.value.message
-        with pytest.raises(warmfront.FailedPrecondition, match="bodies"):
+        with pytest.raises(warmfront.FailedPreconditionError, match="bodies"):
             session.add_body(Body(3), FACES[:1], BEFORE[:3])
-    with pytest.raises(warmfront.NotFound) as error:
+    with pytest.raises(warmfront.NotFoundError) as error:
         client.delete_session(session.id)
     assert error.value.code == Code.NOT_FOUND and isinstance(error.value, WarmfrontError)
 
 
 def test_limits_say_which_and_the_session_goes_on(client):
     with client.session(BEFORE, FACES, options=Options(max_contacts=2)) as session:
-        with pytest.raises(warmfront.ResourceExhausted, match="contacts") as error:
+        with pytest.raises(warmfront.ResourceExhaustedError, match="contacts") as error:
             session.step(AFTER)
         assert error.value.reason == "LIMIT" and error.value.limit
         assert not session.step(BEFORE)
@@ -98,26 +98,26 @@ def test_limits_say_which_and_the_session_goes_on(client):
 
 def test_nobody_answers():
     """Why, in the system's words, as the C++ client says it."""
-    with pytest.raises(warmfront.Unavailable, match="127.0.0.1:1: no Warmfront daemon answers .*Connection refused.* is it "
+    with pytest.raises(warmfront.UnavailableError, match="127.0.0.1:1: no Warmfront daemon answers .*Connection refused.* is it "
                                                     "running there?"):
-        warmfront.connect("127.0.0.1:1", patience=Patience(call=0.3))
+        warmfront.connect("127.0.0.1:1", timeouts=Timeouts(call=0.3))
 
 
 @pytest.mark.parametrize("address", ["http://localhost:50061", "localhost", "localhost:", "localhost:http", ":50051",
-                                     "::1:50051", "127.0.0.1:0", "127.0.0.1:65536", "unix:", "", None])
+                                     "::1:50051", "127.0.0.1:0", "127.0.0.1:65536", "unix:", ""])
 def test_what_is_no_address_is_refused_at_once(address):
     """Without waiting for a daemon there: gRPC would look for it."""
     with pytest.raises(ValueError, match=r"HOST:PORT \(an IPv6 host in brackets\) or unix:PATH is expected") as error:
         warmfront.connect(address)
-    assert repr(address) in str(error.value) and isinstance(error.value, InvalidArgument)
+    assert repr(address) in str(error.value) and isinstance(error.value, InvalidArgumentError)
 
 
 def test_who_takes_time_to_answer_is_connected_to_once(tmp_path):
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(str(tmp_path / "silent"))
         listener.listen(64)
-        with pytest.raises(warmfront.Unavailable):
-            warmfront.connect(f"unix:{tmp_path}/silent", patience=Patience(call=1.5))
+        with pytest.raises(warmfront.UnavailableError):
+            warmfront.connect(f"unix:{tmp_path}/silent", timeouts=Timeouts(call=1.5))
         listener.setblocking(False)
         listener.accept()
         with pytest.raises(BlockingIOError):
@@ -125,8 +125,8 @@ def test_who_takes_time_to_answer_is_connected_to_once(tmp_path):
 
 
 def test_times_are_positive():
-    with pytest.raises(InvalidArgument, match="patience.answer: 0 seconds"):
-        Patience(answer=0)
+    with pytest.raises(InvalidArgumentError, match="timeouts.answer: 0 seconds"):
+        Timeouts(answer=0)
 
 
 @pytest.mark.parametrize("security, message", [
@@ -134,7 +134,7 @@ def test_times_are_positive():
     (Security(cert_file="mine.pem"), "a client certificate needs its key"),
 ])
 def test_credentials_that_cannot_be_used(security, message):
-    with pytest.raises(InvalidArgument, match=message):
+    with pytest.raises(InvalidArgumentError, match=message):
         warmfront.connect("127.0.0.1:1", security=security)
 
 
@@ -151,16 +151,16 @@ def test_tokens(start_daemon, tmp_path):
     with connect("alice") as alice, connect("bob") as bob, alice.session(BEFORE, FACES) as session:
         assert len(session.step(AFTER)) == 3
         assert bob.list_sessions() == [] and [s.principal for s in bob.list_all_sessions()] == ["alice"]
-        with pytest.raises(warmfront.PermissionDenied):
+        with pytest.raises(warmfront.PermissionDeniedError):
             alice.list_all_sessions()
-        with pytest.raises(warmfront.NotFound):
+        with pytest.raises(warmfront.NotFoundError):
             bob.delete_session(session.id)
         bob.delete_any_session(session.id)
         assert len(session.step(BEFORE)) == 3 and session.resumes == 1
     for nobody in ("eve", None):
-        with pytest.raises(warmfront.Unauthenticated):
+        with pytest.raises(warmfront.UnauthenticatedError):
             connect(nobody) if nobody else warmfront.connect(address)
-    with pytest.raises(InvalidArgument, match="exactly one token is expected"):
+    with pytest.raises(InvalidArgumentError, match="one token is expected"):
         connect("two")
-    with pytest.raises(InvalidArgument, match="would travel to 10.0.0.1:1 unencrypted"):
+    with pytest.raises(InvalidArgumentError, match="would travel to 10.0.0.1:1 in the clear"):
         connect("alice", "10.0.0.1:1")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support import bits, triangle_through_triangle
 
-from warmfront import Body, FailedPrecondition, InvalidArgument, NotFound, Options
+from warmfront import Body, FailedPreconditionError, InvalidArgumentError, NotFoundError, Options
 
 
 def turned(angle, shift):
@@ -83,7 +83,7 @@ def test_bodies_are_added_and_changed(client):
         assert (contacts.vf, contacts.ee) == (1, 2) and contacts.v.max() == 5
         session.change_body(1, Body(3, "removed"))
         assert not session.step()
-        with pytest.raises(InvalidArgument):
+        with pytest.raises(InvalidArgumentError):
             session.change_body(1, Body(3))
         assert session.info().body_count == 2
 
@@ -106,14 +106,14 @@ def test_several_frames_in_flight_are_answered_in_order(client, cloth):
         for frame in cloth.frames[1:]:
             session.submit(frame)
             if session.window == len(answers) + 1:
-                with pytest.raises(FailedPrecondition, match=f"{session.window} frames are unanswered"):
+                with pytest.raises(FailedPreconditionError, match=f"{session.window} frames are unanswered"):
                     for _ in range(session.window):
                         session.submit(frame)
             if session._link.unanswered and len(session._link.unanswered) == session.window:
                 answers.append(session.next_answer())
         while session._link.unanswered:
             answers.append(session.next_answer())
-        with pytest.raises(FailedPrecondition, match="no frame is unanswered"):
+        with pytest.raises(FailedPreconditionError, match="no frame is unanswered"):
             session.next_answer()
     assert [bits(a) for a in answers] == [bits(a) for a in single]
     assert max(a.queue_ms for a in answers) > 0  # they waited for each other
@@ -125,12 +125,12 @@ def test_a_frame_that_fails_does_not_count(client):
     bad[4, 1] = np.inf
     with client.session(before, faces) as session:
         assert [session.submit(V) for V in (bad, after, after)] == [1, 2, 3]
-        with pytest.raises(InvalidArgument, match=r"positions\[4\]\.y"):
+        with pytest.raises(InvalidArgumentError, match=r"positions\[4\]\.y"):
             session.next_answer()
-        with pytest.raises(FailedPrecondition, match="take their answers"):
+        with pytest.raises(FailedPreconditionError, match="take their answers"):
             session.submit(after)
         for _ in range(2):
-            with pytest.raises(FailedPrecondition) as error:
+            with pytest.raises(FailedPreconditionError) as error:
                 session.next_answer()
             assert error.value.reason == "FRAME_OUT_OF_ORDER" and error.value.expected_frame == 1
         assert session.submit(after) == 1
@@ -141,12 +141,12 @@ def test_an_answer_that_is_due_comes_first(client):
     before, after, faces = triangle_through_triangle()
     with client.session(before, faces, bodies=[Body(3), Body(3)]) as session:
         session.submit(after)
-        with pytest.raises(FailedPrecondition, match="take their answers before calling step"):
+        with pytest.raises(FailedPreconditionError, match="take their answers before a single step"):
             session.step(before)
-        with pytest.raises(FailedPrecondition, match="before changing the scene"):
+        with pytest.raises(FailedPreconditionError, match="before changing the scene"):
             session.change_body(0, Body(3, "static"))
         assert len(session.next_answer()) == 3
-    with pytest.raises(FailedPrecondition, match="the session is closed"):
+    with pytest.raises(FailedPreconditionError, match="the session is closed"):
         session.step(before)
-    with pytest.raises(NotFound):
+    with pytest.raises(NotFoundError):
         client.get_session(session.id)

@@ -13,7 +13,7 @@ from support import bits, triangle_through_triangle
 from test_frames import turned
 
 import warmfront
-from warmfront import Body, NotFound, Options, Patience, Unavailable
+from warmfront import Body, NotFoundError, Options, Timeouts, UnavailableError
 
 
 def run(client, scene, act=lambda k, session: None, window=1):
@@ -125,7 +125,7 @@ def test_a_change_whose_daemon_is_lost_is_made(daemon, client):
 
 def test_a_daemon_that_hangs_is_given_up_in_time(daemon):
     before, after, faces = triangle_through_triangle()
-    with warmfront.connect(daemon.address, patience=Patience(call=2, answer=0.5, resume=20)) as client:
+    with warmfront.connect(daemon.address, timeouts=Timeouts(call=2, answer=0.5, resume=20)) as client:
         with client.session(before, faces) as session:
             daemon.send(signal.SIGSTOP)
             os.waitpid(daemon.process.pid, os.WUNTRACED)  # it has stopped
@@ -162,10 +162,10 @@ def test_waiting_may_be_interrupted(daemon, client):
 
 def test_no_daemon_within_the_resume_timeout(daemon):
     before, after, faces = triangle_through_triangle()
-    with warmfront.connect(daemon.address, patience=Patience(resume=2)) as client:
+    with warmfront.connect(daemon.address, timeouts=Timeouts(resume=2)) as client:
         session = client.session(before, faces)
         daemon.kill()
-        with pytest.raises(Unavailable, match="could not be resumed within the resume timeout"):
+        with pytest.raises(UnavailableError, match="could not be resumed within the resume timeout"):
             session.step(after)
         with pytest.raises(ConnectionError):  # for good, and as Python's own
             session.step(after)
@@ -173,17 +173,17 @@ def test_no_daemon_within_the_resume_timeout(daemon):
 
 def test_a_frame_that_ends_every_daemon_is_not_sent_forever(daemon):
     before, after, faces = triangle_through_triangle()
-    with warmfront.connect(daemon.address, patience=Patience(resumes_without_answer=2)) as client:
+    with warmfront.connect(daemon.address, timeouts=Timeouts(resumes_without_answer=2)) as client:
         session = client.session(before, faces)
         # In place of a frame that kills: a stream that loses its daemon at each write of one.
-        send, sent = session._send_frames, []
+        send, sent = session._exchange.send, []
 
         def kill_and_send():
             sent.append(session._link.resumes)
             daemon.restart()
             send()
-        session._send_frames = kill_and_send
-        with pytest.raises(Unavailable, match="gave up after 2 resumes without an answer to frame 1"):
+        session._exchange.send = kill_and_send
+        with pytest.raises(UnavailableError, match="gave up after 2 resumes without an answer to frame 1"):
             session.step(after)
         assert max(sent) == 2
 
@@ -191,7 +191,7 @@ def test_a_frame_that_ends_every_daemon_is_not_sent_forever(daemon):
 def test_a_session_is_gone_when_it_is_closed(client, cloth):
     with client.session(cloth.frames[0], cloth.faces) as session:
         session.step(cloth.frames[1])
-    with pytest.raises(NotFound):
+    with pytest.raises(NotFoundError):
         client.get_session(session.id)
     session.close()  # again: nothing
 

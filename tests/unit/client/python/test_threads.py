@@ -57,7 +57,7 @@ def test_a_step_is_given_up_by_closing_its_session_from_another_thread(client):
     session.close()
     thread.join(60)
     assert not thread.is_alive()
-    assert isinstance(raised[0], warmfront.FailedPrecondition) and "closed" in raised[0].message
+    assert isinstance(raised[0], warmfront.FailedPreconditionError) and "closed" in raised[0].message
     deadline = time.monotonic() + 60
     while client.server_info().frames_in_flight > 0 and time.monotonic() < deadline:
         time.sleep(0.01)
@@ -81,8 +81,8 @@ def test_bytes_that_are_no_message_are_an_error():
             del message[draw.randint(1, len(message)):]
         try:
             parsed += isinstance(parse_response(bytes(message)), AnswerPart)
-        except warmfront.Internal as error:
+        except warmfront.InternalError as error:
             assert "malformed" in error.message
     assert 100 < parsed < 15000
-    with pytest.raises(warmfront.Internal, match="column toi of 7 bytes"):
+    with pytest.raises(warmfront.InternalError, match="column toi of 7 bytes"):
         parse_response(bytes.fromhex("0a0b1209") + bytes([0x22, 7]) + os.urandom(7))

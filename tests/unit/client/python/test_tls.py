@@ -7,7 +7,7 @@ import pytest
 from support import triangle_through_triangle
 
 import warmfront
-from warmfront import Patience, Security
+from warmfront import Timeouts, Security
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed")
 
@@ -30,5 +30,5 @@ def test_encrypted_and_known_to_each_other(start_daemon, certificate):
         assert len(session.step(after)) == 3
     for unknown in (Security(ca_file=cert, server_name="warmfront.test"), Security(), Security(tls=True),
                     Security(ca_file=cert, cert_file=cert, key_file=key)):
-        with pytest.raises(warmfront.Unavailable):
-            warmfront.connect(address, security=unknown, patience=Patience(call=1))
+        with pytest.raises(warmfront.UnavailableError):
+            warmfront.connect(address, security=unknown, timeouts=Timeouts(call=1))

@@ -18,7 +18,7 @@ from support import contacts_hash, triangle_through_triangle
 from switchboard import Switchboard
 
 import warmfront
-from warmfront import Body, InvalidArgument, ResourceExhausted
+from warmfront import Body, InvalidArgumentError, ResourceExhaustedError
 from warmfront._connection import Connection
 from warmfront._resume import Link
 
@@ -87,7 +87,7 @@ def test_a_copy_that_computed_a_frame_which_the_other_refused_is_not_taken_for_t
         session.submit(after)
         eventually(lambda: direct.get_session(session.id).last_frame == 2)
         board.lead_to(b)
-        with pytest.raises(ResourceExhausted):
+        with pytest.raises(ResourceExhaustedError):
             session.next_answer()
         assert not session.step(before)  # another frame 2
         b.kill()
@@ -141,7 +141,7 @@ def test_a_resume_waits_for_room(two, start_daemon):
         assert len(session.step(after)) == 3
         closing.join()
     with warmfront.connect(full.tcp()) as direct, direct.session(before, faces):
-        with pytest.raises(ResourceExhausted):  # who asks for one is told at once
+        with pytest.raises(ResourceExhaustedError):  # who asks for one is told at once
             direct.session(before, faces)
 
 
@@ -184,6 +184,6 @@ def test_a_wrong_change_while_the_daemon_is_away_is_refused(two):
     with client.session(before, faces, bodies=[Body(3), Body(3)]) as session:
         for daemon in (b, a):
             board.lead_to(daemon)
-            with pytest.raises(InvalidArgument):
+            with pytest.raises(InvalidArgumentError):
                 session.add_body(Body(3), [[0, 1, 77]], before[:3])
         assert len(session.step(after)) == 3

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is asked of a frame, as a caller says it and as it travels. Immutable."""
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Literal, Optional
+
+from .errors import InvalidArgumentError
+from .options import ContactField, Options, Report, Tier
+from .v1 import step_pb2
+
+QuestionKind = Literal["step", "trial", "max_step", "commit"]
+
+_KINDS = {
+    "step": step_pb2.Question.KIND_STEP,
+    "trial": step_pb2.Question.KIND_TRIAL,
+    "max_step": step_pb2.Question.KIND_MAX_STEP,
+}
+
+
+@dataclass(frozen=True)
+class Question:
+    """kind: see `Session`. content: a v1.Question, serialized; empty for a step as the session has it. fields: the columns
+    that are asked for besides those that are always told; None for the session's."""
+
+    kind: QuestionKind
+    content: bytes = b""
+    fields: Optional[tuple[str, ...]] = None
+
+
+def question_of(
+    kind: QuestionKind,
+    *,
+    tier: Optional[Tier] = None,
+    tolerance: Optional[float] = None,
+    min_separation: Optional[float] = None,
+    report: Optional[Report] = None,
+    fields: Optional[Collection[ContactField]] = None,
+    max_contacts: Optional[int] = None,
+    leave_out_overlaps: bool = False,
+) -> Question:
+    """InvalidArgumentError for what the contract has no word for, and for what does not go together."""
+    if kind not in _KINDS:
+        raise InvalidArgumentError(f"kind: {kind!r} is none of {', '.join([*_KINDS, 'commit'])}")
+    if kind == "max_step" and (report is not None or fields is not None):
+        raise InvalidArgumentError("max_step: it tells the first contact alone; give no report and no fields")
+    if leave_out_overlaps and kind != "max_step":
+        raise InvalidArgumentError(f"leave_out_overlaps: it is of max_step alone, and not of a {kind}")
+    options = Options(tier=tier, tolerance=tolerance, min_separation=min_separation, report=report, max_contacts=max_contacts,
+                      fields=fields or ())
+    message = step_pb2.Question()
+    options.put_into(message, where="")
+    if fields is not None:
+        message.fields.SetInParent()  # none of them is an answer too
+    if leave_out_overlaps:
+        message.leave_out_overlaps = True
+    # A step without more to say is what daemons took before there were questions.
+    if kind != "step" or message.ByteSize() > 0:
+        message.kind = _KINDS[kind]
+    columns: Optional[tuple[str, ...]] = () if kind == "max_step" else None
+    if fields is not None:
+        columns = (fields,) if isinstance(fields, str) else tuple(fields)
+    return Question(kind, message.SerializeToString(), columns)
+
+
+def fraction_of(fraction: float) -> float:
+    """InvalidArgumentError unless it is a number in [0, 1]."""
+    try:
+        value = float(fraction)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"fraction: {fraction!r} is no number; give one in [0, 1]") from None
+    if not 0 <= value <= 1:
+        raise InvalidArgumentError(f"fraction: {value!r} is not in [0, 1]")
+    return value
