@@ -393,7 +393,7 @@ class Session:
         if timeout is not None and not timeout > 0:
             raise InvalidArgumentError(f"timeout: {timeout!r} seconds; give a positive time")
         with self._turn:
-            link = self._link
+            link = self._alive()
             if link.unanswered:
                 raise FailedPreconditionError("frames are unanswered; take their answers before a single step")
             link.deadline = None if timeout is None else time.monotonic() + timeout

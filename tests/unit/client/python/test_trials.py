@@ -1,0 +1,407 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trials and commits as the client keeps account of them, against a daemon that does what the test says: what is sent, in
+which order, what is sent again, and where the session is."""
+import asyncio
+import concurrent.futures
+import itertools
+import threading
+import time
+
+import numpy as np
+import pytest
+from fake_daemon import FakeDaemon, motion_hash, part_way
+
+import warmfront
+from warmfront import (AbortedError, Body, Committed, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError,
+                       UnimplementedError)
+
+FACES = [[0, 1, 2]]
+
+
+@pytest.fixture
+def fake(tmp_path):
+    daemon = FakeDaemon(tmp_path)
+    yield daemon
+    daemon.stop()
+
+
+@pytest.fixture
+def client(fake):
+    with warmfront.connect(fake.address) as connected:
+        yield connected
+
+
+@pytest.fixture(params=[np.float32, np.float64])
+def session(client, request):
+    with client.session(draw(0, request.param), FACES) as made:
+        yield made
+
+
+def draw(seed, dtype=np.float64):
+    return np.random.default_rng(seed).standard_normal((3, 3)).astype(dtype)
+
+
+def sent(fake):
+    """What came since this was last asked."""
+    words, fake.received[:] = list(fake.received), []
+    return [word for word in words]
+
+
+def once(*words):
+    """Disturbs the first request of these words: once("trial 1", "cut")."""
+    wanted, what = words
+    left = [what]
+    return lambda came: left.pop() if came == wanted and left else None
+
+
+def test_a_trial_leaves_the_session_where_it_is(fake, session):
+    X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
+    for V in (Y, Z, Y):
+        answer = session.trial(V)
+        assert (answer.frame, answer.earliest_toi) == (1, motion_hash(X, V))
+        assert session.last_frame == 0 and (session.positions == X).all()
+    assert session.step(Z).earliest_toi == motion_hash(X, Z)
+    assert session.trial(Y).frame == 2
+    assert sent(fake) == ["create", "attach", "trial 1", "trial 1", "trial 1", "step 1", "trial 2"]
+
+
+@pytest.mark.parametrize("fraction", [0, 1e-300, 0.1, 1 / 3, 0.5, 0.9, 1 - 2**-53, 1])
+def test_a_commit_takes_the_last_trial_up_to_its_fraction(fake, session, fraction):
+    X, Y = session.positions, draw(2, session.positions.dtype)
+    session.trial(draw(1, X.dtype))
+    session.trial(Y)
+    taken = session.commit(fraction)
+    assert isinstance(taken, Committed) and (taken.frame, taken.fraction) == (1, fraction) and session.last_frame == 1
+    assert (taken.vf, taken.ee) == ((3, 0) if fraction < 1 else (None, None))
+    expected = part_way(X, Y, fraction, X.dtype)
+    assert session.positions.tobytes() == fake.copy().at.tobytes() == expected.tobytes()
+    assert taken.earliest_toi == motion_hash(X, expected)
+    if fraction == 1:
+        assert session.positions.tobytes() == Y.tobytes()
+    if fraction == 0:
+        assert session.positions.tobytes() == X.tobytes()
+    assert session.step(X).earliest_toi == motion_hash(expected, X)
+
+
+def test_max_step_is_a_trial(fake, session):
+    X, Y = session.positions, draw(1, session.positions.dtype)
+    answer = session.max_step(Y)
+    assert answer.fraction == float(answer) == motion_hash(X, Y) and answer.first is None and answer.overlaps_at_start == 0
+    assert session.max_step(Y, leave_out_overlaps=True).overlaps_at_start == 7
+    assert session.commit(answer.fraction).frame == 1
+    assert sent(fake)[2:] == ["max_step 1", "max_step 1", f"commit 1 {answer.fraction:g}"]
+
+
+@pytest.mark.parametrize("prepare", [
+    lambda session, V: None, lambda session, V: session.step(V), lambda session, V: (session.trial(V), session.commit()),
+    lambda session, V: (session.trial(V), session.step(V)),
+    lambda session, V: (session.trial(V), failing(lambda: session.trial(V * np.inf))),
+    lambda session, V: (session.trial(V), failing(lambda: session.step(V * np.inf))),
+], ids=["nothing", "step", "commit", "step after it", "failed trial", "failed step"])
+def test_a_commit_without_a_trial(fake, session, prepare):
+    prepare(session, draw(1, session.positions.dtype))
+    before, came = session.last_frame, len(fake.received)
+    for call in (session.commit, lambda: session.submit(kind="commit")):
+        with pytest.raises(FailedPreconditionError, match="no trial to take since the last step, commit, failure or change"):
+            call()
+    assert session.last_frame == before and len(fake.received) == came
+
+
+def failing(call):
+    with pytest.raises(InvalidArgumentError, match="is not a number"), np.errstate(invalid="ignore"):
+        call()
+
+
+@pytest.mark.parametrize("fraction, message", [(-1e-9, "-1e-09 is not in"), (1.5, "1.5 is not in"), (np.nan, "nan is not in"),
+                                               ("half", "'half' is no number"), (None, "None is no number")])
+def test_a_fraction_is_a_number_up_to_1(session, fraction, message):
+    session.trial(draw(1, session.positions.dtype))
+    for call in (session.commit, lambda f: session.submit(kind="commit", fraction=f)):
+        with pytest.raises(InvalidArgumentError, match="fraction: " + message):
+            call(fraction)
+    session.commit(1)  # the trial still stands
+
+
+@pytest.mark.parametrize("message, call", [
+    ("tier: 'sure' is none of fast, certified, exact", lambda s, V: s.trial(V, tier="sure")),
+    ("report: 'candidates' is none of", lambda s, V: s.step(V, report="candidates")),
+    ("fields: 'depth' is none of weights, normal, points", lambda s, V: s.trial(V, fields=["depth"])),
+    ("tolerance: 'small' is not a number", lambda s, V: s.max_step(V, tolerance="small")),
+    ("max_contacts: -1 is not a number", lambda s, V: s.trial(V, max_contacts=-1)),
+    ("kind: 'look' is none of step, trial, max_step, commit", lambda s, V: s.submit(V, kind="look")),
+    ("max_step: it tells the first contact alone", lambda s, V: s.submit(V, kind="max_step", report="all")),
+    ("max_step: it tells the first contact alone", lambda s, V: s.submit(V, kind="max_step", fields=[])),
+    ("leave_out_overlaps: it is of max_step alone, and not of a trial", lambda s, V: s.submit(V, kind="trial", leave_out_overlaps=True)),
+    ("commit: it takes the last trial as it is", lambda s, V: s.submit(V, kind="commit")),
+    ("commit: it takes the last trial as it is", lambda s, V: s.submit(kind="commit", tier="fast")),
+    ("frame 1: positions: shape", lambda s, V: s.trial(V[:2])),
+    ("timeout: 0 seconds; give a positive time", lambda s, V: s.trial(V, timeout=0)),
+    ("timeout: -1 seconds; give a positive time", lambda s, V: s.commit(timeout=-1)),
+])
+def test_a_wrong_call_sends_nothing(fake, session, message, call):
+    V = draw(1, session.positions.dtype)
+    session.trial(V)
+    came = len(fake.received)
+    with pytest.raises(InvalidArgumentError, match="^" + message):
+        call(session, V)
+    assert len(fake.received) == came
+    session.commit(0.5)
+
+
+def test_options_of_one_question_travel_with_it(fake, client):
+    questions = []
+    steps = fake._words
+    fake._words = lambda request: questions.append(request) or steps(request)
+    with client.session(draw(0), FACES, options=warmfront.Options(fields=["normal"])) as session:
+        assert session.trial(draw(1), tier="exact", tolerance=1e-3, report="count", max_contacts=5).normal is not None
+        answer = session.step(draw(1), min_separation=0.25, fields=["weights"])
+        assert answer.normal is None and answer.weights.shape == (0, 4)
+        assert session.trial(draw(2), fields=[]).normal is None
+        session.max_step(draw(2), leave_out_overlaps=True)
+        session.step(draw(2))
+    first, second, third, fourth, fifth = (q.step.question for q in questions[1:])
+    assert (first.kind, first.tier, first.tolerance, first.report, first.max_contacts) == (2, 3, 1e-3, 3, 5)
+    assert not first.HasField("fields") and not first.HasField("min_separation")
+    assert (second.kind, second.min_separation, second.fields.weights, second.fields.normal) == (1, 0.25, True, False)
+    assert third.HasField("fields") and fourth.kind == 3 and fourth.leave_out_overlaps
+    assert not questions[-1].step.HasField("question")  # what daemons took before there were questions
+
+
+def test_questions_in_flight_are_answered_in_order(fake, session):
+    X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
+    numbers = [session.submit(Y, kind="trial"), session.submit(kind="commit", fraction=0.5), session.submit(Z, kind="max_step"),
+               session.submit(Z)]
+    assert numbers == [1, 1, 2, 2]
+    with pytest.raises(FailedPreconditionError, match="4 frames are unanswered"):
+        session.submit(Z)
+    with pytest.raises(FailedPreconditionError, match="take their answers before a single step"):
+        session.trial(Z)
+    middle = part_way(X, Y, 0.5, X.dtype)
+    assert session.next_answer().earliest_toi == motion_hash(X, Y)
+    assert session.next_answer().frame == 1 and session.positions.tobytes() == middle.tobytes()
+    assert session.next_answer().fraction == motion_hash(middle, Z)
+    assert session.next_answer().earliest_toi == motion_hash(middle, Z)
+    assert session.last_frame == 2
+
+
+def test_what_follows_a_failed_trial_stands_and_what_follows_a_failed_commit_does_not(session):
+    Y = draw(1, session.positions.dtype)
+    bad = np.full_like(Y, np.nan)
+    session.submit(bad, kind="trial")
+    session.submit(Y)
+    failing(session.next_answer)
+    assert session.next_answer().frame == 1
+    assert [session.submit(bad, kind="trial"), session.submit(kind="commit"), session.submit(Y)] == [2, 2, 3]
+    failing(session.next_answer)
+    with pytest.raises(FailedPreconditionError, match="no trial was answered"):
+        session.next_answer()
+    with pytest.raises(FailedPreconditionError, match="take their answers before sending more"):
+        session.submit(Y)
+    with pytest.raises(FailedPreconditionError, match="frame 3: 2 is expected"):
+        session.next_answer()
+    assert session.step(Y).frame == 2
+
+
+# Each request of this history, disturbed in each way: the answers are the same.
+def history(session):
+    dtype = session.positions.dtype
+    V = [draw(k, dtype) for k in range(8)]
+    told = [session.trial(V[1]).earliest_toi, session.trial(V[2]).earliest_toi, session.commit(0.3),
+            session.max_step(V[3]).fraction, session.commit(1), session.step(V[4]).earliest_toi]
+    session.submit(V[5], kind="trial")
+    session.submit(kind="commit", fraction=0.7)
+    session.submit(V[6])
+    session.submit(V[7], kind="trial")
+    told += [session.next_answer().earliest_toi, session.next_answer(), session.next_answer().earliest_toi,
+             session.next_answer().earliest_toi]
+    return [*told, session.commit(0.25), session.positions.tobytes(), session.last_frame]
+
+
+REQUESTS = ["trial 1", "commit 1 0.3", "max_step 2", "commit 2 1", "step 3", "trial 4", "commit 4 0.7", "step 5", "trial 6",
+            "commit 6 0.25"]
+
+
+@pytest.mark.parametrize("words, what", itertools.product(REQUESTS, ["cut", "lose", "forget"]))
+def test_a_history_that_is_disturbed_is_answered_as_one_that_is_not(fake, session, client, words, what):
+    with client.session(session.positions, FACES) as calm:
+        expected = history(calm)
+    fake.disturb = once(words, what)
+    assert history(session) == expected
+    assert session.resumes == 1
+
+
+def test_a_trial_is_sent_again_before_its_commit_and_answered_once(fake, session):
+    session.trial(draw(1, session.positions.dtype))
+    sent(fake)
+    fake.disturb = once("commit 1 0.5", "cut")
+    session.commit(0.5)
+    assert sent(fake) == ["commit 1 0.5", "attach", "trial 1", "commit 1 0.5"]
+    session.trial(draw(2, session.positions.dtype))
+    sent(fake)
+    fake.disturb = once("commit 2 0.5", "lose")  # this copy has carried it out: it is only asked for the answer
+    session.commit(0.5)
+    assert sent(fake) == ["commit 2 0.5", "attach", "commit 2 0.5"]
+    session.trial(draw(3, session.positions.dtype))
+    sent(fake)
+    fake.disturb = once("commit 3 0.5", "forget")
+    session.commit(0.5)
+    assert sent(fake)[-4:] == ["create", "attach", "trial 3", "commit 3 0.5"]
+    assert fake.copy().at.tobytes() == session.positions.tobytes()
+
+
+def test_a_trial_that_is_superseded_is_not_sent_again(fake, session):
+    session.trial(draw(1, session.positions.dtype))
+    session.step(draw(2, session.positions.dtype))
+    sent(fake)
+    fake.disturb = once("step 2", "forget")
+    session.step(draw(3, session.positions.dtype))
+    assert [word for word in sent(fake) if "trial" in word] == []
+
+
+def test_a_trial_that_another_daemon_refuses_is_the_commits_error(fake, session, monkeypatch):
+    from fake_daemon import Copy, Refused
+    session.trial(draw(1, session.positions.dtype))
+    X = session.positions
+    ask = Copy.ask
+
+    def refuse(copy, frame, ignores):
+        if frame.question.kind == 2:
+            raise Refused(8, "more than max-contacts", 8)
+        return ask(copy, frame, ignores)
+    monkeypatch.setattr(Copy, "ask", refuse)
+    fake.disturb = once("commit 1 0.5", "forget")
+    with pytest.raises(warmfront.ResourceExhaustedError, match="more than max-contacts"):
+        session.commit(0.5)
+    assert session.last_frame == 0 and session.positions.tobytes() == X.tobytes()
+    assert session.step(X).frame == 1
+
+
+def test_a_step_within_its_time(fake, session):
+    """What is not answered in time does not count, whatever the daemon has done of it."""
+    X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
+    fake.disturb = once("step 1", "hang")
+    began = time.monotonic()
+    with pytest.raises(DeadlineExceededError, match="frame 1: no answer within 0.2 s; it does not count"):
+        session.step(Y, timeout=0.2)
+    assert time.monotonic() - began >= 0.2 and session.last_frame == 0
+    assert session.step(Z, timeout=30).earliest_toi == motion_hash(X, Z)
+    for k in range(8):  # more often than a session may resume without an answer
+        fake.disturb = once("trial 2", "hang")
+        with pytest.raises(DeadlineExceededError):
+            session.trial(X, timeout=0.05)
+    session.trial(Y)
+    fake.disturb = once("commit 2 0.5", "hang")
+    with pytest.raises(DeadlineExceededError):
+        session.commit(0.5, timeout=0.2)
+    assert session.positions.tobytes() == Z.tobytes()
+    session.commit(0.5)  # the trial stands
+    assert session.positions.tobytes() == part_way(Z, Y, 0.5, Z.dtype).tobytes() == fake.copy().at.tobytes()
+
+
+def test_a_daemon_that_is_away_for_longer_than_the_time(fake, session):
+    Y = draw(1, session.positions.dtype)
+    fake._server.stop(None).wait()
+    with pytest.raises(DeadlineExceededError, match="no answer within 0.5 s"):
+        session.step(Y, timeout=0.5)
+    with pytest.raises(DeadlineExceededError):  # it is not over for that
+        session.step(Y, timeout=0.5)
+
+
+def test_a_step_that_was_given_up_and_done_all_the_same(fake, session):
+    X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
+    done = threading.Event()
+
+    def carry_out_and_hang(words):
+        if words == "step 1" and not done.is_set():
+            fake.copy().ask(fake_frame(Y), False)
+            done.set()
+            return "hang"
+    fake.disturb = carry_out_and_hang
+    with pytest.raises(DeadlineExceededError):
+        session.step(Y, timeout=0.3)
+    assert done.is_set() and fake.copy().state.frame == 1
+    for V in (Z, Y):
+        assert session.trial(V).earliest_toi == motion_hash(X, V)
+    assert session.step(Z).earliest_toi == motion_hash(X, Z) and session.last_frame == 1
+
+
+def fake_frame(V):
+    from warmfront.v1 import step_pb2
+    return step_pb2.StepFrame(frame=1, positions=V.tobytes())
+
+
+def test_an_older_daemon_is_found_out(fake, session):
+    fake.ignores_questions = True
+    with pytest.raises(UnimplementedError, match="took the trial for a step: it is older than trials"):
+        session.trial(draw(1, session.positions.dtype))
+    with pytest.raises(UnimplementedError):  # for good: it is not where the session is
+        session.step(draw(1, session.positions.dtype))
+
+
+def test_a_session_that_someone_else_moves(fake, session):
+    Y = draw(1, session.positions.dtype)
+    session.trial(Y)
+    fake.copy().ask(fake_frame(Y), False)
+    session.commit(0.5)  # at a copy of its own, which is made again
+    assert session.resumes == 1
+    assert fake.copy().at.tobytes() == session.positions.tobytes()
+
+
+def test_futures_have_their_turn(session):
+    X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
+    futures = [session.submit_trial(Y), session.submit_max_step(Y), session.submit_commit(0.5), session.submit_step(Z)]
+    concurrent.futures.wait(futures)
+    middle = part_way(X, Y, 0.5, X.dtype)
+    assert futures[0].result().earliest_toi == futures[1].result().fraction == motion_hash(X, Y)
+    assert futures[2].result().frame == 1 and futures[3].result().earliest_toi == motion_hash(middle, Z)
+    with pytest.raises(InvalidArgumentError, match="shape"):
+        session.submit_trial(Z[:1]).result()
+    results = []
+    threads = [threading.Thread(target=lambda: results.append(session.trial(Y).earliest_toi)) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    results.append(session.submit_trial(Y).result().earliest_toi)
+    for thread in threads:
+        thread.join()
+    assert results == [motion_hash(Z, Y)] * 5
+
+
+def test_asyncio(client):
+    async def line_search(k):
+        with client.session(draw(0), FACES) as session:
+            assert (await session.trial_async(draw(k), tier="exact")).frame == 1
+            far = await session.max_step_async(draw(k), leave_out_overlaps=True)
+            taken = await session.commit_async(far.fraction)
+            assert (await session.step_async(draw(1))).frame == 2
+            return taken.fraction
+
+    async def all_of_them():
+        return await asyncio.gather(*(line_search(k) for k in range(1, 5)))
+
+    assert asyncio.run(all_of_them()) == [motion_hash(draw(0), draw(k)) for k in range(1, 5)]
+
+
+def test_waiting_for_asyncio_may_be_given_up(fake, client):
+    async def impatient(session):
+        with pytest.raises(asyncio.TimeoutError):
+            await asyncio.wait_for(session.trial_async(draw(1), timeout=0.5), 0.1)
+        return await session.trial_async(draw(1))  # after the other one's end
+
+    with client.session(draw(0), FACES) as session:
+        fake.disturb = once("trial 1", "hang")
+        assert asyncio.run(impatient(session)).earliest_toi == motion_hash(draw(0), draw(1))
+
+
+def test_what_has_not_begun_is_cancelled_with_the_session(fake, client):
+    session = client.session(draw(0), FACES)
+    fake.disturb = once("trial 1", "hang")
+    first, second = session.submit_trial(draw(1)), session.submit_trial(draw(1))
+    while "trial 1" not in fake.received:
+        time.sleep(0.01)
+    session.close()
+    with pytest.raises(FailedPreconditionError, match="the session is closed"):
+        first.result(30)
+    with pytest.raises(concurrent.futures.CancelledError):
+        second.result(30)
+    with pytest.raises(FailedPreconditionError, match="the session is closed"):
+        session.submit_trial(draw(1)).result(30)
