@@ -42,10 +42,26 @@ def frame_of(frame):
     return said
 
 
+def hex_of(number):
+    return np.float64(number).tobytes().hex()
+
+
 def told(answer):
+    if isinstance(answer, warmfront.MaxStep):
+        result = {"fraction": hex_of(answer.fraction), "overlaps_at_start": answer.overlaps_at_start}
+        if answer.first is not None:
+            result["first"] = {"kind": answer.first.kind, "status": answer.first.status, "v": answer.first.v,
+                               "toi": hex_of(answer.first.toi)}
+        return result
+    if isinstance(answer, warmfront.Committed):
+        result = {"frame": answer.frame, "fraction": hex_of(answer.fraction)}
+        result.update((name, getattr(answer, name)) for name in ("vf", "ee") if getattr(answer, name) is not None)
+        if answer.earliest_toi is not None:
+            result["earliest_toi"] = hex_of(answer.earliest_toi)
+        return result
     result = {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible}
     if answer.earliest_toi is not None:
-        result["earliest_toi"] = np.float64(answer.earliest_toi).tobytes().hex()
+        result["earliest_toi"] = hex_of(answer.earliest_toi)
     for name in ("kind", "status", "v", "toi", "weights", "normal", "points"):
         column = getattr(answer, name)
         result[name] = "" if column is None else column.tobytes().hex()
@@ -63,10 +79,23 @@ class Driver:
         return {"id": self.session.id, "window": self.session.window}
 
     def step(self, request):
-        return told(self.session.step(**frame_of(request)))
+        return told(self.session.step(**frame_of(request), **request.get("question", {})))
+
+    def trial(self, request):
+        return told(self.session.trial(**frame_of(request), **request.get("question", {})))
+
+    def max_step(self, request):
+        return told(self.session.max_step(**frame_of(request), **request.get("question", {})))
+
+    def commit(self, request):
+        return told(self.session.commit(array(request["fraction"], "<f8")[0]))
 
     def submit(self, request):
-        return {"frame": self.session.submit(**frame_of(request))}
+        """Of any kind: "kind", with a frame or, of a commit, a fraction."""
+        kind = request.get("kind", "step")
+        if kind == "commit":
+            return {"frame": self.session.submit(kind=kind, fraction=array(request["fraction"], "<f8")[0])}
+        return {"frame": self.session.submit(**frame_of(request), kind=kind, **request.get("question", {}))}
 
     def next_answer(self, request):
         return told(self.session.next_answer())

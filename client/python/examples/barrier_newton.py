@@ -24,7 +24,7 @@ from warmfront import Body, Kind
 SIDE = 15  # vertices along an edge of the cloth
 D_HAT = 0.02  # the barrier begins at this distance; the ball's radius is 0.5
 H = 1 / 50
-MASS, STRETCH, BARRIER = 1e-3, 20.0, 2.0  # of a vertex; of springs; of the barrier
+MASS, STRETCH, BARRIER = 1e-3, 20.0, 1e-3  # of a vertex; of springs; of the barrier
 GRAVITY = np.array([0, 0, -9.81])
 ITERATIONS = 60
 
