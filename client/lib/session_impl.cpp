@@ -189,7 +189,6 @@ Status Session::Impl::change(v1::SceneChange change, const std::function<void()>
   request.set_next_frame(header_.first_frame() + 1);
   *request.add_changes() = std::move(change);
   request.set_key(random_uuid());
-  may_commit_ = false;
   changing_ = true;
   for (;;) {
     request.clear_expected_state();
@@ -217,6 +216,7 @@ Status Session::Impl::change(v1::SceneChange change, const std::function<void()>
 }
 
 Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Positions& positions) {
+  may_commit_ = false;  // whether or not it fails, as with Collider
   Result<v1::SceneChange> encoded = state_.encode(addition, positions);
   if (!encoded) return encoded.error();
   const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
@@ -228,6 +228,7 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
 }
 
 Status Session::Impl::change_body(std::uint32_t index, Body body) {
+  may_commit_ = false;
   if (Status status = state_.check_change(index, body); !status) return status;
   v1::SceneChange encoded;
   encoded.mutable_change()->set_index(index);
@@ -293,6 +294,28 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
   }
 }
 
+// By what the caller was told: a daemon that was told of the trial again had only to count.
+CommitResult Session::Impl::Trial::up_to(double fraction) const {
+  CommitResult result;
+  result.fraction = fraction;
+  if (earliest_toi && *earliest_toi <= fraction) result.earliest_toi = earliest_toi;
+  if (kind.size() == vf + ee) {
+    result.vf = result.ee = result.possible = 0;
+    for (std::size_t i = 0; i < kind.size(); ++i) {
+      if (toi[i] > fraction) continue;
+      ++*(kind[i] == ContactKind::kVertexFace ? result.vf : result.ee);
+      if (status[i] == ContactStatus::kPossible || status[i] == ContactStatus::kBudget) ++*result.possible;
+    }
+  } else if (fraction == 1) {
+    result.vf = vf;
+    result.ee = ee;
+    result.possible = possible;
+  } else if (!result.earliest_toi) {
+    result.vf = result.ee = result.possible = 0;
+  }
+  return result;
+}
+
 std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& part) {
   const Clock::time_point start = Clock::now();
   SentFrame& frame = unanswered_.front();
@@ -322,8 +345,8 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   partial_.travel.sent_bytes = frame.sent_bytes;
   if (frame.commit) {
     if (!last_trial_) return fail({ErrorCode::kInternal, "the daemon answered a commit of no trial"});
-    partial_.commit = commit_from(summary, *frame.commit);
-    state_.take(*last_trial_, *frame.commit);
+    partial_.commit = last_trial_->up_to(*frame.commit);
+    state_.take(last_trial_->frame, *frame.commit);
   } else if (frame.counts()) {
     state_.take(frame);
   }
@@ -332,7 +355,9 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   if (frame.counts())
     last_trial_.reset();
   else if (awaited)
-    last_trial_ = std::move(frame);
+    last_trial_.emplace(Trial{std::move(frame), partial_.contacts.kind, partial_.contacts.status,
+                              partial_.contacts.toi, partial_.vf, partial_.ee, partial_.possible,
+                              partial_.earliest_toi});
   unanswered_.pop_front();
   --sent_;
   Answer answer = std::exchange(partial_, {});

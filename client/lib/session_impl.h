@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/lib/client.h"
 #include "client/lib/connection.h"
@@ -88,7 +89,21 @@ struct Session::Impl {
   SceneState state_;          ///< at that frame
   std::deque<SentFrame> unanswered_;
   /// The last question, where it was a trial that was answered: what a commit is of.
-  std::optional<SentFrame> last_trial_;
+  struct Trial {
+    SentFrame frame;
+    // Of its answer, as much as a commit tells of it.
+    std::vector<ContactKind> kind;
+    std::vector<ContactStatus> status;
+    std::vector<double> toi;
+    std::uint64_t vf = 0;
+    std::uint64_t ee = 0;
+    std::uint64_t possible = 0;
+    std::optional<double> earliest_toi;
+
+    /// As Collider::commit() has it.
+    CommitResult up_to(double fraction) const;
+  };
+  std::optional<Trial> last_trial_;
   bool may_commit_ = false;    ///< what was submitted last was a trial, and is answered or on its way
   std::size_t sent_ = 0;       ///< of these, on the present stream
   bool frame_failed_ = false;  ///< and answers to frames after it are outstanding

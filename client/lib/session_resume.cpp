@@ -91,8 +91,13 @@ void Session::Impl::put_trial_before_commit() {
   if (unanswered_.empty() || !unanswered_.front().commit || !last_trial_) return;
   const bool ahead = known_ && attached_.has_state() && !same_state(attached_.state(), *known_);
   if (ahead) return;
-  unanswered_.push_front(*last_trial_);
-  unanswered_.front().answered = true;
+  unanswered_.push_front(last_trial_->frame);
+  SentFrame& trial = unanswered_.front();
+  trial.answered = true;
+  // Counted, it meets no limit that the daemon before did not have.
+  trial.question = {};
+  trial.question.kind = QuestionKind::kTrial;
+  trial.question.options.report = Report::kCount;
 }
 
 std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {

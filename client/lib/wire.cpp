@@ -101,18 +101,6 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   return {};
 }
 
-CommitResult commit_from(const v1::StepSummary& summary, double fraction) {
-  CommitResult result;
-  result.fraction = fraction;
-  if (summary.has_earliest_toi()) result.earliest_toi = summary.earliest_toi();
-  if (summary.commit_counted()) {
-    result.vf = summary.vf();
-    result.ee = summary.ee();
-    result.possible = summary.possible();
-  }
-  return result;
-}
-
 bool RemoteError::lost_session() const {
   return reason == v1::ERROR_REASON_SESSION_NOT_FOUND || reason == v1::ERROR_REASON_DATA_LOSS;
 }

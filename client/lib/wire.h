@@ -29,9 +29,6 @@ SessionInfo session_info_from(const v1::SessionInfo& message);
 Status append_columns(const v1::ContactColumns& message, ContactTable& contacts);
 /// Everything except the contacts. kInternal when the summary's row count differs from `answer.contacts`.
 Status finish_answer(const v1::StepAnswer& message, Answer& answer);
-/// Of a commit's answer.
-CommitResult commit_from(const v1::StepSummary& summary, double fraction);
-
 /// Why a call or a frame failed.
 struct RemoteError {
   Error error;
