@@ -54,10 +54,31 @@ class CppDriver final : public SessionDriver {
     return {};
   }
   Result<client::Answer> step(const StepOperation& operation) override {
-    return session_->step(FrameOf(operation).frame());
+    const FrameOf moved(operation);
+    switch (operation.as) {
+      case StepOperation::As::kStep:
+        return session_->step(moved.frame(), operation.options);
+      case StepOperation::As::kTrial:
+        return session_->trial(moved.frame(), operation.options);
+      case StepOperation::As::kMaxStep:
+        break;
+    }
+    auto answer = session_->max_step(moved.frame(), operation.leave_out_overlaps, operation.options);
+    if (!answer) return answer.error();
+    return std::move(answer.value().answer);
   }
   Status submit(const StepOperation& operation) override {
-    const auto number = session_->submit(FrameOf(operation).frame());
+    Question question{.options = operation.options};
+    if (operation.as == StepOperation::As::kTrial) question.kind = QuestionKind::kTrial;
+    if (operation.as == StepOperation::As::kMaxStep)
+      question = {QuestionKind::kMaxStep, operation.options, operation.leave_out_overlaps};
+    const auto number = session_->submit(FrameOf(operation).frame(), question);
+    return number.ok() ? Status() : Status(number.error());
+  }
+  bool asks() const override { return true; }
+  Result<CommitResult> commit(double fraction) override { return session_->commit(fraction); }
+  Status submit_commit(double fraction) override {
+    const auto number = session_->submit_commit(fraction);
     return number.ok() ? Status() : Status(number.error());
   }
   Result<client::Answer> next_answer() override { return session_->next_answer(); }

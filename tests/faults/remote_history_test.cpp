@@ -7,12 +7,14 @@
 #include <rapidcheck/gtest.h>
 #include <signal.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <future>
 #include <optional>
 
 #include "client/lib/client.h"
+#include "engine/part_way.h"
 #include "tests/faults/daemon_process.h"
 #include "tests/faults/remote_session.h"
 #include "tests/faults/switch_proxy.h"
@@ -38,6 +40,11 @@ struct Command {
     kKill,    // the daemon in use, which is started again
     kFreeze,  // the daemon in use; the other one takes over
     kThaw,
+    kTrial,
+    kMaxStep,
+    kLineSearch,       // trials of ever shorter motions, then a commit
+    kCommit,           // of the last trial, or of none
+    kTrialCommitStep,  // sent before the answer to the first is taken
     kKinds
   };
   Kind kind = kFrame;
@@ -47,8 +54,10 @@ struct Command {
 };
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
-  constexpr const char* kNames[] = {"frame", "two frames", "add",  "change", "wrong frame", "wrong change",
-                                    "cut",   "switch",     "kill", "freeze", "thaw"};
+  constexpr const char* kNames[] = {"frame",       "two frames",   "add",    "change",
+                                    "wrong frame", "wrong change", "cut",    "switch",
+                                    "kill",        "freeze",       "thaw",   "trial",
+                                    "max_step",    "line search",  "commit", "trial, commit and step"};
   return out << kNames[command.kind] << " drawn by " << command.draw
              << (command.lose_answer ? ", the answer is lost" : "") << "\n";
 }
@@ -184,6 +193,17 @@ class RemoteHistory {
         return daemons().freeze_in_use();
       case Command::kThaw:
         return daemons().thaw();
+      case Command::kTrial:
+        return ask(draws, StepOperation::As::kTrial, around);
+      case Command::kMaxStep:
+        return ask(draws, StepOperation::As::kMaxStep, around);
+      case Command::kLineSearch:
+        return line_search(draws, around);
+      case Command::kCommit:
+        if (driver_.asks()) expect_right(session_.commit(draw_fraction(draws), around));
+        return;
+      case Command::kTrialCommitStep:
+        return trial_commit_step(draws, command.lose_answer);
       case Command::kKinds:
         break;
     }
@@ -223,6 +243,55 @@ class RemoteHistory {
     next.accept(first);
     const StepOperation second = draw_step(draws, next);
     expect_right(session_.two_steps(first, second, [lose_answer] {
+      if (lose_answer) daemons().go_to_the_other();
+    }));
+  }
+
+  static double draw_fraction(Draws& draws) {
+    return std::array{0.0, 1.0, 1.0, 0.5, 0.25, 0.7}[draws.below(6)];
+  }
+
+  StepOperation draw_trial(Draws& draws, StepOperation::As as) const {
+    StepOperation trial = draw_step(draws, session_.state());
+    trial.as = as;
+    trial.options = testing::draw_question(draws, session_.state());
+    trial.options.max_contacts.reset();  // the daemons allow different ones
+    if (as == StepOperation::As::kMaxStep) {
+      trial.options.report.reset();
+      trial.options.fields.reset();
+      trial.leave_out_overlaps = draws.below(2) == 0;
+    }
+    return trial;
+  }
+
+  void ask(Draws& draws, StepOperation::As as, const Around& around) {
+    if (driver_.asks()) expect_right(session_.step(draw_trial(draws, as), around));
+  }
+
+  void line_search(Draws& draws, const Around& around) {
+    if (!driver_.asks()) return;
+    StepOperation trial = draw_trial(draws, StepOperation::As::kTrial);
+    const int trials = 1 + draws.below(3);
+    for (int i = 0; i < trials; ++i) {
+      expect_right(session_.step(trial));
+      if (!trial.all) continue;
+      for (std::size_t x = 0; x < trial.all->size(); ++x)
+        (*trial.all)[x] = part_way(session_.state().positions[x], (*trial.all)[x], 0.5, false);
+    }
+    // In the meantime the daemon may be another one.
+    if (draws.below(2) == 0) daemons().go_to_the_other();
+    expect_right(session_.commit(draw_fraction(draws), around));
+  }
+
+  void trial_commit_step(Draws& draws, bool lose_answer) {
+    if (!driver_.asks() || driver_.window() < 3) return;
+    AcceptedState next = session_.state();
+    const StepOperation trial = draw_trial(draws, StepOperation::As::kTrial);
+    const double fraction = draw_fraction(draws);
+    next.accept(trial);
+    next.accept(testing::CommitOperation{fraction, Rounding::kFloat64});
+    const StepOperation step = draw_step(draws, next);
+    expect_right(session_.trial_commit_step(trial, fraction, step, [lose_answer] {
       if (lose_answer) daemons().go_to_the_other();
     }));
   }

@@ -85,13 +85,79 @@ std::string RemoteSession::check(const StepOperation& operation, const Result<cl
   const Outcome expected = state_.brute_force(operation, options_);
   accepted = answer.ok();
   if (!answer.ok()) {
+    state_.trial.reset();  // no commit follows a question that failed
     if (answer.error().code == ErrorCode::kResourceExhausted && expected.contacts.size() > few_) return "";
+    // What a max_step lists besides its first contact is not told here.
+    if (answer.error().code == ErrorCode::kResourceExhausted && operation.as == StepOperation::As::kMaxStep)
+      return "";
+    if (answer.error().code == ErrorCode::kInvalidArgument && expected.refused(ErrorCode::kInvalidArgument))
+      return "";
     return to_string(Operation(operation)) + ": " + answer.error().message;
   }
+  if (!expected.done()) return to_string(Operation(operation)) + ": answered, and it is wrong";
+  if (operation.as == StepOperation::As::kMaxStep) {
+    const bool same = answer.value().earliest_toi == expected.earliest_toi &&
+                      (answer.value().contacts.size() == 0) == expected.contacts.empty();
+    state_.accept(operation);
+    return same ? "" : to_string(Operation(operation)) + ": another fraction";
+  }
   const Scene scene = Scene::create(state_.scene).value();
-  const std::string differs = difference(answer.value(), expected, scene, options_.fields);
+  const std::string differs =
+      difference(answer.value(), expected, scene, merged(options_, operation.options).fields);
   state_.accept(operation);
   return differs.empty() ? "" : to_string(Operation(operation)) + ": " + differs;
+}
+
+std::string RemoteSession::commit(double fraction, const Around& around) {
+  std::optional<Result<CommitResult>> commit;
+  around([&] { commit.emplace(driver_.commit(fraction)); });
+  return check_commit(fraction, *commit);
+}
+
+std::string RemoteSession::check_commit(double fraction, const Result<CommitResult>& commit) {
+  if (!state_.trial) {
+    if (!commit.ok() && commit.error().code == ErrorCode::kFailedPrecondition) return "";
+    return "a commit of no trial: " + (commit.ok() ? "carried out" : commit.error().message);
+  }
+  if (!commit.ok()) return "commit " + std::to_string(fraction) + ": " + commit.error().message;
+  const Outcome trial = state_.brute_force(*state_.trial, options_);
+  const bool within = trial.earliest_toi && *trial.earliest_toi <= fraction;
+  std::string wrong;
+  if (commit.value().earliest_toi != (within ? trial.earliest_toi : std::nullopt))
+    wrong = "another earliest_toi";
+  const bool listed = trial.contacts.size() == trial.vf + trial.ee;
+  if (state_.trial->as == StepOperation::As::kTrial && (listed || fraction == 1)) {
+    std::uint64_t vf = listed ? 0 : trial.vf, ee = listed ? 0 : trial.ee;
+    for (const Contact& contact : trial.contacts)
+      if (contact.toi <= fraction) ++(contact.kind == ContactKind::kVertexFace ? vf : ee);
+    if (commit.value().vf != vf || commit.value().ee != ee) wrong = "other counts";
+  }
+  state_.accept(testing::CommitOperation{fraction, Rounding::kFloat64});
+  return wrong.empty() ? "" : "commit " + std::to_string(fraction) + ": " + wrong;
+}
+
+std::string RemoteSession::trial_commit_step(const StepOperation& trial, double fraction,
+                                             const StepOperation& step,
+                                             const std::function<void()>& between) {
+  if (const Status sent = driver_.submit(trial); !sent.ok()) return "submit: " + sent.error().message;
+  if (const Status sent = driver_.submit_commit(fraction); !sent.ok())
+    return "submit_commit: " + sent.error().message;
+  if (const Status sent = driver_.submit(step); !sent.ok()) return "submit: " + sent.error().message;
+  between();
+  bool accepted = false;
+  if (std::string wrong = check(trial, driver_.next_answer(), accepted); !wrong.empty()) return wrong;
+  const auto committed = driver_.next_answer();
+  if (committed.ok() && !committed.value().commit) return "the answer to a commit is none of it";
+  if (std::string wrong =
+          check_commit(fraction, committed.ok() ? Result<CommitResult>(*committed.value().commit)
+                                                : Result<CommitResult>(committed.error()));
+      !wrong.empty())
+    return wrong;
+  const auto stepped = driver_.next_answer();
+  if (accepted) return check(step, stepped, accepted);
+  if (stepped.ok() || stepped.error().code != ErrorCode::kFailedPrecondition)
+    return "a frame after one that was refused must be refused as out of order";
+  return "";
 }
 
 std::string RemoteSession::add(const AddOperation& add, const Around& around) {
@@ -106,6 +172,7 @@ std::string RemoteSession::add(const AddOperation& add, const Around& around) {
 }
 
 std::string RemoteSession::change(const ChangeOperation& change, const Around& around) {
+  state_.trial.reset();
   const bool removed = state_.scene.bodies[change.body].kind == BodyKind::kRemoved;
   Status changed;
   around([&] { changed = driver_.change_body(change.body, change.as); });
@@ -120,6 +187,7 @@ std::string RemoteSession::change(const ChangeOperation& change, const Around& a
 
 std::string RemoteSession::wrong_step(const StepOperation& operation) {
   const auto answer = driver_.step(operation);
+  state_.trial.reset();
   if (!answer.ok() && answer.error().code == ErrorCode::kInvalidArgument) return "";
   return "a wrong frame: " + (answer.ok() ? "answered" : answer.error().message);
 }
@@ -129,6 +197,7 @@ std::string RemoteSession::wrong_change() {
   Body body;
   body.vertex_count = 1;
   const Status changed = driver_.change_body(nobody, body);
+  state_.trial.reset();
   // Without declared bodies there is nothing to change at all.
   if (!changed.ok() && (changed.error().code == ErrorCode::kInvalidArgument ||
                         changed.error().code == ErrorCode::kFailedPrecondition))

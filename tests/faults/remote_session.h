@@ -29,6 +29,12 @@ class RemoteSession {
   /// The second is sent before the answer to the first is taken; both are valid where the other is accepted.
   std::string two_steps(const testing::StepOperation& first, const testing::StepOperation& second,
                         const std::function<void()>& between);
+  /// Of the last trial, where there is one; else it must be refused.
+  std::string commit(double fraction, const Around& around = as_it_is);
+  /// All are sent before the answer to the first is taken: a trial, a commit of it, and a step that is valid
+  /// where that is accepted.
+  std::string trial_commit_step(const testing::StepOperation& trial, double fraction,
+                                const testing::StepOperation& step, const std::function<void()>& between);
   std::string add(const testing::AddOperation& add, const Around& around = as_it_is);
   std::string change(const testing::ChangeOperation& change, const Around& around = as_it_is);
   /// Of which the daemon, or the client itself, must say kInvalidArgument.
@@ -41,6 +47,8 @@ class RemoteSession {
  private:
   std::string check(const testing::StepOperation& operation, const Result<client::Answer>& answer,
                     bool& accepted);
+
+  std::string check_commit(double fraction, const Result<CommitResult>& commit);
 
   SessionDriver& driver_;
   testing::AcceptedState state_;

@@ -19,8 +19,17 @@ class SessionDriver {
 
   /// The session before this one, if any, was closed.
   virtual Status create(const testing::AcceptedState& state, const ColliderOptions& options) = 0;
+  /// As the operation says: a step, a trial, or max_step, of which the answer is the trial's.
   virtual Result<client::Answer> step(const testing::StepOperation& operation) = 0;
   virtual Status submit(const testing::StepOperation& operation) = 0;
+  /// Does it know trials and commits?
+  virtual bool asks() const { return false; }
+  virtual Result<CommitResult> commit(double) {
+    return Error{ErrorCode::kUnimplemented, "this driver knows no commits"};
+  }
+  virtual Status submit_commit(double) {
+    return Error{ErrorCode::kUnimplemented, "this driver knows no commits"};
+  }
   virtual Result<client::Answer> next_answer() = 0;
   virtual Result<std::uint32_t> add_body(const testing::AddOperation& add) = 0;
   virtual Status change_body(std::uint32_t index, const Body& body) = 0;
