@@ -136,6 +136,44 @@ TEST_F(ReplayTest, WhatADaemonRecordsReplaysThroughEngineAndDaemon) {
   EXPECT_EQ(changes, 2u * 3);
 }
 
+template <class Real>
+void solve_for_a_while(Client& client) {
+  Heap<Real> heap;
+  Session session = client.create_session(heap.description, std::span<const Real>(heap.x)).value();
+  for (int k = 1; k <= 6; ++k) {
+    const Mixture<Real> mixture(k, heap), other(k + 1, heap);
+    ASSERT_TRUE(session.trial(other.frame, {.report = Report::kCount}).ok());
+    EXPECT_EQ(session.trial(mixture.frame, {.tolerance = 3.0}).error().code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition);
+    ASSERT_TRUE(session.max_step(mixture.frame, k % 2 == 0).ok());
+    if (k % 3 == 0) {
+      ASSERT_TRUE(session.step(mixture.frame, {.min_separation = 0.01}).ok());
+    } else {
+      EXPECT_EQ(session.commit(-1).error().code, ErrorCode::kInvalidArgument);
+      ASSERT_TRUE(session.commit(k % 2 == 0 ? 1 : 0.5).ok());
+    }
+  }
+}
+
+TEST_F(ReplayTest, TrialsAndCommitsReplayAsWhatTheyAre) {
+  Client client = Client::connect(daemon_.address()).value();
+  solve_for_a_while<float>(client);
+  solve_for_a_while<double>(client);
+  for (int i = 0; i < 2000 && recordings().size() < 2; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const auto files = recordings();
+  ASSERT_EQ(files.size(), 2u);
+  for (const std::string& file : files) {
+    wait_for_end(file);
+    const ReplayResult result = replay_here(file);
+    EXPECT_EQ(result.difference, "");
+    EXPECT_EQ(result.defect, "");
+    EXPECT_EQ(result.steps, 6u * 4 + 4)
+        << "three questions and a frame each, and four commits that are refused";
+    expect_replays(file);
+  }
+}
+
 TEST_F(ReplayTest, RecordingsKeptFromEarlierHaveTheSameAnswersStill) {
   for (const char* kept : {"everything", "resumed"})
     expect_replays(std::string(WARMFRONT_RECORDINGS) + "/" + kept + ".wfrec");
