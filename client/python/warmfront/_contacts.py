@@ -131,12 +131,20 @@ def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
     return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics)
 
 
-def committed(part: AnswerPart, fraction: float) -> Committed:
-    """Of the answer to a commit."""
-    summary = part.summary
-    counted = summary.commit_counted
-    earliest = summary.earliest_toi if summary.HasField("earliest_toi") else None
-    return Committed(fraction, summary.vf if counted else None, summary.ee if counted else None, earliest, part.frame)
+def up_to(trial: Contacts, fraction: float, frame: int) -> Committed:
+    """What a commit takes of a trial, by what its caller was told."""
+    earliest = trial.earliest_toi if trial.earliest_toi is not None and trial.earliest_toi <= fraction else None
+    counts: tuple[Optional[int], Optional[int], Optional[int]] = (None, None, None)
+    if len(trial) == trial.vf + trial.ee:
+        within = trial.toi <= fraction
+        vf = within & (trial.kind == Kind.VERTEX_FACE)
+        open_ones = within & ((trial.status == Status.POSSIBLE) | (trial.status == Status.BUDGET))
+        counts = (int(vf.sum()), int(within.sum() - vf.sum()), int(open_ones.sum()))
+    elif fraction == 1:
+        counts = (trial.vf, trial.ee, trial.possible)
+    elif earliest is None:
+        counts = (0, 0, 0)
+    return Committed(fraction, *counts, earliest, frame)
 
 
 def error_from(code: int, message: str, details: Sequence[Any] = ()) -> WarmfrontError:

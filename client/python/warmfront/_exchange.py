@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import Optional, Union
 
-from ._contacts import AnswerPart, committed, error_from, finish, max_step_of
+from ._contacts import AnswerPart, error_from, finish, max_step_of, up_to
 from ._frame import Request, SentCommit
 from ._resume import Link, TimeUp
 from .answer import Committed, Contacts, MaxStep
@@ -41,19 +41,14 @@ class Exchange:
     def check_trial(self) -> None:
         """FailedPreconditionError where a commit would find no trial."""
         link = self._link
-        for request in reversed(link.unanswered):
-            if request.counts:
-                break
-            return  # a trial, which is answered before
-        else:
-            if link.trial is not None:
-                return
-        raise FailedPreconditionError("commit: there is no trial to take since the last step, commit, failure or change of the "
-                                      "scene; ask for a trial() or max_step() first")
+        if not link.may_commit or (not link.unanswered and link.trial is None):
+            raise FailedPreconditionError("commit: there is no trial to take since the last step, commit, failure or change of "
+                                          "the scene; ask for a trial() or max_step() first")
 
     def submit(self, request: Request) -> None:
         """After the checks."""
         self._link.unanswered.append(request)
+        self._link.may_commit = not request.counts
         self.send()
 
     def next_answer(self) -> Answer:
@@ -96,6 +91,7 @@ class Exchange:
         link.drop_stream()
         if any(request.kind != "commit" for request in link.unanswered):
             link.trial = None
+        link.may_commit = link.trial is not None
         link.unanswered.clear()
         link.sent = 0
         link.resumes_without_answer = 0
@@ -107,7 +103,6 @@ class Exchange:
         if link.stream is None or link.draining:
             return
         if link.echo is not None and not link.echo_sent:
-            link.echo = link.trial = link.echo.fitted(link.chunk_bytes)
             for message in link.echo.messages:
                 link.stream.write(message)
             link.echo_sent = True
@@ -136,7 +131,10 @@ class Exchange:
             return None
         # The frame is due in this session: a copy that answered it otherwise, or expects another, is none of it.
         out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == link.header.first_frame + 1
-        if other_state(error) or out_of_order:
+        # So is one that does not know the trial that this commit is of.
+        trial_lost = (request.kind == "commit" and link.trial is not None and link.echo is None and link.echo_error is None
+                      and response.error.frame == request.number and isinstance(error, FailedPreconditionError))
+        if other_state(error) or out_of_order or trial_lost:
             link.resume(AbortedError(error.message, reason="STATE_CHANGED"))
             return None
         if response.error.frame != request.number:
@@ -152,8 +150,11 @@ class Exchange:
             return None
         if request.kind == "commit" and link.echo_error is not None:
             error = link.echo_error
-        link.trial = None
+        if request.kind != "commit" or isinstance(error, FailedPreconditionError):
+            link.trial = None
         self._answered()
+        if request.kind == "commit" and not link.unanswered:
+            link.may_commit = link.trial is not None
         # What was sent after a frame that does not count is out of order; after a trial it is not.
         if request.counts and link.unanswered:
             self._frame_failed = True
@@ -197,14 +198,15 @@ class Exchange:
         if isinstance(request, SentCommit):
             if link.trial is None:
                 raise InternalError("the daemon committed a trial that was not answered")
-            link.state.take_part(link.trial, request.fraction)
+            frame, told = link.trial
+            link.state.take_part(frame, request.fraction)
             link.trial = None
-            return committed(parts[-1], request.fraction)
+            return up_to(told, request.fraction, request.number)
         asked = link.asked_fields if request.question.fields is None else request.question.fields
         contacts = finish(parts, asked, link.state.topology())
         if request.counts:
             link.state.take(request)
-        link.trial = None if request.counts else request
+        link.trial = None if request.counts else (request, contacts)
         return max_step_of(contacts, parts[-1].summary) if request.kind == "max_step" else contacts
 
     def _answered(self) -> None:

@@ -50,9 +50,13 @@ class SentFrame:
         """This frame, rebuilt with smaller messages if a daemon requires them."""
         if chunk_bytes >= self._chunk_bytes:
             return self
-        if self.whole:
-            return SentFrame(self.number, self.positions(), [], chunk_bytes, self.question)
-        return SentFrame(self.number, None, [(part, self.bytes_of(part)) for part in self._pieces], chunk_bytes, self.question)
+        return self.asked(self.question, chunk_bytes)
+
+    def asked(self, question: Question, chunk_bytes: int) -> SentFrame:
+        """Another question of the same frame."""
+        positions = self.positions() if self.whole else None
+        moved = [] if self.whole else [(part, self.bytes_of(part)) for part in self._pieces]
+        return SentFrame(self.number, positions, moved, chunk_bytes, question)
 
     @property
     def kind(self) -> QuestionKind:

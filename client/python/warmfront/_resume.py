@@ -9,8 +9,10 @@ from typing import Any, NoReturn, Optional
 from ._connection import Connection
 from ._contacts import AnswerPart
 from ._frame import Request, SentFrame
+from ._question import question_of
 from ._state import SceneState, raw
 from ._stream import StepStream
+from .answer import Contacts
 from .errors import (AbortedError, DeadlineExceededError, ResourceExhaustedError, UnavailableError, WarmfrontError, may_resume,
                      other_state)
 from .v1 import session_pb2, step_pb2
@@ -41,9 +43,11 @@ class Link:
         self.unanswered: deque[Request] = deque()
         self.sent = 0  # of these, on the present stream
         self.partial: list[AnswerPart] = []  # the chunks so far of the oldest unanswered request
-        self.trial: Optional[SentFrame] = None  # the one last answered, as long as it may be committed
-        # The same where the stream begins with a commit of it: another copy of the session has to be asked it first. Its
-        # second answer is dropped.
+        # The one last answered, as long as it may be committed, and what it told.
+        self.trial: Optional[tuple[SentFrame, Contacts]] = None
+        self.may_commit = False  # what was submitted last is a trial, answered or on its way, or its commit failed
+        # The trial where the stream begins with a commit of it: another copy of the session has to be asked it first. It
+        # only counts, so that it meets no limit that it did not meet before; this second answer is dropped.
         self.echo: Optional[SentFrame] = None
         self.echo_sent = False
         self.echo_error: Optional[WarmfrontError] = None
@@ -206,7 +210,9 @@ class Link:
         self.partial = []
         self.draining = False
         commits = len(self.unanswered) > 0 and self.unanswered[0].kind == "commit"
-        self.echo = self.trial if commits and not self._ahead else None
+        self.echo = None
+        if commits and not self._ahead and self.trial is not None:
+            self.echo = self.trial[0].asked(question_of("trial", report="count"), self.chunk_bytes)
         self.echo_sent = False
         self.echo_error = None
 

@@ -194,8 +194,8 @@ class SceneState:
         vertices are is not known in float32."""
         old = self._body(index, "index")
         if self.dtype.itemsize == 4 and self._poses[index] is not None and body.kind not in ("rigid", "removed"):
-            raise FailedPreconditionError(f"body {index} is at a pose, and its vertices are not known in the session's float32; "
-                                     "give its positions in a frame before it becomes another kind")
+            raise FailedPreconditionError(f"body {index} is at a pose, and its vertices are not known in the session's "
+                                          "float32; give its positions in a frame before it becomes another kind")
         change = session_pb2.SceneChange()
         change.change.index = index
         replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count).put_into(change.change.body)

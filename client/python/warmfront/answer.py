@@ -124,13 +124,15 @@ class MaxStep:
 class Committed:
     """What a commit took of its trial.
 
-    fraction: of the motion. vf, ee: contacts that the trial listed up to there; None where it only counted them, and some
-    may lie beyond. earliest_toi: of these, in steps of the trial; None without any. frame: the session's, from now on.
+    fraction: of the motion. vf, ee, possible: of the contacts that the trial listed, those up to there; None where it only
+    counted them, and some may lie beyond. earliest_toi: of these, in steps of the trial; None without any. frame: the
+    session's, from now on.
     """
 
     fraction: float
     vf: Optional[int]
     ee: Optional[int]
+    possible: Optional[int]
     earliest_toi: Optional[float]
     frame: int
 
@@ -149,7 +151,8 @@ class Contacts:
     two things apart, and the normal only where the points coincide.
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
-    frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and the columns are empty.
+    frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and
+    the columns are empty.
     possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 

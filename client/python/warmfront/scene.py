@@ -74,7 +74,8 @@ def array_of(value: Any, where: str) -> npt.NDArray[Any]:
         return np.asarray(value)
     except Exception as error:
         hint = "; bring it to the CPU first" if hasattr(value, "__dlpack__") else ""
-        raise InvalidArgumentError(f"{where}: {type(value).__name__}; give an array, or lists of numbers ({error}){hint}") from None
+        raise InvalidArgumentError(f"{where}: {type(value).__name__}; give an array, or lists of numbers ({error}){hint}"
+                                   ) from None
 
 
 def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:

@@ -313,20 +313,20 @@ class Session:
         """
         with self._turn:
             state = self._alive().state
-            change = state.encode_addition(body, faces, positions)
             index = len(state.bodies)
-            self._change(change, lambda: state.take_addition(body, faces, positions))
+            self._change(lambda: state.encode_addition(body, faces, positions),
+                         lambda: state.take_addition(body, faces, positions))
             return index
 
     def change_body(self, index: int, body: Body) -> None:
-        """Changes a body's description, from the next step on; its range does not change, and `body`'s is ignored. "removed"
-        is permanent. A body that becomes rigid takes its current positions as its reference shape.
+        """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out
+        for good. One that becomes rigid takes where it is for its rest shape.
 
         FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed body.
         """
         with self._turn:
             state = self._alive().state
-            self._change(state.encode_change(index, body), lambda: state.take_change(index, body))
+            self._change(lambda: state.encode_change(index, body), lambda: state.take_change(index, body))
 
     def close(self) -> None:
         """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
@@ -380,10 +380,11 @@ class Session:
                 request = link.state.encode(number, motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
                                             motion.vertex_positions, link.chunk_bytes, question)
             except WarmfrontError as error:
+                link.may_commit = False  # as after any question that fails
                 raise type(error)(f"frame {number}: {error.message}") from None
-            if question.kind != "step" and link.known is None:
-                raise UnimplementedError(f"{question.kind}: the daemon is older than trials; use one that is as new as this "
-                                         "client")
+            if question.content and link.known is None:
+                raise UnimplementedError(f"{question.kind}: the daemon is older than trials and options of one question; use "
+                                         "one that is as new as this client")
         self._exchange.check_room()
         self._exchange.submit(request)
         return number
@@ -410,13 +411,16 @@ class Session:
             finally:
                 link.deadline = None
 
-    def _change(self, change: session_pb2.SceneChange, taken: Callable[[], None]) -> None:
-        """Has the daemon carry out a change, then calls `taken`. If the daemon is lost, the session is resumed in the state
-        before the change, which is sent again with its key: it is carried out once."""
+    def _change(self, change: Callable[[], session_pb2.SceneChange], taken: Callable[[], None]) -> None:
+        """Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the session is
+        resumed as it was before the change, which is sent again: it is carried out once."""
         link = self._link
         if link.unanswered:
             raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
-        request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change],
+        # Whether or not the change is carried out.
+        link.trial = None
+        link.may_commit = False
+        request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change()],
                                                  key=str(uuid.uuid4()))
         link.changing = True
         try:
@@ -424,7 +428,6 @@ class Session:
         finally:
             link.changing = False
         taken()
-        link.trial = None
         link.header.first_revision += 1
         link.known = response.state if response.HasField("state") else None
         link.resumes_without_answer = 0

@@ -87,7 +87,7 @@ def test_counted_and_partly_taken(client):
     with client.session(BEFORE, FACES) as session:
         session.trial(AFTER, report="count")
         taken = session.commit(0.75)
-        assert taken.vf is None and taken.ee is None
+        assert taken.vf is taken.ee is taken.possible is None and 0.499 < taken.earliest_toi <= 0.5
         session.trial(BEFORE, report="count")
         assert (session.commit().vf, session.last_frame) == (1, 2)
 
@@ -104,6 +104,17 @@ def test_options_that_the_daemon_refuses(client, message, question):
         with pytest.raises(FailedPreconditionError):
             session.commit()
         assert session.last_frame == 0 and len(session.trial(AFTER)) == 3
+
+
+def test_a_change_that_is_refused_ends_the_trial_too(client):
+    with client.session(BEFORE, FACES, bodies=[Body(3), Body(3)]) as session:
+        for change in (lambda: session.change_body(7, Body(3)), lambda: session.add_body(Body(3), [[0, 1, 9]], BEFORE[:3])):
+            session.trial(AFTER)
+            with pytest.raises(InvalidArgumentError):
+                change()
+            with pytest.raises(FailedPreconditionError, match="no trial to take"):
+                session.commit()
+        assert session.trial(AFTER) and session.commit().vf == 1 and session.resumes == 0
 
 
 def play(session, crowd, dtype, disturb):
