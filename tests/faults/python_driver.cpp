@@ -76,18 +76,41 @@ json told(const StepOperation& step) {
   return frame;
 }
 
-json told(const ColliderOptions& options) {
+json told(const ContactFields& asked) {
   json fields = json::array();
-  if (options.fields.weights) fields.push_back("weights");
-  if (options.fields.normal) fields.push_back("normal");
-  if (options.fields.points) fields.push_back("points");
+  if (asked.weights) fields.push_back("weights");
+  if (asked.normal) fields.push_back("normal");
+  if (asked.points) fields.push_back("points");
+  return fields;
+}
+
+// As the keyword arguments of the question.
+json question_of(const StepOperation& operation) {
+  const QuestionOptions& options = operation.options;
+  json question = json::object();
+  if (options.tier) question["tier"] = to_string(*options.tier);
+  if (options.tolerance) question["tolerance"] = *options.tolerance;
+  if (options.min_separation) question["min_separation"] = *options.min_separation;
+  if (options.report) question["report"] = to_string(*options.report);
+  if (options.fields) question["fields"] = told(*options.fields);
+  if (options.max_contacts) question["max_contacts"] = *options.max_contacts;
+  if (operation.leave_out_overlaps) question["leave_out_overlaps"] = true;
+  return question;
+}
+
+const char* kind_of(const StepOperation& operation) {
+  constexpr const char* kKinds[] = {"step", "trial", "max_step"};
+  return kKinds[static_cast<int>(operation.as)];
+}
+
+json told(const ColliderOptions& options) {
   return {{"tier", to_string(options.tier)},
           {"tolerance", options.tolerance},
           {"min_separation", options.min_separation},
           {"report", to_string(options.report)},
           {"front", to_string(options.front)},
           {"find_bodies", options.find_bodies},
-          {"fields", fields}};
+          {"fields", told(options.fields)}};
 }
 
 ErrorCode code_of(int canonical) {
@@ -103,8 +126,23 @@ ErrorCode code_of(int canonical) {
   return code == codes.end() ? ErrorCode::kInternal : code->second;
 }
 
+CommitResult commit_of(const json& reply) {
+  CommitResult commit;
+  commit.fraction = from_hex<double>(reply.at("fraction")).at(0);
+  if (reply.contains("vf")) commit.vf = reply.at("vf");
+  if (reply.contains("ee")) commit.ee = reply.at("ee");
+  if (reply.contains("possible")) commit.possible = reply.at("possible");
+  if (reply.contains("earliest_toi")) commit.earliest_toi = from_hex<double>(reply.at("earliest_toi")).at(0);
+  return commit;
+}
+
 client::Answer answer_of(const json& reply) {
   client::Answer answer;
+  if (reply.contains("fraction")) {
+    answer.frame = reply.at("frame");
+    answer.commit = commit_of(reply);
+    return answer;
+  }
   answer.frame = reply.at("frame");
   answer.vf = reply.at("vf");
   answer.ee = reply.at("ee");
@@ -167,11 +205,27 @@ class PythonDriver final : public SessionDriver {
     return {};
   }
   Result<client::Answer> step(const StepOperation& operation) override {
-    const Result<json> reply = ask("step", told(operation));
+    json request = told(operation);
+    request["question"] = question_of(operation);
+    const Result<json> reply = ask(kind_of(operation), std::move(request));
     if (!reply) return reply.error();
     return answer_of(reply.value());
   }
-  Status submit(const StepOperation& operation) override { return done(ask("submit", told(operation))); }
+  Status submit(const StepOperation& operation) override {
+    json request = told(operation);
+    request["question"] = question_of(operation);
+    request["kind"] = kind_of(operation);
+    return done(ask("submit", std::move(request)));
+  }
+  bool asks() const override { return true; }
+  Result<CommitResult> commit(double fraction) override {
+    const Result<json> reply = ask("commit", {{"fraction", hex(&fraction, 1)}});
+    if (!reply) return reply.error();
+    return commit_of(reply.value());
+  }
+  Status submit_commit(double fraction) override {
+    return done(ask("submit", {{"kind", "commit"}, {"fraction", hex(&fraction, 1)}}));
+  }
   Result<client::Answer> next_answer() override {
     const Result<json> reply = ask("next_answer", json::object());
     if (!reply) return reply.error();

@@ -30,7 +30,7 @@ def body_of(body):
 def frame_of(frame):
     for parts in (frame["bodies"], frame["poses"]):
         if len({one["body"] for one in parts}) < len(parts):
-            raise warmfront.InvalidArgumentError("a body is given twice, which a dict cannot say")
+            return {"bodies": {-1: []}}  # a body is given twice, which a dict cannot say: this is as wrong
     said = {"positions": rows(frame["all"])} if "all" in frame else {}
     if frame["bodies"]:
         said["bodies"] = {one["body"]: rows(one["positions"]) for one in frame["bodies"]}
@@ -48,14 +48,17 @@ def hex_of(number):
 
 def told(answer):
     if isinstance(answer, warmfront.MaxStep):
-        result = {"fraction": hex_of(answer.fraction), "overlaps_at_start": answer.overlaps_at_start}
-        if answer.first is not None:
-            result["first"] = {"kind": answer.first.kind, "status": answer.first.status, "v": answer.first.v,
-                               "toi": hex_of(answer.first.toi)}
-        return result
+        # As the trial that it is, of which it tells the first contact.
+        first = answer.first
+        columns = {name: "" for name in ("kind", "status", "v", "toi", "weights", "normal", "points")}
+        if first is None:
+            return {"frame": 0, "vf": 0, "ee": 0, "possible": 0, **columns}
+        columns.update(kind=f"{first.kind:02x}", status=f"{first.status:02x}", v=np.array(first.v, "<u4").tobytes().hex(),
+                       toi=hex_of(first.toi))
+        return {"frame": 0, "vf": 0, "ee": 0, "possible": 0, "earliest_toi": hex_of(answer.fraction), **columns}
     if isinstance(answer, warmfront.Committed):
         result = {"frame": answer.frame, "fraction": hex_of(answer.fraction)}
-        result.update((name, getattr(answer, name)) for name in ("vf", "ee") if getattr(answer, name) is not None)
+        result.update((name, getattr(answer, name)) for name in ("vf", "ee", "possible") if getattr(answer, name) is not None)
         if answer.earliest_toi is not None:
             result["earliest_toi"] = hex_of(answer.earliest_toi)
         return result

@@ -28,6 +28,13 @@ class Question:
     content: bytes = b""
     fields: Optional[tuple[str, ...]] = None
 
+# Without options, as question_of() makes them.
+_PLAIN: dict[str, Question] = {
+    "step": Question("step"),
+    "trial": Question("trial", step_pb2.Question(kind=step_pb2.Question.KIND_TRIAL).SerializeToString()),
+    "max_step": Question("max_step", step_pb2.Question(kind=step_pb2.Question.KIND_MAX_STEP).SerializeToString(), ()),
+}
+
 
 def question_of(
     kind: QuestionKind,
@@ -41,6 +48,10 @@ def question_of(
     leave_out_overlaps: bool = False,
 ) -> Question:
     """InvalidArgumentError for what the contract has no word for, and for what does not go together."""
+    # Most questions: a step of a small scene takes no longer than reading all options.
+    given = (tier, tolerance, min_separation, report, fields, max_contacts)
+    if kind in _PLAIN and not leave_out_overlaps and all(option is None for option in given):
+        return _PLAIN[kind]
     if kind not in _KINDS:
         raise InvalidArgumentError(f"kind: {kind!r} is none of {', '.join([*_KINDS, 'commit'])}")
     if kind == "max_step" and (report is not None or fields is not None):
