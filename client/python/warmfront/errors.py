@@ -150,7 +150,7 @@ _CLASSES: dict[int, type[WarmfrontError]] = {
 }
 _CLASSES[Code.OUT_OF_RANGE] = InvalidArgumentError
 
-# Their names until 0.2, for programs that were written then.
+# Their names before, for programs that were written then.
 Aborted = AbortedError
 AlreadyExists = AlreadyExistsError
 Cancelled = CancelledError
