@@ -191,8 +191,7 @@ Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal sto
   if (frame.positions) {
     if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
       return invalid_argument(
-          "positions: the frame gives all vertices, and bodies, poses or single vertices besides; give "
-          "either");
+          "positions: the frame gives all vertices and also parts; give only one of them");
     return check_whole(scene, *frame.positions, stop);
   }
   // Messages of errors may find no memory.

@@ -132,7 +132,7 @@ TEST_F(FaultTableMemory, Row27_OnDemand) {
   EXPECT_EQ(response.found(), "");
   ASSERT_GE(break_hierarchy(), 1);
   ASSERT_TRUE(check(response).ok());
-  EXPECT_THAT(response.found(), HasSubstr("are not those of its order"));
+  EXPECT_THAT(response.found(), HasSubstr("do not match its primitive order"));
   EXPECT_EQ(step_victim_to(3), v1::FRONT_STATE_REBUILT);
   ASSERT_TRUE(check(response).ok());
   EXPECT_EQ(response.found(), "");

@@ -235,7 +235,7 @@ TEST_F(ReplayTest, ATornRecordingReplaysToItsLastWholeRecord) {
       << "the last step is carried out all the same: it may be what the writer died of";
   EXPECT_EQ(result.compared, 4u);
   EXPECT_THAT(result.defect, HasSubstr("cut off"));
-  EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("not whole"));
+  EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("the recording is incomplete"));
 }
 
 TEST(DaemonRecording, StopsAtItsBoundAndTheSessionGoesOn) {
