@@ -86,7 +86,7 @@ class SceneState:
         number than the session's, and for bodies that are not there."""
         if positions is not None:
             if bodies or poses or vertices is not None or vertex_positions is not None:
-                raise InvalidArgumentError("positions: the frame gives all vertices, and parts besides; give either")
+                raise InvalidArgumentError("positions: the frame gives all vertices and also parts; give only one of them")
             array = positions_of(positions, self.vertex_count, self.dtype)
             return SentFrame(number, raw(array), [], chunk_bytes, question)
         parts = [*self._body_parts(bodies), *self._pose_parts(poses), *self._vertex_parts(vertices, vertex_positions)]
