@@ -57,6 +57,10 @@ Status Session::Impl::resume(const RemoteError& why) {
                                               " resumes without an answer to " + what + ": " +
                                               why.error.message});
   }
+  // A call may fail at once, again and again, though a stream can be attached: its connection is another one.
+  if (resumes_without_answer_ > 0)
+    std::this_thread::sleep_for(
+        std::min(kFirstBackoff * (1 << std::min(resumes_without_answer_ - 1, 10)), kLongestBackoff));
   ++resumes_without_answer_;
   ++resumes_;
   if (why.other_state()) recreate_ = true;

@@ -113,6 +113,9 @@ class Link:
             what = "a change" if self.changing else f"frame {self.unanswered[0].number}"
             self.fail(UnavailableError(f"gave up after {self.resumes_without_answer} resumes without an answer to {what}: "
                                        f"{why.message}"))
+        # A call may fail at once, again and again, though a stream can be attached: its connection is another one.
+        if self.resumes_without_answer > 0:
+            time.sleep(self.time_left(min(_FIRST_BACKOFF * 2 ** min(self.resumes_without_answer - 1, 10), _LONGEST_BACKOFF)))
         self.resumes_without_answer += 1
         self.resumes += 1
         if other_state(why):
