@@ -112,7 +112,9 @@ bool RemoteError::other_state() const {
 bool RemoteError::may_resume() const {
   if (lost_session() || other_state() || retry_after || reason == v1::ERROR_REASON_DRAINING) return true;
   if (reason != v1::ERROR_REASON_UNSPECIFIED) return false;
-  // gRPC's own codes: an interrupted connection shows as any of these.
+  // gRPC's own codes: an interrupted connection shows as any of these, and a stream that the daemon's gRPC
+  // reset for want of transport memory as RESOURCE_EXHAUSTED (ENHANCE_YOUR_CALM).
+  if (error.code == ErrorCode::kResourceExhausted) return error.message.starts_with("Received RST_STREAM");
   return error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kCancelled ||
          error.code == ErrorCode::kInternal || error.code == ErrorCode::kDeadlineExceeded;
 }

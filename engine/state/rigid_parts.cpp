@@ -16,7 +16,7 @@ namespace {
 /// next.
 constexpr std::array<double, 4> kLadder{1.0 / 8, 1.0 / 32, 1.0 / 128, 1.0 / 512};
 /// A part that does not move rigidly is looked at ever more seldom, up to this many steps apart.
-constexpr std::uint32_t kMostPatience = 256;
+constexpr std::uint32_t kMostBackoff = 256;
 /// Primitives that one step measures, or else one part: a crowd does not make a step as long as the first.
 constexpr std::size_t kMeasuredAtOnce = 20'000;
 /// Less than cos(45 degrees).
@@ -75,11 +75,11 @@ void RigidParts::take(const CollisionModel& model) noexcept {
 }
 
 void RigidParts::give_up(Part& part) {
-  const std::uint32_t overrun = std::min(2 * part.overrun, kMostPatience);
-  const std::uint32_t wait = part.overrun;
+  const std::uint32_t backoff = std::min(2 * part.backoff, kMostBackoff);
+  const std::uint32_t wait = part.backoff;
   const std::uint32_t interruptions = part.interruptions;
   part = {};
-  part.overrun = overrun;
+  part.backoff = backoff;
   part.wait = wait;
   part.interruptions = interruptions;
 }
@@ -143,7 +143,7 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
 
 void RigidParts::postpone(Part& part) {
   constexpr std::uint32_t kMostDoublings = 22;
-  part.wait = kMostPatience << std::min(part.interruptions, kMostDoublings);
+  part.wait = kMostBackoff << std::min(part.interruptions, kMostDoublings);
   ++part.interruptions;
 }
 
@@ -218,7 +218,7 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
       part.clearance = clearance;
     } else if (++part.rung == static_cast<int>(kLadder.size())) {
       give_up(part);
-      part.overrun = part.wait = kMostPatience;
+      part.backoff = part.wait = kMostBackoff;
     }
   }
 }

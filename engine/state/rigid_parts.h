@@ -84,7 +84,7 @@ class RigidParts {
     std::optional<double> clearance;  // of the reference, once measured; 0: too little
     int rung = 0;                     // of the ladder of clearances
     std::uint32_t wait = 0;           // steps until it is looked at again
-    std::uint32_t overrun = 1;
+    std::uint32_t backoff = 1;
     std::uint32_t interruptions = 0;  // of its measurement
     bool rigid = false;
   };

@@ -81,7 +81,7 @@ bool SilentCalls::read(std::span<const std::uint8_t> bytes) {
 
 std::size_t SilentCalls::overdue(Time now) const {
   std::size_t count = count_ > most_ ? count_ - most_ : 0;
-  while (count < count_ && calls_[count].timed && now - calls_[count].began > overrun_) ++count;
+  while (count < count_ && calls_[count].timed && now - calls_[count].began > allowed_) ++count;
   return count;
 }
 

@@ -17,9 +17,9 @@ class SilentCalls {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// A call may be silent for `patience`. Twice `most` calls are told apart, and the oldest of more than
+  /// A call may be silent for `allowed`. Twice `most` calls are told apart, and the oldest of more than
   /// `most` have had their time: some of them were ended by the server, of which nobody tells.
-  SilentCalls(std::size_t most, std::chrono::milliseconds overrun) : most_(most), overrun_(overrun) {}
+  SilentCalls(std::size_t most, std::chrono::milliseconds allowed) : most_(most), allowed_(allowed) {}
 
   bool empty() const { return count_ == 0; }
 
@@ -38,7 +38,7 @@ class SilentCalls {
   /// How many have had their time.
   std::size_t overdue(Time now) const;
   /// Whether the oldest has had its time twice.
-  bool long_overdue(Time now) const { return count_ > 0 && now - calls_[0].began > 2 * overrun_; }
+  bool long_overdue(Time now) const { return count_ > 0 && now - calls_[0].began > 2 * allowed_; }
   /// Takes the oldest one out.
   std::uint32_t take_oldest();
 
@@ -56,7 +56,7 @@ class SilentCalls {
 
   // Constant after construction.
   std::size_t most_;
-  std::chrono::milliseconds overrun_;
+  std::chrono::milliseconds allowed_;
 
   // By number, which is by age. Those not timed yet are the last ones.
   std::unique_ptr<Call[]> calls_;

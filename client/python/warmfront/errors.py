@@ -186,5 +186,8 @@ def may_resume(error: WarmfrontError) -> bool:
     """Can a resume help: creating the session again, or retrying?"""
     if lost_session(error) or other_state(error) or error.retry_after is not None or error.reason == "DRAINING":
         return True
-    # gRPC's own: a connection that ends in the middle shows as any of these.
+    # gRPC's own: a connection that ends in the middle shows as any of these, and a stream that the daemon's gRPC reset for
+    # want of transport memory as RESOURCE_EXHAUSTED.
+    if not error.reason and isinstance(error, ResourceExhaustedError):
+        return error.message.startswith("Received RST_STREAM")
     return not error.reason and isinstance(error, (UnavailableError, CancelledError, InternalError, DeadlineExceededError))

@@ -219,7 +219,7 @@ TEST(SceneModel, WhatDoesNotFitIsNamedAndTheSceneGoesOn) {
   bodies.bodies = {&body, 1};
   EXPECT_THAT(error(bodies), HasSubstr("bodies[0].positions: 3 values where 18 are expected"));
   bodies.positions = Doubles(row.x);
-  EXPECT_THAT(error(bodies), HasSubstr("give either"));
+  EXPECT_THAT(error(bodies), HasSubstr("give only one of them"));
 
   EXPECT_THAT(collider.change_body(9, {}).error().message, HasSubstr("body 9 is not in [0, 4)"));
   Body unmasked;
