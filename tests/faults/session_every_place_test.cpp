@@ -139,13 +139,16 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     return reply;
   }
 
-  /// The same of a change that adds a triangle; null when that threw.
-  std::shared_ptr<ChangeReply> change(long n) {
+  static server::AddBody a_triangle() {
     server::AddBody add;
     add.addition.body.vertex_count = 3;
     add.addition.faces = {{0, 1, 2}};
     add.positions = {0.5, 0.5, -2, 1.5, 0.5, 2, 0.5, 1.5, -2};
-    server::ChangeOrder order{1, {add}, "key"};
+    return add;
+  }
+
+  /// The reply to changes of which the n-th allocation fails; null when that threw.
+  std::shared_ptr<ChangeReply> carry_out(server::ChangeOrder order, long n) {
     const auto reply = std::make_shared<ChangeReply>();
     Session::ChangeDone done = [reply](const Outcome<server::SessionState>& outcome) {
       reply->take(outcome);
@@ -160,13 +163,13 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     return reply;
   }
 
+  /// The same of a change that adds a triangle; null when that threw.
+  std::shared_ptr<ChangeReply> change(long n) { return carry_out({1, {a_triangle()}, "key"}, n); }
+
   /// Five changes as one, whose client gives up at the look-th look at its flag; of the n-th allocation as
   /// above.
   std::shared_ptr<ChangeReply> change_five(std::uint64_t next_frame, long look, long n = -1) {
-    server::AddBody add;
-    add.addition.body.vertex_count = 3;
-    add.addition.faces = {{0, 1, 2}};
-    add.positions = {0.5, 0.5, -2, 1.5, 0.5, 2, 0.5, 1.5, -2};
+    const server::AddBody add = a_triangle();
     Body rigid, removed, masked;
     rigid.kind = BodyKind::kRigid;
     removed.kind = BodyKind::kRemoved;
@@ -178,18 +181,7 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
                                server::ChangeBody{1, masked}},
                               "five"};
     order.given_up = {std::shared_ptr<void>(), const_cast<std::atomic<bool>*>(testing::CountedLooks::flag())};
-    const auto reply = std::make_shared<ChangeReply>();
-    Session::ChangeDone done = [reply](const Outcome<server::SessionState>& outcome) {
-      reply->take(outcome);
-    };
-    const FailingAllocations failing(n);
-    try {
-      session_->change(std::move(order), std::move(done));
-    } catch (const std::bad_alloc&) {
-      return nullptr;
-    }
-    EXPECT_TRUE(reply->wait()) << "a change without an answer";
-    return reply;
+    return carry_out(std::move(order), n);
   }
 
   void expect_answer(std::uint64_t frame) {

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What several tests of the Python client say of answers."""
+import time
+
 import numpy as np
 
 COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points")
@@ -36,3 +38,12 @@ def triangle_through_triangle(dtype=np.float64):
     after = before.copy()
     after[3:, 2] = -1
     return before, after, np.array([[0, 1, 2], [3, 4, 5]])
+
+
+def eventually(condition):
+    """Waits until the condition holds."""
+    for _ in range(3000):
+        if condition():
+            return
+        time.sleep(0.01)
+    raise AssertionError("not within half a minute")

@@ -7,11 +7,10 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 
 import pytest
 from conftest import BIN
-from support import bits, triangle_through_triangle
+from support import bits, eventually, triangle_through_triangle
 
 import warmfront
 from warmfront import FailedPreconditionError, InvalidArgumentError, Security, Timeouts, UnavailableError
@@ -22,14 +21,6 @@ BEFORE, AFTER, FACES = triangle_through_triangle()
 @pytest.fixture(autouse=True)
 def named(monkeypatch):
     monkeypatch.setenv("WARMFRONTD", str(BIN / "warmfrontd"))
-
-
-def eventually(condition):
-    for _ in range(3000):
-        if condition():
-            return
-        time.sleep(0.01)
-    raise AssertionError("not within half a minute")
 
 
 def folder_of(address):

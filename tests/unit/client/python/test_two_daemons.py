@@ -9,12 +9,11 @@ import os
 import signal
 import subprocess
 import threading
-import time
 
 import numpy as np
 import pytest
 from conftest import BIN
-from support import contacts_hash, triangle_through_triangle
+from support import contacts_hash, eventually, triangle_through_triangle
 from switchboard import Switchboard
 
 import warmfront
@@ -37,14 +36,6 @@ def engine_hash(folder, before, after, faces):
         paths[-1].write_text("\n".join(header + rows + [f"3 {a} {b} {c}" for a, b, c in faces]) + "\n")
     out = subprocess.run([BIN / "warmfront", "detect", *paths, "--json", "-"], check=True, stdout=subprocess.PIPE).stdout
     return json.loads(out)["contacts_hash"]
-
-
-def eventually(condition):
-    for _ in range(3000):
-        if condition():
-            return
-        time.sleep(0.01)
-    raise AssertionError("not within half a minute")
 
 
 def freeze(daemon):
