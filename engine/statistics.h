@@ -98,6 +98,9 @@ struct StepStatistics {
   FrontState front_state = FrontState::kNone;
   BoundsKind bounds = BoundsKind::kKDop18;  ///< that the step used
   Rebuild rebuild = Rebuild::kNone;
+  /// A trial that went part of the way of the one before it, whose hierarchies and front served: of these
+  /// nothing is counted.
+  bool part_of_trial = false;
 };
 
 }  // namespace warmfront

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/motion/local_lanes.h"
+#include "engine/motion/trial_way.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {
@@ -48,8 +49,8 @@ struct Thickening {
   double lane[18];
 
   Thickening(const LocalTransform& frame, double min_separation, double magnitude, double radius = 0) {
-    // A ball adds its own rounding to that of its vertices.
-    const double margin = (radius > 0 ? 2 : 1) * 0x1p-44 * magnitude;
+    // A ball adds its own rounding to that of its vertices. A diagonal sums what two coordinates are off by.
+    const double margin = ((radius > 0 ? 2 : 1) * 0x1p-44 + 2 * kBesideTheWay) * magnitude;
     const double separation = 0.5 * frame.to_local(min_separation) + frame.to_local(radius);
     for (int k = 0; k < 18; ++k) lane[k] = (k % 9 < 3 ? separation : kSqrt2Up * separation) + margin;
   }

@@ -23,7 +23,8 @@ namespace warmfront {
 /// coordinate is one difference and exact scalings, so its rounding is u M, a diagonal sum's 4 u M, its
 /// thickening's 3 u M. The cascade's slack is 48 u times a query size that is at most twice the largest gap,
 /// and gaps are at most 2 M: 192 u M, plus u times a diagonal's own threshold. 2^-44 M = 512 u M on each of
-/// two sides covers all of it.
+/// two sides covers all of it. Besides, a trial may end kBesideTheWay M beside its way in each coordinate
+/// (motion/trial_way.h), twice that along a diagonal: the margin has as much more.
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
                      double magnitude);
 

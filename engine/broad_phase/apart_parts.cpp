@@ -14,10 +14,10 @@ namespace {
 constexpr std::size_t kMostNear = 64;
 
 // The distance along one direction beyond which nothing between two parts is reported, for any motion: the
-// certified tier's promise in certified.h. Only for the tiers certified and exact.
-WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame) {
-  if (options.tier == Tier::kExact) return {};
-  return {.least = frame.to_local(options.min_separation),
+// certified tier's promise in certified.h, and `room` more. Only for the tiers certified and exact.
+WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame, double room) {
+  if (options.tier == Tier::kExact) return {.least = room};
+  return {.least = frame.to_local(options.min_separation) + room,
           .share_of_size = certified_reach(options.tolerance)};
 }
 
@@ -37,14 +37,14 @@ const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t 
   return of.points;
 }
 
-void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, bool rebuild,
+void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, double room, bool rebuild,
                       StopSignal stop, std::vector<NearPair>& near) {
   if (near.size() > kMostNear * motion.part_count()) {
     apart_.clear();
     return;
   }
   choose(motion, rebuild, stop, near);
-  look(motion, options, stop, near);
+  look(motion, options, room, stop, near);
   apart_.clear();
   auto candidate = candidates_.begin();
   std::size_t kept = 0;
@@ -80,7 +80,7 @@ void ApartParts::choose(const SceneMotion& motion, bool rebuild, StopSignal stop
   }
 }
 
-void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
+void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, double room, StopSignal stop,
                       std::span<const NearPair> near) {
   parts_.clear();
   for (const Candidate& candidate : candidates_) {
@@ -95,7 +95,7 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
   };
   in_parallel(parts_.size(), [&](std::size_t i) { points(motion, parts_[i]); });
   const LocalTransform& frame = motion.vertices().frame();
-  const WantedGap wanted = wanted_gap(options, frame);
+  const WantedGap wanted = wanted_gap(options, frame, room);
   in_parallel(candidates_.size(), [&](std::size_t i) {
     Candidate& candidate = candidates_[i];
     if (candidate.holds) return;

@@ -40,10 +40,11 @@ class ApartParts {
   /// The part's vertices in this step. Threads may call it concurrently for different parts.
   const MovingPoints& points(const SceneMotion& motion, std::uint32_t part);
 
-  /// Removes the pairs that are proved apart in this step from `near` (sorted). For stationary pairs the last
-  /// step's result holds, unless `rebuild`. Throws Stopped when told to stop.
-  void sift(const SceneMotion& motion, const ColliderOptions& options, bool rebuild, StopSignal stop,
-            std::vector<NearPair>& near);
+  /// Removes the pairs that are proved apart in this step, by `room` (local length) more than the tier needs,
+  /// from `near` (sorted). For stationary pairs the last step's result holds, unless `rebuild`. Throws
+  /// Stopped when told to stop.
+  void sift(const SceneMotion& motion, const ColliderOptions& options, double room, bool rebuild,
+            StopSignal stop, std::vector<NearPair>& near);
 
   /// Clears pairs(): no pair is excluded in this step.
   void forget() { apart_.clear(); }
@@ -67,7 +68,7 @@ class ApartParts {
   };
 
   void choose(const SceneMotion& motion, bool rebuild, StopSignal stop, std::span<const NearPair> near);
-  void look(const SceneMotion& motion, const ColliderOptions& options, StopSignal stop,
+  void look(const SceneMotion& motion, const ColliderOptions& options, double room, StopSignal stop,
             std::span<const NearPair> near);
 
   std::vector<ApartPair> apart_;

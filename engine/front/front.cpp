@@ -79,11 +79,6 @@ std::size_t list_bytes(std::span<const NeighbourChunk> neighbours) {
 
 }  // namespace
 
-template <class Bounds>
-struct Front<Bounds>::Impl {
-  tbb::enumerable_thread_specific<ChunkScratch> scratch;
-};
-
 /// What one task does: builds a chunk below a pair, updates a chunk, or one of neighbours, or hands over what
 /// a segment keeps.
 template <class Bounds>
@@ -93,6 +88,12 @@ struct Front<Bounds>::Work {
   std::size_t chunk;
   BuildTask task{};
   bool listed = false;  // the segment's neighbours, just now
+};
+
+template <class Bounds>
+struct Front<Bounds>::Impl {
+  tbb::enumerable_thread_specific<ChunkScratch> scratch;
+  std::vector<Work> works;  // of the step
 };
 
 template <class Bounds>
@@ -119,9 +120,8 @@ void Front<Bounds>::match(std::span<const NearPair> near, StopSignal stop) {
 }
 
 template <class Bounds>
-std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees,
-                                                              std::span<const NearPair> near,
-                                                              const FrontUpdate& how) {
+void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
+                         const FrontUpdate& how) {
   // A task is worth its own only above a share of the whole, and above some work.
   constexpr double kShare = 1.0 / 256;
   constexpr double kLeastCost = 32;
@@ -134,7 +134,8 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
     paced.check();
     if (segment.chunks.empty()) cost += build_cost(pair_of(segment), Bvtt::root());
   }
-  std::vector<Work> work;
+  std::vector<Work>& work = impl_->works;
+  work.clear();
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
@@ -162,7 +163,6 @@ std::vector<typename Front<Bounds>::Work> Front<Bounds>::plan(std::span<const Bv
       if (!rests || segment.neighbours[c].may_have_contacts) work.push_back({Work::kNeighbours, s, c});
     }
   }
-  return work;
 }
 
 // Lists a segment's neighbours at its first update, since many a front is never updated. Not where pairs
@@ -289,7 +289,8 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
     neighbour_bytes_ += list_bytes(segment.neighbours);
   }
   room_.begin();
-  const std::vector<Work> works = plan(trees, near, how);
+  plan(trees, near, how);
+  const std::vector<Work>& works = impl_->works;
   room_.allow(how.record ? how.max_bytes - neighbour_bytes_ : 0);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
     LeafPairSink& sink = sinks.local();
@@ -387,6 +388,7 @@ std::size_t Front<Bounds>::pair_bytes() const {
 template <class Bounds>
 std::size_t Front<Bounds>::memory_bytes() const {
   std::size_t bytes = pair_bytes();
+  bytes += impl_->works.capacity() * sizeof(Work);
   for (const ChunkScratch& scratch : impl_->scratch)
     bytes += scratch.pairs.capacity() * sizeof(FrontPair) + scratch.kept.memory_bytes() +
              scratch.found.contacts.capacity() * sizeof(Contact);

@@ -119,8 +119,8 @@ class Front {
 
   // Brings `segments_` into line with `near`; what is new has no chunks.
   void match(std::span<const NearPair> near, StopSignal stop);
-  std::vector<Work> plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
-                         const FrontUpdate& how);
+  // What the tasks of the step are.
+  void plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, const FrontUpdate& how);
   bool take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
   void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink,

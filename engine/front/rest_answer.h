@@ -3,6 +3,7 @@
 // values.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -17,6 +18,13 @@ struct ContactTally {
   std::uint32_t ee = 0;
   std::uint32_t possible = 0;  ///< of both
   double earliest = 2;         ///< least toi; 2 without contacts
+
+  void add(const ContactTally& more) {
+    vf += more.vf;
+    ee += more.ee;
+    possible += more.possible;
+    earliest = std::min(earliest, more.earliest);
+  }
 };
 
 struct RestAnswer {

@@ -36,6 +36,7 @@ struct LocalTransform {
   double scale_b = 1;
 
   double to_local(double length) const { return length * scale_a * scale_b; }
+  double to_scene(double length) const { return length / scale_b / scale_a; }
 };
 
 /// Where a question's motion begins.

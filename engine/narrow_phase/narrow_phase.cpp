@@ -145,6 +145,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
   void keep(std::uint64_t triangle_pairs, const ContactTally& tally,
             std::span<const Contact> contacts) override {
+    tester.note_kept(triangle_pairs, tally, contacts);
     tester.output().counts.triangle_pairs += triangle_pairs;
     tester.keep(tally);
     for (const Contact& contact : contacts) tester.keep(contact);
@@ -191,6 +192,9 @@ struct NarrowPhase<Bounds>::Impl {
   std::span<const Bvh<Bounds>> trees;
   const NarrowPhaseInput* input = nullptr;
   std::uint64_t step = 0;
+  std::vector<const MetPairs*> met;  // of test_met(): by thread, and where its pairs begin among all
+  std::vector<std::size_t> met_begin;
+  std::vector<std::size_t> orphans_begin;  // of test_orphans(): where each part's blocks begin
 
   Sink& local_sink() {
     Sink& sink = sinks.local();
@@ -210,6 +214,7 @@ void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const Narrow
   impl_->input = &input;
   impl_->shared.earliest.store(2, std::memory_order_relaxed);
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
+  if (input.note_met) impl_->shared.met.store(0, std::memory_order_relaxed);
   ++impl_->step;
   for (Sink& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
 }
@@ -217,6 +222,47 @@ void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const Narrow
 template <class Bounds>
 LeafPairSink& NarrowPhase<Bounds>::local() {
   return impl_->local_sink();
+}
+
+template <class Bounds>
+bool NarrowPhase<Bounds>::knows_met() const {
+  return impl_->shared.met.load(std::memory_order_relaxed) <= NarrowPhaseInput::kMostMet;
+}
+
+template <class Bounds>
+bool NarrowPhase<Bounds>::met_kept() const {
+  for (const Sink& sink : impl_->sinks) {
+    if (!sink.tester.met().kept.empty()) return true;
+  }
+  return false;
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::test_met() {
+  constexpr std::size_t kAtOnce = 64;
+  std::vector<const MetPairs*>& met = impl_->met;
+  std::vector<std::size_t>& begin = impl_->met_begin;
+  met.clear();
+  begin.assign(1, 0);
+  for (const Sink& sink : impl_->sinks) {
+    met.push_back(&sink.tester.met());
+    begin.push_back(begin.back() + met.back()->pairs.size());
+  }
+  Sink& here = impl_->local_sink();
+  for (const MetPairs* of_thread : met) {
+    const RestAnswer& kept = of_thread->kept;
+    here.keep(kept.triangle_pairs, kept.tally, kept.contacts);
+  }
+  for_pieces(0, begin.back(), kAtOnce, impl_->input->stop, [&](std::size_t first, std::size_t end) {
+    PairTester& tester = impl_->local_sink().tester;
+    auto of = static_cast<std::size_t>(std::ranges::upper_bound(begin, first) - begin.begin()) - 1;
+    for (std::size_t i = first; i < end; ++i) {
+      while (i >= begin[of + 1]) ++of;
+      const auto [p, q] = met[of]->pairs[i - begin[of]];
+      tester.met_pair(p, q);
+    }
+  });
+  flush();
 }
 
 template <class Bounds>
@@ -235,7 +281,8 @@ double NarrowPhase<Bounds>::elementary_seconds() const {
 
 template <class Bounds>
 void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, bool retest) {
-  std::vector<std::size_t> begin{0};  // of each part's blocks
+  std::vector<std::size_t>& begin = impl_->orphans_begin;
+  begin.assign(1, 0);
   for (const OrphanBlocks* part : parts) begin.push_back(begin.back() + part->count());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, begin.back(), 2), [&](const auto& range) {
     PairTester& tester = impl_->local_sink().tester;

@@ -36,6 +36,11 @@ struct NarrowPhaseInput {
   const ColliderOptions& options;
   StopSignal stop;
   GapAt gap_at = GapAt::kEnd;  ///< see FrontUpdate
+  /// A trial, of which others may go part of the way: what it meets is noted for test_met().
+  bool note_met = false;
+
+  /// Pairs and kept contacts that are noted; where there are more, test_met() does not serve.
+  static constexpr std::size_t kMostMet = std::size_t{1} << 18;
 };
 
 /// Thrown when more contacts are found than options.max_contacts allows: the step is refused at once.
@@ -65,6 +70,13 @@ class NarrowPhase final : public LeafPairSinks {
   void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input);
 
   LeafPairSink& local() override;
+
+  /// Has all been noted that the last question that did met, but for the orphan sets'?
+  bool knows_met() const;
+  /// Was anything of that found by questions before it?
+  bool met_kept() const;
+  /// Instead of a front: tests what was met then, for a motion that goes part of the same way. Parallel.
+  void test_met();
 
   /// Tests the remaining pairs in the threads' blocks. Parallel.
   void flush();

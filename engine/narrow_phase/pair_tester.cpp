@@ -38,9 +38,34 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
   block_.size = 0;
   face_pairs_ = 0;
   recorder_ = nullptr;
+  if (input.note_met) met_.clear();
+}
+
+bool PairTester::room_to_note(std::size_t more) {
+  return shared_->met.fetch_add(more, std::memory_order_relaxed) + more <= NarrowPhaseInput::kMostMet;
+}
+
+void PairTester::note_kept(std::uint64_t triangle_pairs, const ContactTally& tally,
+                           std::span<const Contact> contacts) {
+  if (!input_->note_met || !room_to_note(contacts.size())) return;
+  met_.kept.triangle_pairs += static_cast<std::uint32_t>(triangle_pairs);
+  met_.kept.tally.add(tally);
+  met_.kept.contacts.insert(met_.kept.contacts.end(), contacts.begin(), contacts.end());
+}
+
+void PairTester::met_pair(Primitive p, Primitive q) {
+  if (((p | q) & kPoint) == 0) {
+    const auto bounds = [this](Primitive primitive) {
+      const Face& face = input_->scene.faces()[primitive];
+      return bounds_of(face[0], face[1], face[2]);
+    };
+    if (!overlap<KDop18>(bounds(p), bounds(q))) return;
+  }
+  primitive_pair(p, q);
 }
 
 void PairTester::primitive_pair(Primitive p, Primitive q) {
+  if (input_->note_met && room_to_note(1)) met_.pairs.push_back({p, q});
   const bool point_p = (p & kPoint) != 0;
   const bool point_q = (q & kPoint) != 0;
   if (!point_p && !point_q) {

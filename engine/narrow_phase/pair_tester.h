@@ -12,6 +12,7 @@
 #include "engine/bounds/overlap.h"
 #include "engine/front/rest_answer.h"
 #include "engine/narrow_phase/feature_block.h"
+#include "engine/narrow_phase/met_pairs.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/narrow_phase/triangle_filter.h"
 
@@ -21,6 +22,7 @@ namespace warmfront {
 struct NarrowPhaseShared {
   std::atomic<double> earliest{2};       ///< least toi found so far; prunes for Report::kEarliest
   std::atomic<std::size_t> contacts{0};  ///< contacts kept by all threads
+  std::atomic<std::size_t> met{0};       ///< noted by all threads: see NarrowPhaseInput::note_met
 };
 
 class PairTester {
@@ -30,6 +32,8 @@ class PairTester {
 
   /// Two primitives whose moving bounds overlap and that share no vertex.
   void primitive_pair(Primitive p, Primitive q);
+  /// The same, where their bounds may be apart.
+  void met_pair(Primitive p, Primitive q);
 
   /// Elementary tests of the orphan sets; ids as in Orphans.
   void orphan_vf(const FeatureIds& ids);
@@ -64,13 +68,22 @@ class PairTester {
   void keep(const Contact& contact);
   /// Counts cached contacts.
   void keep(const ContactTally& tally);
+  /// Notes what is kept, by this question and the one that it goes part of the way of.
+  void note_kept(std::uint64_t triangle_pairs, const ContactTally& tally, std::span<const Contact> contacts);
+  /// What was noted in the last question that did; valid until the next that does.
+  const MetPairs& met() const { return met_; }
 
   /// Frees the memory that a failed step allocated.
-  void release() noexcept { std::vector<Contact>().swap(contacts_); }
+  void release() noexcept {
+    std::vector<Contact>().swap(contacts_);
+    met_ = {};
+  }
 
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
-  std::size_t memory_bytes() const { return sizeof(*this) + contacts_.capacity() * sizeof(Contact); }
+  std::size_t memory_bytes() const {
+    return sizeof(*this) + contacts_.capacity() * sizeof(Contact) + met_.memory_bytes();
+  }
 
  private:
   template <class Test>
@@ -95,12 +108,15 @@ class PairTester {
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   void push(const FeaturePair& pair);
+  // Is there room for so many more?
+  bool room_to_note(std::size_t more);
   void report(const Contact& contact);
 
   const NarrowPhaseInput* input_ = nullptr;
   NarrowPhaseShared* shared_ = nullptr;
   std::vector<Contact> contacts_;
   std::vector<Contact>* recorder_ = nullptr;
+  MetPairs met_;
   NarrowPhaseOutput output_;
   std::array<std::array<std::uint32_t, 2>, 8> faces_;  // pending face pairs
   std::size_t face_pairs_ = 0;

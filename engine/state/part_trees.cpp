@@ -139,14 +139,14 @@ void PartTrees<Bounds>::take_base(std::uint32_t part) {
 // of the way they are displaced by f d, and within f w <= w of that. So may bounds be, whose ends are convex
 // functions of where on the way points are.
 template <class Bounds>
-void PartTrees<Bounds>::shorten(double fraction) {
+void PartTrees<Bounds>::shorten(double fraction, bool beside) {
   const auto f = static_cast<float>(fraction);
   const auto shorten_all = [&](std::span<const NodeTravel> base, std::span<NodeTravel> travel,
                                std::uint32_t slack) {
     for (std::size_t n = 0; n < travel.size(); ++n) {
       for (int k = 0; k < 3; ++k)
         travel[n].centre[k] = base[n].centre[k] + f * (travel[n].centre[k] - base[n].centre[k]);
-      travel[n].wandered += slack;
+      travel[n].wandered += beside ? std::min(2 * slack, travel::kMost) : slack;
     }
   };
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
@@ -155,6 +155,23 @@ void PartTrees<Bounds>::shorten(double fraction) {
     shorten_all(tree.base_travel, tree.travel, tree.travel_slack);
     shorten_all(tree.base_block_travel, tree.block_travel, tree.travel_slack);
     refit_in_[p] = step_ - 1;  // bounds at t = 1 are not those of where it is
+  }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::bound_vertices(Core& core, StopSignal stop) {
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
+    if (!waits(p) && core.motion.range(p).any != 0) bound_vertices(core, p, Known::kLastTrial, stop);
+  }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::forget_bounds_of_moved() {
+  unseen_.assign(states_.size(), 0);
+  for (std::uint32_t p = 0; p < states_.size(); ++p) {
+    if (states_[p] == 0) continue;
+    refit_in_[p] = kNever;
+    unseen_[p] = kChanged;
   }
 }
 
@@ -187,10 +204,10 @@ void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool rebuild
       roots_[p] = Bounds::empty();
       trees_[p] = {};
     } else if (apart != nullptr && apart->small(motion, p) && !core.tests_itself(p)) {
-      states_[p] = motion.state(p);
+      states_[p] = motion.state(p) | unseen(p);
       if (states_[p] != 0 || rebuild) roots_[p] = root(apart->points(motion, p));
     } else if (motion.unplaced(p)) {
-      states_[p] = motion.state(p);
+      states_[p] = motion.state(p) | unseen(p);
       const SceneMotion::Ball ball = motion.ball(p);
       roots_[p] = root(ball.centre, ball.radius);
     } else {
@@ -198,6 +215,7 @@ void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool rebuild
       if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
     }
   });
+  unseen_.clear();
 }
 
 template <class Bounds>

@@ -35,8 +35,14 @@ class PartTrees {
     trial_ = trial;
     if (from == From::kEnd) ++base_;
   }
-  /// The last question's motion was committed up to a fraction below 1.
-  void shorten(double fraction);
+  /// The last motion that a step began with was committed up to a fraction; with `beside`, not quite along
+  /// its lines: TrialWay.
+  void shorten(double fraction, bool beside);
+  /// Bounds of the vertices alone, for a trial that goes part of the way of that motion and was not begun
+  /// here.
+  void bound_vertices(Core& core, StopSignal stop);
+  /// After such trials: what moved in that motion gets all bounds anew in the next step.
+  void forget_bounds_of_moved();
   /// Bounds are wider by `more` (local length) on each side from now on: all are made anew, and budgets are
   /// shorter by as much.
   void widen(double more);
@@ -81,6 +87,9 @@ class PartTrees {
 
   void refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then);
   void take_base(std::uint32_t part);
+  MotionState unseen(std::uint32_t part) const {
+    return part < unseen_.size() ? unseen_[part] : MotionState{0};
+  }
   void bound_vertices(Core& core, std::uint32_t part, Known known, StopSignal stop);
   // Is the part's hierarchy not of this step?
   bool waits(std::uint32_t part) const { return refit_in_[part] != step_; }
@@ -89,6 +98,7 @@ class PartTrees {
   std::vector<Bounds> roots_;
   std::vector<MotionState> states_;
   std::vector<std::int64_t> refit_in_;
+  std::vector<MotionState> unseen_;        // by part: what changed in questions that did not begin here
   std::vector<std::uint32_t> late_;        // parts that waited
   std::vector<std::uint32_t> rearranged_;  // as rearrange_loose() returned
   // By part: the base whose travel its hierarchy keeps, and whether its own travel is another one.

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "engine/elementary/certified.h"
+#include "engine/motion/trial_way.h"
 
 namespace warmfront {
 namespace {
@@ -48,11 +49,12 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
 
 // May nothing within the part be reported, if it moves from one fit to the next? Where the tier may report
 // what is near, by its promise of certified.h (kSurelyDecided): pairs stay farther apart than it reports at,
-// and what they have beyond that separation is not too little beside how they move.
+// and what they have beyond that separation is not too little beside how they move. The same where two
+// vertices end up to `room` farther from each other, or nearer, than they do.
 bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidReference::Fit& from,
-           const RigidReference::Fit& to, const ColliderOptions& options) {
+           const RigidReference::Fit& to, const ColliderOptions& options, double room) {
   const double cosine = cosine_between(from.rotation, to.rotation);
-  const double off = 2 * std::max(from.residual, to.residual);
+  const double off = 2 * std::max(from.residual, to.residual) + room;
   const double gap = kLeastStretch * clearance - off;
   if (!(cosine >= 0)) return false;
   if (options.tier == Tier::kExact) return gap > 0;
@@ -121,7 +123,10 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
       give_up(part);
     return;
   }
-  part.rigid = part.clearance && apart(part.edges, *part.clearance, part.at_start, part.at_end, options);
+  const Motion& moves = motion.vertices();
+  const double room = trial ? moves.frame().to_scene(kPairBesideTheWay * moves.magnitude()) : 0;
+  part.rigid =
+      part.clearance && apart(part.edges, *part.clearance, part.at_start, part.at_end, options, room);
   part.follows = true;
   ++part.fitted;
 }

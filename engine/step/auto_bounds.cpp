@@ -27,7 +27,7 @@ class AutoPipeline final : public Pipeline {
       statistics.front_state = FrontState::kRebuilt;
       statistics.rebuild = Rebuild::kBounds;
     }
-    if (core.options.report != Report::kEarliest) trial_.take(statistics.counts);
+    if (core.options.report != Report::kEarliest && !statistics.part_of_trial) trial_.take(statistics.counts);
     return result;
   }
   void commit(Core& core, double fraction, Rounding rounding) noexcept override {

@@ -17,6 +17,7 @@
 #include "engine/check/self_check.h"
 #include "engine/elementary/contact_geometry.h"
 #include "engine/front/front.h"
+#include "engine/motion/trial_way.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/state/part_trees.h"
@@ -64,7 +65,8 @@ class PipelineWith final : public Pipeline {
     kind_ = kind;
     NarrowPhaseOutput output;
     try {
-      core.workers->run([&] { output = run(core, attempt.motion, frame, stop, result.statistics); });
+      const auto whole = [&] { output = run(core, attempt.motion, frame, stop, result.statistics); };
+      core.workers->run(std::cref(whole));  // which a std::function holds without memory of its own
     } catch (const Stopped&) {
       attempt.hierarchies_hold = arranged_;
       return Error{ErrorCode::kCancelled, "the step was cancelled; the frame may be sent again"};
@@ -84,15 +86,21 @@ class PipelineWith final : public Pipeline {
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
     attempt.done(kind);
-    refind_ = false;
+    if (!result.statistics.part_of_trial) {
+      refind_ = false;
+      longest_.until = core.options.report == Report::kEarliest ? result.earliest_toi.value_or(1) : 1;
+    }
     return result;
   }
 
   void commit(Core& core, double fraction, Rounding rounding) noexcept override {
     core.motion.commit_trial(fraction, rounding == Rounding::kFloat32);
-    if (fraction < 1) trees_.shorten(fraction);
-    if (fraction > 0) front_.settle(trees_.trees());
-    if (fraction == 1) return;
+    const bool beside = longest_.shortened;
+    const double of_longest = beside ? fraction * longest_.fraction : fraction;
+    longest_.way.forget();
+    if (of_longest < 1 || beside) trees_.shorten(of_longest, beside);
+    if (of_longest > 0) front_.settle(trees_.trees());
+    if (fraction == 1 && !beside) return;
     core.rigid_parts.lose_track();
     anew_ = true;  // rounding may put parts where no motion that was looked at goes
   }
@@ -105,15 +113,21 @@ class PipelineWith final : public Pipeline {
     }
   }
 
-  void bounds_widened(double more) override { trees_.widen(more); }
+  void bounds_widened(double more) override {
+    longest_.way.forget();
+    trees_.widen(more);
+  }
 
-  void parts_changed() override { anew_ = true; }
+  void parts_changed() override {
+    longest_.way.forget();
+    anew_ = true;
+  }
   BoundsKind bounds() const override {
     return std::is_same_v<Bounds, Aabb> ? BoundsKind::kAabb : BoundsKind::kKDop18;
   }
 
   Status self_check(const Core& core, StopSignal stop) override {
-    if (anew_ || trees_.trees().empty()) return {};
+    if (anew_ || longest_.shortened || trees_.trees().empty()) return {};
     const bool front = core.options.front != FrontMode::kNone && !front_lost_;
     Status status;
     core.workers->run([&] {
@@ -134,7 +148,7 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return trees_.memory_bytes() + front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
-           apart_.memory_bytes() + near_pairs_.capacity() * sizeof(NearPair);
+           apart_.memory_bytes() + near_pairs_.capacity() * sizeof(NearPair) + longest_.way.memory_bytes();
   }
 
  private:
@@ -173,6 +187,7 @@ class PipelineWith final : public Pipeline {
 
   void forget_steps(Core& core, Rebuild why) noexcept {
     lost_to_ = why;
+    longest_.way.forget();
     front_.clear();
     front_lost_ = anew_ = true;
     trees_.forget_bounds();
@@ -188,6 +203,12 @@ class PipelineWith final : public Pipeline {
     arranged_ = false;
     statistics.bounds = bounds();
     motion.begin(frame, stop);
+    if (goes_part_of_the_way(core, stop)) return run_shorter(core, stop, statistics);
+    longest_.way.forget();
+    if (std::exchange(longest_.shortened, false)) {
+      trees_.forget_bounds_of_moved();
+      anew_ = true;
+    }
     trees_.begin_step(core.motion.from(), kind_ == Kind::kTrial);
     forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, &bodies_within,
@@ -195,17 +216,7 @@ class PipelineWith final : public Pipeline {
     const bool new_hierarchy = arrange(core, stop);
     arranged_ = true;
     cull_patches(core, stop, statistics.counts);
-    const NarrowPhaseInput input{core.topology->scene,
-                                 core.topology->numbering,
-                                 core.topology->ownership,
-                                 core.topology->patches,
-                                 core.patch_culled,
-                                 core.motion.vertices().vertices(),
-                                 core.motion.vertices().states(),
-                                 core.vertex_bounds,
-                                 core.options,
-                                 stop,
-                                 gap_at()};
+    const NarrowPhaseInput input = narrow_input(core, stop, kind_ == Kind::kTrial);
     narrow_.begin(trees_.trees(), input);
     double among_neighbours = refit_and_find_near(core, stop, statistics.counts.bv_tests);
     if (near_.overflowed()) {
@@ -221,6 +232,7 @@ class PipelineWith final : public Pipeline {
     trees_.take_looseness();
     statistics.rebuild = reason_of(statistics.front_state);
     narrow_.flush();
+    if (kind_ == Kind::kTrial) remember_way(core, stop);
     const double interleaved = among_neighbours + stage.lap();
     const double elementary =
         std::min(interleaved, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
@@ -235,6 +247,87 @@ class PipelineWith final : public Pipeline {
     count(core, output, statistics.counts);
     statistics.ms.total = total.lap();
     return output;
+  }
+
+  // Is this a trial that goes part of the way of the longest one from the same start, whose bounds contain
+  // its own? Then it can meet nothing that was not met there, as far as that one looked, and what was left
+  // out there without a look need not be looked at, if that was left out for what is asked for now, too.
+  bool goes_part_of_the_way(Core& core, StopSignal stop) {
+    if (kind_ != Kind::kTrial || core.motion.from() != From::kStart || !longest_.way.known()) return false;
+    const Motion& vertices = core.motion.vertices();
+    if (vertices.magnitude() != trees_.magnitude() || !longest_.serves(core.options)) return false;
+    for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
+      if (core.motion.unplaced(p) && (core.motion.state(p) & kMoving) != 0) core.motion.place(p, stop);
+    }
+    if (!all_move_as_a_whole(core)) return false;
+    const std::optional<double> fraction = longest_.way.fraction_of(vertices, trees_.magnitude(), stop);
+    if (!fraction || *fraction > longest_.until) return false;
+    longest_.fraction = *fraction;
+    longest_.shortened = true;
+    return true;
+  }
+
+  // Are all vertices placed, and do none move one by one? Few that move cost little anyway.
+  static bool all_move_as_a_whole(const Core& core) {
+    for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
+      const bool moves = (core.motion.state(p) & kMoving) != 0;
+      if (moves && (core.motion.unplaced(p) || core.motion.range(p).listed)) return false;
+    }
+    return true;
+  }
+
+  void remember_way(const Core& core, StopSignal stop) {
+    if (!narrow_.knows_met() || !all_move_as_a_whole(core)) return;
+    longest_.way.take(core.motion.vertices(), stop);
+    longest_.asked = core.options;
+    longest_.left_out = core.rigid_parts.count() > 0 || !apart_.pairs().empty();
+    longest_.kept = narrow_.met_kept();
+    longest_.until = 0;
+  }
+
+  // A trial that goes part of the way of the longest one: of that one the hierarchies, the front and all that
+  // is known of parts stay.
+  NarrowPhaseOutput run_shorter(Core& core, StopSignal stop, StepStatistics& statistics) {
+    Stopwatch total;
+    Stopwatch stage;
+    arranged_ = true;
+    statistics.bounds = bounds();
+    statistics.part_of_trial = true;
+    statistics.front_state =
+        core.options.front == FrontMode::kNone ? FrontState::kNone : FrontState::kUpdated;
+    trees_.bound_vertices(core, stop);
+    cull_patches(core, stop, statistics.counts);
+    const NarrowPhaseInput input = narrow_input(core, stop, false);
+    narrow_.begin(trees_.trees(), input);
+    statistics.ms.refit = stage.lap();
+    narrow_.test_met();
+    const double met = stage.lap();
+    const double elementary = std::min(met, 1e3 * narrow_.elementary_seconds() / core.workers->threads());
+    test_orphans(core);
+    statistics.ms.adjacent = stage.lap();
+    const NarrowPhaseOutput output = narrow_.finish(core.contacts);
+    describe_contacts(core, stop);
+    statistics.ms.front = met - elementary;
+    statistics.ms.elementary = elementary + stage.lap();
+    add(statistics.counts, output.counts);
+    count_parts(core, statistics.counts);
+    statistics.ms.total = total.lap();
+    return output;
+  }
+
+  NarrowPhaseInput narrow_input(const Core& core, StopSignal stop, bool note_met) const {
+    return {core.topology->scene,
+            core.topology->numbering,
+            core.topology->ownership,
+            core.topology->patches,
+            core.patch_culled,
+            core.motion.vertices().vertices(),
+            core.motion.vertices().states(),
+            core.vertex_bounds,
+            core.options,
+            stop,
+            gap_at(),
+            note_met};
   }
 
   // Budgets hold what rounding could hide at the largest magnitude since they were granted. When that is
@@ -288,7 +381,8 @@ class PipelineWith final : public Pipeline {
     if (near_.overflowed()) {
       apart_.forget();
     } else {
-      if (separate_) apart_.sift(core.motion, core.options, anew_, stop, near_pairs_);
+      const double room = kind_ == Kind::kTrial ? kPairBesideTheWay * trees_.magnitude() : 0;
+      if (separate_) apart_.sift(core.motion, core.options, room, anew_, stop, near_pairs_);
       near_count_ = near_pairs_.size();
     }
     anew_ = near_.overflowed();
@@ -393,7 +487,8 @@ class PipelineWith final : public Pipeline {
   }
 
   void test_orphans(Core& core) {
-    std::vector<OrphanBlocks*> parts;
+    std::vector<OrphanBlocks*>& parts = orphan_parts_;
+    parts.clear();
     for (std::uint32_t p = 0; p < core.orphans.size(); ++p) {
       if (core.orphans[p] == nullptr) continue;
       if (core.rigid_parts.rigid(p)) {
@@ -423,17 +518,21 @@ class PipelineWith final : public Pipeline {
 
   void count(const Core& core, const NarrowPhaseOutput& output, StepCounts& counts) const {
     add(counts, output.counts);
-    counts.adjacent_pairs = core.topology->adjacent_pairs;
     if (!near_.overflowed())
       counts.bv_tests += front_.counts().bv_tests;  // or they were added block by block
     counts.front_skipped = front_.counts().skipped;
     counts.front_rested = front_.counts().rested;
     counts.front_sprouted = front_.counts().sprouted;
     counts.front_pruned = front_.counts().pruned;
+    counts.nodes_refit = trees_.refit_nodes();
+    count_parts(core, counts);
+  }
+
+  void count_parts(const Core& core, StepCounts& counts) const {
+    counts.adjacent_pairs = core.topology->adjacent_pairs;
     counts.front_pairs = front_.size();
     counts.front_bytes = front_.pair_bytes();
     counts.vertices_moved = core.motion.moved_vertices();
-    counts.nodes_refit = trees_.refit_nodes();
     counts.parts_moved = static_cast<std::uint64_t>(
         std::ranges::count_if(trees_.states(), [](MotionState state) { return (state & kMoving) != 0; }));
     counts.parts = core.model.part_count();
@@ -446,7 +545,8 @@ class PipelineWith final : public Pipeline {
   PartTrees<Bounds> trees_;
   NearParts<Bounds> near_;
   std::vector<NearPair> near_pairs_;
-  std::uint64_t near_count_ = 0;  // in this step, in blocks or not
+  std::vector<OrphanBlocks*> orphan_parts_;  // for test_orphans()
+  std::uint64_t near_count_ = 0;             // in this step, in blocks or not
   ApartParts apart_;
   bool separate_ = false;  // does it look at parts?
   std::uint64_t self_checks_ = 0;
@@ -455,7 +555,26 @@ class PipelineWith final : public Pipeline {
   Front<Bounds> front_;
   bool front_lost_ = true;
   Kind kind_ = Kind::kStep;  // of the question in hand
-  bool refind_ = false;      // what was found of stationary parts was found by other options
+
+  // The trial that hierarchies and front are of.
+  struct LongestTrial {
+    TrialWay way;            // known: others may go part of it
+    ColliderOptions asked;   // that it was asked by
+    bool left_out = false;   // pairs within parts, or of parts, without a look
+    bool kept = false;       // it met what was found before it
+    double until = 0;        // how far it looked
+    bool shortened = false;  // the last question went part of its way,
+    double fraction = 1;     // so much
+
+    bool serves(const ColliderOptions& now) const {
+      const bool same_reach = now.tier == asked.tier && now.tolerance == asked.tolerance &&
+                              now.min_separation == asked.min_separation;
+      const bool same_answer =
+          same_reach && now.report == asked.report && now.leave_out_overlaps == asked.leave_out_overlaps;
+      return (same_reach || !left_out) && (same_answer || !kept);
+    }
+  } longest_;
+  bool refind_ = false;  // what was found of stationary parts was found by other options
   Rebuild lost_to_ = Rebuild::kNone;
   NarrowPhase<Bounds> narrow_;
   tbb::enumerable_thread_specific<double> neighbour_ms_;  // taken by tests among neighbours in refit

@@ -361,5 +361,39 @@ TEST(Changes, OfOneBodyTakeNothingForTheOthers) {
   EXPECT_EQ(collider.scene().faces().data(), kept->faces().data()) << "the mesh is shared";
 }
 
+// Steps, trials of a line search, max_step() and commits of a scene that has been asked all of them.
+TEST(WarmQuestions, AllocateNothing) {
+  const HostileScene scene = stacked_sheets(3, 8, BodyKind::kDeformable);
+  // Looking for bodies that move rigidly, and trying other bounds, takes memory now and then.
+  Collider collider =
+      make(scene, {.min_separation = 1e-3, .bounds = BoundsKind::kKDop18, .find_rigid = false});
+  const std::vector<double>& x = scene.positions;
+  std::vector<double> y = spread(scene);
+  std::vector<double> half(x.size());
+  std::size_t contacts = 0;
+  for (int k = 0; k < 12; ++k) {
+    y[7] += 1e-3;
+    for (std::size_t i = 0; i < x.size(); ++i) half[i] = 0.5 * (x[i] + y[i]);
+    const bool warm = k >= 8;
+    const FailingAllocations failing(warm ? 0 : -1);
+    const auto ask = [&](const char* what, auto&& question) {
+      const auto answer = question();
+      ASSERT_TRUE(answer.ok()) << what << ", round " << k;
+      ASSERT_FALSE(warm && FailingAllocations::met()) << what << " allocates in round " << k;
+    };
+    ask("trial", [&] { return collider.trial(Doubles(y)); });
+    ask("a shorter trial", [&] { return collider.trial(Doubles(half)); });
+    ask("max_step", [&] { return collider.max_step(Doubles(y)); });
+    ask("trial of what max_step saw", [&] { return collider.trial(Doubles(half)); });
+    ask("commit", [&] { return collider.commit(1); });
+    ask("step", [&] {
+      auto answer = collider.step(Doubles(x));
+      contacts += answer.ok() ? answer.value().contacts.size() : 0;
+      return answer;
+    });
+  }
+  EXPECT_GT(contacts, 100u);
+}
+
 }  // namespace
 }  // namespace warmfront::testing

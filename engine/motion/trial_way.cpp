@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/motion/trial_way.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "engine/parallel/stoppable_loops.h"
+#include "engine/simd/lanes.h"
+
+namespace warmfront {
+namespace {
+
+constexpr std::size_t kGrain = 4096;
+
+WARMFRONT_INLINE Double4 displacement(const VertexMotion& vertex, const LocalTransform& frame) {
+  return (load<Double4>(vertex.t1.data()) - load<Double4>(vertex.t0.data())) * frame.scale_a * frame.scale_b;
+}
+
+WARMFRONT_TARGET_CLONES
+float take_range(std::span<const VertexMotion> vertices, const LocalTransform& frame,
+                 std::array<float, 4>* displacements) {
+  Float4 most{};
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Float4 local = __builtin_convertvector(displacement(vertices[v], frame), Float4);
+    std::memcpy(&displacements[v], &local, sizeof local);
+    // What is not finite makes it not a number, which it stays.
+    most = greater(magnitude(local), most) + (local - local);
+  }
+  const float finite = (most[0] - most[0]) + (most[1] - most[1]) + (most[2] - most[2]);
+  return std::max(std::max(most[0], most[1]), most[2]) + finite;
+}
+
+// Are all within `room` of the fraction of their displacements? A displacement in float32 is off by 2^-24 of
+// itself; false for what is not a number.
+WARMFRONT_TARGET_CLONES
+bool within(std::span<const VertexMotion> vertices, const LocalTransform& frame,
+            const std::array<float, 4>* displacements, double fraction, double room) {
+  Long4 all = Long4{} - 1;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Double4 whole = __builtin_convertvector(load<Float4>(displacements[v].data()), Double4);
+    const Double4 here = displacement(vertices[v], frame);
+    const Double4 off = magnitude(here - fraction * whole) + 0x1p-23 * magnitude(whole);
+    all &= (Long4)(off <= room);
+    // What rested rests.
+    const Long4 rested = (Long4)(whole == 0.0);
+    const bool all_rested = (rested[0] & rested[1] & rested[2]) != 0;
+    const Long4 rests = (Long4)(here == 0.0);
+    if (all_rested && (rests[0] & rests[1] & rests[2]) == 0) return false;
+  }
+  return (all[0] & all[1] & all[2]) != 0;
+}
+
+}  // namespace
+
+void TrialWay::take(const Motion& motion, StopSignal stop) {
+  known_ = false;
+  const std::span<const VertexMotion> vertices = motion.vertices();
+  displacement_.resize(vertices.size());
+  std::atomic<float> most{0};
+  std::atomic<bool> finite{true};
+  for_pieces(0, vertices.size(), kGrain, stop, [&](std::size_t begin, std::size_t end) {
+    const float here =
+        take_range(vertices.subspan(begin, end - begin), motion.frame(), displacement_.data() + begin);
+    if (!std::isfinite(here)) finite.store(false, std::memory_order_relaxed);
+    float before = most.load(std::memory_order_relaxed);
+    while (here > before && !most.compare_exchange_weak(before, here, std::memory_order_relaxed)) {
+    }
+  });
+  const float farthest = most.load();
+  if (!finite.load() || !(farthest > std::numeric_limits<float>::min())) return;
+  for (std::size_t v = 0; v < displacement_.size(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (std::fabs(displacement_[v][axis]) != farthest) continue;
+      farthest_ = v;
+      axis_ = axis;
+      known_ = true;
+      return;
+    }
+  }
+}
+
+std::optional<double> TrialWay::fraction_of(const Motion& motion, double magnitude, StopSignal stop) const {
+  const std::span<const VertexMotion> vertices = motion.vertices();
+  if (!known_ || vertices.size() != displacement_.size()) return std::nullopt;
+  const auto axis = static_cast<std::size_t>(axis_);
+  const VertexMotion& farthest = vertices[farthest_];
+  const double here = motion.frame().to_local(farthest.t1[axis] - farthest.t0[axis]);
+  double fraction = here / static_cast<double>(displacement_[farthest_][axis]);
+  if (!(fraction >= 0 && fraction <= 1 + 0x1p-23)) return std::nullopt;
+  fraction = std::min(fraction, 1.0);
+  const double room = kBesideTheWay * magnitude;
+  std::atomic<bool> all{true};
+  for_pieces(0, vertices.size(), kGrain, stop, [&](std::size_t begin, std::size_t end) {
+    if (!all.load(std::memory_order_relaxed)) return;
+    if (!within(vertices.subspan(begin, end - begin), motion.frame(), displacement_.data() + begin, fraction,
+                room))
+      all.store(false, std::memory_order_relaxed);
+  });
+  return all.load() ? std::optional(fraction) : std::nullopt;
+}
+
+}  // namespace warmfront
