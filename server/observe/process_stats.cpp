@@ -3,6 +3,7 @@
 #include "server/observe/process_stats.h"
 
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -46,7 +47,6 @@ ProcessStats process_stats() {
     std::string field;
     const double ticks = static_cast<double>(sysconf(_SC_CLK_TCK));
     for (int number = 3; number <= 24 && fields >> field; ++number) {
-      if (number == 14 || number == 15) stats.cpu_seconds += std::stod(field) / ticks;
       if (number == 20) stats.threads = std::stoull(field);
       if (number == 22) stats.start_time_seconds = boot_time() + std::stod(field) / ticks;
       if (number == 23) stats.virtual_bytes = std::stoull(field);
@@ -56,6 +56,10 @@ ProcessStats process_stats() {
   stats.open_files = count_open_files();
   rlimit files{};
   if (getrlimit(RLIMIT_NOFILE, &files) == 0) stats.max_files = files.rlim_cur;
+  // To the nanosecond, where /proc counts ticks of 10 ms.
+  timespec used{};
+  if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used) == 0)
+    stats.cpu_seconds = static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
   return stats;
 }
 
