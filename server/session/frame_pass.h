@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -16,12 +17,17 @@
 
 namespace warmfront::server {
 
+/// A stream that holds a session, or held it; numbered upwards, per session.
+enum class Attachment : std::uint64_t {};
+
 struct AdmittedFrame {
   std::optional<Gate::Ticket> ticket;  ///< its place among the daemon's frames in flight
   Holding memory;                      ///< its positions, on the session's account
   /// Set when the client has given up, or the session was closed; null for a frame whose client cannot give
   /// it up.
   std::shared_ptr<std::atomic<bool>> given_up;
+  /// The stream that it came over; none for a unary call's.
+  std::optional<Attachment> attachment;
   std::optional<Fault> refused;  ///< the frame's answer, in its turn, instead of a step
   /// Bytes of contacts that can be told to who asks: a frame whose answer would have more is refused, and
   /// does not count.
@@ -43,7 +49,8 @@ struct AdmittedFrame {
 /// it, lets no more in.
 inline AdmittedFrame admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
                                  std::size_t bytes) {
-  AdmittedFrame pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt};
+  AdmittedFrame pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt,
+                     std::nullopt};
   if (!pass.ticket)
     pass.refused = gate_met(of_tenant, of_daemon, "", "frames in flight", "max-frames-in-flight",
                             "max-frames-per-principal");

@@ -433,6 +433,11 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
   return standing_.now;
 }
 
+Fault Session::taken_over() const {
+  return {ErrorCode::kAborted, Reason::kSessionAttached,
+          "session " + id_.text() + " was taken over by another stream"};
+}
+
 Fault Session::out_of_order(std::uint64_t frame) const {
   return {ErrorCode::kFailedPrecondition, Reason::kFrameOutOfOrder,
           name_of(frame) + " is out of order: frame " + std::to_string(frames_.expected()) + " is expected",
@@ -443,6 +448,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   const std::uint64_t frame = request.frame;
   if (request.pass.cancelled()) return given_up(name_of(frame));
   if (request.pass.refused) return *request.pass.refused;
+  if (request.pass.attachment && *request.pass.attachment < holder_) return taken_over();
   auto* asked = std::get_if<Asked>(&request.content);
   const bool counts = asked == nullptr || asked->question.kind == QuestionKind::kStep;
   switch (frames_.classify(frame)) {
@@ -599,7 +605,9 @@ void Session::finish_frame(std::shared_ptr<const Answer> answer, Content content
 
 Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachDone done) {
   // All that may throw comes first: a stream that is not told of its attachment could never give it back.
-  Mailbox::Entry entry = mailbox_->prepare([self = shared_from_this(), done = std::move(done)] {
+  const auto number = std::make_shared<Attachment>();
+  Mailbox::Entry entry = mailbox_->prepare([self = shared_from_this(), number, done = std::move(done)] {
+    self->holder_ = std::max(self->holder_, *number);
     try {
       if (std::optional<Fault> fault = self->closed()) return done(*std::move(fault));
       done(self->standing_);
@@ -607,8 +615,7 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
       done(no_memory("attach"));
     }
   });
-  const Fault taken_over{ErrorCode::kAborted, Reason::kSessionAttached,
-                         "session " + id_.text() + " was taken over by another stream"};
+  const Fault fault = taken_over();
   Evict evicted;
   Attachment attachment{};
   {
@@ -619,11 +626,11 @@ Outcome<Session::Attachment> Session::attach(bool takeover, Evict evict, AttachD
           ErrorCode::kAborted, Reason::kSessionAttached,
           "session " + id_.text() + " is held by another stream; detach that one, or attach with takeover"};
     evicted = std::exchange(evict_, std::move(evict));
-    attachment = Attachment{++attachments_};
+    attachment = *number = Attachment{++attachments_};
     attachment_ = attachment;
     last_request_ = std::chrono::steady_clock::now();
   }
-  if (evicted) evicted(taken_over);
+  if (evicted) evicted(fault);
   mailbox_->post_always(std::move(entry));
   return attachment;
 }

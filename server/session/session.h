@@ -82,7 +82,7 @@ class Session : public std::enable_shared_from_this<Session> {
   using Before = std::function<void()>;
   /// Told, on a thread that runs its jobs, when a self-check found something and it is made anew.
   using Rebuilt = std::function<void(const Session&, const std::string& found)>;
-  enum class Attachment : std::uint64_t {};
+  using Attachment = server::Attachment;
   /// Tells a stream to end with this fault, after the frames that it has in flight.
   using Evict = std::function<void(const Fault&)>;
 
@@ -132,6 +132,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// with RESOURCE_EXHAUSTED, and for a brief step (step_cost.h) with kAlways, which the calling thread
   /// takes, and those that wait by then and are brief together with it, while the runner has room for guests.
   /// A frame whose client gives up is left undone, CANCELLED: the session is then as it was before it.
+  /// ABORTED for a frame of a stream that was taken over, once the one that took over has been told where the
+  /// session stands.
   /// A trial of the next frame is answered in the same way and leaves the session where it is.
   /// INVALID_ARGUMENT for a question whose options are out of range, or above the session's max_contacts.
   void step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass, Admission admission, StepDone done,
@@ -211,6 +213,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   void take(const std::shared_ptr<Request>& request, Admission admission);
   Outcome<std::shared_ptr<const Answer>> compute(Request& request);
+  Fault taken_over() const;
   Outcome<std::shared_ptr<const Answer>> repeated(const Request& request) const;
   Outcome<std::shared_ptr<const Answer>> ask(Request& request, Asked& asked);
   Outcome<std::shared_ptr<const Answer>> take_trial(const Request& request, Committed committed);
@@ -272,6 +275,8 @@ class Session : public std::enable_shared_from_this<Session> {
   };
   std::optional<DoneOrder> done_order_;
   std::uint32_t steps_unchecked_ = 0;
+  /// The last stream that was told where the session stands: frames of earlier ones are refused.
+  Attachment holder_{};
   bool was_rebuilt_ = false;       // after a self-check
   bool stepped_ = false;           // the last request was a step, and was carried out
   std::atomic<bool> stop_{false};  // a request whose client cannot give it up

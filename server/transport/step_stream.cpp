@@ -164,9 +164,11 @@ void StepStream::attach(const v1::Attach& request) {
 void StepStream::take(const StreamRequest& request) {
   const v1::StepFrame& part = request.message.step();
   std::shared_ptr<Session> session;
+  std::optional<Attachment> attachment;
   {
     const MutexLock lock(mutex_);
     session = session_;
+    attachment = attachment_;
   }
   if (!session) return end(out_of_place("a step before attach; name the session first"));
   if (!assembly_) {
@@ -174,6 +176,7 @@ void StepStream::take(const StreamRequest& request) {
     AdmittedFrame pass =
         admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
     pass.given_up = given_up_;
+    pass.attachment = attachment;
     // As what is too much is, it is answered in the frame's turn.
     Outcome<Question> question = question_from(part);
     if (!question && !pass.refused) pass.refused = question.fault();
@@ -230,6 +233,7 @@ void StepStream::commit(const v1::Commit& request) {
   pass.given_up = given_up_;
   {
     const MutexLock lock(mutex_);
+    pass.attachment = attachment_;
     happened_locked(Happened::kFrameTaken);
   }
   auto [before, done] = recorded(recording_of(*session), request,

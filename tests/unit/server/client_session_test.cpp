@@ -177,6 +177,10 @@ TEST_F(ClientSessionTest, AnIdIsTakenOnlyOnce) {
 }
 
 TEST_F(ClientSessionTest, ASessionThatSomeoneTookOverFailsForGood) {
+  std::vector<std::string> lost;
+  client_ =
+      Client::connect(daemon_.address(), {.on_lost = [&](const Error& why) { lost.push_back(why.message); }})
+          .value();
   Session session = open(grids_);
   ASSERT_TRUE(step(session, grids_, 1).ok());
   const auto stub = v1::CollisionService::NewStub(
@@ -188,7 +192,9 @@ TEST_F(ClientSessionTest, ASessionThatSomeoneTookOverFailsForGood) {
   request.mutable_attach()->set_takeover(true);
   v1::StreamStepsResponse response;
   ASSERT_TRUE(thief->Write(request) && thief->Read(&response));
-  EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kAborted) << "two clients must not fight";
+  const Result<Answer> taken = step(session, grids_, 2);
+  EXPECT_THAT(lost, ElementsAre()) << "two clients must not fight";
+  EXPECT_EQ(taken.error().code, ErrorCode::kAborted);
   EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kAborted);
   context.TryCancel();
   EXPECT_FALSE(thief->Finish().ok());

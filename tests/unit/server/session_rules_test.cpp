@@ -452,6 +452,38 @@ TEST_F(StoreTest, OnlyIdleSessionsWithoutAStreamExpire) {
   EXPECT_EQ(store.size(), 0u);
 }
 
+// Its eviction and a frame of its own may cross: that frame is not carried out behind the back of the stream
+// that took over, which was told where the session stands.
+TEST_F(StoreTest, AFrameOfAStreamThatWasTakenOverIsRefused) {
+  const std::shared_ptr<Session> session = make(id_);
+  const auto attach = [&] {
+    std::promise<std::uint64_t> frame;
+    const auto attachment = session->attach(
+        true, [](const Fault&) {},
+        [&](const Outcome<Standing>& standing) { frame.set_value(standing.value().now.frame); });
+    EXPECT_EQ(frame.get_future().get(), 0u);
+    return attachment.value();
+  };
+  const std::vector<double> moved = test::MovingGrids(3).positions(1);
+  const auto step = [&](std::optional<Attachment> from) {
+    FrameBuffer positions(Dtype::kFloat64, *session->scene());
+    EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(moved.data()), moved.size() * 8}).ok());
+    AdmittedFrame pass;
+    pass.attachment = from;
+    std::promise<Outcome<std::shared_ptr<const Answer>>> done;
+    session->step(1, std::move(positions), std::move(pass), Session::Admission::kAlways,
+                  [&](Outcome<std::shared_ptr<const Answer>> answer) { done.set_value(std::move(answer)); });
+    return done.get_future().get();
+  };
+  const Attachment before = attach(), now = attach();
+  const auto refused = step(before);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.fault().code, ErrorCode::kAborted);
+  EXPECT_EQ(refused.fault().reason, Reason::kSessionAttached);
+  EXPECT_TRUE(step(now).ok());
+  EXPECT_TRUE(step(std::nullopt).ok()) << "a call without a stream, of the same frame";
+}
+
 // A step that takes longer than the idle timeout is answered from a session that is there.
 TEST_F(StoreTest, ASessionWithARequestInHandDoesNotExpire) {
   Store store(1);
