@@ -206,7 +206,8 @@ struct Daemon::Impl {
     std::vector<Gauges::Tenant> tenants;
     for (const std::shared_ptr<Tenant>& tenant : context.tenants.list())
       tenants.push_back({tenant->name, context.store.count(tenant->name), tenant->memory.used(),
-                         tenant->streams.inside(), tenant->frames.inside(), tenant->quota()});
+                         tenant->streams.inside(), tenant->frames.inside(), tenant->refused.load(),
+                         tenant->quota()});
     return metrics_text(context.metrics, {.sessions = context.store.size(),
                                           .charged_bytes = context.budget.used(),
                                           .max_bytes = context.budget.limit(),

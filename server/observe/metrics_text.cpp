@@ -47,12 +47,13 @@ class Families {
   }
   void gauges(const char* name, const char* help, const char* label,
               std::span<const std::pair<std::string, double>> values) {
-    std::vector<ClientMetric> metrics(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      metrics[i].label = {{label, values[i].first}};
-      metrics[i].gauge.value = values[i].second;
-    }
-    add(name, help, MetricType::Gauge, std::move(metrics));
+    labelled(name, help, MetricType::Gauge, label, values,
+             [](ClientMetric& metric, double value) { metric.gauge.value = value; });
+  }
+  void counters(const char* name, const char* help, const char* label,
+                std::span<const std::pair<std::string, double>> values) {
+    labelled(name, help, MetricType::Counter, label, values,
+             [](ClientMetric& metric, double value) { metric.counter.value = value; });
   }
   void counter(const char* name, const char* help, const Counter& counter) {
     this->counter(name, help, value_of(counter));
@@ -91,6 +92,16 @@ class Families {
   std::string text() const { return prometheus::TextSerializer().Serialize(families_); }
 
  private:
+  template <class Set>
+  void labelled(const char* name, const char* help, MetricType type, const char* label,
+                std::span<const std::pair<std::string, double>> values, Set set) {
+    std::vector<ClientMetric> metrics(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      metrics[i].label = {{label, values[i].first}};
+      set(metrics[i], values[i].second);
+    }
+    add(name, help, type, std::move(metrics));
+  }
   void add(const char* name, const char* help, MetricType type, std::vector<ClientMetric> metrics) {
     families_.push_back({name, help, type, std::move(metrics)});
   }
@@ -112,11 +123,14 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   f.gauge("warmfront_open_streams", "StreamSteps calls open", number(gauges.open_streams));
   f.gauge("warmfront_frames_in_flight", "Frames accepted and not yet computed",
           number(gauges.frames_in_flight));
-  const auto by_principal = [&](const char* name, const char* help, auto value) {
+  const auto of_tenants = [&](auto value) {
     std::vector<std::pair<std::string, double>> values;
     for (const Gauges::Tenant& tenant : gauges.tenants)
       values.emplace_back(tenant.name, number(static_cast<std::uint64_t>(value(tenant))));
-    f.gauges(name, help, "principal", values);
+    return values;
+  };
+  const auto by_principal = [&](const char* name, const char* help, auto value) {
+    f.gauges(name, help, "principal", of_tenants(value));
   };
   using Tenant = Gauges::Tenant;
   by_principal("warmfront_principal_sessions", "Sessions open, by principal",
@@ -137,6 +151,9 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
                [](const Tenant& t) { return t.quota.frames; });
   by_principal("warmfront_principal_weight", "Its share of the cores beside others that wait for them",
                [](const Tenant& t) { return t.quota.weight; });
+  f.counters("warmfront_principal_refused_total",
+             "Creates, attaches and frames refused, by principal, since it has had something in the daemon",
+             "principal", of_tenants([](const Tenant& t) { return t.refused; }));
   f.counter("warmfront_sessions_created_total", "Sessions created", metrics.sessions_created);
   f.counters("warmfront_sessions_ended_total", "Sessions ended, by reason", "reason", Metrics::kEndNames,
              metrics.sessions_ended);

@@ -29,6 +29,7 @@ struct Gauges {
     std::uint64_t charged_bytes = 0;
     std::uint64_t open_streams = 0;
     std::uint64_t frames_in_flight = 0;
+    std::uint64_t refused = 0;
     Quota quota;
   };
   std::vector<Tenant> tenants = {};

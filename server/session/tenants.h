@@ -35,6 +35,8 @@ class Tenant {
   Gate frames;
   Gate uploads;
   Share share;
+  /// Creates, attaches and frames of its that were refused.
+  std::atomic<std::uint64_t> refused{0};
 
  private:
   std::atomic<std::uint32_t> max_sessions_;

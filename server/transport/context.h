@@ -50,9 +50,14 @@ struct Context {
   }
 
   /// The status that ends a call or a frame; counted.
-  grpc::Status refuse(const Fault& fault) {
-    metrics.refused_with(fault);
+  grpc::Status refuse(const Fault& fault, Tenant* tenant = nullptr) {
+    count_refused(fault, tenant);
     return to_grpc(fault);
+  }
+  /// `tenant` is whose call or frame it was, where that is known.
+  void count_refused(const Fault& fault, Tenant* tenant) {
+    metrics.refused_with(fault);
+    if (tenant != nullptr) tenant->refused.fetch_add(1, std::memory_order_relaxed);
   }
 
   const Limits limits;

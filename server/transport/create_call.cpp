@@ -25,19 +25,19 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
         Outcome<Principal> principal = context.guard.identify(call);
         if (!principal) {
           const MutexLock lock(create->mutex_);
-          return create->fail_locked(context.refuse(principal.fault()));
+          return create->fail_locked(create->refused(principal.fault()));
         }
         create->principal_ = std::move(principal).value();
         create->tenant_ = context.tenants.of(create->principal_.name);
         Outcome<Lifecycle::Call> begun = context.lifecycle.begin(create);
         const MutexLock lock(create->mutex_);
-        if (!begun) return create->fail_locked(context.refuse(begun.fault()));
+        if (!begun) return create->fail_locked(create->refused(begun.fault()));
         create->in_flight_.emplace(std::move(begun).value());
         create->ticket_ = create->tenant_->uploads.enter();
         if (!create->ticket_)
-          return create->fail_locked(context.refuse(
-              gate_met(create->tenant_->uploads, create->tenant_->uploads, "CreateSession: ", "uploads under way",
-                       "max-uploads-per-principal", "max-uploads-per-principal")));
+          return create->fail_locked(create->refused(gate_met(
+              create->tenant_->uploads, create->tenant_->uploads, "CreateSession: ", "uploads under way",
+              "max-uploads-per-principal", "max-uploads-per-principal")));
         create->StartRead(&create->incoming_);
       },
       [&](grpc::Status status) {
@@ -71,11 +71,11 @@ void CreateCall::read_done(bool ok) {
   if (state_ != State::kUploading) return;  // it was ended meanwhile
   last_moved_ = std::chrono::steady_clock::now();
   if (ok) {
-    if (std::optional<Fault> fault = add()) return fail_locked(context_.refuse(*fault));
+    if (std::optional<Fault> fault = add()) return fail_locked(refused(*fault));
     return StartRead(&incoming_);
   }
   if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
-  if (std::optional<Fault> fault = upload_->complete()) return fail_locked(context_.refuse(*fault));
+  if (std::optional<Fault> fault = upload_->complete()) return fail_locked(refused(*fault));
   // Building takes some ten times as long as a step.
   const Lane lane = lane_of(10 * step_cost_ms(upload_->face_count(), {}));
   // The call may be over, and gone, before its turn comes.
@@ -132,9 +132,14 @@ void CreateCall::give_up(const Fault& fault) {
   end(fault);
 }
 
+grpc::Status CreateCall::refused(const Fault& fault) const {
+  if_memory_allows([&] { log_refused(fault); });
+  return context_.refuse(fault, tenant_.get());
+}
+
 grpc::Status CreateCall::status_of(const Fault& fault) const noexcept {
   try {
-    return context_.refuse(fault);
+    return refused(fault);
   } catch (...) {
     return status_of_exception();
   }
@@ -172,7 +177,8 @@ std::optional<Fault> CreateCall::add() {
 }
 
 std::optional<Fault> CreateCall::reserve() {
-  Outcome<Store::Reservation> place = context_.store.reserve(*upload_->id(), principal_.name, tenant_->max_sessions());
+  Outcome<Store::Reservation> place =
+      context_.store.reserve(*upload_->id(), principal_.name, tenant_->max_sessions());
   if (!place) return place.fault();
   Outcome<std::shared_ptr<Account>> account =
       Account::open(context_.budget, context_.limits.max_session_bytes, upload_->estimate_bytes(),
@@ -197,7 +203,7 @@ void CreateCall::build(Lane lane) {
           const MutexLock lock(mutex_);
           if (given_up_by_daemon_) made = *given_up_by_daemon_;
         }
-        const grpc::Status status = made ? grpc::Status::OK : context_.refuse(made.fault());
+        const grpc::Status status = made ? grpc::Status::OK : refused(made.fault());
         if (made && !call_.IsCancelled()) {
           made_ = std::move(made).value();
           // From here on nothing can fail.
@@ -256,6 +262,18 @@ void CreateCall::log_created(const Session& session) const {
                       {"triangles", std::uint64_t{session.scene()->face_count()}},
                       {"bytes", std::uint64_t{session.snapshot().memory_bytes}},
                       {"first_frame", session.snapshot().state.frame},
+                      {"request_id", tag.request_id},
+                      {"traceparent", tag.traceparent}});
+}
+
+void CreateCall::log_refused(const Fault& fault) const {
+  const CallTag tag = call_tag(call_);
+  const SessionId* id = upload_ ? upload_->id() : nullptr;
+  context_.log.write(LogLevel::kInfo, "create_refused",
+                     {{"session", id != nullptr ? id->text() : std::string()},
+                      {"principal", principal_.name},
+                      {"code", std::int64_t{to_grpc_code(fault.code)}},
+                      {"reason", fault.message},
                       {"request_id", tag.request_id},
                       {"traceparent", tag.traceparent}});
 }

@@ -55,11 +55,14 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   /// The session and the response that tells of it; nothing is to be seen of either yet.
   Outcome<std::shared_ptr<Session>> make(Lane lane);
   void log_created(const Session& session) const;
+  void log_refused(const Fault& fault) const;
   /// The call was cancelled after its session was made, and nobody has used that.
   void drop_orphan();
   /// Ends the call with this, unless the session is being built. The upload's memory and its place in the
   /// store are given back first: the client may try again as soon as it hears of it.
   void fail_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);
+  /// The status that ends the call; counted and logged.
+  grpc::Status refused(const Fault& fault) const;
   grpc::Status status_of(const Fault& fault) const noexcept;
   void give_back();
 

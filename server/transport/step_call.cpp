@@ -41,7 +41,7 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
   FrameBuffer contents(session.dtype(), *session.scene());
   AdmittedFrame pass = admit_frame(session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
                                    context_.frames, session.account(), contents.expected_bytes());
-  if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused));
+  if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused, session.tenant()));
   Outcome<Question> question = question_from(request);
   if (!question) pass.refused = question.fault();
   pass.given_up = given_up_;
@@ -58,13 +58,14 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
     if (request.has_question()) *part.mutable_question() = request.question();
     parts.add(std::move(part), RecordedParts::kOneMessage);
   }
-  auto [before, done] = recorded(recording_of(session), request.frame(), std::move(parts),
-                                 [this](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                                   answer(*this, [&] {
-                                     if (outcome) respond(*outcome.value());
-                                     return outcome ? grpc::Status::OK : context_.refuse(outcome.fault());
-                                   });
-                                 });
+  auto [before, done] =
+      recorded(recording_of(session), request.frame(), std::move(parts),
+               [this, tenant = session.tenant()](const Outcome<std::shared_ptr<const Answer>>& outcome) {
+                 answer(*this, [&] {
+                   if (outcome) respond(*outcome.value());
+                   return outcome ? grpc::Status::OK : context_.refuse(outcome.fault(), tenant);
+                 });
+               });
   session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
                std::move(done), std::move(before), question ? std::move(question).value() : Question());
 }

@@ -53,12 +53,13 @@ void StepStream::begin() {
   const MutexLock lock(mutex_);
   ticket_ = tenant_->streams.enter();
   if (!begun)
-    end_locked(context_.refuse(begun.fault()));
+    end_locked(context_.refuse(begun.fault(), tenant_.get()));
   else
     call_.emplace(std::move(begun).value());
   if (!ticket_)
     end_locked(context_.refuse(gate_met(tenant_->streams, context_.streams, "StreamSteps: ", "streams open",
-                                        "max-open-streams", "max-streams-per-principal")));
+                                        "max-open-streams", "max-streams-per-principal"),
+                               tenant_.get()));
   advance_locked();
 }
 
@@ -157,7 +158,7 @@ void StepStream::attach(const v1::Attach& request) {
     if (state_.course == StreamCourse::kFinished) release_locked();  // the client left meanwhile
   } else {
     happened_locked(Happened::kAttachSettled);
-    end_locked(context_.refuse(attachment.fault()));
+    end_locked(context_.refuse(attachment.fault(), tenant_.get()));
   }
 }
 
@@ -258,7 +259,7 @@ void StepStream::attached(const Outcome<Standing>& standing) {
       if (before) *attached.mutable_state_before() = to_proto(*before);
       queue_locked({serialize(response), false});
     } else {
-      end_locked(context_.refuse(standing.fault()));
+      end_locked(context_.refuse(standing.fault(), tenant_.get()));
     }
     advance_locked();
   });
@@ -267,7 +268,7 @@ void StepStream::attached(const Outcome<Standing>& standing) {
 void StepStream::answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
   guarded([&] {
     const MutexLock lock(mutex_);
-    if (!outcome) context_.metrics.refused_with(outcome.fault());
+    if (!outcome) context_.count_refused(outcome.fault(), tenant_.get());
     if (outcome)
       queue_locked({AnswerChunks(outcome.value(), context_.limits.answer_chunk_bytes), true});
     else
@@ -291,7 +292,7 @@ void StepStream::notify_draining(std::chrono::system_clock::time_point deadline)
 void StepStream::end(const Fault& fault) {
   guarded([&] {
     const MutexLock lock(mutex_);
-    end_locked(context_.refuse(fault));
+    end_locked(context_.refuse(fault, tenant_.get()));
     advance_locked();
   });
 }

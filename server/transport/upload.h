@@ -30,7 +30,12 @@ class Upload {
   /// Null before the header.
   const SessionId* id() const { return spec_ ? &spec_->id : nullptr; }
   /// Once complete; leaves the upload empty.
-  SessionSpec take_spec() { return *std::move(spec_); }
+  /// Leaves the id, by which a session that cannot be made is named.
+  SessionSpec take_spec() {
+    SessionSpec spec = *std::move(spec_);
+    spec_->id = spec.id;
+    return spec;
+  }
   PositionBuffer take_positions() { return *std::move(positions_); }
 
  private:

@@ -31,6 +31,7 @@ namespace {
 using client::Client;
 using client::ClientOptions;
 using server::Tokens;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -237,6 +238,8 @@ TEST_F(PrincipalBytesTest, OneWhoHasUsedItsBytesDoesNotKeepOthersOut) {
   ASSERT_FALSE(next.ok());
   EXPECT_EQ(next.error().code, ErrorCode::kResourceExhausted);
   EXPECT_THAT(next.error().message, HasSubstr("--max-principal-bytes"));
+  EXPECT_THAT(small_.log(), ContainsRegex("\"event\":\"create_refused\",\"session\":\"[0-9a-f-]+\","
+                                          "\"principal\":\"alice\",\"code\":8,\"reason\":\""));
   EXPECT_GE(sessions.size(), 2u);
   EXPECT_TRUE(open(bob).ok()) << "the daemon has room for others";
   const std::vector<double> moved = MovingGrids(4).positions(1);

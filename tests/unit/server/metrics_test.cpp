@@ -95,6 +95,7 @@ TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
   EXPECT_THAT(text, HasSubstr("warmfront_step_duration_seconds_count{stage=\"total\"} 3\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_queue_duration_seconds_count 3\n"));
   EXPECT_THAT(text, HasSubstr("warmfront_rejected_total{reason=\"frame_out_of_order\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("warmfront_principal_refused_total{principal=\"\"} 1\n"));
   EXPECT_THAT(text, Not(HasSubstr(kId))) << "no session stands in a label";
   const auto process = [&text](const std::string& name) {
     const std::size_t at = text.find("\n" + name + " ");
