@@ -245,7 +245,8 @@ std::vector<double> Collider::positions() const {
 }
 
 std::size_t Collider::memory_bytes() const {
-  std::size_t bytes = impl_->warm.memory_bytes();
+  constexpr std::size_t kOfNoScene = 4 << 10;  // small objects, of which each collider has a few
+  std::size_t bytes = sizeof(Impl) + kOfNoScene + impl_->warm.memory_bytes();
   if (impl_->all_deformable != nullptr) bytes += impl_->all_deformable->memory_bytes();
   return bytes;
 }

@@ -451,7 +451,8 @@ FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::ui
 }
 
 std::size_t Scene::memory_bytes() const {
-  return mesh_->faces.capacity() * sizeof(Face) + mesh_->edges.capacity() * sizeof(Edge) +
+  return sizeof(*this) + sizeof(*mesh_) + mesh_->faces.capacity() * sizeof(Face) +
+         mesh_->edges.capacity() * sizeof(Edge) +
          mesh_->face_edges.capacity() * sizeof(mesh_->face_edges[0]) + mesh_->vertex_faces.memory_bytes() +
          mesh_->edge_faces.memory_bytes() +
          (mesh_->isolated_vertices.capacity() + mesh_->body_of_vertex.capacity()) * sizeof(std::uint32_t) +

@@ -10,6 +10,7 @@
 #include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/bvtt.h"
 #include "engine/scene/collision_model.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -35,10 +36,7 @@ class NearParts {
                                        std::uint64_t& bv_tests, StopSignal stop);
   static constexpr std::size_t kBlock = std::size_t{1} << 16;
 
-  std::size_t memory_bytes() const {
-    return (near_.capacity() + last_.capacity()) * sizeof(NearPair) + stack_.capacity() * sizeof(NodePair) +
-           nodes_.size() * (sizeof(Node) + sizeof(std::uint32_t));
-  }
+  std::size_t memory_bytes() const { return held_bytes(near_, last_, stack_, nodes_, order_); }
 
  private:
   struct Node {

@@ -21,6 +21,7 @@
 #include "engine/bvh/travel.h"
 #include "engine/motion/motion.h"
 #include "engine/scene.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -163,14 +164,9 @@ struct Bvh {
                std::shared_ptr<const SharedVertices> new_shared, bool keep_travel, StopSignal stop = {});
 
   std::size_t memory_bytes() const {
-    return (order.size() + leaf_of_face.size()) * sizeof(std::uint32_t) +
-           nodes.size() * (sizeof(Bounds) + sizeof(MotionState)) + blocks_of.size() * sizeof(BlockRange) +
-           corners.size() * sizeof(EightCorners) +
-           (blocks.size() + wide.size()) * sizeof(EightBounds<Bounds>) +
-           (shared != nullptr ? shared->memory_bytes() : 0) + grids.size() * sizeof(LeafGrid<Bounds>) +
-           (travel.size() + block_travel.size() + base_travel.capacity() + base_block_travel.capacity()) *
-               sizeof(NodeTravel) +
-           block_vertices.memory_bytes();
+    return held_bytes(order, nodes, blocks_of, blocks, corners, wide, grids, travel, base_travel,
+                      base_block_travel, block_travel, states, leaf_of_face) +
+           (shared != nullptr ? shared->memory_bytes() : 0) + block_vertices.memory_bytes();
   }
 
  private:

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -74,8 +75,7 @@ class SharedVertices {
   bool crowded(std::uint32_t block) const { return !crowded_.empty() && crowded_[block] != 0; }
 
   std::size_t memory_bytes() const {
-    return others_.size() * sizeof(std::uint32_t) + pairs_.size() * sizeof(std::uint64_t) +
-           more_.size() * sizeof(More) + has_more_.size() + crowded_.size();
+    return sizeof(*this) + held_bytes(others_, pairs_, more_, has_more_, crowded_);
   }
 
   bool operator==(const SharedVertices&) const = default;

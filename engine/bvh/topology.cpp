@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "engine/scene/adjacency.h"
+#include "engine/scene/held_bytes.h"
 
 namespace warmfront {
 namespace {
@@ -95,11 +96,11 @@ void Topology::need_adjacent(std::uint32_t index, StopSignal stop) {
 }
 
 std::size_t Topology::memory_bytes() const {
-  std::size_t bytes =
-      numbering.memory_bytes() + scene.memory_bytes() + patches.memory_bytes() + ownership.memory_bytes();
+  constexpr std::size_t kOfDeque = 1 << 10;  // an empty one's map, and what its last block has room for
+  std::size_t bytes = sizeof(*this) + kOfDeque + numbering.memory_bytes() + scene.memory_bytes() +
+                      patches.memory_bytes() + ownership.memory_bytes();
   for (const PartTopology& part : parts) {
-    bytes += sizeof(part) + part.order.size() * sizeof(Primitive) +
-             (part.orphans.vertex_face.size() + part.orphans.edge_edge.size()) * sizeof(FeatureIds);
+    bytes += sizeof(part) + held_bytes(part.order, part.orphans.vertex_face, part.orphans.edge_edge);
   }
   return bytes;
 }

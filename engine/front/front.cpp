@@ -388,7 +388,13 @@ std::size_t Front<Bounds>::pair_bytes() const {
 template <class Bounds>
 std::size_t Front<Bounds>::memory_bytes() const {
   std::size_t bytes = pair_bytes();
-  bytes += impl_->works.capacity() * sizeof(Work);
+  bytes += sizeof(Impl) + impl_->works.capacity() * sizeof(Work);
+  // What is room only depends on how it came about. The allocator rounds up, by up to 15 bytes.
+  constexpr std::size_t kOfSegment = 16, kOfChunk = 32;
+  for (const FrontSegment& segment : segments_)
+    bytes += kOfSegment + (segment.chunks.size() + segment.neighbours.size()) * kOfChunk +
+             (segment.chunks.capacity() - segment.chunks.size()) * sizeof(FrontChunk) +
+             (segment.neighbours.capacity() - segment.neighbours.size()) * sizeof(NeighbourChunk);
   for (const ChunkScratch& scratch : impl_->scratch)
     bytes += scratch.pairs.capacity() * sizeof(FrontPair) + scratch.kept.memory_bytes() +
              scratch.found.contacts.capacity() * sizeof(Contact);

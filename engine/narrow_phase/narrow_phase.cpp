@@ -14,6 +14,7 @@
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
+#include "engine/scene/held_bytes.h"
 
 namespace warmfront {
 
@@ -149,6 +150,10 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     tester.output().counts.triangle_pairs += triangle_pairs;
     tester.keep(tally);
     for (const Contact& contact : contacts) tester.keep(contact);
+  }
+
+  std::size_t memory_bytes() const {
+    return sizeof(*this) - sizeof(tester) + tester.memory_bytes() + held_bytes(due_);
   }
 
   PairTester tester;
@@ -337,8 +342,8 @@ void NarrowPhase<Bounds>::release() noexcept {
 
 template <class Bounds>
 std::size_t NarrowPhase<Bounds>::memory_bytes() const {
-  std::size_t bytes = 0;
-  for (const Sink& sink : impl_->sinks) bytes += sink.tester.memory_bytes();
+  std::size_t bytes = sizeof(Impl) + held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin);
+  for (const Sink& sink : impl_->sinks) bytes += sink.memory_bytes();
   return bytes;
 }
 

@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "engine/scene/held_bytes.h"
+
 namespace warmfront {
 namespace {
 
@@ -65,6 +67,12 @@ std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
     if (sets_[pair >> 32].may_meet(sets_[pair & 0xffffffff])) --kept;
   }
   return alive * (alive + 1) / 2 - kept;
+}
+
+std::size_t CollisionModel::memory_bytes() const {
+  constexpr std::size_t kOfNode =
+      4 * sizeof(void*);  // of libstdc++'s hash set: link, key, and the allocator's
+  return held_bytes(sets_, self_) + excluded_.size() * kOfNode + excluded_.bucket_count() * sizeof(void*);
 }
 
 }  // namespace warmfront

@@ -43,6 +43,7 @@ class CollisionModel {
   bool may_meet(std::uint32_t p, std::uint32_t q) const;
   /// Number of pairs of parts that the model excludes, including a part with itself.
   std::uint64_t excluded_pairs(StopSignal stop = {}) const;
+  std::size_t memory_bytes() const;
 
  private:
   std::vector<Set> sets_;

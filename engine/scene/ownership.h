@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -40,7 +41,7 @@ class Ownership {
   /// Does (f, g) own the feature pair of this bit, one of candidates(f, g).perhaps?
   bool owns(std::uint32_t f, std::uint32_t g, int bit) const;
 
-  std::size_t memory_bytes() const { return records_.size() * (sizeof(Record) + sizeof(std::uint64_t)); }
+  std::size_t memory_bytes() const { return held_bytes(records_, signatures_); }
 
  private:
   // A set of vertices as a 256-bit Bloom filter with one hash: "certainly disjoint" or "perhaps not".

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -23,7 +24,7 @@ struct Patches {
 
   std::size_t count() const { return faces.rows(); }
   std::size_t memory_bytes() const {
-    return of_face.size() * sizeof(std::uint32_t) + faces.memory_bytes() + contours.memory_bytes();
+    return held_bytes(of_face) + faces.memory_bytes() + contours.memory_bytes();
   }
 };
 

@@ -9,6 +9,7 @@
 
 #include "engine/contact.h"
 #include "engine/scene.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/scene/patches.h"
 #include "engine/stop.h"
 
@@ -60,7 +61,7 @@ class Renumbering {
   }
 
   std::size_t memory_bytes() const {
-    return 2 * (original_vertex_.size() + original_face_.size()) * sizeof(std::uint32_t);
+    return held_bytes(original_vertex_, original_face_, new_vertex_, new_face_);
   }
 
  private:

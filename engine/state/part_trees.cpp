@@ -259,7 +259,11 @@ void PartTrees<Bounds>::forget_bounds() {
 
 template <class Bounds>
 std::size_t PartTrees<Bounds>::memory_bytes() const {
-  std::size_t bytes = roots_.capacity() * sizeof(Bounds) + bases_.capacity() * sizeof(Base);
+  std::size_t bytes = trees_.capacity() * sizeof(Bvh<Bounds>) + roots_.capacity() * sizeof(Bounds) +
+                      (states_.capacity() + unseen_.capacity()) * sizeof(MotionState) +
+                      refit_in_.capacity() * sizeof(std::int64_t) +
+                      (late_.capacity() + rearranged_.capacity()) * sizeof(std::uint32_t) +
+                      bases_.capacity() * sizeof(Base);
   for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
   return bytes;
 }

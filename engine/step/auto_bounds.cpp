@@ -39,7 +39,7 @@ class AutoPipeline final : public Pipeline {
   BoundsKind bounds() const override { return pipeline_->bounds(); }
   Status self_check(const Core& core, StopSignal stop) override { return pipeline_->self_check(core, stop); }
   void forget(Core& core) override { pipeline_->forget(core); }
-  std::size_t memory_bytes() const override { return pipeline_->memory_bytes(); }
+  std::size_t memory_bytes() const override { return sizeof(*this) + pipeline_->memory_bytes(); }
 
  private:
   BoundsTrial trial_;

@@ -20,6 +20,7 @@
 #include "engine/motion/trial_way.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/held_bytes.h"
 #include "engine/state/part_trees.h"
 #include "engine/step/bodies_within.h"
 
@@ -147,8 +148,9 @@ class PipelineWith final : public Pipeline {
   }
 
   std::size_t memory_bytes() const override {
-    return trees_.memory_bytes() + front_.memory_bytes() + narrow_.memory_bytes() + near_.memory_bytes() +
-           apart_.memory_bytes() + near_pairs_.capacity() * sizeof(NearPair) + longest_.way.memory_bytes();
+    return sizeof(*this) + trees_.memory_bytes() + front_.memory_bytes() + narrow_.memory_bytes() +
+           near_.memory_bytes() + apart_.memory_bytes() + held_bytes(near_pairs_, orphan_parts_) +
+           longest_.way.memory_bytes();
   }
 
  private:

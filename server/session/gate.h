@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -14,13 +15,16 @@ class Gate {
   /// Who is inside this one is inside the outer one, too, which outlives it.
   explicit Gate(std::uint32_t limit, Gate* outer = nullptr) : limit_(limit), outer_(outer) {}
 
-  /// One that is inside, until it is destroyed. Movable; outlived by the gate.
+  /// One that is inside, until it is destroyed. Movable; outlived by the gate, which `owner` sees to.
   class Ticket {
    public:
-    explicit Ticket(Gate& gate) : gate_(&gate) {}
-    Ticket(Ticket&& other) noexcept : gate_(std::exchange(other.gate_, nullptr)) {}
+    explicit Ticket(Gate& gate, std::shared_ptr<const void> owner = nullptr)
+        : gate_(&gate), owner_(std::move(owner)) {}
+    Ticket(Ticket&& other) noexcept
+        : gate_(std::exchange(other.gate_, nullptr)), owner_(std::move(other.owner_)) {}
     Ticket& operator=(Ticket&& other) noexcept {
       std::swap(gate_, other.gate_);  // what this one had leaves with the other
+      owner_.swap(other.owner_);
       return *this;
     }
     ~Ticket() {
@@ -30,12 +34,14 @@ class Gate {
 
    private:
     Gate* gate_;
+    std::shared_ptr<const void> owner_;
   };
 
-  /// Nothing when the limit, of this or of an outer one, are inside already.
-  std::optional<Ticket> enter() {
+  /// Nothing when the limit, of this or of an outer one, are inside already. The ticket keeps `owner`, for a
+  /// gate that is part of something that may go first.
+  std::optional<Ticket> enter(std::shared_ptr<const void> owner = nullptr) {
     if (!try_enter()) return std::nullopt;
-    return std::optional<Ticket>(*this);
+    return std::make_optional<Ticket>(*this, std::move(owner));
   }
 
   std::uint32_t inside() const { return inside_.load(std::memory_order_relaxed); }

@@ -33,7 +33,7 @@ CreateCall* CreateCall::start(Context& context, const grpc::CallbackServerContex
         const MutexLock lock(create->mutex_);
         if (!begun) return create->fail_locked(create->refused(begun.fault()));
         create->in_flight_.emplace(std::move(begun).value());
-        create->ticket_ = create->tenant_->uploads.enter();
+        create->ticket_ = create->tenant_->uploads.enter(create->tenant_);
         if (!create->ticket_)
           return create->fail_locked(create->refused(gate_met(
               create->tenant_->uploads, create->tenant_->uploads, "CreateSession: ", "uploads under way",

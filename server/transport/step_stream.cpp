@@ -51,7 +51,7 @@ void StepStream::begin() {
   tenant_ = context_.tenants.of(principal_.name);
   Outcome<Lifecycle::Call> begun = context_.lifecycle.begin(weak_from_this());
   const MutexLock lock(mutex_);
-  ticket_ = tenant_->streams.enter();
+  ticket_ = tenant_->streams.enter(tenant_);
   if (!begun)
     end_locked(context_.refuse(begun.fault(), tenant_.get()));
   else
@@ -68,18 +68,19 @@ void StepStream::guarded(Work work) noexcept {
   react(std::move(work), [this](grpc::Status status) { fail(std::move(status)); });
 }
 
-void StepStream::fail(grpc::Status status) noexcept {
+void StepStream::fail(grpc::Status status, StreamEvent::Kind how) noexcept {
   context_.metrics.refused_with(status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED ? "memory"
                                                                                             : "engine");
   const MutexLock lock(mutex_);
   // Whatever was to be delivered before a good end is not.
   if (!end_ || end_->ok()) end_ = std::move(status);
-  break_locked(Happened::kFailed);
+  break_locked(how);
   advance_locked();
 }
 
 void StepStream::OnReadDone(bool ok) {
-  guarded([&] { read_done(ok); });
+  react([&] { read_done(ok); },
+        [this](grpc::Status status) { fail(std::move(status), Happened::kHandlingFailed); });
 }
 
 void StepStream::read_done(bool ok) {
@@ -155,7 +156,6 @@ void StepStream::attach(const v1::Attach& request) {
   const MutexLock lock(mutex_);
   if (attachment) {
     attachment_ = attachment.value();
-    if (state_.course == StreamCourse::kFinished) release_locked();  // the client left meanwhile
   } else {
     happened_locked(Happened::kAttachSettled);
     end_locked(context_.refuse(attachment.fault(), tenant_.get()));

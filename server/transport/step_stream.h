@@ -88,7 +88,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   template <class Work>
   void guarded(Work work) noexcept;
   void read_done(bool ok);
-  void fail(grpc::Status status) noexcept;
+  void fail(grpc::Status status, StreamEvent::Kind how = StreamEvent::Kind::kFailed) noexcept;
 
   // With the lock held.
   void end_locked(grpc::Status status) WARMFRONT_REQUIRES(mutex_);

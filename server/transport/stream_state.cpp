@@ -22,9 +22,10 @@ void written(StreamState& state) {
 }
 
 /// Has everything that the client is owed been written?
+/// A message that is being handled may make the session the stream's, which is given back before the end.
 bool is_delivered(const StreamState& state) {
-  return state.course == StreamCourse::kBroken ||
-         (!is_busy(state) && state.read != StreamRead::kHandling && state.waiting == 0);
+  return state.read != StreamRead::kHandling &&
+         (state.course == StreamCourse::kBroken || (!is_busy(state) && state.waiting == 0));
 }
 
 bool may_begin_frame(const StreamState& state, const StreamBounds& bounds) {
@@ -91,9 +92,11 @@ StreamState after(StreamState state, StreamEvent event) {
     case StreamEvent::Kind::kBroken:
       break_off(state);
       break;
+    case StreamEvent::Kind::kHandlingFailed:
+      state.read = StreamRead::kNone;
+      [[fallthrough]];
     case StreamEvent::Kind::kFailed:
       break_off(state);
-      if (state.read == StreamRead::kHandling) state.read = StreamRead::kNone;
       if (state.attach == StreamAttach::kAttaching) state.attach = StreamAttach::kSettled;
       break;
   }

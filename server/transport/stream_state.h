@@ -78,7 +78,9 @@ struct StreamEvent {
     kQueued,  ///< something to be written, an answer with `bytes`
     kEnded,   ///< by either side: a detach, a refusal, a drain, a timeout
     kBroken,  ///< cancelled, cut off, or without memory to write
-    kFailed,  ///< something was thrown; whatever was under way will not tell how it went on
+    // Something was thrown; what was under way there will not tell how it went on.
+    kHandlingFailed,  ///< while a message was handled
+    kFailed,          ///< elsewhere: by a reply, or before the first read
   };
 
   Kind kind;

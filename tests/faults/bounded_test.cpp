@@ -3,9 +3,11 @@
 // processing checks the stop flag at bounded intervals: measured in bytes and counts, never in time.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "engine/bvh/topology.h"
@@ -394,6 +396,61 @@ TEST(WarmQuestions, AllocateNothing) {
   }
   EXPECT_GT(contacts, 100u);
 }
+
+// What a session is charged is no less than what the allocator holds for it, and not half as much again.
+class Charged : public ::testing::TestWithParam<std::tuple<int, BodyKind, ColliderOptions>> {
+ protected:
+  /// After steps, trials and commits.
+  void expect_enough() {
+    const auto& [bodies, kind, options] = GetParam();
+    HostileScene scene = stacked_sheets(bodies, bodies > 100 ? 1 : 8, kind);
+    for (std::uint32_t b = 0; b < scene.description.bodies.size(); ++b)
+      for (std::uint32_t other = b + 5; other < scene.description.bodies.size(); other += 2)
+        scene.description.excluded_pairs.push_back({b, other});
+    std::optional<Collider> collider = make(scene, options);
+    for (int step = 0; step < 8; ++step) {
+      for (std::size_t v = 0; v < scene.positions.size(); v += 3) {
+        if (kind == BodyKind::kDeformable) scene.positions[v] += 1e-4 * static_cast<double>((v + step) % 7);
+      }
+      const Doubles positions(scene.positions);
+      if (step % 2 == 0) {
+        ASSERT_TRUE(collider->trial(positions).ok());
+        ASSERT_TRUE(collider->commit(0.5).ok());
+      }
+      ASSERT_TRUE(collider->step(positions).ok());
+    }
+    const std::size_t said = collider->memory_bytes(), with = live_bytes();
+    collider.reset();
+    const std::size_t held = with - live_bytes();
+    std::printf("%zu bytes are held, and %zu charged\n", held, said);
+    EXPECT_GE(said, held);
+    EXPECT_LE(said, held + held / 2 + (std::size_t{32} << 10));
+  }
+};
+
+TEST_P(Charged, AtLeastWhatTheAllocatorHolds) {
+  expect_enough();
+}
+
+std::vector<ColliderOptions> of_many_kinds() {
+  std::vector<ColliderOptions> all(6);
+  all[1].min_separation = 1e-3;
+  all[1].leaf_size = 1;
+  all[2].bounds = BoundsKind::kAabb;
+  all[2].front = FrontMode::kPaper;
+  all[3].front = FrontMode::kNone;
+  all[3].min_separation = 1e-3;
+  all[4].explain = true;
+  all[4].fields = {true, true, true};
+  all[5].normal_cones = true;
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Charged,
+                         ::testing::Combine(::testing::Values(1, 20, 300),
+                                            ::testing::Values(BodyKind::kDeformable, BodyKind::kStatic,
+                                                              BodyKind::kRigid),
+                                            ::testing::ValuesIn(of_many_kinds())),
+                         [](const auto& of) { return "_" + std::to_string(of.index); });
 
 }  // namespace
 }  // namespace warmfront::testing

@@ -16,6 +16,7 @@
 #include "engine/part_way.h"
 #include "tests/support/accepted_state.h"
 #include "tests/support/carry_out.h"
+#include "tests/support/failing_allocations.h"
 
 namespace warmfront::testing {
 namespace {
@@ -120,7 +121,7 @@ class History {
         draws_(seed),
         state_(draw_any_state(draws_)),
         options_(draw_options(draws_, state_.unit)),
-        collider_(state_.fresh(options_, workers_)) {
+        collider_(std::make_unique<Collider>(state_.fresh(options_, workers_))) {
     now_trying = "a history of seed " + std::to_string(seed) + ":";
   }
 
@@ -158,7 +159,7 @@ class History {
       case Command::kForget:
         return carry(ForgetOperation{}, command.fault);
       case Command::kResume:
-        collider_ = state_.fresh(options_, workers_);
+        *collider_ = state_.fresh(options_, workers_);
         state_.stepped = false;
         state_.trial.reset();
         return;
@@ -181,6 +182,16 @@ class History {
       case Command::kKinds:
         break;
     }
+  }
+
+  /// A session is charged memory_bytes(): no less than what the allocator holds for it.
+  void end() {
+    const std::size_t said = collider_->memory_bytes(), with = live_bytes();
+    collider_.reset();
+    const std::size_t held = with - live_bytes();
+    if (said < held)
+      RC_FAIL("memory_bytes() is " + std::to_string(said) + ", and the allocator held " +
+              std::to_string(held) + " in " + now_trying);
   }
 
  private:
@@ -221,7 +232,7 @@ class History {
 
   void carry(const Operation& operation, const Fault& fault) {
     now_trying += "\n  " + to_string(operation) + ", " + to_string(fault);
-    const Outcome outcome = carry_out(collider_, operation, fault);
+    const Outcome outcome = carry_out(*collider_, operation, fault);
     now_trying += ": " + to_string(outcome);
     if (!failed_by(fault, outcome)) {
       const Outcome expected = right(operation);
@@ -239,7 +250,7 @@ class History {
 
   void refuse(const Operation& operation, const Fault& fault, ErrorCode code = ErrorCode::kInvalidArgument) {
     now_trying += "\n  wrong: " + to_string(operation) + ", " + to_string(fault);
-    const Outcome outcome = carry_out(collider_, operation, fault);
+    const Outcome outcome = carry_out(*collider_, operation, fault);
     now_trying += ": " + to_string(outcome);
     if (!failed_by(fault, outcome) && !outcome.refused(code))
       fail(operation, "it is wrong, and came to: " + to_string(outcome));
@@ -264,9 +275,9 @@ class History {
   }
 
   void expect_accepted_state(const Operation& after) {
-    if (const std::string differs = state_.difference(collider_); !differs.empty())
+    if (const std::string differs = state_.difference(*collider_); !differs.empty())
       fail(after, "after it, " + differs);
-    if (const Status sound = collider_.self_check(); !sound)
+    if (const Status sound = collider_->self_check(); !sound)
       fail(after, "after it, the self-check: " + sound.error().message);
   }
 
@@ -347,7 +358,7 @@ class History {
   Draws draws_;
   AcceptedState state_;
   const ColliderOptions options_;
-  Collider collider_;
+  std::unique_ptr<Collider> collider_;
 };
 
 // Runs `histories` histories on `threads` threads.
@@ -367,6 +378,7 @@ void check_histories(const char* name, int threads, int histories) {
           ++commands;
           history.take(command);
         }
+        history.end();
       },
       metadata, params);
   std::ostringstream told;

@@ -9,18 +9,17 @@
 #include <array>
 #include <atomic>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <set>
-#include <thread>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "engine/bounds/overlap.h"
 #include "engine/collider.h"
+#include "tests/support/counted_looks.h"
 #include "tests/support/hierarchy.h"
 #include "tests/support/scenes.h"
 
@@ -420,23 +419,20 @@ TEST_P(Crumpled, StoppedAtAnyMoment) {
   std::vector<double> positions = flat();
   Both both(testing::grid(kSide), positions);
   int stopped = 0;
+  long looks = 1;  // of a step at the flag
   for (int step = 0; step < 120; ++step) {
     shake(random, step % 9 == 0 ? 0.05 : 0.002, positions);
-    std::atomic<bool> stop{step == 60};
-    std::thread stopper;
-    if (step % 3 == 0) {  // two steps for a front with neighbours, and one to stop
-      stopper = std::thread([&stop, wait = std::chrono::microseconds(random() % 800)] {
-        std::this_thread::sleep_for(wait);
-        stop = true;
-      });
-    }
+    const bool stops = step % 3 == 0;  // two steps for a front with neighbours, and one to stop
+    const testing::CountedLooks counted(
+        stops ? static_cast<long>(random() % static_cast<std::uint64_t>(looks)) : -1);
     StepResult result;
-    both.expect_same_step(positions, result, &stop);
-    if (stopper.joinable()) stopper.join();
+    both.expect_same_step(positions, result, testing::CountedLooks::flag());
     ASSERT_FALSE(HasFatalFailure()) << "step " << step;
+    if (!stops) looks = testing::CountedLooks::count();
     stopped += result.statistics.rebuild == Rebuild::kInterrupted ? 1 : 0;
   }
-  EXPECT_GT(stopped, 0);
+  EXPECT_GT(looks, 100);
+  EXPECT_GT(stopped, 20) << "of 40";
 }
 
 // A step with too many contacts is rolled back, including the refit's tests.

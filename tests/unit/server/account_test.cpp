@@ -146,6 +146,22 @@ TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
   EXPECT_EQ(tenants.list().size(), 2u) << "carol has nothing here";
 }
 
+// The last thing of a tenant that ends may be a stream whose session was deleted before.
+TEST(TenantsTest, ATicketKeepsItsTenant) {
+  Gate streams(3), frames(9);
+  Tenants tenants(Quota{.sessions = 9, .bytes = 500, .streams = 2, .frames = 2, .uploads = 1, .weight = 1},
+                  streams, frames);
+  std::shared_ptr<Tenant> alice = tenants.of("alice");
+  std::optional<Gate::Ticket> ticket = alice->streams.enter(alice);
+  const std::weak_ptr<Tenant> seen = alice;
+  alice.reset();
+  EXPECT_FALSE(seen.expired());
+  EXPECT_EQ(streams.inside(), 1u);
+  ticket.reset();
+  EXPECT_TRUE(seen.expired());
+  EXPECT_EQ(streams.inside(), 0u);
+}
+
 TEST(QuotaTest, IsReadFromWordsAndLeavesRoomForOthers) {
   const auto quotas = parse_quotas(std::vector<std::string>{
       "alice sessions=8 bytes=4GiB streams=8 frames=32 uploads=2 weight=3", "bob weight=2"});
