@@ -7,8 +7,11 @@
 #include <condition_variable>
 #include <cstdio>
 #include <exception>
+#include <future>
 #include <mutex>
 #include <optional>
+#include <random>
+#include <thread>
 
 #include "server/session/session.h"
 #include "tests/support/counted_looks.h"
@@ -97,17 +100,17 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     scene.bodies = {{"", 0, half}, {"", half, half}};
     server::PositionBuffer start(server::Dtype::kFloat64, scene.vertex_count);
     ASSERT_TRUE(start.append(bytes_of(0)).ok());
-    session_ = Session::create({server::SessionId::parse("01234567-89ab-cdef-0123-456789abcdef").value(),
-                                scene,
-                                {},
-                                server::Dtype::kFloat64,
-                                0,
-                                {}},
-                               start,
-                               {std::make_shared<Workers>(1), runner_, limits_,
-                                server::Account::open(budget_, 1 << 30, 0).value(),
-                                [this](Session&, const Fault&) { lost_ = true; }})
-                   .value();
+    session_ =
+        Session::create({server::SessionId::parse("01234567-89ab-cdef-0123-456789abcdef").value(),
+                         scene,
+                         {},
+                         server::Dtype::kFloat64,
+                         0,
+                         {}},
+                        start,
+                        {workers_, runner_, limits_, server::Account::open(budget_, 1 << 30, 0).value(),
+                         [this](Session&, const Fault&) { lost_ = true; }})
+            .value();
     frame_ = 0;
     lost_ = false;
   }
@@ -118,9 +121,10 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
   }
 
   /// Sends a frame; null when that threw.
-  std::shared_ptr<StepReply> send(std::uint64_t frame, long n) {
+  std::shared_ptr<StepReply> send(std::uint64_t frame, long n) { return send(frame, n, bytes_of(frame)); }
+  std::shared_ptr<StepReply> send(std::uint64_t frame, long n, const std::string& bytes) {
     FrameBuffer contents(server::Dtype::kFloat64, *session_->scene());
-    EXPECT_TRUE(contents.append(bytes_of(frame)).ok());
+    EXPECT_TRUE(contents.append(bytes).ok());
     EXPECT_TRUE(contents.complete(*session_->scene()).ok());
     server::AdmittedFrame pass;
     pass.memory = server::Holding(session_->account(), contents.expected_bytes());
@@ -197,6 +201,7 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
   const std::vector<std::uint64_t> hashes_ = local_hashes(grids_, 0, kFrames);
   server::Budget budget_{std::size_t{1} << 40};
   const server::Limits limits_;
+  const std::shared_ptr<Workers> workers_ = std::make_shared<Workers>(1);
   server::Runner runner_{1, GetParam()};
   std::shared_ptr<Session> session_;
   std::uint64_t frame_ = 0;
@@ -292,6 +297,63 @@ TEST_P(SessionEveryPlace, FiveChangesAreOne) {
     }
     std::printf("%ld %s\n", n - 1, gives_up ? "looks ended it" : "allocations failed");
     EXPECT_GT(n, gives_up ? 5 + 1 : 1) << "at least between the changes";
+  }
+}
+
+// What a session holds, scene, hierarchy, answer and all, is charged to its account: at least what the
+// allocator says, in every state.
+TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
+  constexpr std::size_t kOfTest = 1024;  // its own strings
+  std::mt19937_64 random(11);
+  const auto below = [&](std::uint64_t n) { return random() % n; };
+  for (int history = 0; history < 500; ++history) {
+    const std::weak_ptr<Session> last = session_;
+    TearDown();
+    session_.reset();
+    while (!last.expired()) std::this_thread::yield();  // its last request is let go of
+    const std::size_t before = testing::live_bytes();
+    ASSERT_NO_FATAL_FAILURE(begin());
+    std::uint64_t frame = 0;
+    std::size_t bodies = 2;
+    for (int step = 0; step < 12; ++step) {
+      switch (below(3)) {
+        case 0: {
+          server::ChangeOrder order{frame + 1, {}, std::string(below(100), 'k')};
+          for (std::uint64_t i = below(3); i < 3; ++i) {
+            server::AddBody add = a_triangle();
+            add.addition.body.name = std::string(below(500), 'n');
+            order.changes.emplace_back(std::move(add));
+          }
+          if (below(2) == 0) {
+            Body removed;
+            removed.kind = BodyKind::kRemoved;
+            removed.vertex_count = 1;
+            order.changes.emplace_back(
+                server::ChangeBody{static_cast<std::uint32_t>(below(bodies)), removed});
+          }
+          const auto reply = carry_out(std::move(order), -1);
+          ASSERT_NE(reply, nullptr);
+          bodies = session_->scene()->body_count();
+          break;
+        }
+        default: {
+          std::string all = bytes_of(frame + 1);
+          const std::vector<double>& added = a_triangle().positions;
+          while (all.size() < std::size_t{24} * session_->scene()->vertex_count())
+            all.append(reinterpret_cast<const char*>(added.data()), added.size() * sizeof(double));
+          static_cast<void>(send(frame + 1, below(2) == 0 ? -1 : static_cast<long>(below(40)), all));
+          frame = session_->snapshot().state.frame;
+          break;
+        }
+      }
+      ASSERT_FALSE(HasFailure());
+      // A request is let go of after its answer, as is what the step has taken.
+      const auto held = [&] { return testing::live_bytes() - before; };
+      const std::size_t charged = session_->account()->held() + kOfTest;
+      for (int i = 0; i < 1000 && held() > charged; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      ASSERT_LE(held(), charged) << "history " << history << ", step " << step;
+    }
   }
 }
 
