@@ -20,8 +20,10 @@ constexpr Names<FrontMode, 3> kFronts{
     {{FrontMode::kNone, "none"}, {FrontMode::kPaper, "paper"}, {FrontMode::kWarm, "warm"}}};
 constexpr Names<BoundsKind, 3> kBounds{
     {{BoundsKind::kAabb, "aabb"}, {BoundsKind::kKDop18, "kdop18"}, {BoundsKind::kAuto, "auto"}}};
-constexpr Names<Report, 3> kReports{
-    {{Report::kAll, "all"}, {Report::kEarliest, "earliest"}, {Report::kCount, "count"}}};
+constexpr Names<Report, 4> kReports{{{Report::kAll, "all"},
+                                     {Report::kEarliest, "earliest"},
+                                     {Report::kCount, "count"},
+                                     {Report::kCandidates, "candidates"}}};
 
 template <class T, std::size_t N>
 std::string_view name_of(const Names<T, N>& names, T value) {

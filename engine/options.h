@@ -35,6 +35,10 @@ enum class Report : std::uint8_t {
   /// far may I go" only from a state whose parts are all farther apart.
   kEarliest,
   kCount,  ///< how many, without the list
+  /// Every pair whose moving bounds (18-DOPs, widened by min_separation) overlap at some time, before any
+  /// elementary test: for those who bring their own. The tier does not matter; status kBudget, toi the
+  /// earliest time that the bounds leave.
+  kCandidates,
 };
 
 /// What is told of a contact besides its features, status and time; what is not asked for is not computed.
@@ -95,6 +99,12 @@ struct ColliderOptions {
   /// A step with more contacts than this fails with kResourceExhausted (report kAll and kEarliest).
   std::size_t max_contacts = 50'000'000;
 };
+
+/// Are only pairs reported that come as near as the tier says? Then others may be left out by their distance:
+/// not in tier fast, nor of candidates.
+inline bool reports_by_distance(const ColliderOptions& options) {
+  return options.tier != Tier::kFast && options.report != Report::kCandidates;
+}
 
 /// Checks the ranges stated above and names the first field out of range.
 Status validate(const ColliderOptions& options);

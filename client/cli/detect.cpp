@@ -306,9 +306,10 @@ Verb add_detect(CLI::App& app) {
       ->capture_default_str();
   app.add_option(
          "--report", a.report,
-         "All contacts, only those at the earliest time, or only their number. With --min-separation, pairs "
+         "All contacts, only those at the earliest time, only their number, or all pairs whose moving bounds "
+         "overlap, untested. With --min-separation, pairs "
          "nearer than that at a step's start have time 0, and earliest then reports only these")
-      ->check(CLI::IsMember({"all", "earliest", "count"}))
+      ->check(CLI::IsMember({"all", "earliest", "count", "candidates"}))
       ->capture_default_str();
   app.add_option("--front", a.front, "How the traversal is cached between steps; the contacts are the same")
       ->check(CLI::IsMember({"none", "paper", "warm"}))

@@ -283,8 +283,9 @@ Verb add_load(CLI::App& app) {
   app.add_option("--tier", a.tier, "How an elementary test decides")
       ->check(CLI::IsMember({"fast", "certified", "exact"}))
       ->default_str(std::string(to_string(ColliderOptions{}.tier)) + ", or a recording's");
-  app.add_option("--report", a.report, "All contacts, only those at the earliest time, or only their number")
-      ->check(CLI::IsMember({"all", "earliest", "count"}))
+  app.add_option("--report", a.report,
+                 "All contacts, only those at the earliest time, only their number, or untested candidates")
+      ->check(CLI::IsMember({"all", "earliest", "count", "candidates"}))
       ->default_str(std::string(to_string(ColliderOptions{}.report)) + ", or a recording's");
   app.add_option("--bodies", a.bodies, "The scene's model, as in 'detect'")
       ->check(CLI::IsMember({"declared", "deformable", "components"}))

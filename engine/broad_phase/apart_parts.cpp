@@ -25,8 +25,11 @@ WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame
 
 bool ApartParts::begin(const SceneMotion& motion, const ColliderOptions& options) {
   ++step_;
-  const bool looks = options.separate_parts && options.tier != Tier::kFast && motion.part_count() > 1;
-  if (looks) points_.resize(motion.part_count());
+  const bool looks = options.separate_parts && reports_by_distance(options) && motion.part_count() > 1;
+  if (looks)
+    points_.resize(motion.part_count());
+  else
+    forget();
   return looks;
 }
 

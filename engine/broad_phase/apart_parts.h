@@ -31,7 +31,7 @@ struct ApartPair {
 /// the tiers that report nothing farther apart: certified and exact.
 class ApartParts {
  public:
-  /// Begins a step. Returns whether any part is examined.
+  /// Begins a step. Returns whether any part is examined; if none is, no pair is excluded.
   bool begin(const SceneMotion& motion, const ColliderOptions& options);
   /// Is the part examined?
   bool small(const SceneMotion& motion, std::uint32_t part) const {

@@ -166,7 +166,7 @@ struct Bvh {
   std::size_t memory_bytes() const {
     return held_bytes(order, nodes, blocks_of, blocks, corners, wide, grids, travel, base_travel,
                       base_block_travel, block_travel, states, leaf_of_face) +
-           (shared != nullptr ? shared->memory_bytes() : 0) + block_vertices.memory_bytes();
+           (shared.use_count() == 1 ? shared->memory_bytes() : 0) + block_vertices.memory_bytes();
   }
 
  private:

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/bounds/overlap.h"
+#include "engine/elementary/candidate.h"
 #include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/narrow_phase/coplanarity_filter.h"
@@ -100,8 +101,10 @@ void PairTester::filter_faces() {
   const std::size_t count = std::exchange(face_pairs_, 0);
   if (count == 0) return;
   for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
-  const std::uint32_t apart =
-      triangles_apart(corners_, input_->vertex_bounds, certified_reach(input_->options.tolerance));
+  const bool by_distance = input_->options.report != Report::kCandidates;
+  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds,
+                                                            certified_reach(input_->options.tolerance))
+                                          : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
     const auto [f, g] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
     feature_pairs(f, g);
@@ -176,11 +179,37 @@ void PairTester::flush() {
   test_features();
 }
 
+FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
+  FeatureVertices features{pair.kind, {}};
+  for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
+  return features;
+}
+
+void PairTester::take_verdict(const FeaturePair& pair, const Verdict& verdict) {
+  if (!verdict.contact) return;
+  if (input_->options.leave_out_overlaps && verdict.status == ContactStatus::kOverlapAtStart)
+    ++output_.overlaps;
+  else
+    report(input_->numbering.original({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
+}
+
 void PairTester::test_features() {
   if (block_.size == 0) return;
   input_->stop.check();
   const auto start = std::chrono::steady_clock::now();
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+  if (input_->options.report == Report::kCandidates) {
+    for (const FeaturePair& pair : pairs)
+      take_verdict(pair, candidate_test(features_of(pair), input_->options.min_separation));
+  } else {
+    run_cascade(pairs);
+  }
+  block_.size = 0;
+  output_.elementary_seconds +=
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   const ColliderOptions& options = input_->options;
   std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
   std::size_t count = coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
@@ -192,22 +221,11 @@ void PairTester::test_features() {
   ElementaryCounts counts;
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
-    FeatureVertices features{pair.kind, {}};
-    for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
     if (options.report == Report::kEarliest)
       elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
-    if (const Verdict verdict = elementary_test(features, elementary, counts); verdict.contact) {
-      if (options.leave_out_overlaps && verdict.status == ContactStatus::kOverlapAtStart) {
-        ++output_.overlaps;
-        continue;
-      }
-      report(input_->numbering.original({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
-    }
+    take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
   }
   output_.counts.exact_tests += counts.exact_tests;
-  block_.size = 0;
-  output_.elementary_seconds +=
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 void PairTester::keep(const Contact& contact) {
@@ -229,7 +247,7 @@ void PairTester::report(const Contact& contact) {
   output_.earliest = std::min(output_.earliest, contact.toi);
   const Report wanted = input_->options.report;
   // Past the limit the whole answer is refused, so further contacts are not needed.
-  if (wanted == Report::kAll &&
+  if ((wanted == Report::kAll || wanted == Report::kCandidates) &&
       shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts)
     throw TooManyContacts();
   if (recorder_ != nullptr) recorder_->push_back(contact);

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "engine/bounds/overlap.h"
+#include "engine/elementary/query.h"
+#include "engine/elementary/verdict.h"
 #include "engine/front/rest_answer.h"
 #include "engine/narrow_phase/feature_block.h"
 #include "engine/narrow_phase/met_pairs.h"
@@ -103,8 +105,11 @@ class PairTester {
   // Continues with the pending face pairs that no plane separates.
   void filter_faces();
   void feature_pairs(std::uint32_t f, std::uint32_t g);
-  // Runs the elementary cascade over the block and empties it.
+  // Tests the block's pairs and empties it.
   void test_features();
+  void run_cascade(std::span<const FeaturePair> pairs);
+  FeatureVertices features_of(const FeaturePair& pair) const;
+  void take_verdict(const FeaturePair& pair, const Verdict& verdict);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   void push(const FeaturePair& pair);

@@ -135,7 +135,7 @@ void RigidParts::look(const Topology& topology, const SceneMotion& motion, const
                       const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
                       BodiesWithin bodies_within, bool trial, StopSignal stop) {
   count_ = 0;
-  if (!options.find_rigid || options.tier == Tier::kFast) return;
+  if (!options.find_rigid || !reports_by_distance(options)) return;
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
     if (model.self_collision(p))

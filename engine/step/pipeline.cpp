@@ -430,7 +430,7 @@ class PipelineWith final : public Pipeline {
     const auto cull = [&](std::size_t p) {
       const std::uint32_t part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
       core.patch_culled[p] =
-          core.options.tier == Tier::kExact && core.tests_itself(part) &&
+          core.options.tier == Tier::kExact && reports_by_distance(core.options) && core.tests_itself(part) &&
           provably_embedded(scene, core.motion.vertices().vertices(), patches.faces[p], patches.contours[p]);
     };
     for_each_index(0, patches.count(), stop, cull, kAtOnce);
@@ -570,7 +570,8 @@ class PipelineWith final : public Pipeline {
 
     bool serves(const ColliderOptions& now) const {
       const bool same_reach = now.tier == asked.tier && now.tolerance == asked.tolerance &&
-                              now.min_separation == asked.min_separation;
+                              now.min_separation == asked.min_separation &&
+                              reports_by_distance(now) == reports_by_distance(asked);
       const bool same_answer =
           same_reach && now.report == asked.report && now.leave_out_overlaps == asked.leave_out_overlaps;
       return (same_reach || !left_out) && (same_answer || !kept);

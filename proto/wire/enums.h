@@ -27,7 +27,7 @@ struct Counterpart<Tier> {
 template <>
 struct Counterpart<Report> {
   using Type = v1::Report;
-  static constexpr int kLast = v1::REPORT_COUNT;
+  static constexpr int kLast = v1::REPORT_CANDIDATES;
 };
 template <>
 struct Counterpart<FrontMode> {
@@ -83,7 +83,8 @@ static_assert(to_proto(Tier::kFast) == v1::TIER_FAST && to_proto(Tier::kCertifie
               to_proto(Tier::kExact) == v1::TIER_EXACT);
 static_assert(to_proto(Report::kAll) == v1::REPORT_ALL &&
               to_proto(Report::kEarliest) == v1::REPORT_EARLIEST &&
-              to_proto(Report::kCount) == v1::REPORT_COUNT);
+              to_proto(Report::kCount) == v1::REPORT_COUNT &&
+              to_proto(Report::kCandidates) == v1::REPORT_CANDIDATES);
 static_assert(to_proto(FrontMode::kNone) == v1::FRONT_MODE_NONE &&
               to_proto(FrontMode::kPaper) == v1::FRONT_MODE_PAPER &&
               to_proto(FrontMode::kWarm) == v1::FRONT_MODE_WARM);

@@ -105,7 +105,7 @@ ColliderOptions draw_options(Draws& draws, double unit) {
   options.separate_parts = draws.below(3) != 0;
   options.find_bodies = draws.below(3) != 0;
   options.find_rigid = draws.below(3) != 0;
-  options.report = static_cast<Report>(draws.below(3));
+  options.report = static_cast<Report>(draws.below(4));
   options.explain = draws.below(6) == 0;
   options.normal_cones = draws.below(4) == 0;
   options.fields = {draws.below(2) == 0, draws.below(2) == 0, draws.below(2) == 0};

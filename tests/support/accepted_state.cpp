@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "engine/elementary/candidate.h"
 #include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/part_way.h"
@@ -316,6 +317,7 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   }
   const Scene made = Scene::create(scene).value();
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
+  const bool candidates = options.report == Report::kCandidates;
   const ElementaryOptions elementary{
       .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
   ElementaryCounts counts;
@@ -323,7 +325,9 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
     if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
-    const Verdict verdict = elementary_test(features_of(made, vertices, kind, a, b), elementary, counts);
+    const FeatureVertices features = features_of(made, vertices, kind, a, b);
+    const Verdict verdict = candidates ? candidate_test(features, options.min_separation)
+                                       : elementary_test(features, elementary, counts);
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
   });
   Outcome outcome = answer_of(std::move(contacts), options);
@@ -415,11 +419,11 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
 QuestionOptions draw_question(Draws& draws, const AcceptedState& state) {
   QuestionOptions options;
   if (draws.below(2) == 0) return options;
-  if (draws.below(3) == 0) options.tier = draws.below(2) == 0 ? Tier::kExact : Tier::kCertified;
+  if (draws.below(3) == 0) options.tier = static_cast<Tier>(draws.below(3));
   if (draws.below(4) == 0) options.tolerance = 1e-3;
   if (draws.below(2) == 0)
     options.min_separation = std::array{0.0, 0.02, 0.1, 0.3}[draws.below(4)] * state.unit;
-  if (draws.below(2) == 0) options.report = static_cast<Report>(draws.below(3));
+  if (draws.below(2) == 0) options.report = static_cast<Report>(draws.below(4));
   if (draws.below(3) == 0) options.fields = ContactFields{draws.below(2) == 0, draws.below(2) == 0, true};
   if (draws.below(6) == 0) options.max_contacts = static_cast<std::size_t>(draws.below(30));
   return options;

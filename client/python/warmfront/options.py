@@ -9,7 +9,7 @@ from typing import Any, Literal, Optional
 from .errors import InvalidArgumentError
 
 Tier = Literal["fast", "certified", "exact"]
-Report = Literal["all", "earliest", "count"]
+Report = Literal["all", "earliest", "count", "candidates"]
 FrontMode = Literal["none", "paper", "warm"]
 BoundsKind = Literal["aabb", "kdop18", "auto"]
 ContactField = Literal["weights", "normal", "points"]
@@ -17,7 +17,7 @@ ContactField = Literal["weights", "normal", "points"]
 # The wire's enums list these names in this order, after UNSPECIFIED.
 _CHOICES: dict[str, tuple[str, ...]] = {
     "tier": ("fast", "certified", "exact"),
-    "report": ("all", "earliest", "count"),
+    "report": ("all", "earliest", "count", "candidates"),
     "front": ("none", "paper", "warm"),
     "bounds": ("aabb", "kdop18", "auto"),
 }
@@ -33,7 +33,8 @@ class Options:
     tolerance: relative to each query's own size, in (0, 1]. Default 1e-6.
     min_separation: report pairs that come within this distance, in the scene's length unit; >= 0, above 0 only in the
         certified tier. Default 0.
-    report: "all" contacts (default), only those of the "earliest" time of the step, or only the "count". With a
+    report: "all" contacts (default), only those of the "earliest" time of the step, only the "count", or "candidates":
+        every pair whose moving bounds overlap, untested (status BUDGET; toi is when they first do). With a
         min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
