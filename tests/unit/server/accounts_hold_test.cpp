@@ -86,7 +86,7 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
   }
   /// As told, and as it is; what a thread or the runner took meanwhile is not the session's.
   void expect_enough(std::size_t before, const char* state) const {
-    constexpr std::size_t kOthers = 256 << 10;
+    [[maybe_unused]] constexpr std::size_t kOthers = 256 << 10;
     const std::size_t is = allocated() - before, said = account_->held();
     std::printf("%s: %zu bytes are held, and the account says %zu\n", state, is, said);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
