@@ -21,6 +21,7 @@
 #include "client/cli/replay.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
+#include "client/cli/solve.h"
 #include "proto/command_line/unknown_option.h"
 
 namespace {
@@ -70,6 +71,8 @@ int run(int argc, char** argv) {
   add("replay", "Step through a recorded session again, and compare the answers",
       warmfront::client::add_replay);
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
+  add("solve", "Play an input's frames as a solver's line search: trials, then a commit",
+      warmfront::client::add_solve);
   add("sessions", "List, show, check or close the sessions of a daemon", warmfront::client::add_sessions);
 
   std::vector<std::string> verb_names;

@@ -2,12 +2,14 @@
 // A daemon's answers as plain values: free to copy between threads.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/contact.h"
@@ -72,6 +74,17 @@ struct MaxStep {
   /// Pairs that are within the separation at the start, which count only where they are not left out.
   std::uint64_t overlaps_at_start = 0;
   Answer answer;  ///< of the trial, with the contacts that come first
+
+  /// Of a trial that reports the earliest contacts, and leaves out those that overlap at the start or not.
+  static MaxStep of(Answer trial, bool leave_out_overlaps) {
+    MaxStep step;
+    step.fraction = trial.earliest_toi.value_or(1);
+    step.overlaps_at_start = leave_out_overlaps ? trial.overlaps_at_start
+                                                : static_cast<std::uint64_t>(std::ranges::count(
+                                                      trial.contacts.status, ContactStatus::kOverlapAtStart));
+    step.answer = std::move(trial);
+    return step;
+  }
 };
 
 /// What a daemon allows.

@@ -117,14 +117,7 @@ Result<MaxStep> Session::max_step(const Frame& frame, bool leave_out_overlaps,
                                   const QuestionOptions& options) {
   Result<Answer> answer = impl_->ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps});
   if (!answer) return answer.error();
-  MaxStep step;
-  step.fraction = answer.value().earliest_toi.value_or(1);
-  step.overlaps_at_start = leave_out_overlaps
-                               ? answer.value().overlaps_at_start
-                               : static_cast<std::uint64_t>(std::ranges::count(
-                                     answer.value().contacts.status, ContactStatus::kOverlapAtStart));
-  step.answer = std::move(answer).value();
-  return step;
+  return MaxStep::of(std::move(answer).value(), leave_out_overlaps);
 }
 
 Result<CommitResult> Session::commit(double fraction) {

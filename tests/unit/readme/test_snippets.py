@@ -85,7 +85,7 @@ def built(tmp_path_factory, address):
     programs.update((name, program(text)) for name, text in whole_programs().items())
     lists = CMAKE
     for name, text in programs.items():
-        library = "client" if "client/lib/client.h" in text else "engine"
+        library = "client" if "client/lib/" in text else "engine"
         (folder / f"{name}.cpp").write_text(text.replace(ADDRESS, address))
         lists += f"add_executable({name} {name}.cpp)\ntarget_link_libraries({name} warmfront::{library})\n"
     (folder / "CMakeLists.txt").write_text(lists)

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/lib/any_session.h"
+
+#include <utility>
+
+namespace warmfront::client {
+namespace {
+
+ContactTable columns_of(const StepResult& step, const Scene& scene, const ContactFields& fields) {
+  ContactTable table;
+  table.kind.reserve(step.contacts.size());
+  table.status.reserve(step.contacts.size());
+  table.vertices.reserve(step.contacts.size());
+  table.toi.reserve(step.contacts.size());
+  for (const Contact& contact : step.contacts) {
+    table.kind.push_back(contact.kind);
+    table.status.push_back(contact.status);
+    table.vertices.push_back(scene.vertices_of(contact));
+    table.toi.push_back(contact.toi);
+  }
+  for (const ContactGeometry& geometry : step.geometry) {
+    if (fields.weights) table.weights.push_back(geometry.weights);
+    if (fields.normal) table.normal.push_back(geometry.normal);
+    if (fields.points) table.points.push_back(geometry.points);
+  }
+  return table;
+}
+
+}  // namespace
+
+Result<AnySession> AnySession::create(const SceneDescription& description, const Positions& positions,
+                                      const ColliderOptions& options, std::shared_ptr<Workers> workers) {
+  if (workers == nullptr) workers = std::make_shared<Workers>(0);
+  Result<Scene> scene = Scene::create(description);
+  if (!scene) return scene.error();
+  Result<Collider> collider = Collider::create(std::make_shared<const Scene>(std::move(scene).value()),
+                                               positions, options, std::move(workers));
+  if (!collider) return collider.error();
+  const bool single = std::holds_alternative<std::span<const float>>(positions);
+  return AnySession(Local{std::move(collider).value(), single ? Rounding::kFloat32 : Rounding::kFloat64});
+}
+
+Result<Answer> AnySession::Local::ask(const Frame& moved, const Question& question) {
+  const Result<StepResult> result = collider.ask(moved, question);
+  if (!result) return result.error();
+  const StepResult& step = result.value();
+  Answer answer;
+  answer.frame = frame + 1;
+  answer.vf = step.vf;
+  answer.ee = step.ee;
+  answer.possible = step.possible;
+  answer.earliest_toi = step.earliest_toi;
+  answer.overlaps_at_start = step.overlaps_at_start;
+  answer.contacts = columns_of(step, collider.scene(), merged(collider.options(), question).fields);
+  answer.statistics = step.statistics;
+  if (step.all_deformable) answer.all_deformable.emplace(AllDeformable{*step.all_deformable});
+  if (question.kind == QuestionKind::kStep) ++frame;
+  return answer;
+}
+
+Result<Answer> AnySession::step(const Frame& frame, const QuestionOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->step(frame, options);
+  return std::get<Local>(held_).ask(frame, {.options = options});
+}
+
+Result<Answer> AnySession::trial(const Frame& frame, const QuestionOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->trial(frame, options);
+  return std::get<Local>(held_).ask(frame, {QuestionKind::kTrial, options});
+}
+
+Result<MaxStep> AnySession::max_step(const Frame& frame, bool leave_out_overlaps,
+                                     const QuestionOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_))
+    return remote->max_step(frame, leave_out_overlaps, options);
+  Result<Answer> answer =
+      std::get<Local>(held_).ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps});
+  if (!answer) return answer.error();
+  return MaxStep::of(std::move(answer).value(), leave_out_overlaps);
+}
+
+Result<CommitResult> AnySession::commit(double fraction) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->commit(fraction);
+  Local& local = std::get<Local>(held_);
+  Result<CommitResult> result = local.collider.commit(fraction, local.rounding);
+  if (result) ++local.frame;
+  return result;
+}
+
+Result<std::uint32_t> AnySession::add_body(BodyAddition addition, const Positions& positions) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->add_body(std::move(addition), positions);
+  return std::get<Local>(held_).collider.add_body(std::move(addition), positions);
+}
+
+Status AnySession::change_body(std::uint32_t index, Body body) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->change_body(index, std::move(body));
+  return std::get<Local>(held_).collider.change_body(index, std::move(body));
+}
+
+}  // namespace warmfront::client

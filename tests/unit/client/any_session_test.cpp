@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program that is written once: the same questions in this process and behind a daemon, the same answers;
+// and the verb `solve`, which is such a program.
+#include "client/lib/any_session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "tests/unit/client/command.h"
+#include "tests/unit/server/local_daemon.h"
+#include "tests/unit/server/moving_grids.h"
+
+namespace warmfront::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+class AnySessionTest : public ::testing::Test {
+ protected:
+  static constexpr int kSide = 8;
+
+  template <class Number>
+  std::vector<AnySession> open(const std::vector<Number>& start, const ColliderOptions& options) {
+    const std::span<const Number> positions(start);
+    std::vector<AnySession> both;
+    both.push_back(AnySession::create(grids_.scene(), positions, options).value());
+    both.emplace_back(client_.create_session(grids_.scene(), positions, options).value());
+    return both;
+  }
+  template <class Number>
+  std::vector<Number> at(std::uint64_t frame) const {
+    const std::vector<double> positions = grids_.positions(frame);
+    return {positions.begin(), positions.end()};
+  }
+  template <class Number>
+  void expect_the_same() {
+    std::vector<AnySession> both = open(at<Number>(0), {.fields = {true, false, true}});
+    EXPECT_FALSE(both[0].is_remote());
+    EXPECT_TRUE(both[1].is_remote());
+    std::size_t contacts = 0;
+    for (std::uint64_t k = 1; k <= 12; ++k) {
+      const std::vector<Number> there = at<Number>(k);
+      const Frame frame{std::span<const Number>(there)};
+      const auto same = [&](const Result<Answer>& a, const Result<Answer>& b) {
+        ASSERT_TRUE(a.ok() && b.ok()) << k;
+        EXPECT_EQ(a.value().frame, b.value().frame);
+        EXPECT_EQ(a.value().vf, b.value().vf);
+        EXPECT_EQ(a.value().ee, b.value().ee);
+        EXPECT_EQ(a.value().possible, b.value().possible);
+        EXPECT_EQ(a.value().earliest_toi, b.value().earliest_toi);
+        EXPECT_EQ(a.value().contacts, b.value().contacts);
+        contacts += a.value().contacts.size();
+      };
+      same(both[0].trial(frame), both[1].trial(frame));
+      const auto here = both[0].max_step(frame, true, {.min_separation = 0.01});
+      const auto far = both[1].max_step(frame, true, {.min_separation = 0.01});
+      ASSERT_TRUE(here.ok() && far.ok());
+      EXPECT_EQ(here.value().fraction, far.value().fraction);
+      EXPECT_EQ(here.value().overlaps_at_start, far.value().overlaps_at_start);
+      if (k % 3 == 0) {
+        const auto committed = both[0].commit(0.3), there_too = both[1].commit(0.3);
+        ASSERT_TRUE(committed.ok() && there_too.ok());
+        EXPECT_EQ(committed.value().earliest_toi, there_too.value().earliest_toi);
+        EXPECT_EQ(committed.value().vf, there_too.value().vf);
+      } else {
+        same(both[0].step(frame), both[1].step(frame));
+      }
+    }
+    EXPECT_GT(contacts, 50U);
+  }
+
+  test::LocalDaemon daemon_;
+  Client client_ = Client::connect(daemon_.address()).value();
+  const test::MovingGrids grids_{kSide};
+};
+
+TEST_F(AnySessionTest, AnswersAreTheSameBits) {
+  expect_the_same<double>();
+  expect_the_same<float>();
+}
+
+TEST_F(AnySessionTest, ErrorsHaveTheSameCodesAndChangeNothing) {
+  for (AnySession& session : open(at<double>(0), {})) {
+    EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition);
+    std::vector<double> bad = at<double>(1);
+    bad[7] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(session.trial(Frame{std::span<const double>(bad)}).error().code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(session.change_body(100, {}).error().code, ErrorCode::kInvalidArgument);
+    BodyAddition triangle;
+    triangle.body.vertex_count = 3;
+    triangle.faces = {{0, 1, 2}};
+    const std::vector<double> corners = {50, 0, 0, 51, 0, 0, 50, 1, 0};
+    EXPECT_EQ(session.add_body(triangle, std::span<const double>(corners)).error().code,
+              ErrorCode::kFailedPrecondition)
+        << "to a scene that declares no bodies";
+    const std::vector<double> moved = at<double>(1);
+    EXPECT_EQ(session.trial(Frame{std::span<const double>(moved)}).value().frame, 1U);
+    EXPECT_EQ(session.commit(1.5).error().code, ErrorCode::kInvalidArgument);
+    EXPECT_TRUE(session.commit(0.5).ok());
+  }
+}
+
+class CliSolve : public ::testing::Test {
+ protected:
+  static Json report(const std::string& arguments) {
+    const Outcome outcome =
+        run("solve 'builtin:cloth-ball?triangles=1000&frames=9' --json - " + arguments, "2>/dev/null");
+    EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+    return Json::parse(outcome.out);
+  }
+};
+
+TEST_F(CliSolve, HasTheSameAnswersInThisProcessAndBehindADaemon) {
+  test::LocalDaemon daemon;
+  for (const char* how : {"", "--max-step", "--trials 2 --shrink 1 --min-separation 0.05"}) {
+    const Json here = report(how), there = report(std::string(how) + " --server " + daemon.address());
+    EXPECT_EQ(here["contacts_hash"], there["contacts_hash"]) << how;
+    ASSERT_EQ(here["frames"].size(), 8U);
+    ASSERT_EQ(there["frames"].size(), 8U);
+    for (std::size_t k = 0; k < 8; ++k) {
+      EXPECT_EQ(here["frames"][k].contains("max_step"), std::string(how) == "--max-step");
+      if (here["frames"][k].contains("max_step")) {
+        EXPECT_EQ(here["frames"][k]["max_step"], there["frames"][k]["max_step"]);
+      }
+      for (std::size_t trial = 0; trial < here["frames"][k]["trials"].size(); ++trial)
+        for (const char* what : {"length", "vf", "ee", "earliest_toi"})
+          EXPECT_EQ(here["frames"][k]["trials"][trial][what], there["frames"][k]["trials"][trial][what]);
+    }
+  }
+}
+
+TEST_F(CliSolve, JsonHasTheFieldsThatToolsRead) {
+  const Json json = report("--compare --trials 2");
+  EXPECT_THAT(keys(json), ElementsAre("tier", "trials", "shrink", "contacts_hash", "median_ms", "frames"));
+  EXPECT_THAT(keys(json["median_ms"]),
+              ElementsAre("first_trial", "further_trial", "commit", "frame", "step"));
+  const Json& frame = json["frames"][0];
+  EXPECT_THAT(keys(frame), ElementsAre("frame", "trials", "commit_ms", "step_ms"));
+  ASSERT_EQ(frame["trials"].size(), 2U);
+  EXPECT_EQ(frame["trials"][0]["length"], 1.0);
+  EXPECT_EQ(frame["trials"][1]["length"], 0.7);
+}
+
+TEST_F(CliSolve, MisuseIsSaidInOneLine) {
+  for (const char* wrong : {"--trials 0", "--shrink 1.5", "--keep 0.5", "--frames 5:2", "--tier best"}) {
+    const Outcome outcome = run(std::string("solve 'builtin:cloth-ball?triangles=1000&frames=9' ") + wrong);
+    EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
+    EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;
+  }
+  EXPECT_EQ(run("solve /nonexistent").code, kExitFailed);
+}
+
+}  // namespace
+}  // namespace warmfront::client
