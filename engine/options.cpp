@@ -92,9 +92,10 @@ Status validate(const ColliderOptions& options) {
   if (!std::has_single_bit(leaf) || leaf > 64) {
     return invalid_argument("leaf_size: " + std::to_string(leaf) + " is not one of 1, 2, 4, 8, 16, 32, 64");
   }
-  if (options.min_separation > 0 && options.tier != Tier::kCertified) {
-    return invalid_argument("min_separation: tier \"" + std::string(to_string(options.tier)) +
-                            "\" decides touching; for a separation above 0 use tier \"certified\"");
+  if (options.min_separation > 0 && options.tier == Tier::kFast) {
+    return invalid_argument(
+        "min_separation: tier \"" + std::string(to_string(options.tier)) +
+        "\" decides touching; for a separation above 0 use tier \"certified\" or \"exact\"");
   }
   return {};
 }

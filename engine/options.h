@@ -57,8 +57,8 @@ struct ColliderOptions {
   /// largest coordinate difference between its two primitives at either end of the step). In (0, 1]; rounding
   /// may add 2^-18: see elementary/certified.h.
   double tolerance = 1e-6;
-  /// Certified tier: a pair is in contact when it comes within this distance, in the scene's length unit.
-  /// Finite, >= 0; 0 in the other tiers, which decide touching.
+  /// A pair is in contact when it comes within this distance, in the scene's length unit: at most this far in
+  /// the exact tier. Finite, >= 0; 0 in the fast tier, which decides touching.
   double min_separation = 0.0;
   Report report = Report::kAll;
   ContactFields fields = {};

@@ -14,11 +14,13 @@ namespace {
 constexpr std::size_t kMostNear = 64;
 
 // The distance along one direction beyond which nothing between two parts is reported, for any motion: the
-// certified tier's promise in certified.h, and `room` more. Only for the tiers certified and exact.
+// certified tier's promise in certified.h, and `room` more. Only for the tiers certified and exact; exact
+// reports nothing beyond the separation, of which the share of the size covers the rounding.
 WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame, double room) {
-  if (options.tier == Tier::kExact) return {.least = room};
+  const bool exact = options.tier == Tier::kExact;
+  if (exact && options.min_separation == 0) return {.least = room};
   return {.least = frame.to_local(options.min_separation) + room,
-          .share_of_size = certified_reach(options.tolerance)};
+          .share_of_size = certified_reach(exact ? 0 : options.tolerance)};
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace warmfront {
 struct ElementaryOptions {
   Tier tier = Tier::kCertified;
   double tolerance = 1e-6;     ///< certified tier: see CertifiedOptions
-  double min_separation = 0;   ///< certified tier only, scene units; the other tiers test touching
+  double min_separation = 0;   ///< scene units; 0 in the fast tier, which tests touching
   std::uint32_t budget = 512;  ///< certified tier: windows examined before the answer is kBudget
   double latest = 1;           ///< later contacts are not searched for (Report::kEarliest)
 };

@@ -32,7 +32,24 @@ struct CoordinateBits {
   int span;
 
   explicit CoordinateBits(const FeatureVertices& features);
+  /// With one exponent for all axes, and for a length: where distances count.
+  CoordinateBits(const FeatureVertices& features, double length);
 };
+
+/// A double in units of 2^lowest, of which it is a multiple.
+template <class Linear>
+Linear integer_of(double x, int lowest) {
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  const auto exponent = static_cast<int>(bits >> 52) & 2047;
+  auto mantissa = static_cast<std::int64_t>(bits & ((std::uint64_t{1} << 52) - 1));
+  if (exponent != 0) mantissa |= std::int64_t{1} << 52;
+  if (mantissa == 0) return Linear(0);
+  // mantissa * 2^(max(exponent, 1) - 1075), in units of 2^lowest: the right shift drops only zeros.
+  const int shift = std::max(exponent, 1) - 1075 - lowest;
+  if (shift < 0) mantissa >>= -shift;
+  const Linear whole(x < 0 ? -mantissa : mantissa);
+  return shift > 0 ? whole << shift : whole;
+}
 
 /// The integers of one width: coordinates below 2^(64 W - 4) in magnitude. Differences P(0) and P(1) are
 /// below 2^k, k = 64 W - 3, and P(1) - P(0) is below 2^(k+1). Then
@@ -75,8 +92,8 @@ class DifferencePolygon {
       std::array<Linear, 4> t0;
       std::array<Linear, 4> t1;
       for (int v = 0; v < 4; ++v) {
-        t0[v] = integer(features.vertex[v]->t0[axis], bits.lowest[axis]);
-        t1[v] = integer(features.vertex[v]->t1[axis], bits.lowest[axis]);
+        t0[v] = integer_of<Linear>(features.vertex[v]->t0[axis], bits.lowest[axis]);
+        t1[v] = integer_of<Linear>(features.vertex[v]->t1[axis], bits.lowest[axis]);
       }
       for (int i = 0; i < sides_; ++i) {
         const auto [to, from] = sides_ == 3 ? kVertexFace[i] : kEdgeEdge[i];
@@ -87,6 +104,8 @@ class DifferencePolygon {
   }
 
   int sides() const { return sides_; }
+  /// P_i, after the last of which comes the first again.
+  const std::array<Polynomial<Linear, 1>, 3>& point(int i) const { return p_[i % sides_]; }
 
   /// C_i along an axis.
   Quadratic turn(int side, int axis) const {
@@ -168,19 +187,6 @@ class DifferencePolygon {
   }
 
  private:
-  static Linear integer(double x, int lowest) {
-    const auto bits = std::bit_cast<std::uint64_t>(x);
-    const auto exponent = static_cast<int>(bits >> 52) & 2047;
-    auto mantissa = static_cast<std::int64_t>(bits & ((std::uint64_t{1} << 52) - 1));
-    if (exponent != 0) mantissa |= std::int64_t{1} << 52;
-    if (mantissa == 0) return Linear(0);
-    // mantissa * 2^(max(exponent, 1) - 1075), in units of 2^lowest: the right shift drops only zeros.
-    const int shift = std::max(exponent, 1) - 1075 - lowest;
-    if (shift < 0) mantissa >>= -shift;
-    const Linear whole(x < 0 ? -mantissa : mantissa);
-    return shift > 0 ? whole << shift : whole;
-  }
-
   template <class Sign>
   Answer on_a_side(Sign&& sign) const {
     bool unknown = false;

@@ -32,7 +32,7 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
       motion(modelled, to_doubles(positions, stop), stop),
       model(modelled, stop) {
   // The cone theorem rules out meeting, not what other tiers report: what is near, or seems to meet.
-  const bool cones = options.normal_cones && options.tier == Tier::kExact;
+  const bool cones = options.normal_cones && options.tier == Tier::kExact && options.min_separation == 0;
   workers->run([&] {
     topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones, stop);
     motion.renumber(topology->numbering, 0, stop);

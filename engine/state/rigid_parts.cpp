@@ -57,7 +57,8 @@ bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidRe
   const double off = 2 * std::max(from.residual, to.residual) + room;
   const double gap = kLeastStretch * clearance - off;
   if (!(cosine >= 0)) return false;
-  if (options.tier == Tier::kExact) return gap > 0;
+  // kLeastStretch leaves a hundredth of the clearance for rounding.
+  if (options.tier == Tier::kExact) return gap > options.min_separation;
   // What the certified tier may report at, of pairs at the clearance, which are no larger than two edges and
   // the clearance; of pairs farther apart the gap grows faster than the size.
   const double share = certified_reach(options.tolerance);

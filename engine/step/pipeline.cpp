@@ -430,7 +430,8 @@ class PipelineWith final : public Pipeline {
     const auto cull = [&](std::size_t p) {
       const std::uint32_t part = core.motion.part_of(scene.faces()[patches.faces[p].front()][0]);
       core.patch_culled[p] =
-          core.options.tier == Tier::kExact && reports_by_distance(core.options) && core.tests_itself(part) &&
+          core.options.tier == Tier::kExact && core.options.min_separation == 0 &&
+          reports_by_distance(core.options) && core.tests_itself(part) &&
           provably_embedded(scene, core.motion.vertices().vertices(), patches.faces[p], patches.contours[p]);
     };
     for_each_index(0, patches.count(), stop, cull, kAtOnce);

@@ -132,10 +132,8 @@ RC_GTEST_PROP(Apart, ChangesNoContact, (std::uint64_t seed)) {
   with.bounds = static_cast<BoundsKind>(pile.below(2));
   with.leaf_size = 1U << pile.below(7);
   with.report = pile.below(4) == 0 ? Report::kEarliest : Report::kAll;
-  if (with.tier == Tier::kCertified) {
-    with.tolerance = std::pow(10.0, -1.0 - pile.below(8));
-    if (pile.below(3) == 0) with.min_separation = std::pow(10.0, -1.0 - pile.below(6));
-  }
+  if (with.tier == Tier::kCertified) with.tolerance = std::pow(10.0, -1.0 - pile.below(8));
+  if (pile.below(3) == 0) with.min_separation = std::pow(10.0, -1.0 - pile.below(6));
   ColliderOptions without = with;
   without.separate_parts = false;
   Collider a = Collider::create(scene, std::span<const double>(pile.x), with, workers()).value();

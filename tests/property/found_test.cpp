@@ -102,10 +102,8 @@ RC_GTEST_PROP(Found, ChangesNoContact, (std::uint64_t seed)) {
   ColliderOptions found;
   found.tier = world.below(3) == 0 ? Tier::kExact : Tier::kCertified;
   found.leaf_size = 1U << world.below(7);
-  if (found.tier == Tier::kCertified) {
-    found.tolerance = std::pow(10.0, -1.0 - world.below(8));
-    if (world.below(3) == 0) found.min_separation = std::pow(10.0, -1.0 - world.below(6));
-  }
+  if (found.tier == Tier::kCertified) found.tolerance = std::pow(10.0, -1.0 - world.below(8));
+  if (world.below(3) == 0) found.min_separation = std::pow(10.0, -1.0 - world.below(6));
   ColliderOptions told = found;
   told.find_bodies = told.find_rigid = false;
   told.bounds = BoundsKind::kKDop18;

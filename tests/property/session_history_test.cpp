@@ -100,7 +100,7 @@ ColliderOptions draw_options(Draws& draws, double unit) {
   options.front = static_cast<FrontMode>(draws.below(3));
   options.bounds = static_cast<BoundsKind>(draws.below(3));
   options.leaf_size = 1U << draws.below(7);
-  if (options.tier == Tier::kCertified && draws.below(2) == 0) options.min_separation = 0.05 * unit;
+  if (draws.below(2) == 0) options.min_separation = 0.05 * unit;
   options.lazy_front = draws.below(2) == 0;
   options.separate_parts = draws.below(3) != 0;
   options.find_bodies = draws.below(3) != 0;

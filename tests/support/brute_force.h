@@ -10,6 +10,7 @@
 
 #include "engine/contact.h"
 #include "engine/elementary/certified.h"
+#include "engine/elementary/exact_near.h"
 #include "engine/motion/motion.h"
 #include "engine/scene.h"
 
@@ -72,6 +73,20 @@ inline std::vector<Contact> brute_force(const Scene& scene, std::span<const doub
   std::vector<Contact> contacts;
   for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const Verdict verdict = certified_test(features_of(scene, vertices, kind, a, b), options);
+    if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
+  });
+  return contacts;
+}
+
+/// All pairs that come within the separation, as the exact tier finds them; > 0.
+inline std::vector<Contact> brute_force_exact(const Scene& scene, std::span<const double> x0,
+                                              std::span<const double> x1, double separation) {
+  const std::vector<VertexMotion> vertices = motion_between(x0, x1);
+  std::vector<Contact> contacts;
+  std::uint64_t exact_tests = 0;
+  for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const Verdict verdict =
+        exact_near_test(features_of(scene, vertices, kind, a, b), separation, 1, exact_tests);
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
   });
   return contacts;

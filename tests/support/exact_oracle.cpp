@@ -3,57 +3,17 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "tests/support/polynomial.h"
+#include "tests/support/moving_vectors.h"
 
 namespace warmfront::testing {
 namespace {
 
-using Vector = std::array<Polynomial, 3>;
-
-Vector operator-(const Vector& a, const Vector& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-Polynomial dot(const Vector& a, const Vector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-// The vertices' positions as polynomials in t, all coordinates times one power of two that makes them
-// integers.
-std::array<Vector, 4> positions(const FeatureVertices& features) {
-  unsigned long exponent = 0;
-  for (const VertexMotion* v : features.vertex) {
-    for (int axis = 0; axis < 3; ++axis) {
-      exponent = std::max({exponent, dyadic(v->t0[axis]).exponent, dyadic(v->t1[axis]).exponent});
-    }
-  }
-  const auto integer = [&](double x) {
-    const Dyadic d = dyadic(x);
-    mpz_class result;
-    mpz_mul_2exp(result.get_mpz_t(), d.numerator.get_mpz_t(), exponent - d.exponent);
-    return result;
-  };
-  std::array<Vector, 4> result;
-  for (int k = 0; k < 4; ++k) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const mpz_class from = integer(features.vertex[k]->t0[axis]);
-      const mpz_class to = integer(features.vertex[k]->t1[axis]);
-      result[k][axis] = Polynomial({from, to - from});
-    }
-  }
-  return result;
-}
+using Vector = MovingVector;
 
 // Signs of polynomials at one time.
 using SignAt = std::function<int(const Polynomial&)>;
@@ -130,20 +90,9 @@ class Hull {
 };
 
 std::vector<Vector> differences(const FeatureVertices& features) {
-  const auto p = positions(features);
+  const auto p = integer_query(features, 0).vertex;
   if (features.kind == ContactKind::kVertexFace) return {p[1] - p[0], p[2] - p[0], p[3] - p[0]};
   return {p[2] - p[0], p[3] - p[0], p[2] - p[1], p[3] - p[1]};
-}
-
-// The largest double not above the root, which is in (0, 1]. Positive doubles are ordered as their bits.
-double double_below(Root& root) {
-  std::uint64_t below = 0;
-  std::uint64_t above = std::bit_cast<std::uint64_t>(1.0) + 1;
-  while (above - below > 1) {
-    const std::uint64_t middle = below + (above - below) / 2;
-    (compare(dyadic(std::bit_cast<double>(middle)), root) <= 0 ? below : above) = middle;
-  }
-  return std::bit_cast<double>(below);
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ class Options:
     tier: "fast" may miss and may invent contacts; "certified" (default) never misses, and may report pairs within
         tolerance; "exact" is right.
     tolerance: relative to each query's own size, in (0, 1]. Default 1e-6.
-    min_separation: report pairs that come within this distance, in the scene's length unit; >= 0, above 0 only in the
-        certified tier. Default 0.
+    min_separation: report pairs that come within this distance, in the scene's length unit; >= 0, 0 in the fast tier,
+        which decides touching; the exact tier reports these and no others. Default 0.
     report: "all" contacts (default), only those of the "earliest" time of the step, only the "count", or "candidates":
         every pair whose moving bounds overlap, untested (status BUDGET; toi is when they first do). With a
         min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these.

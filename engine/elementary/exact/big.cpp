@@ -129,6 +129,57 @@ Big Big::root(const Big& a) {
   return of(std::move(result), false);
 }
 
+// From the lowest limb up, modulo 2^64 each (Jebelean 1993): the quotient's limbs in turn make the rest's
+// lowest limb 0.
+Big Big::exact(const Big& a, const Big& b) {
+  if (a.limbs_.empty()) return {};
+  const int zeros = b.trailing_zeros();
+  const Big odd = shifted_down(b.negative_ ? -b : b, zeros);
+  Limbs rest = shifted_down(a.negative_ ? -a : a, zeros).limbs_;
+  const mp_limb_t low = odd.limbs_.front();
+  mp_limb_t inverse = low;  // right in three bits; each round doubles that
+  for (int round = 0; round < 5; ++round) inverse *= 2 - low * inverse;
+  const std::size_t width = odd.limbs_.size();
+  Limbs result(rest.size() - width + 1);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = rest[i] * inverse;
+    const std::size_t reach = std::min(width, rest.size() - i);
+    mp_limb_t borrow =
+        mpn_submul_1(rest.data() + i, odd.limbs_.data(), static_cast<mp_size_t>(reach), result[i]);
+    for (std::size_t k = i + reach; k < rest.size() && borrow != 0; ++k) {
+      const mp_limb_t before = rest[k];
+      rest[k] -= borrow;
+      borrow = before < borrow ? 1 : 0;
+    }
+  }
+  return of(std::move(result), a.negative_ != b.negative_);
+}
+
+Big Big::divisor(const Big& a, const Big& b) {
+  const auto odd = [](const Big& x) {
+    return x.limbs_.empty() ? Big() : shifted_down(x.negative_ ? -x : x, x.trailing_zeros());
+  };
+  Big x = odd(a);
+  Big y = odd(b);
+  if (compare(x.limbs_, y.limbs_) < 0) std::swap(x, y);
+  if (y.limbs_.empty()) return x;
+  Limbs result(y.limbs_.size());
+  result.resize(static_cast<std::size_t>(
+      mpn_gcd(result.data(), x.limbs_.data(), size_of(x.limbs_), y.limbs_.data(), size_of(y.limbs_))));
+  return of(std::move(result), false);
+}
+
+int Big::trailing_zeros() const {
+  const auto low = std::ranges::find_if(limbs_, [](mp_limb_t limb) { return limb != 0; });
+  return 64 * static_cast<int>(low - limbs_.begin()) + std::countr_zero(*low);
+}
+
+std::uint64_t Big::residue(std::uint64_t m) const {
+  if (limbs_.empty()) return 0;
+  const std::uint64_t rest = mpn_mod_1(limbs_.data(), size_of(limbs_), m);
+  return negative_ && rest != 0 ? m - rest : rest;
+}
+
 void Big::add_one_to_magnitude() {
   limbs_.push_back(0);
   mpn_add_1(limbs_.data(), limbs_.data(), size_of(limbs_), 1);

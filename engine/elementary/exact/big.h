@@ -42,11 +42,21 @@ class Big {
   friend Big operator>>(const Big& a, int bits) { return shifted_down(a, bits); }
   /// Rounds down; b is not 0.
   friend Big floor_divide(const Big& a, const Big& b) { return quotient(a, b); }
+  /// a / b, where b is not 0 and divides a.
+  friend Big exact_quotient(const Big& a, const Big& b) { return exact(a, b); }
+  /// The greatest odd common divisor of two numbers of at most kMostDivisorBits; of 0 and 0 it is 0.
+  friend Big odd_divisor(const Big& a, const Big& b) { return divisor(a, b); }
+  /// Numbers of which GMP finds common divisors without allocating.
+  static constexpr int kMostDivisorBits = 256 * 64;
   /// Of a number >= 0.
   friend Big floor_sqrt(const Big& a) { return root(a); }
 
   /// Of the magnitude; 0 for 0.
   int bits() const;
+  /// The exponent of the greatest power of two that divides it; not of 0.
+  int trailing_zeros() const;
+  /// The number mod m, in [0, m); m is above 2^63.
+  std::uint64_t residue(std::uint64_t m) const;
   /// About value / 2^shift; infinity or 0 outside double's range.
   double scaled(int shift) const;
   /// The largest double not above value / 2^shift, which must be in [0, 1].
@@ -62,6 +72,8 @@ class Big {
   static Big shifted_down(const Big& a, int bits);
   static Big quotient(const Big& a, const Big& b);
   static Big root(const Big& a);
+  static Big exact(const Big& a, const Big& b);
+  static Big divisor(const Big& a, const Big& b);
   /// Takes the magnitude's leading zeros off.
   static Big of(Limbs limbs, bool negative);
   void add_one_to_magnitude();

@@ -186,11 +186,15 @@ int tarski_query(const Polynomial<Big, 2>& f, const Polynomial<Big, 2>& g, const
 /// The largest double not above f's root near t, from f(t) and f'(t), if certain. For an f with coefficients
 /// of at most 1: `value` with a relative error below 2^-49 and an absolute error of `value_error`, `slope`
 /// from coefficients within 2^-52. Error bound: README.md.
-inline std::optional<double> floor_by_newton(double t, double value, double slope, double value_error = 0) {
+template <int kDegree = 3>
+std::optional<double> floor_by_newton(double t, double value, double slope, double value_error = 0) {
+  static_assert(kDegree <= 6);
+  constexpr double kSlopeError = kDegree <= 3 ? 0x1p-48 : 0x1p-45;
+  constexpr double kTwiceBend = kDegree <= 3 ? 16 : 140;
   const double step = value / slope;
   const double blur = value_error / std::fabs(slope);
   const double reach = std::fabs(step) + blur;
-  const double relative = (0x1p-48 + 16 * reach) / std::fabs(slope);
+  const double relative = (kSlopeError + kTwiceBend * reach) / std::fabs(slope);
   if (!(relative < 0x1p-10 && reach <= 0.25 * t)) return {};
   const double nearest = t - step;
   const double above = (t - nearest) - step;  // the root - nearest; the first difference is exact
@@ -265,7 +269,7 @@ std::optional<Root<Int>> locate(const Polynomial<Int, kDegree>& f, const typenam
       const double approximate = value.scaled(kDegree * t.shift + approximation.scale);
       const double slope = approximation.slope(at);
       if constexpr (!Int::kUnbounded) {  // Big's values may underflow as doubles
-        if (const auto floor = floor_by_newton(at, approximate, slope)) {
+        if (const auto floor = floor_by_newton<kDegree>(at, approximate, slope)) {
           const auto floor_bits = std::bit_cast<std::uint64_t>(*floor);
           if (floor_bits >= std::max(low, kLeast) && floor_bits + 1 < high)
             return Root<Int>{begin, end, *floor, false};

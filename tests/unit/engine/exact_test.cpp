@@ -310,12 +310,12 @@ TEST(Exact, QuerySets) {
   }
 }
 
-TEST(Exact, RefusesASeparation) {
-  const Status status = validate({.tier = Tier::kExact, .min_separation = 0.1});
+TEST(Options, OnlyTheFastTierRefusesASeparation) {
+  const Status status = validate({.tier = Tier::kFast, .min_separation = 0.1});
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().code, ErrorCode::kInvalidArgument);
   EXPECT_NE(status.error().message.find("certified"), std::string::npos);
-  EXPECT_TRUE(validate({.tier = Tier::kExact}).ok());
+  EXPECT_TRUE(validate({.tier = Tier::kExact, .min_separation = 0.1}).ok());
 }
 
 TEST(Options, ARefusedNumberIsNamedByItsDigits) {

@@ -40,7 +40,7 @@ def nan_at(vertex):
     (r"options.fields: 'depth' is none of", dict(options=Options(fields=["depth"]))),
     (r"options.leaf_size: -1 is not a number", dict(options=Options(leaf_size=-1))),
     (r"tolerance", dict(options=Options(tolerance=2.0))),
-    (r"min_separation", dict(options=Options(tier="exact", min_separation=0.1))),
+    (r"min_separation", dict(options=Options(tier="fast", min_separation=0.1))),
     (r"session_id", dict(id="mine")),
 ])
 def test_a_bad_scene(client, message, arguments):

@@ -94,7 +94,7 @@ def test_counted_and_partly_taken(client):
 
 @pytest.mark.parametrize("message, question", [
     ("tolerance", dict(tolerance=2.0)), ("tolerance", dict(tolerance=-1.0)), ("min_separation", dict(min_separation=-1.0)),
-    ("min_separation", dict(tier="exact", min_separation=0.1)), ("max_contacts", dict(max_contacts=2**60)),
+    ("min_separation", dict(tier="fast", min_separation=0.1)), ("max_contacts", dict(max_contacts=2**60)),
 ])
 def test_options_that_the_daemon_refuses(client, message, question):
     with client.session(BEFORE, FACES) as session:

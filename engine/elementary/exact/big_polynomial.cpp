@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/exact/big_polynomial.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace warmfront::roots {
+namespace {
+
+int degree(const Coefficients& p) {
+  return static_cast<int>(p.size()) - 1;
+}
+
+void normalise(Coefficients& p) {
+  while (!p.empty() && p.back().sign() == 0) p.pop_back();
+}
+
+// --- Modulo one prime: the degree of a common divisor is at most what it is there ---
+
+constexpr std::uint64_t kPrime = 0xffffffffffffffc5;  // 2^64 - 59
+
+std::uint64_t times(std::uint64_t a, std::uint64_t b) {
+  return static_cast<std::uint64_t>(static_cast<Fixed<2>::Whole>(a) * b % kPrime);
+}
+
+std::uint64_t inverse(std::uint64_t a) {
+  std::uint64_t power = 1;
+  for (std::uint64_t e = kPrime - 2; e != 0; e >>= 1) {
+    if ((e & 1) != 0) power = times(power, a);
+    a = times(a, a);
+  }
+  return power;
+}
+
+using Residues = std::vector<std::uint64_t>;
+
+Residues residues(const Coefficients& p) {
+  Residues all(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) all[i] = p[i].residue(kPrime);
+  return all;
+}
+
+// Certainly without a common divisor but numbers: so modulo a prime that divides neither leading coefficient.
+bool surely_coprime(const Coefficients& p, const Coefficients& q) {
+  Residues a = residues(p);
+  Residues b = residues(q);
+  if (a.empty() || b.empty() || a.back() == 0 || b.back() == 0) return false;
+  if (a.size() < b.size()) std::swap(a, b);
+  while (b.size() > 1) {
+    const std::uint64_t lead = inverse(b.back());
+    while (a.size() >= b.size()) {
+      const std::uint64_t factor = times(a.back(), lead);
+      const std::size_t shift = a.size() - b.size();
+      for (std::size_t i = 0; i < b.size(); ++i) {
+        const std::uint64_t less = times(factor, b[i]);
+        std::uint64_t& x = a[i + shift];
+        x = x >= less ? x - less : x + (kPrime - less);
+      }
+      while (!a.empty() && a.back() == 0) a.pop_back();
+    }
+    if (a.empty()) return false;  // b divides what was before it
+    std::swap(a, b);
+  }
+  return true;
+}
+
+// --- Over the integers ---
+
+// Divided by the largest power of two, and by the common divisor of all coefficients if these are short.
+void make_small(Coefficients& p) {
+  int twos = Big::kMaxShift;
+  int longest = 0;
+  for (const Big& x : p) {
+    if (x.sign() != 0) twos = std::min(twos, x.trailing_zeros());
+    longest = std::max(longest, x.bits());
+  }
+  if (longest == 0) return;
+  for (Big& x : p) x = x >> twos;
+  if (longest > Big::kMostDivisorBits) return;
+  Big content;
+  for (const Big& x : p) content = odd_divisor(content, x);
+  if (content.bits() <= 1) return;
+  for (Big& x : p) x = exact_quotient(x, content);
+}
+
+// lead(b)^(degree(a) - degree(b) + 1) a mod b; a is of no lower degree.
+Coefficients pseudo_remainder(Coefficients a, const Coefficients& b) {
+  const Big& lead = b.back();
+  for (std::size_t left = a.size() - b.size() + 1; left > 0; --left) {
+    const Big top = a.back();
+    const std::size_t shift = left - 1;
+    for (Big& x : a) x = x * lead;
+    for (std::size_t i = 0; i < b.size(); ++i) a[i + shift] = a[i + shift] - top * b[i];
+    a.pop_back();  // 0 by construction
+  }
+  normalise(a);
+  return a;
+}
+
+Big power(const Big& x, int exponent) {
+  Big result(1);
+  for (int i = 0; i < exponent; ++i) result = result * x;
+  return result;
+}
+
+Coefficients derivative(const Coefficients& p) {
+  Coefficients result;
+  for (std::size_t i = 1; i < p.size(); ++i) result.push_back(p[i] * static_cast<std::uint64_t>(i));
+  return result;
+}
+
+// q with a = q b up to a factor; b divides a.
+Coefficients quotient(Coefficients a, const Coefficients& b) {
+  const Big& lead = b.back();
+  Coefficients result(a.size() - b.size() + 1, Big(0));
+  for (std::size_t left = result.size(); left > 0; --left) {
+    const std::size_t shift = left - 1;
+    const Big top = a[shift + b.size() - 1];
+    for (Big& x : result) x = x * lead;
+    result[shift] = top;
+    for (Big& x : a) x = x * lead;
+    for (std::size_t i = 0; i < b.size(); ++i) a[i + shift] = a[i + shift] - top * b[i];
+  }
+  make_small(result);
+  return result;
+}
+
+// --- Roots ---
+
+BigDyadic with_shift(const BigDyadic& t, int shift) {
+  return {t.numerator << (shift - t.shift), shift};
+}
+
+BigDyadic middle_of(const BigDyadic& a, const BigDyadic& b) {
+  const int shift = std::max(a.shift, b.shift);
+  return {with_shift(a, shift).numerator + with_shift(b, shift).numerator, shift + 1};
+}
+
+// Sign of a - b.
+int order(const BigDyadic& a, const BigDyadic& b) {
+  const int shift = std::max(a.shift, b.shift);
+  return (with_shift(a, shift).numerator - with_shift(b, shift).numerator).sign();
+}
+
+int sign_of(const Coefficients& p, const BigDyadic& t) {
+  if (p.empty()) return 0;
+  Big value = p.back();
+  for (int i = degree(p); i-- > 0;) value = value * t.numerator + (p[i] << ((degree(p) - i) * t.shift));
+  return value.sign();
+}
+
+// Of p on [begin, end], times a positive number: b_i = sum over k <= i of C(i, k) / C(n, k) q_k for q(x) =
+// p(begin + (end - begin) x).
+Coefficients bernstein(const Coefficients& p, const BigDyadic& begin, const BigDyadic& end) {
+  const int shift = std::max(begin.shift, end.shift);
+  const Big from = with_shift(begin, shift).numerator;
+  const Big by = with_shift(end, shift).numerator - from;
+  const int n = degree(p);
+  Coefficients q{p.back()};
+  for (int i = n; i-- > 0;) {
+    Coefficients next(q.size() + 1, Big(0));
+    for (std::size_t k = 0; k < q.size(); ++k) {
+      next[k] = next[k] + q[k] * from;
+      next[k + 1] = next[k + 1] + q[k] * by;
+    }
+    next[0] = next[0] + (p[i] << ((n - i) * shift));
+    q = std::move(next);
+  }
+  // n! C(i, k) / C(n, k) = n! i! (n - k)! / (n! (i - k)!) is an integer.
+  const auto factorial = [](int x) {
+    std::uint64_t product = 1;
+    for (int i = 2; i <= x; ++i) product *= static_cast<std::uint64_t>(i);
+    return product;
+  };
+  Coefficients b(q.size(), Big(0));
+  for (int i = 0; i <= n; ++i) {
+    for (int k = 0; k <= i; ++k) b[i] = b[i] + q[k] * (factorial(i) / factorial(i - k) * factorial(n - k));
+  }
+  return b;
+}
+
+int variations(const Coefficients& b) {
+  int count = 0;
+  int last = 0;
+  for (const Big& x : b) {
+    const int sign = x.sign();
+    count += sign * last < 0;
+    if (sign != 0) last = sign;
+  }
+  return count;
+}
+
+// de Casteljau at the middle, times 2^n: `left` becomes the first half, and the second is returned.
+Coefficients halve(Coefficients& left) {
+  const std::size_t n = left.size() - 1;
+  Coefficients right(left.size());
+  Coefficients row = left;
+  for (std::size_t level = 0; level <= n; ++level) {
+    left[level] = row[0] << static_cast<int>(n - level);
+    right[n - level] = row[n - level] << static_cast<int>(n - level);
+    for (std::size_t i = 0; i + level < n; ++i) row[i] = row[i] + row[i + 1];
+  }
+  return right;
+}
+
+struct Piece {
+  Coefficients bernstein;
+  BigDyadic begin;
+  BigDyadic end;
+  bool only_end = false;  // a root at the end of what was before
+};
+
+constexpr int kPadded = 6;
+
+Polynomial<Big, kPadded> padded(const Coefficients& p) {
+  Polynomial<Big, kPadded> all;
+  std::ranges::copy(p, all.c.begin());
+  return all;
+}
+
+}  // namespace
+
+Coefficients common_divisor(const Coefficients& p, const Coefficients& q) {
+  Coefficients a = p;
+  Coefficients b = q;
+  if (a.size() < b.size()) std::swap(a, b);
+  if (b.empty()) return a;
+  if (b.size() == 1 || surely_coprime(a, b)) return {Big(1)};
+  make_small(a);
+  make_small(b);
+  // The divisors g h^delta and h of Brown and Traub; of either sign, since only divisors are asked for.
+  Big g(1);
+  Big h(1);
+  for (;;) {
+    const int delta = degree(a) - degree(b);
+    Coefficients rest = pseudo_remainder(a, b);
+    if (rest.empty()) break;
+    if (rest.size() == 1) return {Big(1)};
+    const Big divisor = g * power(h, delta);
+    a = std::move(b);
+    for (Big& x : rest) x = exact_quotient(x, divisor);
+    b = std::move(rest);
+    g = a.back();
+    if (delta > 0) h = delta == 1 ? g : exact_quotient(power(g, delta), power(h, delta - 1));
+  }
+  make_small(b);
+  return b;
+}
+
+Coefficients squarefree(const Coefficients& p) {
+  if (p.size() <= 2) return p;
+  const Coefficients common = common_divisor(p, derivative(p));
+  return common.size() == 1 ? p : quotient(p, common);
+}
+
+void isolate_roots(const Coefficients& f, const BigDyadic& begin, const BigDyadic& end,
+                   const std::function<bool(const IsolatedRoot&)>& visit) {
+  if (f.size() < 2) return;
+  if (sign_of(f, begin) == 0 && !visit({begin, begin, true})) return;
+  if (order(begin, end) == 0) return;
+  std::vector<Piece> pieces;
+  pieces.push_back({{}, end, end, true});
+  pieces.push_back({bernstein(f, begin, end), begin, end});
+  while (!pieces.empty()) {
+    Piece piece = std::move(pieces.back());
+    pieces.pop_back();
+    if (piece.only_end) {
+      if (sign_of(f, piece.end) == 0 && !visit({piece.end, piece.end, true})) return;
+      continue;
+    }
+    const int count = variations(piece.bernstein);
+    if (count == 0) continue;
+    const bool ends_apart = piece.bernstein.front().sign() != 0 && piece.bernstein.back().sign() != 0;
+    if (count == 1 && ends_apart) {
+      if (!visit({piece.begin, piece.end, false})) return;
+      continue;
+    }
+    const BigDyadic middle = middle_of(piece.begin, piece.end);
+    Coefficients right = halve(piece.bernstein);
+    const bool at_middle = right.front().sign() == 0;
+    pieces.push_back({std::move(right), middle, piece.end});
+    if (at_middle) pieces.push_back({{}, middle, middle, true});
+    pieces.push_back({std::move(piece.bernstein), std::move(piece.begin), middle});
+  }
+}
+
+double floor_of_root(const Coefficients& f, const IsolatedRoot& root) {
+  if (root.is_dyadic) return floor_of(root.begin);
+  return locate(padded(f), root.begin, root.end, sign_of(f, root.begin), nullptr)->floor;
+}
+
+int sign_at_root(const Coefficients& f, const IsolatedRoot& root, const Coefficients& g) {
+  if (g.empty()) return 0;
+  if (root.is_dyadic) return sign_of(g, root.begin);
+  // f changes its sign at the root; a common divisor does if it has the root.
+  const Coefficients common = common_divisor(f, g);
+  if (common.size() > 1 && sign_of(common, root.begin) != sign_of(common, root.end)) return 0;
+  // g is not 0 at the root: nor, then, on a short interval around it.
+  BigDyadic begin = root.begin;
+  BigDyadic end = root.end;
+  const int before = sign_of(f, begin);
+  for (int halvings = 1;; halvings *= 2) {
+    const Coefficients b = bernstein(g, begin, end);
+    if (b.front().sign() != 0 && b.back().sign() != 0 && variations(b) == 0) return b.front().sign();
+    for (int i = 0; i < halvings; ++i) {
+      const BigDyadic middle = middle_of(begin, end);
+      const int sign = sign_of(f, middle);
+      if (sign == 0) return sign_of(g, middle);
+      (sign == before ? begin : end) = middle;
+    }
+  }
+}
+
+}  // namespace warmfront::roots
