@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "engine/elementary/exact.h"
+#include "engine/elementary/exact_near.h"
 #include "tests/support/failing_allocations.h"
 #include "tests/support/feature_case.h"
+#include "tests/support/near_torture.h"
 
 namespace warmfront::testing {
 namespace {
@@ -56,6 +58,58 @@ TEST(ExactMemory, GmpIsNeverLeftToLookForMemory) {
   mp_set_memory_functions(nullptr, nullptr, nullptr);
   EXPECT_GT(exact_tests, 500U);
   EXPECT_EQ(asked_by_gmp, 0);
+}
+
+// The families that need the longest operands, and any separation on queries of all of double's range.
+TEST(ExactMemory, GmpIsNeverLeftToLookForMemoryWithASeparation) {
+  mp_set_memory_functions(allocate, reallocate, release);
+  asked_by_gmp = 0;
+  std::mt19937_64 random(9);
+  std::uint64_t exact_tests = 0;
+  for (int trial = 0; trial < 25; ++trial) {
+    for (const NearFamily& family : near_families()) {
+      for (const ContactKind kind : {ContactKind::kVertexFace, ContactKind::kEdgeEdge}) {
+        const NearCase made = family.make(random, kind);
+        exact_near_test(made.query.features(), made.separation, 1, exact_tests);
+      }
+    }
+  }
+  for (int trial = 0; trial < 150; ++trial) {
+    const FeatureCase query = draw(random);
+    exact_near_test(query.features(), any_separation(random, query), 1, exact_tests);
+  }
+  mp_set_memory_functions(nullptr, nullptr, nullptr);
+  EXPECT_GT(exact_tests, 50U);
+  EXPECT_EQ(asked_by_gmp, 0);
+}
+
+TEST(ExactMemory, WhatFailsWithASeparationThrowsAndKeepsNothing) {
+  std::mt19937_64 random(10);
+  int failures = 0;
+  for (int trial = 0; trial < 40 && failures < 2'000; ++trial) {
+    const NearFamily& family = near_families()[static_cast<std::size_t>(trial) % near_families().size()];
+    const NearCase made =
+        family.make(random, trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge);
+    std::uint64_t exact_tests = 0;
+    const Verdict right = exact_near_test(made.query.features(), made.separation, 1, exact_tests);
+    const std::size_t live = live_bytes();
+    long step = 1;
+    bool failed = true;
+    for (long n = 0; failed; n += step, step += n > 40 ? 7 : 0) {  // the first ones, then ever fewer
+      try {
+        const FailingAllocations failing(n);
+        exact_near_test(made.query.features(), made.separation, 1, exact_tests);
+        failed = false;
+      } catch (const std::bad_alloc&) {
+        ++failures;
+      }
+      ASSERT_EQ(live_bytes(), live) << trial << ", allocation " << n;
+    }
+    const Verdict again = exact_near_test(made.query.features(), made.separation, 1, exact_tests);
+    ASSERT_EQ(again.contact, right.contact);
+    ASSERT_EQ(again.toi, right.toi);
+  }
+  EXPECT_GT(failures, 200);
 }
 
 TEST(ExactMemory, WhatFailsThrowsAndKeepsNothing) {
