@@ -111,9 +111,9 @@ TEST_F(CliBench, TheAnswerIsThatOfDetect) {
     for (const Json& row : report["inputs"][0]["settings"])
       EXPECT_EQ(row["hash"], Json::parse(detected.out)["contacts_hash"]) << options;
   }
-  // No tier but the certified one knows of separations.
+  // The fast tier knows of no separations.
   const Json separated = measure("--ablations tier --min-separation 0.01");
-  EXPECT_EQ(separated["inputs"][0]["settings"].size(), 2U);
+  EXPECT_EQ(separated["inputs"][0]["settings"].size(), 3U);
 }
 
 // Then the cold step is all there is.
@@ -171,7 +171,7 @@ TEST_F(CliBench, MisuseAndFailures) {
   for (const char* arguments :
        {"--tier sharp", "--tolerance 0", "--report count", "--rounds 0", "--threads-list 0",
         "--threads-list 1,x", "--ablations cold", "--ablations none,front", "--substeps 0", "--frames 3:2",
-        "--frames 0:99", "--min-separation -1", "--tier exact --min-separation 1"}) {
+        "--frames 0:99", "--min-separation -1", "--tier fast --min-separation 1"}) {
     const Outcome outcome =
         run(std::string("bench 'builtin:bart?triangles=1000&frames=5' --json - ") + arguments);
     EXPECT_EQ(outcome.code, kExitUsage) << arguments << ": " << outcome.out;

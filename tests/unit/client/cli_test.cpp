@@ -50,7 +50,6 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --tolerance nan",
                                 "detect builtin:bart --tolerance x",
                                 "detect builtin:bart --min-separation -1",
-                                "detect builtin:bart --tier exact --min-separation 1",
                                 "detect builtin:bart --tier fast --min-separation 1",
                                 "detect builtin:bart --leaf-size 3",
                                 "detect builtin:bart --normal-cones maybe",

@@ -124,7 +124,7 @@ def test_a_fraction_is_a_number_up_to_1(session, fraction, message):
 
 @pytest.mark.parametrize("message, call", [
     ("tier: 'sure' is none of fast, certified, exact", lambda s, V: s.trial(V, tier="sure")),
-    ("report: 'candidates' is none of", lambda s, V: s.step(V, report="candidates")),
+    ("report: 'nearest' is none of", lambda s, V: s.step(V, report="nearest")),
     ("fields: 'depth' is none of weights, normal, points", lambda s, V: s.trial(V, fields=["depth"])),
     ("tolerance: 'small' is not a number", lambda s, V: s.max_step(V, tolerance="small")),
     ("max_contacts: -1 is not a number", lambda s, V: s.trial(V, max_contacts=-1)),
