@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/print.h"
 #include "client/cli/progress.h"
 #include "client/cli/svg.h"
 #include "client/cli/trade.h"
@@ -31,10 +32,11 @@ namespace fs = std::filesystem;
 /// The arguments as given.
 struct Arguments {
   std::vector<std::string> paths;
-  std::vector<std::string> tiers{"fast", "certified", "exact"};
+  std::vector<std::string> tiers;  ///< empty: all that apply
   std::vector<double> tolerances{1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12};
   std::vector<std::string> positions{"float64", "float32"};
   std::vector<std::string> bounds{"kdop18", "aabb"};
+  double min_separation = 0;
   std::string type;
   std::string frames;
   std::uint32_t substeps = 1;
@@ -48,22 +50,27 @@ struct Arguments {
 /// All combinations; tolerances only for the tier that uses them.
 Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
   std::vector<TradeSetting> settings;
+  std::vector<std::string> tiers = arguments.tiers;
+  if (tiers.empty()) tiers = {"certified", "exact"};
+  if (arguments.tiers.empty() && arguments.min_separation == 0) tiers.insert(tiers.begin(), "fast");
   for (const std::string& positions : arguments.positions) {
     for (const std::string& bounds_name : arguments.bounds) {
       const Result<BoundsKind> bounds = parse_bounds_kind(bounds_name);
       if (!bounds) return bounds.error();
-      for (const std::string& tier_name : arguments.tiers) {
+      for (const std::string& tier_name : tiers) {
         const Result<Tier> tier = parse_tier(tier_name);
         if (!tier) return tier.error();
         TradeSetting setting{
             .tier = tier.value(),
             .positions = positions == "float32" ? PositionType::kFloat32 : PositionType::kFloat64,
-            .bounds = bounds.value()};
+            .bounds = bounds.value(),
+            .separation = arguments.min_separation};
         const bool tolerant = setting.tier == Tier::kCertified;
         for (const double tolerance :
              tolerant ? arguments.tolerances : std::vector<double>{setting.tolerance}) {
           setting.tolerance = tolerance;
-          const Status status = validate(ColliderOptions{.tier = setting.tier, .tolerance = tolerance});
+          const Status status = validate(ColliderOptions{
+              .tier = setting.tier, .tolerance = tolerance, .min_separation = arguments.min_separation});
           if (!status) return status.error();
           settings.push_back(setting);
         }
@@ -73,6 +80,11 @@ Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
   // The exact tier gives the reference answers.
   if (Status status = validate(ColliderOptions{.tier = Tier::kExact}); !status) return status.error();
   return settings;
+}
+
+std::string set_name(const Arguments& arguments, const std::string& path) {
+  if (arguments.min_separation == 0) return short_name(path);
+  return short_name(path) + print(", separation %g", arguments.min_separation);
 }
 
 bool is_scene(const std::string& path) {
@@ -94,7 +106,7 @@ Result<SceneTrade> measure_query_set(const Arguments& arguments, const std::stri
   if (!files) return files.error();
   const std::vector<TypedQuery> queries = all_queries(files.value());
   std::optional<Progress> bar;
-  return SceneTrade{measure_queries(short_name(path), queries, settings, arguments.rounds,
+  return SceneTrade{measure_queries(set_name(arguments, path), queries, settings, arguments.rounds,
                                     [&](std::uint64_t done, std::uint64_t total) {
                                       if (!bar) bar.emplace("test", total);
                                       bar->update(done);
@@ -129,11 +141,11 @@ Result<SceneTrade> measure_input(const Arguments& arguments, const std::vector<s
   }
   const Result<std::optional<KnownPairs>> known = read_known(path, input);
   if (!known) return known.error();
-  const bool comparable = known.value() && arguments.substeps == 1;
+  const bool comparable = known.value() && arguments.substeps == 1 && arguments.min_separation == 0;
   std::optional<Progress> bar;
-  return measure_scene(short_name(path), input, range, arguments.substeps, settings, arguments.rounds,
-                       std::make_shared<Workers>(arguments.threads), comparable ? &*known.value() : nullptr,
-                       [&](std::uint64_t done, std::uint64_t total) {
+  return measure_scene(set_name(arguments, path), input, range, arguments.substeps, settings,
+                       arguments.rounds, std::make_shared<Workers>(arguments.threads),
+                       comparable ? &*known.value() : nullptr, [&](std::uint64_t done, std::uint64_t total) {
                          if (!bar) bar.emplace("run", total);
                          bar->update(done);
                        });
@@ -226,9 +238,10 @@ Verb add_accuracy(CLI::App& app) {
                  "mesh files, which are the frames of one) and query sets (a query file, or a folder with "
                  ".csv files anywhere below); a table each")
       ->required();
-  take_list(app.add_option("--tiers", a.tiers, "Tiers to measure"))
-      ->check(CLI::IsMember({"fast", "certified", "exact"}))
-      ->capture_default_str();
+  take_list(
+      app.add_option("--tiers", a.tiers,
+                     "Tiers to measure; default: all, but fast, which tests touching, with a separation"))
+      ->check(CLI::IsMember({"fast", "certified", "exact"}));
   take_list(app.add_option("--tolerances", a.tolerances, "Tolerances of the certified tier, each in (0, 1]"))
       ->capture_default_str();
   take_list(app.add_option("--positions", a.positions,
@@ -237,6 +250,11 @@ Verb add_accuracy(CLI::App& app) {
       ->capture_default_str();
   take_list(app.add_option("--bounds", a.bounds, "Scenes: bounding volumes"))
       ->check(CLI::IsMember({"aabb", "kdop18"}))
+      ->capture_default_str();
+  app.add_option(
+         "--min-separation", a.min_separation,
+         "Pairs that come within this distance, in the scene's unit; the exact tier then says which do, "
+         "of queries too")
       ->capture_default_str();
   app.add_option("--type", a.type,
                  "Treat all queries as vertex-face (vf) or edge-edge (ee); default: by a path component "

@@ -29,6 +29,7 @@ struct TradeSetting {
   double tolerance = 1e-6;  ///< certified tier
   PositionType positions = PositionType::kFloat64;
   BoundsKind bounds = BoundsKind::kKDop18;  ///< scenes
+  double separation = 0;                    ///< tiers certified and exact; the same of all that are compared
 
   /// "certified 1e-06", "exact", ...
   std::string name() const;
@@ -60,8 +61,9 @@ struct TradeRow {
 using TradeProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Runs queries with known answers under all settings (bounds have no effect, so of settings that differ only
-/// in bounds the first is run). False answers are judged by the files' truth, times by the exact tier on the
-/// original queries. Float32: the nearest float, and the largest for values beyond.
+/// in bounds the first is run). False answers are judged by the files' truth, which is touching, or with a
+/// separation by the exact tier; times by the exact tier on the original queries. Float32: the nearest float,
+/// and the largest for values beyond.
 std::vector<TradeRow> measure_queries(const std::string& name, std::span<const TypedQuery> queries,
                                       std::span<const TradeSetting> settings, std::uint32_t rounds,
                                       const TradeProgress& progress);
@@ -82,8 +84,8 @@ struct SceneTrade {
 
 /// The steps of an input under all settings, `rounds` times, in turn; ms_frame is the median of the rounds'
 /// means. The truth is the exact tier's contacts on the original positions; those of the first step are
-/// compared with `known`, unless null. For a float32 input float32 settings are skipped: they would be the
-/// same.
+/// compared with `known` (pairs that touch), unless null. For a float32 input float32 settings are skipped:
+/// they would be the same.
 Result<SceneTrade> measure_scene(const std::string& name, Input& input, FrameRange range,
                                  std::uint32_t substeps, std::span<const TradeSetting> settings,
                                  std::uint32_t rounds, std::shared_ptr<Workers> workers,

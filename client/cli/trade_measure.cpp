@@ -35,6 +35,10 @@ bool same_but_for_bounds(const TradeSetting& a, const TradeSetting& b) {
   return std::tie(a.tier, a.tolerance, a.positions) == std::tie(b.tier, b.tolerance, b.positions);
 }
 
+double separation_of(std::span<const TradeSetting> settings) {
+  return settings.empty() ? 0 : settings.front().separation;
+}
+
 /// The positions of all frames, so that reading them is not measured.
 struct Frames {
   std::vector<std::vector<double>> exact;
@@ -78,8 +82,10 @@ struct SceneRun {
 
 Result<SceneRun> step_through(const std::shared_ptr<const Scene>& scene, const Frames& frames,
                               const TradeSetting& setting, const std::shared_ptr<Workers>& workers) {
-  const ColliderOptions options{
-      .tier = setting.tier, .tolerance = setting.tolerance, .bounds = setting.bounds};
+  const ColliderOptions options{.tier = setting.tier,
+                                .tolerance = setting.tolerance,
+                                .min_separation = setting.separation,
+                                .bounds = setting.bounds};
   Result<Collider> collider = Collider::create(scene, frames.at(0, setting.positions), options, workers);
   if (!collider) return collider.error();
   SceneRun run;
@@ -163,19 +169,20 @@ std::vector<TradeRow> measure_queries(const std::string& name, std::span<const T
   const std::vector<TypedQuery> rounded = in_float32(queries);
   const std::uint64_t total = queries.size() * (distinct.size() * rounds + 1);
   const std::vector<TimedVerdict> truth =
-      run_timed(queries, {.tier = Tier::kExact}, 1, [&](std::uint64_t done) { progress(done, total); });
+      run_timed(queries, {.tier = Tier::kExact, .min_separation = separation_of(settings)}, 1,
+                [&](std::uint64_t done) { progress(done, total); });
   std::vector<TradeRow> rows;
   for (const TradeSetting& setting : distinct) {
     const std::uint64_t before = queries.size() * (rows.size() * rounds + 1);
     TradeRow row{.set = name, .setting = setting};
     const auto answers = run_timed(
         setting.positions == PositionType::kFloat32 ? std::span<const TypedQuery>(rounded) : queries,
-        {.tier = setting.tier, .tolerance = setting.tolerance}, rounds,
+        {.tier = setting.tier, .tolerance = setting.tolerance, .min_separation = setting.separation}, rounds,
         [&](std::uint64_t done) { progress(before + done, total); });
     std::vector<double> nanoseconds;
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const Verdict& verdict = answers[i].verdict;
-      row.tally.add(verdict, queries[i].query.truth);
+      row.tally.add(verdict, setting.separation > 0 ? truth[i].verdict.contact : queries[i].query.truth);
       if (verdict.contact && truth[i].verdict.contact) row.toi.add(verdict.toi, truth[i].verdict.toi);
       nanoseconds.push_back(answers[i].nanoseconds);
     }
@@ -203,7 +210,8 @@ Result<SceneTrade> measure_scene(const std::string& name, Input& input, FrameRan
   }
   const std::uint64_t total = rows.size() * rounds + 1;
   progress(0, total);
-  const Result<SceneRun> truth = step_through(scene, frames, {.tier = Tier::kExact}, workers);
+  const Result<SceneRun> truth =
+      step_through(scene, frames, {.tier = Tier::kExact, .separation = separation_of(settings)}, workers);
   if (!truth) return truth.error();
   std::vector<std::vector<double>> ms(rows.size());
   std::vector<std::vector<double>> ns(rows.size());

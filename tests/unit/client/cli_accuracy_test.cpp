@@ -77,6 +77,24 @@ TEST_F(CliAccuracy, QuerySetsUnderEverySetting) {
   }
 }
 
+// The exact tier says what is within the separation: more than touches, and no setting may miss it.
+TEST_F(CliAccuracy, WithASeparation) {
+  const Json touching = measure(std::string(kScene) + " --bounds kdop18 --tiers exact --positions float64");
+  for (const std::string& input : {set(), std::string(kScene) + " --bounds kdop18"}) {
+    const Json rows = measure(input + " --min-separation 0.05 --positions float64");
+    ASSERT_EQ(rows.size(), 7U) << "six tolerances and exact: fast tests touching";
+    for (const Json& row : rows) {
+      EXPECT_NE(std::string(row["set"]).find(", separation 0.05"), std::string::npos);
+      EXPECT_NE(row["tier"], "fast");
+      expect_promises(row);
+    }
+    if (rows[0]["kind"] == "scene") {
+      EXPECT_GT(rows.back()["contacts"], touching[0]["contacts"]);
+    }
+  }
+  EXPECT_EQ(run("accuracy --tiers fast --min-separation 0.05 " + set()).code, kExitUsage);
+}
+
 TEST_F(CliAccuracy, ScenesUnderEverySetting) {
   const Json rows = measure(std::string(kScene) + " --substeps 2 --tolerances 1e-3,1e-6");
   ASSERT_EQ(rows.size(), 16U);  // (fast, two tolerances, exact), both precisions, both bounds
