@@ -2,6 +2,8 @@
 #include "client/lib/address.h"
 
 #include <charconv>
+#include <filesystem>
+#include <system_error>
 
 namespace warmfront::client {
 
@@ -16,6 +18,15 @@ bool is_server_address(std::string_view text) {
   const char* last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data() + colon + 1, last, port);
   return error == std::errc() && end == last && port >= 1 && port <= 65535;
+}
+
+std::optional<std::string> missing_folder(std::string_view address) {
+  constexpr std::string_view kUnix = "unix:";
+  if (!address.starts_with(kUnix)) return std::nullopt;
+  const std::filesystem::path folder = std::filesystem::path(address.substr(kUnix.size())).parent_path();
+  std::error_code ignored;
+  if (folder.empty() || std::filesystem::exists(folder, ignored) || ignored) return std::nullopt;
+  return folder.string();
 }
 
 }  // namespace warmfront::client

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Syntax of a daemon's address. Pure function.
+// A daemon's address. Thread-safe.
 #pragma once
 
+#include <optional>
+#include <string>
 #include <string_view>
 
 namespace warmfront::client {
@@ -12,5 +14,9 @@ inline constexpr const char* kAddressExpected =
 /// Whether `text` is a valid address: gRPC reads an address without a port as a web server's, and waits for
 /// it.
 bool is_server_address(std::string_view text);
+
+/// The folder of a Unix socket's path where it does not exist: no daemon will listen there, and nobody should
+/// wait for one.
+std::optional<std::string> missing_folder(std::string_view address);
 
 }  // namespace warmfront::client

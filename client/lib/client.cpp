@@ -24,6 +24,9 @@ Client& Client::operator=(Client&&) noexcept = default;
 
 Result<Client> Client::connect(const std::string& address, const ClientOptions& options) {
   if (!is_server_address(address)) return invalid_argument("address '" + address + "': " + kAddressExpected);
+  if (std::optional<std::string> folder = missing_folder(address))
+    return Error{ErrorCode::kUnavailable, address + ": there is no folder " + *folder +
+                                              "; is this the path of the daemon's --listen?"};
   const Result<Credentials> credentials = read_credentials(address, options.security);
   if (!credentials) return credentials.error();
   auto impl = std::make_shared<Impl>(address, options, credentials.value());

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable, Iterator
 from typing import Any, Optional
@@ -56,6 +57,9 @@ def check_address(address: str) -> None:
     """InvalidArgumentError for what has not the form of one: gRPC takes what has no port for a web server's."""
     if isinstance(address, str):
         if address.startswith("unix:"):
+            folder = os.path.dirname(address[len("unix:"):])
+            if folder and not os.path.exists(folder):  # no daemon will listen there, and nobody should wait for one
+                raise UnavailableError(f"{address}: there is no folder {folder}; is this the path of the daemon's --listen?")
             if len(address) > len("unix:"):
                 return
         else:

@@ -216,6 +216,7 @@ TEST_F(ClientSessionTest, NobodyThereIsUnavailable) {
   const auto client =
       Client::connect("unix:/nonexistent/warmfront.sock", {.call_timeout = std::chrono::milliseconds(200)});
   EXPECT_EQ(client.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(client.error().message, HasSubstr("there is no folder /nonexistent;"));
 }
 
 // A busy daemon, or a far one: to connect again and again would only keep it busier.

@@ -96,6 +96,11 @@ def test_limits_say_which_and_the_session_goes_on(client):
         assert not session.step(BEFORE)
 
 
+def test_a_socket_in_a_folder_that_is_not_there_is_not_waited_for():
+    with pytest.raises(warmfront.UnavailableError, match="there is no folder /nonexistent; is this the path"):
+        warmfront.connect("unix:/nonexistent/warmfront.sock")
+
+
 def test_nobody_answers():
     """Why, in the system's words, as the C++ client says it."""
     with pytest.raises(warmfront.UnavailableError, match="127.0.0.1:1: no Warmfront daemon answers .*Connection refused.* is it "
