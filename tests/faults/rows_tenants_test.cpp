@@ -125,7 +125,7 @@ class FaultTableTenants : public FaultTable {
 };
 
 TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeStopped) {
-  steps_beside("nothing", 200);
+  steps_beside("nothing", 1000);
   std::vector<std::unique_ptr<Stepping>> greedy;
   for (int i = 0; i < 3; ++i) {
     const std::string collapsed = create_greedy(i);
@@ -133,6 +133,7 @@ TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeSto
   }
   wait_until_in_flight(3);
   steps_beside("three steps without end", 200);
+  steps_beside("three steps without end, later", 1000);
   // One with long steps, too, is made and stepped.
   const HostileScene large = testing::flat_grid(200);
   v1::SessionHeader wanted = header_of(large, kOther);
