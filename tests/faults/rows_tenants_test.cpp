@@ -108,7 +108,8 @@ class FaultTableTenants : public FaultTable {
   /// A session at rest apart, of which the step to all in one place does not end for minutes.
   std::string create_greedy(int number, int triangles = 20'000) {
     HostileScene scene = testing::flat_grid(static_cast<int>(std::sqrt(triangles / 2.0)));
-    const grpc::Status created = create(header_of(scene, id_of(number)), faces_of(scene), bytes_of(scene.positions));
+    const grpc::Status created =
+        create(header_of(scene, id_of(number)), faces_of(scene), bytes_of(scene.positions));
     EXPECT_TRUE(created.ok()) << created.error_message();
     return bytes_of(testing::collapsed_grid(triangles).positions);
   }
@@ -182,11 +183,13 @@ TEST_F(FaultTableTenants, Row30_TenThousandBodiesInOnePlace) {
   for (const BodyKind kind : {BodyKind::kRigid, BodyKind::kDeformable}) {
     HostileScene scene = testing::coincident_triangles(10'000, kind);
     const std::string collapsed = bytes_of(scene.positions);
-    for (std::size_t v = 0; v < scene.positions.size() / 3; ++v) scene.positions[3 * v] += 3.0 * static_cast<double>(v / 3);
+    for (std::size_t v = 0; v < scene.positions.size() / 3; ++v)
+      scene.positions[3 * v] += 3.0 * static_cast<double>(v / 3);
     ASSERT_TRUE(create(header_of(scene, id_of(0)), faces_of(scene), bytes_of(scene.positions)).ok());
     {
       Stepping greedy(*stub_, id_of(0), 1, collapsed);
-      steps_beside(kind == BodyKind::kRigid ? "10,000 rigid bodies in one place" : "10,000 bodies in one place", 300);
+      steps_beside(
+          kind == BodyKind::kRigid ? "10,000 rigid bodies in one place" : "10,000 bodies in one place", 300);
     }
     Context context;
     v1::DeleteSessionRequest doomed;
