@@ -82,7 +82,8 @@ def sandbox(tmp_path, credentials):
         subprocess.run([BIN / "warmfront", "scene", "cloth-ball", "--triangles", "1000", "--frames", "4", "--out", tmp_path / folder],
                        check=True, stdout=subprocess.DEVNULL)
 
-    for name in ("folder", "frames/cloth-ball", "data/frames/cloth-ball", "data/frames/n-body", "data/sequences/cloth-ball"):
+    for name in ("folder", "frames/cloth-ball", "data/frames/cloth-ball", "data/frames/n-body", "data/sequences/cloth-ball",
+                 "data/sequences/cloth-ball-10k"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         scene(name)
     for k in range(3):

@@ -25,6 +25,7 @@ SHORTER = [
     (r"--sessions \d+:\d+:", "--sessions 1:2:"),
     (r"--sessions \d+(?!\S)", "--sessions 2"),
     (r"--rounds \d+", "--rounds 1"),
+    (r"--frames 60:74", "--frames 1:3"),  # of the few frames that there are
     (r"tests/bench/figures", "figures"),
 ]
 
