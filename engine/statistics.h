@@ -30,10 +30,10 @@ enum class Rebuild : std::uint8_t {
   kForgotten,    ///< cached data were dropped on request, for example after a failed self-check
 };
 
-/// Wall-clock milliseconds. `front` and `elementary` run interleaved, block by block: of their common wall
-/// time, `elementary` is the threads' time in the cascade divided by the number of threads, and `front` is
-/// the remainder. `refit` and the front's tests of neighbours are interleaved too, subtree by subtree: the
-/// time for these tests on the thread where they took longest counts as `front`.
+/// Wall-clock milliseconds; the stages add up to the total. Some stages share a loop: `refit` and the front's
+/// tests of neighbours, subtree by subtree; `front` and `elementary`, block by block. The wall time of such a
+/// loop is divided in proportion to the threads' time in each of its stages: every thread has a clock that is
+/// read whenever the thread changes from one stage to another.
 struct StageTimes {
   double total = 0;
   double refit = 0;       ///< motion, moving bounds, hierarchy refit or build, normal cones

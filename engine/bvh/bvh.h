@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -74,6 +73,7 @@ class TreeShape {
     return std::min(level, 8);
   }
   std::uint32_t subtree_count() const { return 1U << subtree_level(); }
+  NodeId subtree_root(std::uint32_t subtree) const { return (1U << subtree_level()) - 1 + subtree; }
   /// The subtree that a node is in, which is not above them; counted from the left.
   std::uint32_t subtree_of(NodeId node) const { return index_of(node) >> (level_of(node) - subtree_level()); }
 
@@ -132,6 +132,11 @@ struct Bvh {
   /// Of two blocks, as warmfront::no_pairs() says.
   std::uint64_t no_pairs(std::uint32_t a, std::uint32_t b) const {
     return warmfront::no_pairs(shape.size_of_block(a), shape.size_of_block(b), a == b);
+  }
+
+  /// Did any node of the subtree change in the last refit?
+  bool subtree_changed(std::uint32_t subtree) const {
+    return (states[shape.subtree_root(subtree)] & kChanged) != 0;
   }
 
   TreeShape shape;
@@ -194,28 +199,6 @@ Face primitive_vertices(const Scene& scene, Primitive primitive);
 /// threads. O(P log P).
 std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, const TreeShape& shape,
                                    std::span<const Primitive> primitives, StopSignal stop = {});
-
-/// What a refit reads: the step's motion, of which `range` is that of the vertices below the hierarchy.
-struct RefitInput {
-  const Scene& scene;
-  std::span<const PointBounds> vertex_bounds;
-  std::span<const MotionState> vertex_states;
-  const RangeMotion& range;
-  double magnitude;  ///< what the vertices' bounds were made with
-  Known known;       ///< what stands in the hierarchy's bounds
-  StopSignal stop = {};
-};
-
-/// Recomputes, bottom up, the bounds of what changed, and adds the step's motion to these nodes' travel where
-/// it is kept. Returns how many nodes changed. Parallel inside Workers::run(). O(P) at most.
-///
-/// `then` is called with each subtree (TreeShape::subtree_of()) that changed, by the task that has just made
-/// all of it: bounds, travel and states. By several threads at once; what is above the subtrees, `changed`
-/// and `all_moving` are not made yet. What it throws passes through: the hierarchy is good for a refit of all
-/// then.
-template <class Bounds>
-std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh,
-                  const std::function<void(std::uint32_t subtree)>& then = {});
 
 /// How loose the hierarchy is: the sum of all nodes' extents over the root's. It grows as primitives that
 /// were neighbours at the build move apart; a rebuild pays when it has doubled.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/parallel_for.h>
+#include "engine/bvh/refit.h"
 
 #include <algorithm>
 
-#include "engine/bvh/bvh.h"
 #include "engine/bvh/refit_lanes.h"
 #include "engine/bvh/travel_lanes.h"
 
@@ -45,22 +44,15 @@ MotionState leaf_state(const RefitInput& input, const Bvh<Bounds>& bvh, NodeId n
   return state;
 }
 
-// Where the states of nodes come from.
-enum class States : std::uint8_t {
-  kMarked,  // they stand already
-  kGather,  // from the vertices
-  kAll,     // every vertex has the range's
-};
-
 template <class Bounds>
-WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Bounds>& bvh, NodeId begin,
+WARMFRONT_INLINE void refit_nodes(const RefitInput& input, NodeStates from, Bvh<Bounds>& bvh, NodeId begin,
                                   NodeId end) {
   const NodeId first_leaf = bvh.shape.first_leaf();
   for (NodeId node = begin; node < end; ++node) {
     const bool leaf = node >= first_leaf;
-    if (from == States::kAll) {
+    if (from == NodeStates::kRange) {
       bvh.states[node] = input.range.any;
-    } else if (from == States::kGather) {
+    } else if (from == NodeStates::kGathered) {
       bvh.states[node] = leaf ? leaf_state(input, bvh, node)
                               : bvh.states[TreeShape::left(node)] | bvh.states[TreeShape::left(node) + 1];
     }
@@ -78,12 +70,12 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, States from, Bvh<Boun
 }
 
 WARMFRONT_TARGET_CLONES
-void refit_range(const RefitInput& input, States from, Bvh<Aabb>& bvh, NodeId begin, NodeId end) {
+void refit_range(const RefitInput& input, NodeStates from, Bvh<Aabb>& bvh, NodeId begin, NodeId end) {
   refit_nodes(input, from, bvh, begin, end);
 }
 
 WARMFRONT_TARGET_CLONES
-void refit_range(const RefitInput& input, States from, Bvh<KDop18>& bvh, NodeId begin, NodeId end) {
+void refit_range(const RefitInput& input, NodeStates from, Bvh<KDop18>& bvh, NodeId begin, NodeId end) {
   refit_nodes(input, from, bvh, begin, end);
 }
 
@@ -110,56 +102,67 @@ bool has_points(const Scene& scene, std::span<const std::uint32_t> vertices) {
 }  // namespace
 
 template <class Bounds>
-std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh, const std::function<void(std::uint32_t)>& then) {
-  bvh.travel_slack = std::max(bvh.travel_slack, travel::slack(input.magnitude));
-  bvh.changed = {};
-  bvh.all_moving = false;
-  if (bvh.order.empty()) return 0;
-  const bool all = input.known == Known::kNothing;
-  if (input.range.any == 0 && !all) {
-    if ((bvh.states[0] & kChanged) != 0) std::ranges::fill(bvh.states, MotionState{0});
-    return 0;
+Refit<Bounds>::Refit(const RefitInput& input, Bvh<Bounds>& bvh)
+    : input_(input), bvh_(bvh), states_(begin()) {}
+
+template <class Bounds>
+NodeStates Refit<Bounds>::begin() {
+  bvh_.travel_slack = std::max(bvh_.travel_slack, travel::slack(input_.magnitude));
+  bvh_.changed = {};
+  bvh_.all_moving = false;
+  if (bvh_.order.empty()) return NodeStates::kUnchanged;
+  const RangeMotion& range = input_.range;
+  const bool all = input_.known == Known::kNothing;
+  if (range.any == 0 && !all) {
+    if ((bvh_.states[0] & kChanged) != 0) std::ranges::fill(bvh_.states, MotionState{0});
+    return NodeStates::kUnchanged;
   }
-  States from = States::kGather;
-  if (input.range.listed && !all && !has_points(input.scene, input.range.changed)) {
-    mark_states(input, bvh);
-    from = States::kMarked;
-  } else if (input.range.any == input.range.all) {
-    from = States::kAll;
+  if (range.listed && !all && !has_points(input_.scene, range.changed)) {
+    mark_states(input_, bvh_);
+    return NodeStates::kMarked;
   }
-  // Subtrees are refit side by side, each bottom up; what is above them is small.
-  const int depth = bvh.shape.levels() - 1;
-  const int top = bvh.shape.subtree_level();
-  const auto refit_subtree = [&](std::uint32_t subtree) {
-    input.stop.check();
-    const NodeId root = ((1U << top) - 1) + subtree;
-    if (from == States::kMarked && (bvh.states[root] & kChanged) == 0) return;
-    for (int level = depth; level >= top; --level) {
-      const std::uint32_t width = 1U << (level - top);
-      const NodeId first = std::min(((1U << level) - 1) + subtree * width, bvh.shape.node_count());
-      refit_range(input, from, bvh, first, std::min(first + width, bvh.shape.node_count()));
-    }
-    if (then && (bvh.states[root] & kChanged) != 0) then(subtree);
-  };
-  if (top == 0)
-    refit_subtree(0);
-  else
-    tbb::parallel_for(std::uint32_t{0}, bvh.shape.subtree_count(), refit_subtree);
-  for (int level = top; level-- > 0;) refit_range(input, from, bvh, (1U << level) - 1, (2U << level) - 1);
+  return range.any == range.all ? NodeStates::kRange : NodeStates::kGathered;
+}
+
+template <class Bounds>
+std::uint32_t Refit<Bounds>::subtree_count() const {
+  return states_ == NodeStates::kUnchanged ? 0 : bvh_.shape.subtree_count();
+}
+
+template <class Bounds>
+bool Refit<Bounds>::refit_subtree(std::uint32_t subtree) const {
+  input_.stop.check();
+  const TreeShape& shape = bvh_.shape;
+  const NodeId root = shape.subtree_root(subtree);
+  if (states_ == NodeStates::kMarked && (bvh_.states[root] & kChanged) == 0) return false;
+  const int top = shape.subtree_level();
+  for (int level = shape.levels() - 1; level >= top; --level) {
+    const std::uint32_t width = 1U << (level - top);
+    const NodeId first = std::min(((1U << level) - 1) + subtree * width, shape.node_count());
+    refit_range(input_, states_, bvh_, first, std::min(first + width, shape.node_count()));
+  }
+  return bvh_.subtree_changed(subtree);
+}
+
+template <class Bounds>
+std::size_t Refit<Bounds>::finish() const {
+  if (states_ == NodeStates::kUnchanged) return 0;
+  for (int level = bvh_.shape.subtree_level(); level-- > 0;)
+    refit_range(input_, states_, bvh_, (1U << level) - 1, (2U << level) - 1);
   // What is above or below these has part in them: a whole level, or all leaves of a hierarchy that has less.
   constexpr NodeId kMarkBegin = (1U << 8) - 1;
-  const NodeId mark_begin = std::min(bvh.shape.first_leaf(), kMarkBegin);
-  const NodeId mark_end = std::min(bvh.shape.node_count(), 2 * kMarkBegin + 1);
+  const NodeId mark_begin = std::min(bvh_.shape.first_leaf(), kMarkBegin);
+  const NodeId mark_end = std::min(bvh_.shape.node_count(), 2 * kMarkBegin + 1);
   for (NodeId node = mark_begin; node < mark_end; ++node) {
-    if ((bvh.states[node] & kChanged) != 0) bvh.changed.add(node);
+    if ((bvh_.states[node] & kChanged) != 0) bvh_.changed.add(node);
   }
   std::size_t changed = 0;
   std::size_t moving = 0;
-  for (const MotionState state : bvh.states) {
+  for (const MotionState state : bvh_.states) {
     changed += (state & kChanged) != 0;
     moving += (state & kMoving) != 0;
   }
-  bvh.all_moving = moving == bvh.states.size();
+  bvh_.all_moving = moving == bvh_.states.size();
   return changed;
 }
 
@@ -172,8 +175,8 @@ double looseness(const Bvh<Bounds>& bvh) {
   return root > 0 ? sum / root : 0;
 }
 
-template std::size_t refit(const RefitInput&, Bvh<Aabb>&, const std::function<void(std::uint32_t)>&);
-template std::size_t refit(const RefitInput&, Bvh<KDop18>&, const std::function<void(std::uint32_t)>&);
+template class Refit<Aabb>;
+template class Refit<KDop18>;
 template double looseness(const Bvh<Aabb>&);
 template double looseness(const Bvh<KDop18>&);
 

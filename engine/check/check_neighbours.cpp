@@ -60,8 +60,6 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
                               std::uint64_t turn, StopSignal stop) {
   if (!std::ranges::equal(kept, list_neighbours(tree, stop), same_lists))
     return "does not list the neighbouring blocks";
-  if (std::ranges::any_of(kept, &NeighbourChunk::tested))
-    return "has neighbours tested for a step that was rolled back";
   const Ends<Bounds> ends(tree, scene, vertex_bounds);
   std::atomic<std::uint64_t> wrong{0};  // one more than the last wrong block found; 0: none
   const auto check = [&](std::size_t turns) {

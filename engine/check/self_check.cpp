@@ -289,9 +289,11 @@ class SelfCheck {
   }
 
   void check_neighbours(const FrontSegment& segment) {
-    if (segment.neighbours.empty()) return;  // where the front is not lazy, or has no room
+    const std::uint32_t part = segment.parts.a;
+    // None are listed where the front is not lazy, or has no room.
+    if (!segment.with_itself() || !kept_.front->neighbours().listed(part)) return;
     const std::string wrong =
-        broken_neighbours(segment.neighbours, kept_.trees[segment.parts.a], core_.topology->scene,
+        broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[part], core_.topology->scene,
                           core_.vertex_bounds, kept_.turn, kept_.stop);
     if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
   }

@@ -57,24 +57,10 @@ void rebalance(FrontSegment& segment) {
 /// Answers for which there was no room are not kept for so many steps; then the front is built again.
 constexpr std::size_t kTryAgain = 256;
 
-// The segment of a part against itself, or null.
-template <class Segments>
-auto* with_itself(Segments& segments, std::uint32_t part) {
-  const PartPair self{part, part};
-  const auto segment = std::ranges::lower_bound(segments, self, {}, &FrontSegment::parts);
-  return segment != segments.end() && segment->parts == self ? &*segment : nullptr;
-}
-
 // What was found at rest no longer holds.
 void test_moved(std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink) {
   chunk.at_rest = {};
   sink.neighbours(part, chunk);
-}
-
-std::size_t list_bytes(std::span<const NeighbourChunk> neighbours) {
-  std::size_t bytes = 0;
-  for (const NeighbourChunk& chunk : neighbours) bytes += chunk.list_bytes();
-  return bytes;
 }
 
 }  // namespace
@@ -110,12 +96,13 @@ void Front<Bounds>::match(std::span<const NearPair> near, StopSignal stop) {
   PacedStop paced(stop);
   for (const NearPair& pair : near) {
     paced.check();
-    while (old != segments_.end() && old->parts < pair.parts) ++old;
+    for (; old != segments_.end() && old->parts < pair.parts; ++old) forget(*old);
     if (old != segments_.end() && old->parts == pair.parts)
       matched.push_back(std::move(*old++));
     else
       matched.emplace_back().parts = pair.parts;
   }
+  for (; old != segments_.end(); ++old) forget(*old);
   segments_ = std::move(matched);
 }
 
@@ -139,8 +126,9 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
+    bool listed = false;  // the segment's neighbours, just now
     if (segment.chunks.empty()) {
-      segment.clear();
+      forget(segment);
       const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
       segment.chunks.resize(tasks.size());
       for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
@@ -152,34 +140,32 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
         if (std::ranges::any_of(segment.chunks, [](const FrontChunk& c) { return !c.kept.empty(); }))
           work.push_back({Work::kRest, s, 0});
       } else {
-        const bool listed = take_neighbours(segment, trees, how);
+        listed = segment.with_itself() && list_neighbours(segment.parts.a, trees[segment.parts.a], how);
         for (std::size_t c = 0; c < segment.chunks.size(); ++c)
           work.push_back({Work::kUpdate, s, c, {}, listed});
       }
     }
+    if (!segment.with_itself()) continue;
     const bool rests = near[s].rests && !how.retest && !how.refind;
-    for (std::size_t c = 0; c < segment.neighbours.size(); ++c) {
-      if (std::exchange(segment.neighbours[c].tested, false)) continue;
-      if (!rests || segment.neighbours[c].may_have_contacts) work.push_back({Work::kNeighbours, s, c});
+    const Bvh<Bounds>& tree = trees[segment.parts.a];
+    const std::span<const NeighbourChunk> neighbours = std::as_const(neighbours_).of(segment.parts.a);
+    // A list begins with a chunk for each subtree. No subtree's was tested before it was listed.
+    const std::size_t subtrees = how.subtrees_tested && !listed ? tree.shape.subtree_count() : 0;
+    for (std::size_t c = 0; c < neighbours.size(); ++c) {
+      if (c < subtrees && tree.subtree_changed(static_cast<std::uint32_t>(c))) continue;
+      if (!rests || neighbours[c].may_have_contacts) work.push_back({Work::kNeighbours, s, c});
     }
   }
 }
 
-// Lists a segment's neighbours at its first update, since many a front is never updated. Not where pairs
-// would soon lack the room: a front that is dropped because of its neighbours is built anew without them,
-// again and again. Returns whether it has neighbours that it had not.
+// Lists a part's neighbours at its segment's first update, since many a front is never updated. Not where
+// pairs would soon lack the room: a front that is dropped because of its neighbours is built anew without
+// them, again and again.
 template <class Bounds>
-bool Front<Bounds>::take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees,
-                                    const FrontUpdate& how) {
-  if (!how.lazy || segment.parts.a != segment.parts.b || std::exchange(segment.tried_to_list, true))
-    return false;
-  std::vector<NeighbourChunk> listed = list_neighbours(trees[segment.parts.a], how.stop);
-  const std::size_t bytes = neighbour_bytes_ + list_bytes(listed);
+bool Front<Bounds>::list_neighbours(std::uint32_t part, const Bvh<Bounds>& tree, const FrontUpdate& how) {
   const std::size_t room_to_grow = size_ * sizeof(FrontPair) * 2;
-  if (bytes > how.max_bytes || room_to_grow > how.max_bytes - bytes) return false;
-  neighbour_bytes_ = bytes;
-  segment.neighbours = std::move(listed);
-  return !segment.neighbours.empty();
+  const std::size_t room = how.max_bytes - std::min(room_to_grow, how.max_bytes);
+  return how.lazy && neighbours_.list(part, tree, room, how.stop);
 }
 
 template <class Bounds>
@@ -202,8 +188,9 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   }
 
   if (work.kind == Work::kNeighbours)
-    return run_neighbours(trees[segment.parts.a], segment.parts.a, segment.neighbours[work.chunk], sink, how);
-  const bool skip_neighbours = !segment.neighbours.empty();
+    return run_neighbours(trees[segment.parts.a], segment.parts.a,
+                          neighbours_.of(segment.parts.a)[work.chunk], sink, how);
+  const bool skip_neighbours = segment.with_itself() && neighbours_.listed(segment.parts.a);
   FrontChunk& chunk = segment.chunks[work.chunk];
   const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b], how.gap_at);
   ChunkScratch& scratch = impl_->scratch.local();
@@ -229,16 +216,14 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
 }
 
 template <class Bounds>
-bool Front<Bounds>::lists_neighbours(std::uint32_t part) const {
-  const FrontSegment* segment = with_itself(segments_, part);
-  return segment != nullptr && !segment->neighbours.empty();
+void Front<Bounds>::begin_step() {
+  if (!keeps_answers_ && ++steps_without_them_ >= kTryAgain) clear();
 }
 
 template <class Bounds>
 void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink) {
-  NeighbourChunk& chunk = with_itself(segments_, part)->neighbours[subtree];
-  chunk.tested = true;
-  test_moved(part, chunk, sink);
+  const std::span<NeighbourChunk> neighbours = neighbours_.of(part);
+  if (!neighbours.empty()) test_moved(part, neighbours[subtree], sink);
 }
 
 template <class Bounds>
@@ -275,24 +260,18 @@ void Front<Bounds>::store(FrontChunk& chunk) {
 template <class Bounds>
 void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
                             LeafPairSinks& sinks, const FrontUpdate& wanted) {
-  if (!keeps_answers_ && ++steps_without_them_ >= kTryAgain) clear();  // there may be room by now
   FrontUpdate how = wanted;
   how.retest |= !keeps_answers_;
   for (ChunkScratch& scratch : impl_->scratch) scratch.counts = {};
   counts_ = {};
   updated_ = 0;
   match(near, how.stop);
-  neighbour_bytes_ = 0;
-  PacedStop paced(how.stop);
-  for (const FrontSegment& segment : segments_) {
-    paced.check();
-    neighbour_bytes_ += list_bytes(segment.neighbours);
-  }
   room_.begin();
   plan(trees, near, how);
   const std::vector<Work>& works = impl_->works;
-  room_.allow(how.record ? how.max_bytes - neighbour_bytes_ : 0);
+  room_.allow(how.record ? how.max_bytes - neighbours_.list_bytes() : 0);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, works.size(), 1), [&](const auto& range) {
+    const StageClock::In front(sinks.clock(), Stage::kFront);
     LeafPairSink& sink = sinks.local();
     for (std::size_t i = range.begin(); i < range.end(); ++i) run(works[i], trees, sink, how);
   });
@@ -301,6 +280,7 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   overflowed_ = how.record && room_.pairs_lost();
   if (!how.record || overflowed_) return clear();
   if (room_.answers_lost()) drop_answers();
+  PacedStop paced(how.stop);
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
@@ -315,8 +295,8 @@ template <class Bounds>
 void Front<Bounds>::drop_answers() {
   for (FrontSegment& segment : segments_) {
     for (FrontChunk& chunk : segment.chunks) chunk.kept = {};
-    for (NeighbourChunk& chunk : segment.neighbours) chunk.at_rest = {};
   }
+  neighbours_.forget_answers();
   keeps_answers_ = false;
   steps_without_them_ = 0;
 }
@@ -334,24 +314,23 @@ void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees) noexcept {
         if (pair.budget.exhausted(at_a, at_b, a.travel_slack + b.travel_slack)) pair.budget.spend(at_a, at_b);
       }
     }
-    for (NeighbourChunk& chunk : segment.neighbours) {
-      for (NeighbourPair& pair : chunk.pairs) {
-        const NodeTravel& at_a = a.block_travel[pair.a];
-        const NodeTravel& at_b = a.block_travel[pair.b];
-        if (!pair.budget.exhausted(at_a, at_b, 2 * a.travel_slack)) continue;
-        pair.budget.spend(at_a, at_b);
-        chunk.may_have_contacts = true;
-        chunk.at_rest.known = false;
-      }
-    }
+    if (segment.with_itself()) neighbours_.settle(segment.parts.a, a.block_travel, 2 * a.travel_slack);
   }
 }
 
 template <class Bounds>
 void Front<Bounds>::clear() {
   std::vector<FrontSegment>().swap(segments_);  // with its capacity: of many near parts it is large
+  neighbours_.clear();
   size_ = 0;
   keeps_answers_ = true;
+}
+
+// A segment as before its first build.
+template <class Bounds>
+void Front<Bounds>::forget(FrontSegment& segment) {
+  segment.clear();
+  if (segment.with_itself()) neighbours_.forget(segment.parts.a);
 }
 
 template <class Bounds>
@@ -359,7 +338,7 @@ void Front<Bounds>::forget(std::uint32_t part) {
   for (FrontSegment& segment : segments_) {
     if (segment.parts.a != part && segment.parts.b != part) continue;
     size_ -= segment.size;
-    segment.clear();
+    forget(segment);
   }
 }
 
@@ -380,21 +359,20 @@ std::size_t Front<Bounds>::pair_bytes() const {
   std::size_t bytes = segments_.capacity() * sizeof(FrontSegment);
   for (const FrontSegment& segment : segments_) {
     for (const FrontChunk& chunk : segment.chunks) bytes += chunk.memory_bytes();
-    for (const NeighbourChunk& chunk : segment.neighbours) bytes += chunk.memory_bytes();
   }
-  return bytes;
+  return bytes + neighbours_.pair_bytes();
 }
 
 template <class Bounds>
 std::size_t Front<Bounds>::memory_bytes() const {
   std::size_t bytes = pair_bytes();
-  bytes += sizeof(Impl) + impl_->works.capacity() * sizeof(Work);
+  bytes += sizeof(Impl) + impl_->works.capacity() * sizeof(Work) + neighbours_.memory_bytes() -
+           neighbours_.pair_bytes();
   // What is room only depends on how it came about. The allocator rounds up, by up to 15 bytes.
   constexpr std::size_t kOfSegment = 16, kOfChunk = 32;
   for (const FrontSegment& segment : segments_)
-    bytes += kOfSegment + (segment.chunks.size() + segment.neighbours.size()) * kOfChunk +
-             (segment.chunks.capacity() - segment.chunks.size()) * sizeof(FrontChunk) +
-             (segment.neighbours.capacity() - segment.neighbours.size()) * sizeof(NeighbourChunk);
+    bytes += kOfSegment + segment.chunks.size() * kOfChunk +
+             (segment.chunks.capacity() - segment.chunks.size()) * sizeof(FrontChunk);
   for (const ChunkScratch& scratch : impl_->scratch)
     bytes += scratch.pairs.capacity() * sizeof(FrontPair) + scratch.kept.memory_bytes() +
              scratch.found.contacts.capacity() * sizeof(Contact);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The front: where traversal of the bounding volume test trees ends, kept from step to step.
-// Source: Tang, Manocha, Tong 2009, sections 4 and 5. Used by one thread at a time, but for
-// lists_neighbours() and test_subtree(), inside Workers::run().
+// Source: Tang, Manocha, Tong 2009, sections 4 and 5. Used by one thread at a time, but for test_subtree(),
+// inside Workers::run().
 #pragma once
 
 #include <cstddef>
@@ -12,6 +12,7 @@
 
 #include "engine/front/front_room.h"
 #include "engine/front/leaf_pairs.h"
+#include "engine/front/neighbours.h"
 #include "engine/front/segment.h"
 #include "engine/stop.h"
 
@@ -24,6 +25,9 @@ struct FrontUpdate {
   bool record = true;   ///< keep the front
   bool retest = false;  ///< test leaf pairs at rest again, instead of keeping what they found
   bool refind = false;  ///< what was found of leaf pairs at rest is void: test them, and keep what they find
+  /// Of the neighbours listed, those within subtrees that changed in this step were tested already, by
+  /// test_subtree().
+  bool subtrees_tested = false;
   GapAt gap_at = GapAt::kEnd;  ///< where the next motion will begin
   std::size_t max_bytes = ~std::size_t{0};
   StopSignal stop = {};
@@ -55,8 +59,9 @@ struct FrontCounts {
 /// After an advance() with prune and without lazy the front is canonical: a pair is in it exactly if it is
 /// the first disjoint (or leaf) pair on its path from the root. So update == build, whatever the history.
 ///
-/// With lazy, and once updated, blocks of one part that share a vertex are not among what its leaf pairs hand
-/// over: each two of them are looked at by a budget of their own (neighbours.h).
+/// Beside the front, where it is lazy, the neighbouring blocks of a part are listed at the first update of
+/// its segment with itself: each two of them have a budget of their own (neighbours.h), and its leaf pairs do
+/// not hand them over any more.
 ///
 /// The pairs lie in chunks, each in memory of its own: an update changes a chunk in place, and only chunks
 /// whose pairs change are written anew.
@@ -76,11 +81,12 @@ class Front {
   void advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, LeafPairSinks& sinks,
                const FrontUpdate& how);
 
-  /// Are neighbours of the part listed (neighbours.h), so that test_subtree() may be called?
-  bool lists_neighbours(std::uint32_t part) const;
-  /// Tests those listed neighbours of a part against each other that are both in one subtree of its
-  /// hierarchy, which changed and has just been refit: now, while their blocks are near. The next advance()
-  /// leaves them out; it must be of the same step, with the part in `near` against itself. Thread-safe for
+  /// Begins a step, before any test_subtree(). A front whose answers had no room is dropped after some steps:
+  /// there may be room by now.
+  void begin_step();
+  /// Tests the neighbours of a part, where they are listed, that lie within one subtree of its hierarchy. The
+  /// subtree changed and has just been refit, so that its blocks are still in cache. advance() of the same
+  /// step must know (FrontUpdate::subtrees_tested), with the part in `near` against itself. Thread-safe for
   /// different subtrees.
   void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
 
@@ -99,6 +105,7 @@ class Front {
   bool overflowed() const { return overflowed_; }
   /// For a self-check.
   std::span<const FrontSegment> segments() const { return segments_; }
+  const Neighbours& neighbours() const { return neighbours_; }
   /// All pairs in order; for tests.
   std::vector<NodePair> pairs() const;
   /// Bytes held: by the pairs, which is the same for any number of threads, and in all.
@@ -121,18 +128,19 @@ class Front {
   void match(std::span<const NearPair> near, StopSignal stop);
   // What the tasks of the step are.
   void plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, const FrontUpdate& how);
-  bool take_neighbours(FrontSegment& segment, std::span<const Bvh<Bounds>> trees, const FrontUpdate& how);
+  bool list_neighbours(std::uint32_t part, const Bvh<Bounds>& tree, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
   void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink,
                       const FrontUpdate& how);
+  void forget(FrontSegment& segment);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);
   void drop_answers();
 
   std::vector<FrontSegment> segments_;  // sorted by parts
+  Neighbours neighbours_;               // of parts that have a segment with themselves
   std::unique_ptr<Impl> impl_;
   FrontRoom room_{sizeof(FrontPair)};
-  std::size_t neighbour_bytes_ = 0;
   std::size_t size_ = 0;
   std::size_t updated_ = 0;
   FrontCounts counts_;

@@ -9,6 +9,7 @@
 #include "engine/bvh/bvtt.h"
 #include "engine/front/neighbours.h"
 #include "engine/front/rest_answer.h"
+#include "engine/parallel/stage_clock.h"
 
 namespace warmfront {
 
@@ -51,11 +52,13 @@ class LeafPairSink {
                     std::span<const Contact> contacts) = 0;
 };
 
-/// Gives each thread its own sink. Thread-safe.
+/// Gives each thread its own sink and clock. Thread-safe.
 class LeafPairSinks {
  public:
   virtual ~LeafPairSinks() = default;
   virtual LeafPairSink& local() = 0;
+  /// The thread's clock.
+  virtual StageClock& clock() = 0;
 };
 
 }  // namespace warmfront

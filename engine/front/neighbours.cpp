@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "engine/simd/lanes.h"
 
@@ -52,6 +53,12 @@ WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, con
 NeighbourChunk& open_chunk(std::vector<NeighbourChunk>& chunks, std::size_t but) {
   if (chunks.size() == but || chunks.back().pairs.size() >= NeighbourChunk::kPairs) chunks.emplace_back();
   return chunks.back();
+}
+
+std::size_t bytes_of(std::span<const NeighbourChunk> chunks) {
+  std::size_t bytes = 0;
+  for (const NeighbourChunk& chunk : chunks) bytes += chunk.list_bytes();
+  return bytes;
 }
 
 }  // namespace
@@ -119,7 +126,70 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
   return chunks;
 }
 
+template <class Bounds>
+bool Neighbours::list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop) {
+  if (part >= of_part_.size()) of_part_.resize(part + 1);
+  OfPart& of = of_part_[part];
+  if (std::exchange(of.tried, true)) return false;
+  std::vector<NeighbourChunk> listed = list_neighbours(tree, stop);
+  const std::size_t bytes = list_bytes_ + bytes_of(listed);
+  if (bytes > max_bytes) return false;
+  list_bytes_ = bytes;
+  of.chunks = std::move(listed);
+  return !of.chunks.empty();
+}
+
+void Neighbours::forget(std::uint32_t part) {
+  if (part >= of_part_.size()) return;
+  list_bytes_ -= bytes_of(of_part_[part].chunks);
+  of_part_[part] = {};
+}
+
+void Neighbours::clear() {
+  std::vector<OfPart>().swap(of_part_);
+  list_bytes_ = 0;
+}
+
+void Neighbours::forget_answers() {
+  for (OfPart& part : of_part_) {
+    for (NeighbourChunk& chunk : part.chunks) chunk.at_rest = {};
+  }
+}
+
+void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_travel,
+                        std::uint32_t slack) noexcept {
+  for (NeighbourChunk& chunk : of(part)) {
+    for (NeighbourPair& pair : chunk.pairs) {
+      const NodeTravel& at_a = block_travel[pair.a];
+      const NodeTravel& at_b = block_travel[pair.b];
+      if (!pair.budget.exhausted(at_a, at_b, slack)) continue;
+      pair.budget.spend(at_a, at_b);
+      chunk.may_have_contacts = true;
+      chunk.at_rest.known = false;
+    }
+  }
+}
+
+std::size_t Neighbours::pair_bytes() const {
+  std::size_t bytes = 0;
+  for (const OfPart& part : of_part_) {
+    for (const NeighbourChunk& chunk : part.chunks) bytes += chunk.memory_bytes();
+  }
+  return bytes;
+}
+
+std::size_t Neighbours::memory_bytes() const {
+  constexpr std::size_t kOfChunk = 32;  // the allocator rounds up, by up to 15 bytes each of two lists
+  std::size_t bytes = pair_bytes() + of_part_.capacity() * sizeof(OfPart);
+  for (const OfPart& part : of_part_)
+    bytes += part.chunks.size() * kOfChunk +
+             (part.chunks.capacity() - part.chunks.size()) * sizeof(NeighbourChunk);
+  return bytes;
+}
+
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<Aabb>&, StopSignal);
 template std::vector<NeighbourChunk> list_neighbours(const Bvh<KDop18>&, StopSignal);
+template bool Neighbours::list(std::uint32_t, const Bvh<Aabb>&, std::size_t, StopSignal);
+template bool Neighbours::list(std::uint32_t, const Bvh<KDop18>&, std::size_t, StopSignal);
 
 }  // namespace warmfront

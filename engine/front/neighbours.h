@@ -36,8 +36,6 @@ struct NeighbourChunk {
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
   NodeSet nodes;  ///< all leaves
-  /// Already in this step, by Front::test_subtree(); advance() takes the mark back.
-  bool tested = false;
   /// Some pair has no budget: there may be something to tell of it even when nothing moves.
   bool may_have_contacts = true;
   /// What was found when nothing moved, which holds in every step until a leaf changes.
@@ -65,5 +63,46 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
 /// in it, then those that are in two. O(P). Throws Stopped when told to stop.
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop = {});
+
+/// The lists of all parts that have one. Used by one thread at a time, but for what is const; the chunks of
+/// one list may be changed by one thread each.
+class Neighbours {
+ public:
+  bool listed(std::uint32_t part) const { return part < of_part_.size() && !of_part_[part].chunks.empty(); }
+  /// The list of a part; empty where there is none.
+  std::span<NeighbourChunk> of(std::uint32_t part) {
+    return part < of_part_.size() ? std::span(of_part_[part].chunks) : std::span<NeighbourChunk>();
+  }
+  std::span<const NeighbourChunk> of(std::uint32_t part) const {
+    return part < of_part_.size() ? std::span(of_part_[part].chunks) : std::span<const NeighbourChunk>();
+  }
+
+  /// Lists the neighbours of a part with this hierarchy, if that was not tried since forget() and all lists
+  /// are no larger than `max_bytes` then. Returns whether the part has neighbours that were not listed
+  /// before. Throws Stopped when told to stop.
+  template <class Bounds>
+  bool list(std::uint32_t part, const Bvh<Bounds>& tree, std::size_t max_bytes, StopSignal stop);
+  void forget(std::uint32_t part);
+  void clear();
+  /// Forgets what was found of neighbours that do not move.
+  void forget_answers();
+  /// Everything stands where the last trial took it: see Front::settle().
+  void settle(std::uint32_t part, std::span<const NodeTravel> block_travel, std::uint32_t slack) noexcept;
+
+  /// Bytes of the lists, and of these with what is kept of neighbours that do not move: both are the same for
+  /// any number of threads.
+  std::size_t list_bytes() const { return list_bytes_; }
+  std::size_t pair_bytes() const;
+  std::size_t memory_bytes() const;
+
+ private:
+  struct OfPart {
+    std::vector<NeighbourChunk> chunks;
+    bool tried = false;  ///< there may have been none, or no room
+  };
+
+  std::vector<OfPart> of_part_;
+  std::size_t list_bytes_ = 0;
+};
 
 }  // namespace warmfront

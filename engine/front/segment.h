@@ -9,7 +9,6 @@
 #include "engine/broad_phase/part_pair.h"
 #include "engine/contact.h"
 #include "engine/front/descend.h"
-#include "engine/front/neighbours.h"
 #include "engine/front/rest_answer.h"
 
 namespace warmfront {
@@ -80,17 +79,12 @@ struct FrontSegment {
   PartPair parts;
   std::vector<FrontChunk> chunks;
   std::size_t size = 0;  ///< pairs
-  /// Of a part against itself, where the front is lazy, from its first update on: what leaf pairs do not look
-  /// at then.
-  std::vector<NeighbourChunk> neighbours;
-  bool tried_to_list = false;  ///< there may have been none, or no room
 
+  bool with_itself() const { return parts.a == parts.b; }
   /// As before the first build.
   void clear() {
     chunks.clear();
     size = 0;
-    neighbours.clear();
-    tried_to_list = false;
   }
 };
 

@@ -24,7 +24,6 @@ void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
   possible += more.possible;
   overlaps += more.overlaps;
   earliest = std::min(earliest, more.earliest);
-  elementary_seconds += more.elementary_seconds;
   warmfront::add(counts, more.counts);
 }
 
@@ -260,6 +259,7 @@ void NarrowPhase<Bounds>::test_met() {
   }
   for_pieces(0, begin.back(), kAtOnce, impl_->input->stop, [&](std::size_t first, std::size_t end) {
     PairTester& tester = impl_->local_sink().tester;
+    const StageClock::In front(tester.clock(), Stage::kFront);
     auto of = static_cast<std::size_t>(std::ranges::upper_bound(begin, first) - begin.begin()) - 1;
     for (std::size_t i = first; i < end; ++i) {
       while (i >= begin[of + 1]) ++of;
@@ -278,9 +278,17 @@ void NarrowPhase<Bounds>::flush() {
 }
 
 template <class Bounds>
-double NarrowPhase<Bounds>::elementary_seconds() const {
-  double sum = 0;
-  for (Sink& sink : impl_->sinks) sum += sink.tester.output().elementary_seconds;
+StageClock& NarrowPhase<Bounds>::clock() {
+  return impl_->local_sink().tester.clock();
+}
+
+template <class Bounds>
+StageSeconds NarrowPhase<Bounds>::take_times() {
+  StageSeconds sum{};
+  for (Sink& sink : impl_->sinks) {
+    const StageSeconds of_thread = sink.tester.clock().take();
+    for (std::size_t stage = 0; stage < sum.size(); ++stage) sum[stage] += of_thread[stage];
+  }
   return sum;
 }
 

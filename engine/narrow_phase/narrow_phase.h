@@ -13,6 +13,7 @@
 #include "engine/motion/motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
+#include "engine/parallel/stage_clock.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
 #include "engine/scene/patches.h"
@@ -51,11 +52,10 @@ struct NarrowPhaseOutput {
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
   std::uint64_t possible = 0;
-  std::uint64_t overlaps = 0;     ///< that options.leave_out_overlaps leaves out
-  double earliest = 2;            ///< least toi; 2 without contacts
-  double elementary_seconds = 0;  ///< in the cascade, summed over all threads
-  StepCounts counts;              ///< only the narrow phase's counts
-  bool over_limit = false;        ///< Report::kEarliest: more ties than options.max_contacts
+  std::uint64_t overlaps = 0;  ///< that options.leave_out_overlaps leaves out
+  double earliest = 2;         ///< least toi; 2 without contacts
+  StepCounts counts;           ///< only the narrow phase's counts
+  bool over_limit = false;     ///< Report::kEarliest: more ties than options.max_contacts
 
   void add(const NarrowPhaseOutput& more);
 };
@@ -70,6 +70,7 @@ class NarrowPhase final : public LeafPairSinks {
   void begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input);
 
   LeafPairSink& local() override;
+  StageClock& clock() override;
 
   /// Has all been noted that the last question that did met, but for the orphan sets'?
   bool knows_met() const;
@@ -81,8 +82,8 @@ class NarrowPhase final : public LeafPairSinks {
   /// Tests the remaining pairs in the threads' blocks. Parallel.
   void flush();
 
-  /// Seconds spent in the cascade so far in this step, summed over all threads.
-  double elementary_seconds() const;
+  /// By the threads' clocks: their time since the last call, or begin(), summed.
+  StageSeconds take_times();
 
   /// Tests the orphan sets of parts, in parallel. With `retest`, also those whose vertices have not changed
   /// since their last test.

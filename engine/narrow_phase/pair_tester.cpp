@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -36,6 +35,7 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
   shared_ = &shared;
   contacts_.clear();
   output_ = {};
+  clock_.take();
   block_.size = 0;
   face_pairs_ = 0;
   recorder_ = nullptr;
@@ -196,7 +196,7 @@ void PairTester::take_verdict(const FeaturePair& pair, const Verdict& verdict) {
 void PairTester::test_features() {
   if (block_.size == 0) return;
   input_->stop.check();
-  const auto start = std::chrono::steady_clock::now();
+  const StageClock::In elementary(clock_, Stage::kElementary);
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
   if (input_->options.report == Report::kCandidates) {
     for (const FeaturePair& pair : pairs)
@@ -205,8 +205,6 @@ void PairTester::test_features() {
     run_cascade(pairs);
   }
   block_.size = 0;
-  output_.elementary_seconds +=
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 void PairTester::run_cascade(std::span<const FeaturePair> pairs) {

@@ -17,6 +17,7 @@
 #include "engine/narrow_phase/met_pairs.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/narrow_phase/triangle_filter.h"
+#include "engine/parallel/stage_clock.h"
 
 namespace warmfront {
 
@@ -81,6 +82,8 @@ class PairTester {
     met_ = {};
   }
 
+  /// Of the thread that uses this.
+  StageClock& clock() { return clock_; }
   std::vector<Contact>& contacts() { return contacts_; }
   NarrowPhaseOutput& output() { return output_; }
   std::size_t memory_bytes() const {
@@ -123,6 +126,7 @@ class PairTester {
   std::vector<Contact>* recorder_ = nullptr;
   MetPairs met_;
   NarrowPhaseOutput output_;
+  StageClock clock_;
   std::array<std::array<std::uint32_t, 2>, 8> faces_;  // pending face pairs
   std::size_t face_pairs_ = 0;
   EightTrianglePairs corners_;  // their corners

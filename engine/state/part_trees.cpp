@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/state/part_trees.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -94,7 +93,7 @@ void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known kno
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then) {
+Refit<Bounds> PartTrees<Bounds>::begin_refit(Core& core, std::uint32_t part, StopSignal stop) {
   const Known known = refit_in_[part] == kNever     ? Known::kNothing
                       : refit_in_[part] < step_ - 1 ? Known::kOlder
                       : from_ == From::kEnd         ? Known::kLastStep
@@ -102,20 +101,17 @@ void PartTrees<Bounds>::refit_part(Core& core, std::uint32_t part, StopSignal st
   refit_in_[part] = step_;
   take_base(part);
   bound_vertices(core, part, known, stop);
-  const RefitInput input{core.topology->scene,
-                         core.vertex_bounds,
-                         core.motion.vertices().states(),
-                         core.motion.range(part),
-                         magnitude_,
-                         known,
-                         stop};
-  const auto then_of_part = [&](std::uint32_t subtree) { then(part, subtree); };
-  Bvh<Bounds>& tree = trees_[part];
-  // By reference, which a std::function holds without memory of its own.
-  const std::size_t changed = refit(input, tree, std::cref(then_of_part));
+  return {{core.topology->scene, core.vertex_bounds, core.motion.vertices().states(), core.motion.range(part),
+           magnitude_, known, stop},
+          trees_[part]};
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::finish_refit(std::uint32_t part, const Refit<Bounds>& refit) {
+  const std::size_t changed = refit.finish();
   refit_nodes_ += changed;
   bases_[part].left |= changed > 0;
-  states_[part] = tree.states.empty() ? 0 : tree.states[0];
+  states_[part] = trees_[part].states.empty() ? 0 : trees_[part].states[0];
 }
 
 // Puts a part's travel back to that of the base where it left it, or makes it the base's.
@@ -189,38 +185,31 @@ void PartTrees<Bounds>::widen(double more) {
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::refit_placed(Core& core, ApartParts* apart, bool rebuild, StopSignal stop,
-                                     const Then& then) {
-  refit_nodes_ = 0;
+bool PartTrees<Bounds>::wait(Core& core, std::uint32_t part, ApartParts* apart, bool rebuild) {
   const SceneMotion& motion = core.motion;
   const auto root = [&](const auto&... what) {
     return narrow<Bounds>(
         moving_bounds(what..., motion.vertices().frame(), core.bounds_separation, magnitude_));
   };
-  tbb::parallel_for(std::uint32_t{0}, motion.part_count(), [&](std::uint32_t p) {
-    stop.check();
-    if (core.model.is_removed(p)) {
-      states_[p] = 0;
-      roots_[p] = Bounds::empty();
-      trees_[p] = {};
-    } else if (apart != nullptr && apart->small(motion, p) && !core.tests_itself(p)) {
-      states_[p] = motion.state(p) | unseen(p);
-      if (states_[p] != 0 || rebuild) roots_[p] = root(apart->points(motion, p));
-    } else if (motion.unplaced(p)) {
-      states_[p] = motion.state(p) | unseen(p);
-      const SceneMotion::Ball ball = motion.ball(p);
-      roots_[p] = root(ball.centre, ball.radius);
-    } else {
-      refit_part(core, p, stop, then);
-      if (!trees_[p].nodes.empty()) roots_[p] = trees_[p].nodes[0];
-    }
-  });
-  unseen_.clear();
+  if (core.model.is_removed(part)) {
+    states_[part] = 0;
+    roots_[part] = Bounds::empty();
+    trees_[part] = {};
+  } else if (apart != nullptr && apart->small(motion, part) && !core.tests_itself(part)) {
+    states_[part] = motion.state(part) | unseen(part);
+    if (states_[part] != 0 || rebuild) roots_[part] = root(apart->points(motion, part));
+  } else if (motion.unplaced(part)) {
+    states_[part] = motion.state(part) | unseen(part);
+    const SceneMotion::Ball ball = motion.ball(part);
+    roots_[part] = root(ball.centre, ball.radius);
+  } else {
+    return false;
+  }
+  return true;
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::refit_near(Core& core, std::span<const NearPair> near, StopSignal stop,
-                                   const Then& then) {
+std::span<const std::uint32_t> PartTrees<Bounds>::waiting(std::span<const NearPair> near, StopSignal stop) {
   late_.clear();
   PacedStop paced(stop);
   for (const NearPair& pair : near) {
@@ -231,14 +220,11 @@ void PartTrees<Bounds>::refit_near(Core& core, std::span<const NearPair> near, S
   }
   std::ranges::sort(late_);
   late_.erase(std::unique(late_.begin(), late_.end()), late_.end());
-  // Their roots stay those by which they were found near: a hierarchy's may be looser, and then others would
-  // seem to be near that were not looked at.
-  tbb::parallel_for(std::size_t{0}, late_.size(), [&](std::size_t i) {
-    stop.check();
-    if (core.motion.unplaced(late_[i])) core.motion.place(late_[i], stop);
-    refit_part(core, late_[i], stop, then);
-  });
-  // What changed unseen is made anew when it is needed.
+  return late_;
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::leave_waiting() {
   for (std::uint32_t p = 0; p < states_.size(); ++p) {
     if (waits(p) && states_[p] != 0) refit_in_[p] = kNever;
   }

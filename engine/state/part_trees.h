@@ -5,13 +5,13 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
 #include "engine/broad_phase/apart_parts.h"
 #include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/refit.h"
 #include "engine/state/core.h"
 
 namespace warmfront {
@@ -24,9 +24,6 @@ inline bool is_lazy(const ColliderOptions& options) {
 template <class Bounds>
 class PartTrees {
  public:
-  /// Called with each subtree of a part that changed, by the task that has just made it: see refit().
-  using Then = std::function<void(std::uint32_t part, std::uint32_t subtree)>;
-
   /// Begins a question, whose motion begins where the last one did (From::kStart) or ended. Of a trial, what
   /// nodes have travelled by its start is kept.
   void begin_step(From from, bool trial) {
@@ -58,12 +55,30 @@ class PartTrees {
   /// bounds are made anew.
   bool take_magnitude(double magnitude);
 
-  /// Refits all parts but those that wait until something comes near, whose roots are made alone: those that
-  /// only their poses are known of, and those that `apart` (which may be null) looks at and that are not
-  /// tested against themselves. `rebuild`: roots of what rests are made, too.
-  void refit_placed(Core& core, ApartParts* apart, bool rebuild, StopSignal stop, const Then& then);
-  /// Refits those of `near` that waited.
-  void refit_near(Core& core, std::span<const NearPair> near, StopSignal stop, const Then& then);
+  /// Begins the refits of a step: each part either waits, or is refit.
+  void begin_refits() { refit_nodes_ = 0; }
+  /// Computes the root alone of a part that waits until something comes near: one that is removed, one that
+  /// only its pose is known of, or one that `apart` (which may be null) looks at and that is not tested
+  /// against itself. Returns false for any other part: it is to be refit now. `rebuild`: the roots of what is
+  /// stationary are computed, too. Thread-safe for different parts.
+  bool wait(Core& core, std::uint32_t part, ApartParts* apart, bool rebuild);
+  /// Begins and finishes the refit of a part; between them its subtrees are refit. Thread-safe for different
+  /// parts.
+  Refit<Bounds> begin_refit(Core& core, std::uint32_t part, StopSignal stop);
+  void finish_refit(std::uint32_t part, const Refit<Bounds>& refit);
+  /// The part's root is that of its hierarchy, which was refit.
+  void take_root(std::uint32_t part) {
+    if (!trees_[part].nodes.empty()) roots_[part] = trees_[part].nodes[0];
+  }
+  /// After all parts were refit, or wait.
+  void all_placed() { unseen_.clear(); }
+  /// Those of `near` that wait, sorted; valid until the next call. They are to be refit now; their roots stay
+  /// those by which they were found near: a hierarchy's may be looser, and then others would seem to be near
+  /// that were not looked at.
+  std::span<const std::uint32_t> waiting(std::span<const NearPair> near, StopSignal stop);
+  /// After these were refit: what changed in parts that still wait is recomputed as a whole when it is
+  /// needed.
+  void leave_waiting();
   /// Measures hierarchies that are new in this step.
   void take_looseness();
 
@@ -85,7 +100,6 @@ class PartTrees {
   // The step of bounds that are to be made anew as a whole.
   static constexpr std::int64_t kNever = -1;
 
-  void refit_part(Core& core, std::uint32_t part, StopSignal stop, const Then& then);
   void take_base(std::uint32_t part);
   MotionState unseen(std::uint32_t part) const {
     return part < unseen_.size() ? unseen_[part] : MotionState{0};

@@ -2,6 +2,8 @@
 // Scene, motion and hierarchy for tests of single pipeline stages.
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -11,6 +13,7 @@
 
 #include "engine/bounds/moving.h"
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/refit.h"
 #include "engine/front/front.h"
 
 namespace warmfront::testing {
@@ -19,6 +22,7 @@ namespace warmfront::testing {
 class CountingSinks final : public LeafPairSinks, public LeafPairSink {
  public:
   LeafPairSink& local() override { return *this; }
+  StageClock& clock() override { return clocks_.local(); }
   LeafGap leaf_pair(const PartPair&, const NodePair&, const LeafBlocks&) override {
     ++count;
     return {-1, false};
@@ -39,7 +43,22 @@ class CountingSinks final : public LeafPairSinks, public LeafPairSink {
   }
   std::atomic<std::uint64_t> count{0};
   std::atomic<std::uint64_t> neighbour_chunks{0};
+
+ private:
+  tbb::enumerable_thread_specific<StageClock> clocks_;
 };
+
+/// Refits a whole hierarchy; `then`, if any, is called with each subtree that changed, by the task that refit
+/// it. Returns how many nodes changed.
+template <class Bounds>
+std::size_t refit(const RefitInput& input, Bvh<Bounds>& bvh,
+                  const std::function<void(std::uint32_t subtree)>& then = {}) {
+  const Refit<Bounds> refit(input, bvh);
+  for_subtrees(refit.subtree_count(), [&](std::uint32_t subtree) {
+    if (refit.refit_subtree(subtree) && then) then(subtree);
+  });
+  return refit.finish();
+}
 
 /// A whole scene as one part.
 template <class Bounds>
@@ -89,8 +108,8 @@ class Hierarchy {
 
   void refit_with(Known known, std::vector<PointBounds>& bounds, Bvh<Bounds>& tree) const {
     point_bounds(motion_.vertices(), motion_.states(), motion_.frame(), 0, magnitude_, known, bounds.data());
-    refit({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree,
-          &tree == &bvh ? then : nullptr);
+    refit<Bounds>({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree,
+                  &tree == &bvh ? then : nullptr);
   }
 
   std::shared_ptr<const Scene> scene_;

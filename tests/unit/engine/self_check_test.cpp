@@ -82,9 +82,9 @@ struct Kept {
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
       if (first)
         trees[p].arrange(core.topology->scene, parts[p].shape, parts[p].order, parts[p].shared, true);
-      refit({core.topology->scene, core.vertex_bounds, motion.states(), core.motion.range(p),
-             motion.magnitude(), Known::kNothing},
-            trees[p]);
+      testing::refit<Bounds>({core.topology->scene, core.vertex_bounds, motion.states(), core.motion.range(p),
+                              motion.magnitude(), Known::kNothing},
+                             trees[p]);
       roots[p] = trees[p].nodes[0];
     }
     std::uint64_t bv_tests = 0;
@@ -104,6 +104,7 @@ struct Kept {
   }
   /// The front's own memory.
   FrontSegment& segment(std::size_t s) { return const_cast<FrontSegment&>(front.segments()[s]); }
+  NeighbourChunk& neighbours(std::size_t c) { return const_cast<Neighbours&>(front.neighbours()).of(0)[c]; }
   FrontPair& first_disjoint() {
     for (const FrontSegment& its : front.segments()) {
       const bool self = its.parts.a == its.parts.b;
@@ -255,15 +256,13 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
 TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
   using K = Kept<TypeParam>;
   constexpr std::uint32_t kWide = 32;
-  const auto pairs = [](K& k) -> std::vector<NeighbourPair>& { return k.segment(0).neighbours[0].pairs; };
+  const auto pairs = [](K& k) -> std::vector<NeighbourPair>& { return k.neighbours(0).pairs; };
   const auto broken = ErrorCode::kInternal;
   this->expect_found([&](K& k) { pairs(k).pop_back(); }, broken, "does not list the neighbouring blocks",
                      kWide);
   this->expect_found([&](K& k) { pairs(k)[3].excluded ^= 1; }, broken,
                      "does not list the neighbouring blocks", kWide);
-  this->expect_found([](K& k) { k.segment(0).neighbours[0].tested = true; }, broken,
-                     "tested for a step that was rolled back", kWide);
-  this->expect_found([](K& k) { --k.segment(0).neighbours[0].leaves[1].end; }, broken,
+  this->expect_found([](K& k) { --k.neighbours(0).leaves[1].end; }, broken,
                      "does not list the neighbouring blocks", kWide);
   this->expect_found(
       [&](K& k) {
@@ -273,8 +272,9 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
           const auto& travel = k.trees[0].block_travel;
           pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], 1);
         }
-        const std::string wrong = broken_neighbours<TypeParam>(
-            k.segment(0).neighbours, k.trees[0], k.core.topology->scene, k.core.vertex_bounds, kBudgetTurns);
+        const std::string wrong =
+            broken_neighbours<TypeParam>(k.front.neighbours().of(0), k.trees[0], k.core.topology->scene,
+                                         k.core.vertex_bounds, kBudgetTurns);
         EXPECT_THAT(wrong, HasSubstr("and a neighbour as apart"));
         pairs(k).clear();
       },
