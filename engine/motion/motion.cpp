@@ -12,15 +12,14 @@
 #include <utility>
 
 #include "engine/motion/local_lanes.h"
+#include "engine/motion/move_range.h"
+#include "engine/motion/range_grains.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/part_way.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {
 namespace {
-
-/// Vertices of a task.
-constexpr std::uint32_t kGrain = 8192;
 
 /// The magnitude shrinks when it is so many times too large.
 constexpr double kShrink = 8;
@@ -68,148 +67,12 @@ bool same_bits(const std::array<double, 4>& a, const std::array<double, 4>& b) {
   return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0;
 }
 
-std::uint32_t grains_of(std::uint32_t first, std::uint32_t end) {
-  return (end - first + kGrain - 1) / kGrain;
-}
-
-// RangeMotion::begun, with room for so many grains.
-std::span<std::uint8_t> begun_grains(RangeMotion& range, std::uint32_t grains) {
-  if (grains <= 1) return {&range.only_grain_begun, grains};
-  range.begun.resize(grains);
-  return range.begun;
-}
-
 // Any vertex of the range may have moved, until it is known which did.
 void expect_all(RangeMotion& range) {
   range.any = kMoving | kChanged;
   range.all = 0;
   range.changed.clear();
   range.listed = false;
-}
-
-// What a grain of a range came to.
-struct Moved {
-  MotionState any = 0;
-  MotionState all = kMoving | kChanged;
-  double reach = 0;
-
-  void add(MotionState state) {
-    any |= state;
-    all &= state;
-  }
-  void add(const Moved& other) {
-    any |= other.any;
-    all &= other.all;
-    reach = std::max(reach, other.reach);
-  }
-};
-
-// What of_grain(begin, end, moved) adds for all grains of a range; each is marked as begun before. Looks at
-// the flag before each, so that what was begun is done.
-template <class OfGrain>
-Moved over_grains(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop,
-                  OfGrain&& of_grain) {
-  const std::uint32_t grains = grains_of(first, end);
-  const std::span<std::uint8_t> begun = begun_grains(range, grains);
-  std::ranges::fill(begun, std::uint8_t{0});
-  Moved sum;
-  if (grains <= 1) {  // one of many small bodies: a task costs as much as its vertices
-    stop.check();
-    std::ranges::fill(begun, std::uint8_t{1});
-    of_grain(first, end, sum);
-    return sum;
-  }
-  std::mutex mutex;
-  tbb::parallel_for(std::uint32_t{0}, grains, [&](std::uint32_t grain) {
-    stop.check();
-    const std::uint32_t begin = first + grain * kGrain;
-    begun[grain] = 1;
-    Moved moved;
-    of_grain(begin, std::min(begin + kGrain, end), moved);
-    const std::lock_guard lock(mutex);
-    sum.add(moved);
-  });
-  return sum;
-}
-
-// Runs of_vertex(v, moved) for all vertices of a range.
-template <class OfVertex>
-Moved over_range(std::uint32_t first, std::uint32_t end, RangeMotion& range, StopSignal stop,
-                 OfVertex&& of_vertex) {
-  return over_grains(first, end, range, stop,
-                     [&](std::uint32_t grain, std::uint32_t grain_end, Moved& moved) {
-                       for (std::uint32_t v = grain; v < grain_end; ++v) of_vertex(v, moved);
-                     });
-}
-
-// Where vertices go, and what it takes to bring that into the local frame.
-template <class Real>
-struct Targets {
-  const Real* positions;
-  const std::uint32_t* order;
-  std::uint32_t first_row;
-  LocalLanes to_local;
-};
-
-// Where a vertex is before a question that begins from there, and its other end.
-template <From kFrom>
-WARMFRONT_INLINE std::array<double, 4>& before(VertexMotion& vertex) {
-  return kFrom == From::kEnd ? vertex.t1 : vertex.t0;
-}
-template <From kFrom>
-WARMFRONT_INLINE std::array<double, 4>& beyond(VertexMotion& vertex) {
-  return kFrom == From::kEnd ? vertex.t0 : vertex.t1;
-}
-
-// See Motion::move_all().
-template <From kFrom, class Real>
-WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vertices, MotionState* states,
-                                std::uint32_t begin, std::uint32_t end, Moved& sum) {
-  Double4 largest{};
-  Long4 no_number{};
-  for (std::uint32_t v = begin; v < end; ++v) {
-    const Real* to = targets.positions + std::size_t{3} * (targets.order[v] - targets.first_row);
-    const Double4 x{to[0], to[1], to[2]};
-    Double4 at;
-    std::memcpy(&at, before<kFrom>(vertices[v]).data(), sizeof at);
-    MotionState state = 0;
-    if ((states[v] & kMoving) != 0) {
-      std::memcpy(beyond<kFrom>(vertices[v]).data(), &at, sizeof at);
-      state = kChanged;
-    }
-    const Long4 differs = (Long4)x ^ (Long4)at;
-    if ((differs[0] | differs[1] | differs[2]) != 0) {
-      std::memcpy(vertices[v].t1.data(), &x, sizeof x);
-      state = kMoving | kChanged;
-    }
-    const Double4 local = targets.to_local(x);
-    const Double4 size = local < 0.0 ? -local : local;
-    largest = size > largest ? size : largest;
-    no_number |= size != size;
-    states[v] = state;
-    sum.add(state);
-  }
-  const bool numbers = (no_number[0] | no_number[1] | no_number[2]) == 0;
-  for (int axis = 0; axis < 3; ++axis) sum.reach = std::max(sum.reach, largest[axis]);
-  if (!numbers) sum.reach = std::numeric_limits<double>::infinity();
-}
-
-WARMFRONT_TARGET_CLONES
-void move_range(From from, const Targets<float>& targets, VertexMotion* vertices, MotionState* states,
-                std::uint32_t begin, std::uint32_t end, Moved& sum) {
-  if (from == From::kEnd)
-    move_each<From::kEnd>(targets, vertices, states, begin, end, sum);
-  else
-    move_each<From::kStart>(targets, vertices, states, begin, end, sum);
-}
-
-WARMFRONT_TARGET_CLONES
-void move_range(From from, const Targets<double>& targets, VertexMotion* vertices, MotionState* states,
-                std::uint32_t begin, std::uint32_t end, Moved& sum) {
-  if (from == From::kEnd)
-    move_each<From::kEnd>(targets, vertices, states, begin, end, sum);
-  else
-    move_each<From::kStart>(targets, vertices, states, begin, end, sum);
 }
 
 }  // namespace
@@ -412,44 +275,10 @@ void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range,
   range.loose = false;
 }
 
-template <class Real>
-Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what,
-                       StopSignal stop) {
-  const std::size_t expected = std::size_t{3} * vertex_count;
-  if (positions.size() != expected) {
-    return invalid_argument(what + ": " + std::to_string(positions.size()) + " values where " +
-                            std::to_string(expected) + " are expected (3 for each of " +
-                            std::to_string(vertex_count) + " vertices)");
-  }
-  // All at once first: a sum of zeros times values is zero, unless one is not finite.
-  std::array<Real, 16> sums{};
-  in_pieces(0, expected, stop, [&](std::size_t at, std::size_t end) {
-    for (; at + sums.size() <= end; at += sums.size()) {
-      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += positions[at + k] * Real{0};
-    }
-    for (; at < end; ++at) sums[0] += positions[at] * Real{0};
-  });
-  if (std::ranges::all_of(sums, [](Real sum) { return sum == 0; })) return {};
-  PacedStop paced(stop);
-  for (std::size_t i = 0; i < expected; ++i) {
-    paced.check();
-    if (!std::isfinite(positions[i])) {
-      return invalid_argument(what + "[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + ": is " +
-                              (std::isnan(positions[i]) ? "not a number" : "infinite") +
-                              "; coordinates must be finite");
-    }
-  }
-  return {};
-}
-
 template void Motion::move_all<float>(std::uint32_t, std::uint32_t, From, std::span<const float>,
                                       std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
                                       StopSignal);
 template void Motion::move_all<double>(std::uint32_t, std::uint32_t, From, std::span<const double>,
                                        std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
                                        StopSignal);
-template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal);
-template Status check_positions<double>(std::span<const double>, std::uint32_t, const std::string&,
-                                        StopSignal);
-
 }  // namespace warmfront

@@ -132,10 +132,4 @@ class Motion {
   double magnitude_ = 0;
 };
 
-/// kInvalidArgument unless there are 3 * vertex_count values, all finite; names the first vertex and axis
-/// that is not. `what` names the field.
-template <class Real>
-Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count,
-                       const std::string& what = "positions", StopSignal stop = {});
-
 }  // namespace warmfront

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/motion/check_positions.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {

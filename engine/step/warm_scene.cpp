@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/motion/check_positions.h"
 #include "engine/scene/found_bodies.h"
 #include "engine/step/auto_bounds.h"
 

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/motion/check_positions.h"
+
+#include <cmath>
+
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+
+template <class Real>
+Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count, const std::string& what,
+                       StopSignal stop) {
+  const std::size_t expected = std::size_t{3} * vertex_count;
+  if (positions.size() != expected) {
+    return invalid_argument(what + ": " + std::to_string(positions.size()) + " values where " +
+                            std::to_string(expected) + " are expected (3 for each of " +
+                            std::to_string(vertex_count) + " vertices)");
+  }
+  // All at once first: a sum of zeros times values is zero, unless one is not finite.
+  std::array<Real, 16> sums{};
+  in_pieces(0, expected, stop, [&](std::size_t at, std::size_t end) {
+    for (; at + sums.size() <= end; at += sums.size()) {
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += positions[at + k] * Real{0};
+    }
+    for (; at < end; ++at) sums[0] += positions[at] * Real{0};
+  });
+  if (std::ranges::all_of(sums, [](Real sum) { return sum == 0; })) return {};
+  PacedStop paced(stop);
+  for (std::size_t i = 0; i < expected; ++i) {
+    paced.check();
+    if (!std::isfinite(positions[i])) {
+      return invalid_argument(what + "[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] + ": is " +
+                              (std::isnan(positions[i]) ? "not a number" : "infinite") +
+                              "; coordinates must be finite");
+    }
+  }
+  return {};
+}
+
+template Status check_positions<float>(std::span<const float>, std::uint32_t, const std::string&, StopSignal);
+template Status check_positions<double>(std::span<const double>, std::uint32_t, const std::string&,
+                                        StopSignal);
+
+}  // namespace warmfront

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether positions are as many as they must be, and finite. Thread-safe.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/result.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// kInvalidArgument unless there are 3 * vertex_count values, all finite; names the first vertex and axis
+/// that is not. `what` names the field.
+template <class Real>
+Status check_positions(std::span<const Real> positions, std::uint32_t vertex_count,
+                       const std::string& what = "positions", StopSignal stop = {});
+
+}  // namespace warmfront

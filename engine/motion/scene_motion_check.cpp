@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame must fulfil before anything is written.
+#include <string>
+
+#include "engine/motion/check_positions.h"
+#include "engine/motion/position_rows.h"
+#include "engine/motion/scene_motion.h"
+
+namespace warmfront {
+namespace {
+
+std::string at(const char* field, std::size_t index) {
+  return std::string(field) + "[" + std::to_string(index) + "]";
+}
+
+Status check_any(const Positions& positions, std::uint32_t vertex_count, const std::string& what,
+                 StopSignal stop) {
+  return std::visit([&](auto values) { return check_positions(values, vertex_count, what, stop); },
+                    positions);
+}
+
+// Bodies of which a frame may name vertices; a static one's positions may be repeated.
+Status check_movable(const Body& body, std::uint32_t index, const std::string& where) {
+  const std::string name = "body " + std::to_string(index);
+  if (body.kind == BodyKind::kRemoved) return invalid_argument(where + ": " + name + " was removed");
+  if (body.kind == BodyKind::kStatic)
+    return invalid_argument(where + ": " + name +
+                            " is static and does not move; leave it out, or change its kind first");
+  return {};
+}
+
+}  // namespace
+
+Status SceneMotion::check(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses) {
+  if (frame.positions) {
+    if (!frame.bodies.empty() || !frame.poses.empty() || !frame.vertices.empty())
+      return invalid_argument(
+          "positions: the frame gives all vertices and also parts; give only one of them");
+    return check_whole(scene, *frame.positions, stop);
+  }
+  // Messages of errors may find no memory.
+  struct Marks {
+    ~Marks() { motion.clear_marks(frame); }
+    SceneMotion& motion;
+    const Frame& frame;
+  } const marks{*this, frame};
+  return check_parts(scene, frame, stop, poses);
+}
+
+void SceneMotion::clear_marks(const Frame& frame) noexcept {
+  for (const std::uint32_t v : frame.vertices) {
+    if (v < named_.size()) named_[v] = 0;
+  }
+  const auto clear_part = [this](std::uint32_t part) {
+    if (part < parts_.size() && parts_[part].first < named_.size()) named_[parts_[part].first] = 0;
+  };
+  for (const BodyPositions& body : frame.bodies) clear_part(body.body);
+  for (const BodyPose& pose : frame.poses) clear_part(pose.body);
+}
+
+Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const {
+  PacedStop paced(stop);
+  if (Status status = check_any(positions, scene.vertex_count(), "positions", stop); !status) return status;
+  for (std::size_t b = 0; b < scene.bodies().size(); ++b) {
+    const Body& body = scene.bodies()[b];
+    if (body.kind != BodyKind::kStatic) continue;
+    for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
+      paced.check();
+      const auto& now = motion_.vertices()[new_vertex(v)].t1;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (coordinate(positions, std::size_t{3} * v + axis) != now[axis])
+          return invalid_argument(at("positions", v) + "." + "xyz"[axis] + ": moves, but body " +
+                                  std::to_string(b) + " is static; make it rigid or deformable");
+      }
+    }
+  }
+  return {};
+}
+
+Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses) {
+  PacedStop paced(stop);
+  const auto check_body = [&](std::uint32_t index, const std::string& where) -> Status {
+    if (scene.bodies().empty())
+      return invalid_argument(where +
+                              ": the scene declares no bodies; give all positions, or single vertices");
+    if (index >= scene.bodies().size())
+      return invalid_argument(where + ": body " + std::to_string(index) + " is not in [0, " +
+                              std::to_string(scene.bodies().size()) + ")");
+    if (Status status = check_movable(scene.bodies()[index], index, where); !status) return status;
+    // A body's first vertex stands for it, as 2.
+    if (named_[parts_[index].first] == 2)
+      return invalid_argument(where + ": body " + std::to_string(index) + " is given twice");
+    named_[parts_[index].first] = 2;
+    return {};
+  };
+  for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
+    paced.check();
+    const BodyPositions& body = frame.bodies[i];
+    const std::string where = at("bodies", i);
+    if (Status status = check_body(body.body, where); !status) return status;
+    if (Status status =
+            check_any(body.positions, scene.bodies()[body.body].vertex_count, where + ".positions", stop);
+        !status)
+      return status;
+  }
+  for (std::size_t i = 0; i < frame.poses.size(); ++i) {
+    paced.check();
+    const std::string where = at("poses", i);
+    const std::uint32_t index = frame.poses[i].body;
+    if (Status status = check_body(index, where); !status) return status;
+    if (scene.bodies()[index].kind != BodyKind::kRigid)
+      return invalid_argument(where + ": body " + std::to_string(index) +
+                              " is not rigid; give its positions, or make it rigid first");
+    if (Status status = check_pose(frame.poses[i].pose, where + ".pose", poses); !status) return status;
+  }
+  for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
+    paced.check();
+    const std::uint32_t v = frame.vertices[i];
+    const std::string where = at("vertices", i);
+    if (v >= scene.vertex_count())
+      return invalid_argument(where + ": vertex " + std::to_string(v) + " is not in [0, " +
+                              std::to_string(scene.vertex_count()) + ")");
+    const std::uint32_t part = part_of(v);
+    if (!scene.bodies().empty()) {
+      const Body& body = scene.bodies()[part];
+      if (Status status = check_movable(body, part, where); !status) return status;
+      if (body.kind == BodyKind::kRigid)
+        return invalid_argument(where + ": vertex " + std::to_string(v) + " is of the rigid body " +
+                                std::to_string(part) + "; give its pose, or all of its positions");
+      if (named_[parts_[part].first] == 2)
+        return invalid_argument(where + ": vertex " + std::to_string(v) + " is of body " +
+                                std::to_string(part) + ", which the frame gives as a whole");
+    }
+    if (named_[v] != 0) return invalid_argument(where + ": vertex " + std::to_string(v) + " is named twice");
+    named_[v] = 1;
+  }
+  return check_any(frame.vertex_positions, static_cast<std::uint32_t>(frame.vertices.size()),
+                   "vertex_positions", stop);
+}
+
+}  // namespace warmfront

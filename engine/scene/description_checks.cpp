@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/scene/description_checks.h"
+
+namespace warmfront {
+
+Status check_faces(const SceneDescription& description, StopSignal stop) {
+  PacedStop paced(stop);
+  const auto n = static_cast<std::int64_t>(description.vertex_count);
+  for (std::size_t f = 0; f < description.faces.size(); ++f) {
+    paced.check();
+    const auto& face = description.faces[f];
+    for (int corner = 0; corner < 3; ++corner) {
+      if (face[corner] < 0 || face[corner] >= n) {
+        return invalid_argument("faces[" + std::to_string(f) + "][" + std::to_string(corner) +
+                                "]: vertex index " + std::to_string(face[corner]) + " is not in [0, " +
+                                std::to_string(n) + ")");
+      }
+    }
+  }
+  return {};
+}
+
+bool could_never_touch(const SceneDescription& description) {
+  return description.vertex_count > 0 && description.faces.empty() && description.bodies.empty();
+}
+
+std::string name_of(std::size_t body) {
+  return "bodies[" + std::to_string(body) + "]";
+}
+
+Status check_body(const Body& body, const std::string& where) {
+  if (body.name.size() > kMaxNameBytes)
+    return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
+                            " bytes long, and may be " + std::to_string(kMaxNameBytes));
+  if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
+  if (body.group == 0)
+    return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");
+  if (body.mask == 0)
+    return invalid_argument(where +
+                            ".mask: is 0, which excludes every body; set the bits of the groups to test "
+                            "against, or leave the body out");
+  return {};
+}
+
+Status check_bodies(const SceneDescription& description, StopSignal stop) {
+  PacedStop paced(stop);
+  std::uint64_t next = 0;
+  for (std::size_t i = 0; i < description.bodies.size(); ++i) {
+    paced.check();
+    const Body& body = description.bodies[i];
+    const std::string where = name_of(i);
+    if (Status status = check_body(body, where); !status) return status;
+    if (body.first_vertex != next) {
+      return invalid_argument(where + ".first_vertex: is " + std::to_string(body.first_vertex) + " where " +
+                              std::to_string(next) +
+                              " is expected; bodies must cover all vertices in order, without " +
+                              (body.first_vertex < next ? "overlap" : "gap"));
+    }
+    next += body.vertex_count;
+    if (next > description.vertex_count) {
+      return invalid_argument(where + ".vertex_count: ends at vertex " + std::to_string(next) + " of " +
+                              std::to_string(description.vertex_count));
+    }
+  }
+  if (!description.bodies.empty() && next != description.vertex_count) {
+    return invalid_argument("bodies: cover " + std::to_string(next) + " of " +
+                            std::to_string(description.vertex_count) + " vertices; add a body for the rest");
+  }
+  for (std::size_t i = 0; i < description.excluded_pairs.size(); ++i) {
+    paced.check();
+    const auto [a, b] = description.excluded_pairs[i];
+    const std::string where = "excluded_pairs[" + std::to_string(i) + "]";
+    if (std::max(a, b) >= description.bodies.size())
+      return invalid_argument(where + ": body " + std::to_string(std::max(a, b)) + " is not in [0, " +
+                              std::to_string(description.bodies.size()) + ")");
+    if (a == b)
+      return invalid_argument(where + ": body " + std::to_string(a) +
+                              " with itself; switch its self_collision off instead");
+  }
+  return {};
+}
+
+Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,
+                             StopSignal stop) {
+  PacedStop paced(stop);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    paced.check();
+    for (const std::uint32_t v : faces[f]) {
+      const std::uint32_t body = body_of_vertex[faces[f][0]];
+      if (body_of_vertex[v] != body)
+        return invalid_argument("faces[" + std::to_string(f) + "]: joins " + name_of(body) + " and " +
+                                name_of(body_of_vertex[v]) + "; a face lies within one body");
+    }
+  }
+  return {};
+}
+
+}  // namespace warmfront

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene's description must fulfil. Pure functions; kInvalidArgument names the field and the first
+// offender. Those with a StopSignal throw Stopped when told to stop.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/result.h"
+#include "engine/scene.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// All vertex indices are in range.
+Status check_faces(const SceneDescription& description, StopSignal stop);
+
+/// Can no pair ever be in contact, even after later changes?
+bool could_never_touch(const SceneDescription& description);
+
+/// A body in messages.
+std::string name_of(std::size_t body);
+
+/// A body's description, except its range. `where` names it.
+Status check_body(const Body& body, const std::string& where);
+
+/// All bodies, with their ranges, and the excluded pairs.
+Status check_bodies(const SceneDescription& description, StopSignal stop);
+
+/// No face joins two bodies.
+Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,
+                             StopSignal stop);
+
+}  // namespace warmfront
