@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "engine/bvh/build.h"
+
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -8,32 +10,10 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/bvh/bvh.h"
+#include "engine/bvh/primitives.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
-namespace {
-
-std::uint32_t shares(std::uint32_t count, std::uint32_t most) {
-  return count / most + (count % most != 0);
-}
-
-}  // namespace
-
-TreeShape::TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
-    : primitives_(primitive_count),
-      leaf_size_(leaf_size),
-      blocks_(std::max(1U, shares(primitive_count, std::min(leaf_size, kBlockSize)))),
-      leaves_(shares(blocks_, std::max(1U, leaf_size / kBlockSize))),
-      largest_block_(shares(primitive_count, blocks_)),
-      depth_(std::bit_width(leaves_ - 1)) {}
-
-Face primitive_vertices(const Scene& scene, Primitive primitive) {
-  if ((primitive & kPoint) == 0) return scene.faces()[primitive];
-  const std::uint32_t v = primitive & ~kPoint;
-  return {v, v, v};
-}
-
 namespace {
 
 using Centroid = std::array<double, 3>;
@@ -185,120 +165,5 @@ std::vector<Primitive> build_order(const Scene& scene, const Motion& motion, con
   for (std::uint32_t& p : order) p = primitives[p];
   return order;
 }
-
-template <class Bounds>
-void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
-  block_vertices = {};
-  if (travel.empty() || blocks.empty()) return;
-  std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
-  std::uint32_t last = 0;
-  PacedStop paced(stop);
-  for (const Primitive p : order) {
-    paced.check();
-    for (const std::uint32_t v : primitive_vertices(scene, p)) {
-      first = std::min(first, v);
-      last = std::max(last, v);
-    }
-  }
-  std::vector<std::uint32_t> seen_in(last - first + 1, shape.block_count());
-  block_vertices.begin.reserve(shape.block_count() + 1);
-  block_vertices.items.reserve(order.size() + order.size() / 2);
-  PacedStop paced_blocks(stop, 256);
-  for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
-    paced_blocks.check();
-    block_vertices.begin.push_back(static_cast<std::uint32_t>(block_vertices.items.size()));
-    for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
-      for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
-        if (std::exchange(seen_in[v - first], block) != block) block_vertices.items.push_back(v);
-      }
-    }
-  }
-  block_vertices.begin.push_back(static_cast<std::uint32_t>(block_vertices.items.size()));
-  block_vertices.items.shrink_to_fit();
-}
-
-namespace {
-
-// Resizes; the elements' values are unspecified.
-template <class List>
-void make_room(List& list, std::size_t size, StopSignal stop) {
-  if (list.size() > size) list.resize(size);
-  lengthen(list, size, {}, stop);
-}
-
-template <class List>
-void begin_anew(List& list, std::size_t size, StopSignal stop) {
-  list.clear();
-  lengthen(list, size, {}, stop);
-}
-
-}  // namespace
-
-template <class Bounds>
-void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
-                          std::shared_ptr<const SharedVertices> new_shared, bool keep_travel,
-                          StopSignal stop) {
-  shape = new_shape;
-  order = std::move(new_order);
-  shared = std::move(new_shared);
-  built_looseness = 0;
-  make_room(nodes, order.empty() ? 0 : shape.node_count(), stop);
-  begin_anew(states, nodes.size(), stop);
-  const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(
-                                               order, [](Primitive p) { return (p & kPoint) != 0; }));
-  make_room(leaf_of_face, faces, stop);
-  first_face = 0;
-  if (faces > 0)  // points have greater numbers than faces
-    first_face = *std::ranges::min_element(order);
-  begin_anew(travel, keep_travel ? nodes.size() : 0, stop);
-  begin_anew(block_travel, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
-  make_room(blocks, shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count(), stop);
-  make_room(corners, blocks.size(), stop);
-  make_room(wide, shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0, stop);
-  begin_anew(grids, blocks.empty() ? 0 : shape.leaf_count(), stop);
-  stop.check();
-  PacedStop paced(stop, 64);
-  if (!order.empty()) {
-    for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
-      paced.check();
-      for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
-        if ((order[i] & kPoint) == 0) leaf_of_face[order[i] - first_face] = node;
-      }
-    }
-  }
-  list_block_vertices(scene, stop);
-  blocks_of.clear();
-  if (blocks.empty()) return;
-  blocks_of.reserve(shape.leaf_count());
-  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
-    blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
-  for_each_index(
-      0, shape.block_count(), stop,
-      [&](std::size_t b) {
-        const auto block = static_cast<std::uint32_t>(b);
-        const std::uint32_t begin = shape.begin_of_block(block);
-        const std::uint32_t size = shape.size_of_block(block);
-        for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
-          const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
-          for (int corner = 0; corner < 3; ++corner) corners[block].vertex[corner][i] = vertices[corner];
-        }
-      },
-      512);
-}
-
-std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
-                                                      std::span<const Primitive> order, StopSignal stop) {
-  if (shape.leaf_size() == 1 || order.empty()) return nullptr;
-  std::vector<std::span<const Primitive>> blocks;
-  blocks.reserve(shape.block_count());
-  for (std::uint32_t b = 0; b < shape.block_count(); ++b)
-    blocks.push_back(order.subspan(shape.begin_of_block(b), shape.size_of_block(b)));
-  return std::make_shared<const SharedVertices>(scene, blocks, stop);
-}
-
-template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
-                                 std::shared_ptr<const SharedVertices>, bool, StopSignal);
-template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
-                                   std::shared_ptr<const SharedVertices>, bool, StopSignal);
 
 }  // namespace warmfront

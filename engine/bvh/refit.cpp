@@ -21,7 +21,7 @@ WARMFRONT_INLINE void refit_node(const RefitInput& input, Bvh<Bounds>& bvh, Node
     Lanes<Bounds, kFrom> lanes(bvh.nodes[left]);
     lanes.merge(Lanes<Bounds, kFrom>(bvh.nodes[left + 1]));
     lanes.store(bounds);
-  } else if (!bvh.blocks.empty()) {
+  } else if (!bvh.leaves.blocks.empty()) {
     refit_leaf<kEnds>(input.vertex_bounds, bvh, node);
   } else {
     bounds = Bounds::empty();
@@ -51,13 +51,14 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, NodeStates from, Bvh<
   for (NodeId node = begin; node < end; ++node) {
     const bool leaf = node >= first_leaf;
     if (from == NodeStates::kRange) {
-      bvh.states[node] = input.range.any;
+      bvh.motion.states[node] = input.range.any;
     } else if (from == NodeStates::kGathered) {
-      bvh.states[node] = leaf ? leaf_state(input, bvh, node)
-                              : bvh.states[TreeShape::left(node)] | bvh.states[TreeShape::left(node) + 1];
+      bvh.motion.states[node] =
+          leaf ? leaf_state(input, bvh, node)
+               : bvh.motion.states[TreeShape::left(node)] | bvh.motion.states[TreeShape::left(node) + 1];
     }
-    if (input.known == Known::kNothing) bvh.states[node] |= kChanged;
-    if ((bvh.states[node] & kChanged) == 0) continue;
+    if (input.known == Known::kNothing) bvh.motion.states[node] |= kChanged;
+    if ((bvh.motion.states[node] & kChanged) == 0) continue;
     if (input.known == Known::kLastStep) {
       refit_node<Ends::kNext>(input, bvh, node);
     } else if (input.known == Known::kLastTrial) {
@@ -65,7 +66,7 @@ WARMFRONT_INLINE void refit_nodes(const RefitInput& input, NodeStates from, Bvh<
     } else {
       refit_node<Ends::kBoth>(input, bvh, node);
     }
-    if (!bvh.travel.empty()) advance_travel(input.vertex_bounds, input.magnitude, bvh, node);
+    if (!bvh.travel.nodes.empty()) advance_travel(input.vertex_bounds, input.magnitude, bvh, node);
   }
 }
 
@@ -82,13 +83,13 @@ void refit_range(const RefitInput& input, NodeStates from, Bvh<KDop18>& bvh, Nod
 // Marks the leaves around the few vertices that changed, and what is above them.
 template <class Bounds>
 void mark_states(const RefitInput& input, Bvh<Bounds>& bvh) {
-  std::ranges::fill(bvh.states, MotionState{0});
+  std::ranges::fill(bvh.motion.states, MotionState{0});
   for (const std::uint32_t v : input.range.changed) {
     const MotionState state = input.vertex_states[v];
     for (const std::uint32_t f : input.scene.vertex_faces()[v]) {
-      for (NodeId node = bvh.leaf_of_face[f - bvh.first_face]; (bvh.states[node] & state) != state;
+      for (NodeId node = bvh.face_leaves.of(f); (bvh.motion.states[node] & state) != state;
            node = TreeShape::parent(node)) {
-        bvh.states[node] |= state;
+        bvh.motion.states[node] |= state;
         if (node == 0) break;
       }
     }
@@ -107,14 +108,14 @@ Refit<Bounds>::Refit(const RefitInput& input, Bvh<Bounds>& bvh)
 
 template <class Bounds>
 NodeStates Refit<Bounds>::begin() {
-  bvh_.travel_slack = std::max(bvh_.travel_slack, travel::slack(input_.magnitude));
-  bvh_.changed = {};
-  bvh_.all_moving = false;
+  bvh_.travel.slack = std::max(bvh_.travel.slack, travel::slack(input_.magnitude));
+  bvh_.motion.changed = {};
+  bvh_.motion.all_moving = false;
   if (bvh_.order.empty()) return NodeStates::kUnchanged;
   const RangeMotion& range = input_.range;
   const bool all = input_.known == Known::kNothing;
   if (range.any == 0 && !all) {
-    if ((bvh_.states[0] & kChanged) != 0) std::ranges::fill(bvh_.states, MotionState{0});
+    if ((bvh_.motion.states[0] & kChanged) != 0) std::ranges::fill(bvh_.motion.states, MotionState{0});
     return NodeStates::kUnchanged;
   }
   if (range.listed && !all && !has_points(input_.scene, range.changed)) {
@@ -134,7 +135,7 @@ bool Refit<Bounds>::refit_subtree(std::uint32_t subtree) const {
   input_.stop.check();
   const TreeShape& shape = bvh_.shape;
   const NodeId root = shape.subtree_root(subtree);
-  if (states_ == NodeStates::kMarked && (bvh_.states[root] & kChanged) == 0) return false;
+  if (states_ == NodeStates::kMarked && (bvh_.motion.states[root] & kChanged) == 0) return false;
   const int top = shape.subtree_level();
   for (int level = shape.levels() - 1; level >= top; --level) {
     const std::uint32_t width = 1U << (level - top);
@@ -154,30 +155,18 @@ std::size_t Refit<Bounds>::finish() const {
   const NodeId mark_begin = std::min(bvh_.shape.first_leaf(), kMarkBegin);
   const NodeId mark_end = std::min(bvh_.shape.node_count(), 2 * kMarkBegin + 1);
   for (NodeId node = mark_begin; node < mark_end; ++node) {
-    if ((bvh_.states[node] & kChanged) != 0) bvh_.changed.add(node);
+    if ((bvh_.motion.states[node] & kChanged) != 0) bvh_.motion.changed.add(node);
   }
   std::size_t changed = 0;
   std::size_t moving = 0;
-  for (const MotionState state : bvh_.states) {
+  for (const MotionState state : bvh_.motion.states) {
     changed += (state & kChanged) != 0;
     moving += (state & kMoving) != 0;
   }
-  bvh_.all_moving = moving == bvh_.states.size();
+  bvh_.motion.all_moving = moving == bvh_.motion.states.size();
   return changed;
-}
-
-template <class Bounds>
-double looseness(const Bvh<Bounds>& bvh) {
-  if (bvh.nodes.empty()) return 0;
-  double sum = 0;
-  for (NodeId node = 0; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[node].extent();
-  const double root = bvh.nodes[0].extent();
-  return root > 0 ? sum / root : 0;
 }
 
 template class Refit<Aabb>;
 template class Refit<KDop18>;
-template double looseness(const Bvh<Aabb>&);
-template double looseness(const Bvh<KDop18>&);
-
 }  // namespace warmfront

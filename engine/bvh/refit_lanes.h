@@ -151,16 +151,16 @@ template <Ends kEnds, class Bounds>
 WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds>& bvh, NodeId node) {
   constexpr std::size_t kLanes = Bounds::kEnd;
   const NodeId leaf = node - bvh.shape.first_leaf();
-  const auto [first, end] = bvh.blocks_of[leaf];
+  const auto [first, end] = bvh.leaves.blocks_of[leaf];
   const std::uint32_t count = end - first;
-  LeafGrid<Bounds>& grid = bvh.grids[leaf];
+  LeafGrid<Bounds>& grid = bvh.leaves.grids[leaf];
   if constexpr (kEnds == Ends::kBoth) grid.begin_at_1 = Bounds::kAxes;
   if constexpr (kEnds == Ends::kNext) grid.shift();
   EightEnds<Bounds> primitives[8];
   EightEnds<Bounds> sums;
   for (std::size_t t = kEnds == Ends::kBoth ? 0 : 1; t < 2; ++t) {
     for (std::uint32_t b = 0; b < count; ++b) {
-      primitives[b].take(points, bvh.corners[first + b], t);
+      primitives[b].take(points, bvh.leaves.corners[first + b], t);
       float sum[kLanes];
       primitives[b].sum(sum);
       sums.set(b, sum);
@@ -169,8 +169,8 @@ WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds
       for (auto& row : sums.row) row[b] = row[0];
     sums.sum(bvh.nodes[node].lane.data() + t * kLanes);
     grid.set(bvh.nodes[node], t);
-    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, bvh.blocks[first + b]);
-    if (!bvh.wide.empty()) sums.put(grid, t, bvh.wide[leaf]);
+    for (std::uint32_t b = 0; b < count; ++b) primitives[b].put(grid, t, bvh.leaves.blocks[first + b]);
+    if (!bvh.leaves.wide.empty()) sums.put(grid, t, bvh.leaves.wide[leaf]);
   }
 }
 

@@ -144,4 +144,14 @@ std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t othe
   return pairs;
 }
 
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order, StopSignal stop) {
+  if (shape.leaf_size() == 1 || order.empty()) return nullptr;
+  std::vector<std::span<const Primitive>> blocks;
+  blocks.reserve(shape.block_count());
+  for (std::uint32_t b = 0; b < shape.block_count(); ++b)
+    blocks.push_back(order.subspan(shape.begin_of_block(b), shape.size_of_block(b)));
+  return std::make_shared<const SharedVertices>(scene, blocks, stop);
+}
+
 }  // namespace warmfront

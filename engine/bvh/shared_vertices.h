@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "engine/bvh/tree_shape.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/stop.h"
@@ -117,5 +119,10 @@ class SharedVertices {
   std::vector<std::uint8_t> has_more_;  // by owner; empty if none has
   std::vector<std::uint8_t> crowded_;   // by block; empty if none is
 };
+
+/// Those of a hierarchy of this shape and order; null where it has no blocks. Throws Stopped when told to
+/// stop.
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order, StopSignal stop = {});
 
 }  // namespace warmfront

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "engine/bvh/build.h"
 #include "engine/scene/adjacency.h"
 #include "engine/scene/held_bytes.h"
 

@@ -27,8 +27,8 @@ class Ends {
       : tree_(tree), scene_(scene), vertex_bounds_(vertex_bounds) {}
 
   bool apart(const NeighbourPair& pair) const {
-    const std::uint64_t excluded =
-        sharing_pairs(tree_.corners[pair.a], tree_.corners[pair.b]) | tree_.no_pairs(pair.a, pair.b);
+    const std::uint64_t excluded = sharing_pairs(tree_.leaves.corners[pair.a], tree_.leaves.corners[pair.b]) |
+                                   tree_.no_pairs(pair.a, pair.b);
     for (std::uint64_t bits = ~excluded; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
       if (overlap(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8))) return false;
@@ -69,8 +69,8 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
     stop.check();
     for (const NeighbourPair& pair : kept[c].pairs) {
       paced.check();
-      const bool lasts =
-          !pair.budget.exhausted(tree.block_travel[pair.a], tree.block_travel[pair.b], 2 * tree.travel_slack);
+      const bool lasts = !pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b],
+                                                2 * tree.travel.slack);
       if (lasts && !ends.apart(pair)) wrong = std::uint64_t{pair.a} + 1;
     }
   };

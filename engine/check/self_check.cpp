@@ -132,30 +132,32 @@ class SelfCheck {
   bool leaves_agree(std::uint32_t p) const {
     const Bvh<Bounds>& tree = kept_.trees[p];
     const TreeShape& shape = tree.shape;
-    if (!tree.blocks.empty() &&
-        (tree.blocks.size() != shape.block_count() || tree.corners.size() != shape.block_count() ||
-         tree.grids.size() != shape.leaf_count() || tree.blocks_of.size() != shape.leaf_count()))
+    if (!tree.leaves.blocks.empty() && (tree.leaves.blocks.size() != shape.block_count() ||
+                                        tree.leaves.corners.size() != shape.block_count() ||
+                                        tree.leaves.grids.size() != shape.leaf_count() ||
+                                        tree.leaves.blocks_of.size() != shape.leaf_count()))
       return false;
-    if (!tree.wide.empty() && tree.wide.size() != shape.leaf_count()) return false;
+    if (!tree.leaves.wide.empty() && tree.leaves.wide.size() != shape.leaf_count()) return false;
     PacedStop paced(kept_.stop, kNodesAtOnce);
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
       paced.check();
       for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
         if ((tree.order[i] & kPoint) != 0) continue;
-        const std::uint32_t at = tree.order[i] - tree.first_face;
-        if (at >= tree.leaf_of_face.size() || tree.leaf_of_face[at] != leaf) return false;
+        const std::uint32_t at = tree.order[i] - tree.face_leaves.first_face;
+        if (at >= tree.face_leaves.leaf.size() || tree.face_leaves.leaf[at] != leaf) return false;
       }
-      if (!tree.blocks.empty() && !blocks_agree(tree, leaf)) return false;
+      if (!tree.leaves.blocks.empty() && !blocks_agree(tree, leaf)) return false;
     }
-    return tree.shared == nullptr ||
-           *tree.shared == *shared_vertices(core_.topology->scene, shape, tree.order, kept_.stop);
+    return tree.leaves.shared == nullptr ||
+           *tree.leaves.shared == *shared_vertices(core_.topology->scene, shape, tree.order, kept_.stop);
   }
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
     const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
     const NodeId l = leaf - tree.shape.first_leaf();
-    if (tree.grids[l].begin_at_1 != 0 && tree.grids[l].begin_at_1 != Bounds::kAxes) return false;
-    if (!(tree.blocks_of[l] == blocks)) return false;
+    if (tree.leaves.grids[l].begin_at_1 != 0 && tree.leaves.grids[l].begin_at_1 != Bounds::kAxes)
+      return false;
+    if (!(tree.leaves.blocks_of[l] == blocks)) return false;
     for (std::uint32_t block = blocks.begin; block < blocks.end; ++block) {
       const std::uint32_t begin = tree.shape.begin_of_block(block);
       const std::uint32_t size = tree.shape.size_of_block(block);
@@ -163,7 +165,7 @@ class SelfCheck {
         const Face vertices =
             primitive_vertices(core_.topology->scene, tree.order[begin + (i < size ? i : 0)]);
         for (std::size_t k = 0; k < 3; ++k)
-          if (tree.corners[block].vertex[k][i] != vertices[k]) return false;
+          if (tree.leaves.corners[block].vertex[k][i] != vertices[k]) return false;
       }
     }
     return true;
@@ -182,11 +184,11 @@ class SelfCheck {
         return holds(bounds, inner) && holds_bounds(inner);
       });
     };
-    if (tree.blocks.empty())
+    if (tree.leaves.blocks.empty())
       return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
     const NodeId leaf = node - tree.shape.first_leaf();
-    const BlockRange blocks = tree.blocks_of[leaf];
-    const LeafGrid<Bounds>& grid = tree.grids[leaf];
+    const BlockRange blocks = tree.leaves.blocks_of[leaf];
+    const LeafGrid<Bounds>& grid = tree.leaves.grids[leaf];
     LeafGrid<Bounds> own;
     own.set(bounds, 0);
     own.set(bounds, 1);
@@ -196,8 +198,9 @@ class SelfCheck {
       const std::uint32_t size = tree.shape.size_of_block(block);
       for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
         const bool held = holds_primitive(begin + (i < size ? i : 0), [&](const Bounds& inner) {
-          return holds_numbers(grid, tree.blocks[block], i, inner) &&
-                 (tree.wide.empty() || holds_numbers(grid, tree.wide[leaf], block - blocks.begin, inner));
+          return holds_numbers(grid, tree.leaves.blocks[block], i, inner) &&
+                 (tree.leaves.wide.empty() ||
+                  holds_numbers(grid, tree.leaves.wide[leaf], block - blocks.begin, inner));
         });
         if (!held) return false;
       }

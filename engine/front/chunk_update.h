@@ -95,8 +95,9 @@ class ChunkUpdate {
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;
       }
-      if (how_.lazy && !pair.budget.exhausted(trees_.a.travel[pair.nodes.a], trees_.b.travel[pair.nodes.b],
-                                              trees_.a.travel_slack + trees_.b.travel_slack)) {
+      if (how_.lazy &&
+          !pair.budget.exhausted(trees_.a.travel.nodes[pair.nodes.a], trees_.b.travel.nodes[pair.nodes.b],
+                                 trees_.a.travel.slack + trees_.b.travel.slack)) {
         ++counts_.skipped;
         how_.prune ? fold(chunk, i) : keep(chunk, i);
         continue;

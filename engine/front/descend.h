@@ -26,8 +26,8 @@ struct TreePair {
   /// Union of the two nodes' states.
   MotionState state(const NodePair& pair) const {
     // Most often everything moves, and there is nothing to look up.
-    if (a.all_moving || b.all_moving) return kMoving | kChanged;
-    return a.states[pair.a] | b.states[pair.b];
+    if (a.motion.all_moving || b.motion.all_moving) return kMoving | kChanged;
+    return a.motion.states[pair.a] | b.motion.states[pair.b];
   }
   /// As separation(). A node overlaps itself by definition (an empty leaf's bounds would say no).
   float gap(const NodePair& pair, std::uint64_t& bv_tests) const {

@@ -202,8 +202,8 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold
   // together, or those that do are lost: so no chunk is passed over where others may fold.
   const bool refind = work.listed || how.refind;
-  if (!how.retest && !how.prune && !refind && !chunk.nodes_a.meets(pair.a.changed) &&
-      !chunk.nodes_b.meets(pair.b.changed)) {
+  if (!how.retest && !how.prune && !refind && !chunk.nodes_a.meets(pair.a.motion.changed) &&
+      !chunk.nodes_b.meets(pair.b.motion.changed)) {
     keep_all(chunk);
     scratch.counts.rested += chunk.pairs.size();
     room_.take_pairs(chunk.pairs.size());
@@ -230,7 +230,7 @@ template <class Bounds>
 void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
                                    LeafPairSink& sink, const FrontUpdate& how) {
   if (how.refind) chunk.at_rest = {};
-  if (chunk.nodes.meets(tree.changed)) {
+  if (chunk.nodes.meets(tree.motion.changed)) {
     test_moved(part, chunk, sink);
   } else if (!chunk.may_have_contacts) {
     return;
@@ -306,15 +306,15 @@ void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees) noexcept {
   for (FrontSegment& segment : segments_) {
     const Bvh<Bounds>& a = trees[segment.parts.a];
     const Bvh<Bounds>& b = trees[segment.parts.b];
-    if (a.travel.empty() || b.travel.empty()) continue;
+    if (a.travel.nodes.empty() || b.travel.nodes.empty()) continue;
     for (FrontChunk& chunk : segment.chunks) {
       for (FrontPair& pair : chunk.pairs) {
-        const NodeTravel& at_a = a.travel[pair.nodes.a];
-        const NodeTravel& at_b = b.travel[pair.nodes.b];
-        if (pair.budget.exhausted(at_a, at_b, a.travel_slack + b.travel_slack)) pair.budget.spend(at_a, at_b);
+        const NodeTravel& at_a = a.travel.nodes[pair.nodes.a];
+        const NodeTravel& at_b = b.travel.nodes[pair.nodes.b];
+        if (pair.budget.exhausted(at_a, at_b, a.travel.slack + b.travel.slack)) pair.budget.spend(at_a, at_b);
       }
     }
-    if (segment.with_itself()) neighbours_.settle(segment.parts.a, a.block_travel, 2 * a.travel_slack);
+    if (segment.with_itself()) neighbours_.settle(segment.parts.a, a.travel.blocks, 2 * a.travel.slack);
   }
 }
 

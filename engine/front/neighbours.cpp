@@ -85,10 +85,11 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop) {
   std::vector<NeighbourChunk> chunks;
-  if (tree.block_travel.empty() || tree.shared == nullptr) return chunks;
+  if (tree.travel.blocks.empty() || tree.leaves.shared == nullptr) return chunks;
   std::vector<std::uint32_t> leaf_of(tree.shape.block_count());
   for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf)
-    std::fill_n(leaf_of.begin() + tree.blocks_of[leaf].begin, tree.blocks_of[leaf].size(), leaf);
+    std::fill_n(leaf_of.begin() + tree.leaves.blocks_of[leaf].begin, tree.leaves.blocks_of[leaf].size(),
+                leaf);
 
   const NodeId first_leaf = tree.shape.first_leaf();
   chunks.resize(tree.shape.subtree_count());
@@ -99,11 +100,11 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
     paced.check();
     of_leaf.clear();
     others.clear();
-    const auto [first, end] = tree.blocks_of[leaf];
+    const auto [first, end] = tree.leaves.blocks_of[leaf];
     for (std::uint32_t a = first; a < end; ++a) {
-      tree.shared->for_neighbours(a, [&](std::uint32_t b) {
-        of_leaf.push_back(
-            {a, b, TravelBudget::grant(tree.block_travel[a], tree.block_travel[b], -1), tree.excluded(a, b)});
+      tree.leaves.shared->for_neighbours(a, [&](std::uint32_t b) {
+        of_leaf.push_back({a, b, TravelBudget::grant(tree.travel.blocks[a], tree.travel.blocks[b], -1),
+                           tree.excluded(a, b)});
         const auto at = std::ranges::lower_bound(others, leaf_of[b]);
         if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
       });

@@ -58,9 +58,9 @@ struct NeighbourChunk {
 std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const NodeTravel> travel,
                            std::uint32_t slack, std::uint32_t* due);
 
-/// All pairs of blocks that have a place in `tree.shared`, with budgets that are spent; none where the tree
-/// keeps no travel of blocks. First a chunk for each subtree (TreeShape::subtree_of()), of the pairs that are
-/// in it, then those that are in two. O(P). Throws Stopped when told to stop.
+/// All pairs of blocks that have a place in `tree.leaves.shared`, with budgets that are spent; none where the
+/// tree keeps no travel of blocks. First a chunk for each subtree (TreeShape::subtree_of()), of the pairs
+/// that are in it, then those that are in two. O(P). Throws Stopped when told to stop.
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop = {});
 

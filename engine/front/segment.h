@@ -24,10 +24,10 @@ struct FrontPair {
 /// The budget of a pair whose nodes are `gap` apart; none where travel is not kept.
 template <class Bounds>
 TravelBudget grant_budget(const TreePair<Bounds>& trees, const NodePair& pair, float gap) {
-  return trees.a.travel.empty() || trees.b.travel.empty()
+  return trees.a.travel.nodes.empty() || trees.b.travel.nodes.empty()
              ? TravelBudget{}
-             : TravelBudget::grant(trees.a.travel_at(trees.gap_at)[pair.a],
-                                   trees.b.travel_at(trees.gap_at)[pair.b], gap);
+             : TravelBudget::grant(trees.a.travel.nodes_at(trees.gap_at)[pair.a],
+                                   trees.b.travel.nodes_at(trees.gap_at)[pair.b], gap);
 }
 
 /// What is kept of stationary leaf pairs: a RestAnswer each.

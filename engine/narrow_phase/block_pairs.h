@@ -39,10 +39,10 @@ class BlockPairs {
   float test(const Bvh<Bounds>& a, std::uint32_t block_a, const Bvh<Bounds>& b, std::uint32_t block_b,
              std::uint64_t excluded, const OneOfLeaf* whole_b) {
     excluded |= always_empty_;
-    const EightBounds<Bounds>& eight_a = a.blocks[block_a];
+    const EightBounds<Bounds>& eight_a = a.leaves.blocks[block_a];
     if (std::exchange(rebased_, &eight_a) != &eight_a) rebase(eight_a, *between_, over_);
-    const EightOverlaps pairs =
-        primitive_overlaps(over_, b.blocks[block_b], *between_, whole_b, excluded, tester_.until(), gap_at_);
+    const EightOverlaps pairs = primitive_overlaps(over_, b.leaves.blocks[block_b], *between_, whole_b,
+                                                   excluded, tester_.until(), gap_at_);
     tester_.output().counts.primitive_tests += static_cast<std::uint64_t>(std::popcount(~excluded));
     if (pairs.to_test != 0) test_found(a, block_a, b, block_b, pairs);
     return pairs.gap;

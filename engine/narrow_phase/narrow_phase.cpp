@@ -53,7 +53,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const bool same = parts.a == parts.b && leaves.a == leaves.b;
     // Adjacent primitives never come apart and are never tested here.
     constexpr float kFar = std::numeric_limits<float>::max();
-    if (a.blocks.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
+    if (a.leaves.blocks.empty()) {  // one primitive, whose bounds are the leaf's and were just tested
       if (same) return {kFar, true};
       const Primitive p = a.order[a.shape.begin(leaves.a)];
       const Primitive q = b.order[b.shape.begin(leaves.b)];
@@ -63,20 +63,20 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     }
     const NodeId leaf_a = leaves.a - a.shape.first_leaf();
     const NodeId leaf_b = leaves.b - b.shape.first_leaf();
-    const BlockRange blocks_a = a.blocks_of[leaf_a];
-    const BlockRange blocks_b = b.blocks_of[leaf_b];
-    const GridPair<Bounds> between = grid_pair(a.grids[leaf_a], b.grids[leaf_b]);
-    const OneOfLeaf whole_b = OneOfLeaf::of(b.grids[leaf_b]);
+    const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
+    const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
+    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b]);
+    const OneOfLeaf whole_b = OneOfLeaf::of(b.leaves.grids[leaf_b]);
     blocks_.begin_leaves(a, b, between);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
       const std::uint64_t excluded = Blocks::excluded(a, blocks_a.begin, b, blocks_b.begin);
       return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, excluded, same ? nullptr : &whole_b),
               excluded != 0};
     }
-    const EightBounds<Bounds>& wide_b = b.wide[leaf_b];
+    const EightBounds<Bounds>& wide_b = b.leaves.wide[leaf_b];
     const EightOverlaps pairs =
-        block_overlaps(a.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between, whole_b,
-                       tester.until(), gap_at_);
+        block_overlaps(a.leaves.wide[leaf_a], wide_b, {blocks_a.size(), blocks_b.size(), same}, between,
+                       whole_b, tester.until(), gap_at_);
     const std::uint64_t near = transposed(pairs.to_test);
     LeafGap nearest{pairs.gap, false};
     if (which.skip_neighbours)
@@ -108,19 +108,19 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
 
   void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
     const Bvh<Bounds>& tree = trees_[part];
-    const std::span<const NodeTravel> travel = tree.block_travel;
-    const std::span<const NodeTravel> granted_at = tree.block_travel_at(gap_at_);
+    const std::span<const NodeTravel> travel = tree.travel.blocks;
+    const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
     due_.resize(chunk.pairs.size());
-    due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel_slack, due_.data()));
+    due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel.slack, due_.data()));
     chunk.may_have_contacts = false;
     auto due = due_.cbegin();
     for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
       if (due == due_.cend()) break;
       if (*due >= leaves.end) continue;
       stop_.check();
-      const GridPair<Bounds> between = grid_pair(tree.grids[leaves.a], tree.grids[leaves.b]);
-      const EightBounds<Bounds>& wide_b = tree.wide[leaves.b];
-      const std::uint32_t first_b = tree.blocks_of[leaves.b].begin;
+      const GridPair<Bounds> between = grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b]);
+      const EightBounds<Bounds>& wide_b = tree.leaves.wide[leaves.b];
+      const std::uint32_t first_b = tree.leaves.blocks_of[leaves.b].begin;
       blocks_.begin_leaves(tree, tree, between);
       for (; due != due_.cend() && *due < leaves.end; ++due) {
         // What is due lies anywhere: it is asked for some pairs ahead.
@@ -165,14 +165,14 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     std::uint64_t neighbours = 0;
     for (std::uint64_t bits = near; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      if (tree.shared->has_place(first_a + bit / 8, first_b + bit % 8)) neighbours |= bits & -bits;
+      if (tree.leaves.shared->has_place(first_a + bit / 8, first_b + bit % 8)) neighbours |= bits & -bits;
     }
     return neighbours;
   }
 
   static void prefetch(const Bvh<Bounds>& tree, const NeighbourPair& pair) {
-    prefetch(tree.blocks[pair.a]);
-    if (pair.b != pair.a) prefetch(tree.blocks[pair.b]);
+    prefetch(tree.leaves.blocks[pair.a]);
+    if (pair.b != pair.a) prefetch(tree.leaves.blocks[pair.b]);
   }
   static void prefetch(const EightBounds<Bounds>& eight) {
     constexpr std::size_t kRowsInALine = 2;

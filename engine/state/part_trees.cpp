@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/bounds/moving.h"
+#include "engine/bvh/build.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
@@ -31,8 +32,8 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   roots_.resize(parts.size());
   if (rebuild) {
     for (std::size_t p = 0; p < trees_.size(); ++p) {
-      if (trees_[p].shared == nullptr && parts[p].shared != nullptr)
-        trees_[p].shared = shared_vertices(scene, trees_[p].shape, trees_[p].order, stop);
+      if (trees_[p].leaves.shared == nullptr && parts[p].shared != nullptr)
+        trees_[p].leaves.shared = shared_vertices(scene, trees_[p].shape, trees_[p].order, stop);
     }
   }
   const std::size_t first = trees_.size();
@@ -56,7 +57,7 @@ std::span<const std::uint32_t> PartTrees<Bounds>::rearrange_loose(const Core& co
     if (!(looseness(tree) > kLoosenessLimit * tree.built_looseness)) continue;  // or is not a number
     const Scene& scene = core.topology->scene;
     std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order, stop);
-    auto shared = tree.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order, stop);
+    auto shared = tree.leaves.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order, stop);
     tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options), stop);
     refit_in_[p] = kNever;
     bases_[p] = {};
@@ -111,7 +112,7 @@ void PartTrees<Bounds>::finish_refit(std::uint32_t part, const Refit<Bounds>& re
   const std::size_t changed = refit.finish();
   refit_nodes_ += changed;
   bases_[part].left |= changed > 0;
-  states_[part] = trees_[part].states.empty() ? 0 : trees_[part].states[0];
+  states_[part] = trees_[part].motion.states.empty() ? 0 : trees_[part].motion.states[0];
 }
 
 // Puts a part's travel back to that of the base where it left it, or makes it the base's.
@@ -121,13 +122,13 @@ void PartTrees<Bounds>::take_base(std::uint32_t part) {
   Base& base = bases_[part];
   if (from_ == From::kStart && base.of == base_) {
     if (!std::exchange(base.left, false)) return;
-    std::ranges::copy(tree.base_travel, tree.travel.begin());
-    std::ranges::copy(tree.base_block_travel, tree.block_travel.begin());
+    std::ranges::copy(tree.travel.base_nodes, tree.travel.nodes.begin());
+    std::ranges::copy(tree.travel.base_blocks, tree.travel.blocks.begin());
   } else if (trial_) {
     base.of = base_;
     if (!std::exchange(base.left, false)) return;
-    tree.base_travel.assign(tree.travel.begin(), tree.travel.end());
-    tree.base_block_travel.assign(tree.block_travel.begin(), tree.block_travel.end());
+    tree.travel.base_nodes.assign(tree.travel.nodes.begin(), tree.travel.nodes.end());
+    tree.travel.base_blocks.assign(tree.travel.blocks.begin(), tree.travel.blocks.end());
   }
 }
 
@@ -148,8 +149,8 @@ void PartTrees<Bounds>::shorten(double fraction, bool beside) {
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
     if (waits(p) || (states_[p] & kMoving) == 0) continue;
     Bvh<Bounds>& tree = trees_[p];
-    shorten_all(tree.base_travel, tree.travel, tree.travel_slack);
-    shorten_all(tree.base_block_travel, tree.block_travel, tree.travel_slack);
+    shorten_all(tree.travel.base_nodes, tree.travel.nodes, tree.travel.slack);
+    shorten_all(tree.travel.base_blocks, tree.travel.blocks, tree.travel.slack);
     refit_in_[p] = step_ - 1;  // bounds at t = 1 are not those of where it is
   }
 }
@@ -176,9 +177,10 @@ void PartTrees<Bounds>::widen(double more) {
   const std::uint32_t units = travel::units(static_cast<float>(more));
   for (std::uint32_t p = 0; p < trees_.size(); ++p) {
     Bvh<Bounds>& tree = trees_[p];
-    for (auto* travels : {&tree.travel, &tree.block_travel, &tree.base_travel, &tree.base_block_travel}) {
+    for (auto* travels :
+         {&tree.travel.nodes, &tree.travel.blocks, &tree.travel.base_nodes, &tree.travel.base_blocks}) {
       for (NodeTravel& travel : *travels)
-        travel.wandered += std::min(units + tree.travel_slack, travel::kMost);
+        travel.wandered += std::min(units + tree.travel.slack, travel::kMost);
     }
   }
   forget_bounds();

@@ -94,19 +94,20 @@ BENCHMARK(node_separation<KDop18>);
 template <class Bounds>
 void leaf_against_leaf(benchmark::State& state) {
   const ClothStep<Bounds>& step = ClothStep<Bounds>::get();
-  const auto& blocks = step.hierarchy.bvh.blocks;
-  const auto& grids = step.hierarchy.bvh.grids;
+  const auto& blocks = step.hierarchy.bvh.leaves.blocks;
+  const auto& grids = step.hierarchy.bvh.leaves.grids;
   const auto leaf_of = [&](const BlockRange& block) {
-    return static_cast<std::size_t>(&block - step.hierarchy.bvh.blocks_of.data());
+    return static_cast<std::size_t>(&block - step.hierarchy.bvh.leaves.blocks_of.data());
   };
-  run_on_neighbours(state, step.hierarchy.bvh.blocks_of, [&](const BlockRange& a, const BlockRange& b) {
-    const LeafGrid<Bounds>& leaf_b = grids[leaf_of(b)];
-    const GridPair<Bounds> between = grid_pair(grids[leaf_of(a)], leaf_b);
-    const OneOfLeaf whole_b = OneOfLeaf::of(leaf_b);
-    Rebased<Bounds> over;
-    rebase(blocks[a.begin], between, over);
-    return primitive_overlaps(over, blocks[b.begin], between, &whole_b, 0, 1).to_test;
-  });
+  run_on_neighbours(state, step.hierarchy.bvh.leaves.blocks_of,
+                    [&](const BlockRange& a, const BlockRange& b) {
+                      const LeafGrid<Bounds>& leaf_b = grids[leaf_of(b)];
+                      const GridPair<Bounds> between = grid_pair(grids[leaf_of(a)], leaf_b);
+                      const OneOfLeaf whole_b = OneOfLeaf::of(leaf_b);
+                      Rebased<Bounds> over;
+                      rebase(blocks[a.begin], between, over);
+                      return primitive_overlaps(over, blocks[b.begin], between, &whole_b, 0, 1).to_test;
+                    });
 }
 BENCHMARK(leaf_against_leaf<Aabb>);
 BENCHMARK(leaf_against_leaf<KDop18>);
@@ -130,7 +131,7 @@ BENCHMARK(features_of_triangles);
 /// Planes between triangles: an item is eight pairs.
 void planes_between_triangles(benchmark::State& state) {
   const ClothStep<KDop18>& step = ClothStep<KDop18>::get();
-  const auto& corners = step.hierarchy.bvh.corners;
+  const auto& corners = step.hierarchy.bvh.leaves.corners;
   const auto bounds = step.hierarchy.vertex_bounds();
   run_on_neighbours(state, corners, [&](const EightCorners& a, const EightCorners& b) {
     EightTrianglePairs pairs;

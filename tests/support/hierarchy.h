@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/bounds/moving.h"
+#include "engine/bvh/build.h"
 #include "engine/bvh/bvh.h"
 #include "engine/bvh/refit.h"
 #include "engine/front/front.h"

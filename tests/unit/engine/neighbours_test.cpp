@@ -72,18 +72,18 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
         EXPECT_NE(of_a, of_b);
       for (; n < leaves.end; ++n) {
         const NeighbourPair& pair = chunk.pairs[n];
-        EXPECT_LT(pair.a - tree.blocks_of[leaves.a].begin, tree.blocks_of[leaves.a].size());
-        EXPECT_LT(pair.b - tree.blocks_of[leaves.b].begin, tree.blocks_of[leaves.b].size());
+        EXPECT_LT(pair.a - tree.leaves.blocks_of[leaves.a].begin, tree.leaves.blocks_of[leaves.a].size());
+        EXPECT_LT(pair.b - tree.leaves.blocks_of[leaves.b].begin, tree.leaves.blocks_of[leaves.b].size());
         EXPECT_EQ(pair.excluded, tree.excluded(pair.a, pair.b));
-        EXPECT_TRUE(pair.budget.exhausted(tree.block_travel[pair.a], tree.block_travel[pair.b], 0));
+        EXPECT_TRUE(pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], 0));
         EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
       }
     }
   }
   for (std::uint32_t a = 0; a < tree.shape.block_count(); ++a) {
     for (std::uint32_t b = a; b < tree.shape.block_count(); ++b) {
-      EXPECT_EQ(listed.contains({a, b}), tree.shared->has_place(a, b)) << a << " " << b;
-      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.shared->of(a, b) == 0)) << a << " " << b;
+      EXPECT_EQ(listed.contains({a, b}), tree.leaves.shared->has_place(a, b)) << a << " " << b;
+      EXPECT_TRUE(listed.contains({a, b}) || (a != b && tree.leaves.shared->of(a, b) == 0)) << a << " " << b;
     }
   }
   const testing::Hierarchy<KDop18> narrow(sheet.scene, flat(), 8);
@@ -164,12 +164,12 @@ void expect_apart_while_it_lasts() {
     sheet.hierarchy.step(positions);
     for (NeighbourChunk& chunk : chunks) {
       std::vector<std::uint32_t> due(chunk.pairs.size());
-      due.resize(due_neighbours(chunk.pairs, tree.block_travel, 2 * tree.travel_slack, due.data()));
+      due.resize(due_neighbours(chunk.pairs, tree.travel.blocks, 2 * tree.travel.slack, due.data()));
       for (std::uint32_t n = 0; n < chunk.pairs.size(); ++n) {
         NeighbourPair& pair = chunk.pairs[n];
         const float gap = nearest(pair);
         if (std::ranges::binary_search(due, n)) {
-          pair.budget = TravelBudget::grant(tree.block_travel[pair.a], tree.block_travel[pair.b], gap);
+          pair.budget = TravelBudget::grant(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], gap);
           ++exhausted;
         } else {
           ASSERT_GT(gap, 0) << "blocks " << pair.a << " and " << pair.b << ", step " << step;
@@ -519,8 +519,8 @@ TEST_P(Crumpled, IsNotDroppedAgainAndAgain) {
   EXPECT_LT(updated, 59);
 }
 
-// Where the contacts of what is stationary do not fit, the front is dropped after many steps, to try again. Its
-// neighbours are dropped with it, so none of them may have been tested in that step.
+// Where the contacts of what is stationary do not fit, the front is dropped after many steps, to try again.
+// Its neighbours are dropped with it, so none of them may have been tested in that step.
 TEST_P(Crumpled, IsBuiltAgainWhereAnswersDidNotFit) {
   if (GetParam() != Report::kAll) GTEST_SKIP() << "keeps no contacts";
   constexpr int kSteps = 262;

@@ -35,14 +35,16 @@ template <class Bounds>
 void expect_same_bounds(const Bvh<Bounds>& refit, const Bvh<Bounds>& anew) {
   ASSERT_EQ(refit.nodes.size(), anew.nodes.size());
   for (std::size_t n = 0; n < anew.nodes.size(); ++n) ASSERT_EQ(refit.nodes[n].lane, anew.nodes[n].lane) << n;
-  for (std::size_t l = 0; l < anew.grids.size(); ++l) {
-    ASSERT_TRUE(refit.grids[l] == anew.grids[l]) << l;
-    ASSERT_EQ(refit.blocks_of[l], anew.blocks_of[l]);
-    const auto [first, end] = anew.blocks_of[l];
+  for (std::size_t l = 0; l < anew.leaves.grids.size(); ++l) {
+    ASSERT_TRUE(refit.leaves.grids[l] == anew.leaves.grids[l]) << l;
+    ASSERT_EQ(refit.leaves.blocks_of[l], anew.leaves.blocks_of[l]);
+    const auto [first, end] = anew.leaves.blocks_of[l];
     for (std::uint32_t b = first; b < end; ++b)
-      expect_same_eight<Bounds>(refit.blocks[b], refit.grids[l], anew.blocks[b], anew.grids[l], "block");
-    if (!anew.wide.empty())
-      expect_same_eight<Bounds>(refit.wide[l], refit.grids[l], anew.wide[l], anew.grids[l], "wide leaf");
+      expect_same_eight<Bounds>(refit.leaves.blocks[b], refit.leaves.grids[l], anew.leaves.blocks[b],
+                                anew.leaves.grids[l], "block");
+    if (!anew.leaves.wide.empty())
+      expect_same_eight<Bounds>(refit.leaves.wide[l], refit.leaves.grids[l], anew.leaves.wide[l],
+                                anew.leaves.grids[l], "wide leaf");
   }
 }
 
@@ -71,22 +73,24 @@ void expect_rounded_outward(const LeafGrid<Bounds>& grid, const OneOfLeaf& numbe
 template <class Bounds>
 void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
   const Bvh<Bounds>& bvh = hierarchy.bvh;
-  for (std::size_t l = 0; l < bvh.grids.size(); ++l) {
+  for (std::size_t l = 0; l < bvh.leaves.grids.size(); ++l) {
     const auto leaf = static_cast<NodeId>(bvh.shape.first_leaf() + l);
-    expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.grids[l]), bvh.nodes[leaf]);
-    const std::uint32_t begin_at_1 = bvh.grids[l].begin_at_1;
-    const auto [first, end] = bvh.blocks_of[l];
+    expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.grids[l]), bvh.nodes[leaf]);
+    const std::uint32_t begin_at_1 = bvh.leaves.grids[l].begin_at_1;
+    const auto [first, end] = bvh.leaves.blocks_of[l];
     for (std::uint32_t b = first; b < end; ++b) {
       Bounds sum = Bounds::empty();
       for (std::uint32_t i = 0; i < bvh.shape.size_of_block(b); ++i) {
         Bounds bounds = Bounds::empty();
-        for (const auto& corner : bvh.corners[b].vertex)
+        for (const auto& corner : bvh.leaves.corners[b].vertex)
           bounds.merge(narrow<Bounds>(bounds_of(hierarchy.vertex_bounds()[corner[i]])));
-        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.blocks[b], begin_at_1, i), bounds);
+        expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.blocks[b], begin_at_1, i),
+                               bounds);
         sum.merge(bounds);
       }
-      if (!bvh.wide.empty())
-        expect_rounded_outward(bvh.grids[l], OneOfLeaf::of(bvh.wide[l], begin_at_1, b - first), sum);
+      if (!bvh.leaves.wide.empty())
+        expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.wide[l], begin_at_1, b - first),
+                               sum);
       if (::testing::Test::HasFatalFailure()) return;
     }
   }
@@ -136,7 +140,7 @@ TYPED_TEST(RefitTest, TellsOfEverySubtreeThatChanged) {
     std::vector<std::size_t> next(shape.subtree_count());
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
       const std::uint32_t subtree = shape.subtree_of(leaf);
-      if ((hierarchy.bvh.states[leaf] & kChanged) != 0) changed[subtree] = true;
+      if ((hierarchy.bvh.motion.states[leaf] & kChanged) != 0) changed[subtree] = true;
       if (told[subtree] > 0) {
         EXPECT_EQ(seen[subtree][next[subtree]++].lane, hierarchy.bvh.nodes[leaf].lane) << leaf;
       }

@@ -170,15 +170,17 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
                      "of part 0 does not contain each primitive exactly once");
   this->expect_found([](K& k) { std::swap(k.trees[1].order[0], k.trees[1].order[200]); }, broken,
                      "leaves of part 1");
-  this->expect_found([](K& k) { k.trees[1].leaf_of_face[9] ^= 1; }, broken, "leaves of part 1");
-  this->expect_found([](K& k) { k.trees[0].corners[2].vertex[1][0] ^= 1; }, broken, "leaves of part 0");
-  this->expect_found([](K& k) { k.trees[0].shared = k.trees[1].shared; }, broken, "leaves of part 0");
-  this->expect_found([](K& k) { k.trees[0].blocks[2].row[0][0] += 50; }, broken,
+  this->expect_found([](K& k) { k.trees[1].face_leaves.leaf[9] ^= 1; }, broken, "leaves of part 1");
+  this->expect_found([](K& k) { k.trees[0].leaves.corners[2].vertex[1][0] ^= 1; }, broken,
+                     "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].leaves.shared = k.trees[1].leaves.shared; }, broken,
+                     "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].leaves.blocks[2].row[0][0] += 50; }, broken,
                      "of part 0 does not contain its children");
-  this->expect_found([](K& k) { k.trees[0].grids[1].begin_at_1 += 1; }, broken, "leaves of part 0");
-  this->expect_found([](K& k) { k.trees[0].grids[1].end[1].exponent += 1; }, broken,
+  this->expect_found([](K& k) { k.trees[0].leaves.grids[1].begin_at_1 += 1; }, broken, "leaves of part 0");
+  this->expect_found([](K& k) { k.trees[0].leaves.grids[1].end[1].exponent += 1; }, broken,
                      "of part 0 does not contain its children");
-  this->expect_found([](K& k) { k.trees[0].grids[0].end[0].origin[2] += 0.125F; }, broken,
+  this->expect_found([](K& k) { k.trees[0].leaves.grids[0].end[0].origin[2] += 0.125F; }, broken,
                      "of part 0 does not contain its children");
   this->expect_found([](K& k) { k.trees[1].nodes[6].lane[2] += 0.125F; }, broken,
                      "of part 1 does not contain its children");
@@ -192,14 +194,15 @@ TYPED_TEST(SelfCheckOf, AWideLeafThatIsBrokenIsNamed) {
   const auto expect = [&](const std::function<void(K&)>& corrupt, const char* words) {
     this->expect_found(corrupt, broken, words, 64);
   };
-  expect([](K& k) { k.trees[0].blocks_of[1].end -= 1; }, "leaves of part 0");
-  expect([](K& k) { k.trees[1].blocks_of[0].begin += 1; }, "leaves of part 1");
-  expect([](K& k) { k.trees[1].grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
-  expect([](K& k) { k.trees[1].blocks_of.pop_back(); }, "leaves of part 1");
-  expect([](K& k) { k.trees[0].corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
-  expect([](K& k) { k.trees[0].corners.pop_back(); }, "leaves of part 0");
-  expect([](K& k) { k.trees[0].blocks[9].row[1][6] += 50; }, "of part 0 does not contain its children");
-  expect([](K& k) { k.trees[1].wide[1].row[4][4] += 50; }, "of part 1 does not contain its children");
+  expect([](K& k) { k.trees[0].leaves.blocks_of[1].end -= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[1].leaves.blocks_of[0].begin += 1; }, "leaves of part 1");
+  expect([](K& k) { k.trees[1].leaves.grids[0].begin_at_1 ^= 2; }, "leaves of part 1");
+  expect([](K& k) { k.trees[1].leaves.blocks_of.pop_back(); }, "leaves of part 1");
+  expect([](K& k) { k.trees[0].leaves.corners[9].vertex[2][3] ^= 1; }, "leaves of part 0");
+  expect([](K& k) { k.trees[0].leaves.corners.pop_back(); }, "leaves of part 0");
+  expect([](K& k) { k.trees[0].leaves.blocks[9].row[1][6] += 50; },
+         "of part 0 does not contain its children");
+  expect([](K& k) { k.trees[1].leaves.wide[1].row[4][4] += 50; }, "of part 1 does not contain its children");
 }
 
 TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
@@ -269,7 +272,7 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
         // All of it comes together in one place.
         for (PointBounds& bounds : k.core.vertex_bounds) bounds = k.core.vertex_bounds[0];
         for (NeighbourPair& pair : pairs(k)) {
-          const auto& travel = k.trees[0].block_travel;
+          const auto& travel = k.trees[0].travel.blocks;
           pair.budget = TravelBudget::grant(travel[pair.a], travel[pair.b], 1);
         }
         const std::string wrong =

@@ -113,7 +113,7 @@ TEST(SharedVertices, OfAHierarchyAreThoseOfItsBlocks) {
     for (std::uint32_t a = 0; a < blocks.size(); ++a) {
       for (std::uint32_t b = 0; b < blocks.size(); ++b) {
         ASSERT_EQ(bvh.excluded(a, b), expected(*scene, blocks, a, b)) << leaf_size << ": " << a << " " << b;
-        if (!bvh.shared->has_place(a, b)) {
+        if (!bvh.leaves.shared->has_place(a, b)) {
           ASSERT_EQ(bvh.excluded_if_not_listed(a, b), bvh.excluded(a, b))
               << leaf_size << ": " << a << " " << b;
         }

@@ -68,7 +68,8 @@ void expect_apart_while_it_lasts() {
       const auto a = static_cast<NodeId>(random() % nodes);
       const auto b = static_cast<NodeId>(random() % nodes);
       const float gap = separation(bvh.nodes[a], bvh.nodes[b]);
-      if (gap > 0) promises.push_back({a, b, TravelBudget::grant(bvh.travel[a], bvh.travel[b], gap)});
+      if (gap > 0)
+        promises.push_back({a, b, TravelBudget::grant(bvh.travel.nodes[a], bvh.travel.nodes[b], gap)});
     }
     for (int step = 0; step < 12; ++step) {
       // Slow, with a common drift that is fast.
@@ -78,7 +79,7 @@ void expect_apart_while_it_lasts() {
       hierarchy.step(next);
       positions = next;
       std::erase_if(promises, [&](const Promise& p) {
-        return p.budget.exhausted(bvh.travel[p.a], bvh.travel[p.b], bvh.travel_slack);
+        return p.budget.exhausted(bvh.travel.nodes[p.a], bvh.travel.nodes[p.b], bvh.travel.slack);
       });
       for (const Promise& p : promises) ASSERT_FALSE(overlap(bvh.nodes[p.a], bvh.nodes[p.b])) << trial;
       lasted += promises.size();
@@ -95,9 +96,9 @@ void expect_sums_within_reach() {
   auto [scene, positions] = testing::random_scene(random);
   testing::Hierarchy<Bounds> hierarchy(scene, positions, 8);
   const Bvh<Bounds>& bvh = hierarchy.bvh;
-  const NodeTravel& travel = bvh.travel[bvh.shape.first_leaf()];
+  const NodeTravel& travel = bvh.travel.nodes[bvh.shape.first_leaf()];
   const auto third = [&](std::size_t coordinate) {
-    const auto vertices = bvh.block_vertices[0];
+    const auto vertices = bvh.travel.block_vertices[0];
     return (std::ranges::find(vertices, coordinate / 3) - vertices.begin()) % 3;
   };
   constexpr double kWay = 0.2;
@@ -110,7 +111,7 @@ void expect_sums_within_reach() {
       ASSERT_LE(std::fabs(travel.centre[k]), 2 * hierarchy.motion().magnitude());
       if (std::fabs(travel.centre[k] - before.centre[k]) < 2 * kWay) continue;
       ++began_anew;
-      ASSERT_TRUE(budget.exhausted(travel, {}, bvh.travel_slack));
+      ASSERT_TRUE(budget.exhausted(travel, {}, bvh.travel.slack));
     }
   };
   for (int cycle = 0; cycle < 200; ++cycle) {

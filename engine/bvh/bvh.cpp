@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/bvh/bvh.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+// Resizes; the elements' values are unspecified.
+template <class List>
+void make_room(List& list, std::size_t size, StopSignal stop) {
+  if (list.size() > size) list.resize(size);
+  lengthen(list, size, {}, stop);
+}
+
+template <class List>
+void begin_anew(List& list, std::size_t size, StopSignal stop) {
+  list.clear();
+  lengthen(list, size, {}, stop);
+}
+
+}  // namespace
+
+template <class Bounds>
+void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
+  travel.block_vertices = {};
+  if (travel.nodes.empty() || leaves.blocks.empty()) return;
+  std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t last = 0;
+  PacedStop paced(stop);
+  for (const Primitive p : order) {
+    paced.check();
+    for (const std::uint32_t v : primitive_vertices(scene, p)) {
+      first = std::min(first, v);
+      last = std::max(last, v);
+    }
+  }
+  std::vector<std::uint32_t> seen_in(last - first + 1, shape.block_count());
+  travel.block_vertices.begin.reserve(shape.block_count() + 1);
+  travel.block_vertices.items.reserve(order.size() + order.size() / 2);
+  PacedStop paced_blocks(stop, 256);
+  for (std::uint32_t block = 0; block < shape.block_count(); ++block) {
+    paced_blocks.check();
+    travel.block_vertices.begin.push_back(static_cast<std::uint32_t>(travel.block_vertices.items.size()));
+    for (std::uint32_t i = shape.begin_of_block(block); i < shape.begin_of_block(block + 1); ++i) {
+      for (const std::uint32_t v : primitive_vertices(scene, order[i])) {
+        if (std::exchange(seen_in[v - first], block) != block) travel.block_vertices.items.push_back(v);
+      }
+    }
+  }
+  travel.block_vertices.begin.push_back(static_cast<std::uint32_t>(travel.block_vertices.items.size()));
+  travel.block_vertices.items.shrink_to_fit();
+}
+
+template <class Bounds>
+void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
+                          std::shared_ptr<const SharedVertices> new_shared, bool keep_travel,
+                          StopSignal stop) {
+  shape = new_shape;
+  order = std::move(new_order);
+  leaves.shared = std::move(new_shared);
+  built_looseness = 0;
+  make_room(nodes, order.empty() ? 0 : shape.node_count(), stop);
+  begin_anew(motion.states, nodes.size(), stop);
+  const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(
+                                               order, [](Primitive p) { return (p & kPoint) != 0; }));
+  make_room(face_leaves.leaf, faces, stop);
+  face_leaves.first_face = 0;
+  if (faces > 0)  // points have greater numbers than faces
+    face_leaves.first_face = *std::ranges::min_element(order);
+  begin_anew(travel.nodes, keep_travel ? nodes.size() : 0, stop);
+  begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
+  make_room(leaves.blocks, shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count(), stop);
+  make_room(leaves.corners, leaves.blocks.size(), stop);
+  make_room(leaves.wide, shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0, stop);
+  begin_anew(leaves.grids, leaves.blocks.empty() ? 0 : shape.leaf_count(), stop);
+  stop.check();
+  PacedStop paced(stop, 64);
+  if (!order.empty()) {
+    for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
+      paced.check();
+      for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
+        if ((order[i] & kPoint) == 0) face_leaves.leaf[order[i] - face_leaves.first_face] = node;
+      }
+    }
+  }
+  list_block_vertices(scene, stop);
+  leaves.blocks_of.clear();
+  if (leaves.blocks.empty()) return;
+  leaves.blocks_of.reserve(shape.leaf_count());
+  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
+    leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
+  for_each_index(
+      0, shape.block_count(), stop,
+      [&](std::size_t b) {
+        const auto block = static_cast<std::uint32_t>(b);
+        const std::uint32_t begin = shape.begin_of_block(block);
+        const std::uint32_t size = shape.size_of_block(block);
+        for (std::uint32_t i = 0; i < EightBounds<Bounds>::kSlots; ++i) {
+          const Face vertices = primitive_vertices(scene, order[begin + (i < size ? i : 0)]);
+          for (int corner = 0; corner < 3; ++corner)
+            leaves.corners[block].vertex[corner][i] = vertices[corner];
+        }
+      },
+      512);
+}
+
+template <class Bounds>
+double looseness(const Bvh<Bounds>& bvh) {
+  if (bvh.nodes.empty()) return 0;
+  double sum = 0;
+  for (NodeId node = 0; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[node].extent();
+  const double root = bvh.nodes[0].extent();
+  return root > 0 ? sum / root : 0;
+}
+
+template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
+                                 std::shared_ptr<const SharedVertices>, bool, StopSignal);
+template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
+                                   std::shared_ptr<const SharedVertices>, bool, StopSignal);
+template double looseness(const Bvh<Aabb>&);
+template double looseness(const Bvh<KDop18>&);
+
+}  // namespace warmfront

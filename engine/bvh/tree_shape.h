@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// The shape of a hierarchy: which nodes, leaves, blocks and primitives there are, and what is below what.
+// Pure values.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "engine/bvh/node_set.h"
+
+namespace warmfront {
+
+/// The shape of the hierarchy: a complete binary tree, numbered by levels, whose leaves are as full as they
+/// can be. Its last level is filled from the left, so leaves lie on one level or two, and a node's number
+/// says it all: children of i are 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a
+/// leaf when its number is at least first_leaf(). P primitives are B blocks of at most eight, and these L
+/// leaves: counted from left to right, leaf k holds blocks [k B / L, (k + 1) B / L), and block b the
+/// primitives in positions [b P / B, (b + 1) P / B) of `order`. None is empty unless all are.
+class TreeShape {
+ public:
+  static constexpr std::uint32_t kBlockSize = 8;
+
+  TreeShape() = default;
+  /// `leaf_size`: primitives in a leaf at most; a power of two, 64 at most.
+  TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size);
+
+  std::uint32_t primitive_count() const { return primitives_; }
+  std::uint32_t leaf_size() const { return leaf_size_; }
+  int levels() const { return depth_ + 1; }
+  std::uint32_t node_count() const { return 2 * leaves_ - 1; }
+  std::uint32_t leaf_count() const { return leaves_; }
+  std::uint32_t block_count() const { return blocks_; }
+  bool has_wide_leaves() const { return leaf_size_ > kBlockSize; }
+  NodeId first_leaf() const { return leaves_ - 1; }
+  bool is_leaf(NodeId node) const { return node >= first_leaf(); }
+  /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
+  std::uint32_t begin_of_block(std::uint32_t block) const { return share(block, primitives_, blocks_); }
+  /// So many primitives hold the largest of the blocks; the others one less.
+  std::uint32_t largest_block() const { return largest_block_; }
+  std::uint32_t size_of_block(std::uint32_t block) const {
+    return begin_of_block(block + 1) - begin_of_block(block);
+  }
+  /// Where the blocks below `node` begin, and where they end.
+  std::uint32_t first_block(NodeId node) const { return first_block(level_of(node), index_of(node)); }
+  std::uint32_t end_block(NodeId node) const { return first_block(level_of(node), index_of(node) + 1); }
+  /// Position in `order` where the primitives below `node` begin, and where they end.
+  std::uint32_t begin(NodeId node) const { return begin_of_block(first_block(node)); }
+  std::uint32_t end(NodeId node) const { return begin_of_block(end_block(node)); }
+
+  /// The subtrees that are worked on as a whole, each by one task: those that root on this level, above which
+  /// there are no leaves. What a task has made of one, up to some 500 KB for a million primitives, it finds
+  /// in the nearer caches when it looks at it again.
+  int subtree_level() const {
+    // A small hierarchy is one task: there are many more of its kind. A larger one is shared.
+    if (primitives_ <= 1024) return 0;
+    const auto log2 = [](std::uint32_t x) { return static_cast<int>(std::bit_width(x)) - 1; };
+    const int level = std::max(std::min(log2(primitives_ / 256), 4), log2(primitives_ / 512));
+    return std::min(level, 8);
+  }
+  std::uint32_t subtree_count() const { return 1U << subtree_level(); }
+  NodeId subtree_root(std::uint32_t subtree) const { return (1U << subtree_level()) - 1 + subtree; }
+  /// The subtree that a node is in, which is not above them; counted from the left.
+  std::uint32_t subtree_of(NodeId node) const { return index_of(node) >> (level_of(node) - subtree_level()); }
+
+  static int level_of(NodeId node) { return std::bit_width(node + 1) - 1; }
+  static NodeId left(NodeId node) { return 2 * node + 1; }
+  static NodeId parent(NodeId node) { return (node - 1) / 2; }
+  static bool is_left(NodeId node) { return (node & 1U) != 0; }
+
+ private:
+  static std::uint32_t index_of(NodeId node) { return node + 1 - (1U << level_of(node)); }
+  static std::uint32_t share(std::uint32_t i, std::uint32_t of, std::uint32_t among) {
+    return static_cast<std::uint32_t>(std::uint64_t{i} * of / among);
+  }
+  // From the leaves left of node `index` of `level`: counted on the last level, where beyond its end every
+  // two stand for one of the level above.
+  std::uint32_t first_block(int level, std::uint32_t index) const {
+    const std::uint32_t last = index << (depth_ - level);
+    const std::uint32_t filled = 2 * leaves_ - (1U << depth_);
+    return share(last <= filled ? last : filled + (last - filled) / 2, blocks_, leaves_);
+  }
+
+  std::uint32_t primitives_ = 0;
+  std::uint32_t leaf_size_ = 1;
+  std::uint32_t blocks_ = 1;
+  std::uint32_t leaves_ = 1;
+  std::uint32_t largest_block_ = 0;
+  int depth_ = 0;  // of the last level
+};
+
+/// Blocks one after another, by their numbers.
+struct BlockRange {
+  std::uint32_t begin;
+  std::uint32_t end;
+
+  std::uint32_t size() const { return end - begin; }
+  bool operator==(const BlockRange&) const = default;
+};
+
+}  // namespace warmfront
