@@ -59,13 +59,14 @@ template <class Bounds>
 class ChunkUpdate {
  public:
   ChunkUpdate(const TreePair<Bounds>& trees, const PartPair& parts, bool skip_neighbours, LeafPairSink& sink,
-              const FrontUpdate& how, FrontRoom& room, ChunkScratch& scratch)
+              const FrontUpdate& how, Answers answers, FrontRoom& room, ChunkScratch& scratch)
       : trees_(trees),
         bvtt_(trees.bvtt()),
         parts_(parts),
         skip_neighbours_(skip_neighbours),
         sink_(sink),
         how_(how),
+        answers_(answers),
         room_(room),
         scratch_(scratch),
         counts_(scratch.counts) {
@@ -79,50 +80,52 @@ class ChunkUpdate {
   /// Updates the pairs of a chunk, in order: overlapping ones are opened (leaf pairs handed over); with
   /// prune, disjoint ones are folded as far as their ancestors are disjoint, else kept. Returns whether the
   /// pairs changed and are in the scratch now; else they are where they were, with new budgets. The kept
-  /// contacts are in the scratch either way; with `rebuild` none of the chunk's serve again.
-  bool run(FrontChunk& chunk, bool rebuild) {
+  /// contacts are in the scratch either way.
+  bool run(FrontChunk& chunk) {
     KeptReader kept(chunk.kept);
     for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
-      FrontPair& pair = chunk.pairs[i];
-      const MotionState state = trees_.state(pair.nodes);
-      // Nothing about the pair is other than in the last step.
-      if ((state & kChanged) == 0 && !((how_.retest || rebuild) && bvtt_.is_leaf(pair.nodes))) {
-        ++counts_.rested;
-        if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
-          sink_.keep(answers->triangle_pairs, answers->tally, kept.contacts());
-          put_kept(place(i), answers->triangle_pairs, answers->tally, kept.contacts());
-        }
-        how_.prune ? fold(chunk, i) : keep(chunk, i);
-        continue;
-      }
-      if (how_.lazy &&
-          !pair.budget.exhausted(trees_.a.travel.nodes[pair.nodes.a], trees_.b.travel.nodes[pair.nodes.b],
-                                 trees_.a.travel.slack + trees_.b.travel.slack)) {
-        ++counts_.skipped;
-        how_.prune ? fold(chunk, i) : keep(chunk, i);
-        continue;
-      }
-      const float gap = pair.adjacent ? -1 : trees_.gap(pair.nodes, counts_.bv_tests);
-      if (gap > 0) {
-        pair.budget = grant(pair.nodes, gap);
-        how_.prune ? fold(chunk, i) : keep(chunk, i);
-      } else if (bvtt_.is_leaf(pair.nodes)) {
-        const LeafGap learnt = test_leaves(pair.nodes, pair.neighbours);
-        pair.budget = grant(pair.nodes, learnt.gap);
-        pair.adjacent = learnt.adjacent;
-        pair.neighbours = learnt.neighbours;
-        keep_found(place(i));
-        keep(chunk, i);
-      } else {
-        ++counts_.sprouted;
-        change(chunk, i);
-        sprout(pair.nodes, gap);
+      switch (action_of(chunk.pairs[i], trees_, how_.lazy, answers_)) {
+        case PairAction::kReuse:
+          ++counts_.rested;
+          if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
+            sink_.keep(answers->triangle_pairs, answers->tally, kept.contacts());
+            put_kept(place(i), answers->triangle_pairs, answers->tally, kept.contacts());
+          }
+          keep_or_fold(chunk, i);
+          break;
+        case PairAction::kSkip:
+          ++counts_.skipped;
+          keep_or_fold(chunk, i);
+          break;
+        case PairAction::kTest:
+          test(chunk, i);
+          break;
       }
     }
     return changed_;
   }
 
  private:
+  void test(FrontChunk& chunk, std::size_t i) {
+    FrontPair& pair = chunk.pairs[i];
+    const float gap = pair.adjacent ? -1 : trees_.gap(pair.nodes, counts_.bv_tests);
+    if (gap > 0) {
+      pair.budget = grant(pair.nodes, gap);
+      keep_or_fold(chunk, i);
+    } else if (bvtt_.is_leaf(pair.nodes)) {
+      const LeafGap learnt = test_leaves(pair.nodes, pair.neighbours);
+      pair.budget = grant(pair.nodes, learnt.gap);
+      pair.adjacent = learnt.adjacent;
+      pair.neighbours = learnt.neighbours;
+      keep_found(place(i));
+      keep(chunk, i);
+    } else {
+      ++counts_.sprouted;
+      change(chunk, i);
+      sprout(pair.nodes, gap);
+    }
+  }
+
   TravelBudget grant(const NodePair& pair, float gap) const { return grant_budget(trees_, pair, gap); }
 
   void sprout(const NodePair& from, float gap) {
@@ -147,7 +150,7 @@ class ChunkUpdate {
 
   LeafGap test_leaves(const NodePair& pair, std::uint64_t neighbours) {
     const LeafBlocks which{skip_neighbours_, neighbours};
-    const bool at_rest = !how_.retest && (trees_.state(pair) & kMoving) == 0;
+    const bool at_rest = answers_ != Answers::kForget && (trees_.state(pair) & kMoving) == 0;
     return at_rest ? sink_.leaf_pair_at_rest(parts_, pair, which, scratch_.found)
                    : sink_.leaf_pair(parts_, pair, which);
   }
@@ -180,6 +183,8 @@ class ChunkUpdate {
   void keep(const FrontChunk& chunk, std::size_t i) {
     if (changed_) push(chunk.pairs[i]);
   }
+  // What an update does with a disjoint pair, or one that counts as disjoint.
+  void keep_or_fold(const FrontChunk& chunk, std::size_t i) { how_.prune ? fold(chunk, i) : keep(chunk, i); }
 
   // Keeps a disjoint pair unless its parent is disjoint too. Then all pairs below the highest disjoint
   // ancestor are, and of those the one on the path of first children (the front holds exactly one such) puts
@@ -216,6 +221,7 @@ class ChunkUpdate {
   const bool skip_neighbours_;
   LeafPairSink& sink_;
   const FrontUpdate& how_;
+  const Answers answers_;
   FrontRoom& room_;
   ChunkScratch& scratch_;
   FrontCounts& counts_;

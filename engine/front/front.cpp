@@ -69,11 +69,11 @@ void test_moved(std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink) {
 /// a segment keeps.
 template <class Bounds>
 struct Front<Bounds>::Work {
-  enum Kind : std::uint8_t { kBuild, kUpdate, kNeighbours, kRest } kind;
+  enum Kind : std::uint8_t { kBuild, kUpdate, kNeighbours, kReuse } kind;
   std::size_t segment;
   std::size_t chunk;
+  Answers answers;
   BuildTask task{};
-  bool listed = false;  // the segment's neighbours, just now
 };
 
 template <class Bounds>
@@ -127,33 +127,40 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
     paced.check();
     FrontSegment& segment = segments_[s];
     bool listed = false;  // the segment's neighbours, just now
-    if (segment.chunks.empty()) {
-      forget(segment);
-      const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
-      segment.chunks.resize(tasks.size());
-      for (std::size_t c = 0; c < tasks.size(); ++c) work.push_back({Work::kBuild, s, c, tasks[c]});
-    } else {
-      ++updated_;
-      if (near[s].rests && !how.retest && !how.refind) {
+    const SegmentAction action = action_of(segment, near[s].rests, how.answers);
+    if (action != SegmentAction::kBuild) ++updated_;
+    switch (action) {
+      case SegmentAction::kBuild: {
+        forget(segment);
+        const auto tasks = decompose(pair_of(segment), std::max(kShare * cost, kLeastCost), counts_.bv_tests);
+        segment.chunks.resize(tasks.size());
+        for (std::size_t c = 0; c < tasks.size(); ++c)
+          work.push_back({Work::kBuild, s, c, how.answers, tasks[c]});
+        break;
+      }
+      case SegmentAction::kReuse:
         counts_.rested += segment.size;
         room_.take_pairs(segment.size);
         if (std::ranges::any_of(segment.chunks, [](const FrontChunk& c) { return !c.kept.empty(); }))
-          work.push_back({Work::kRest, s, 0});
-      } else {
+          work.push_back({Work::kReuse, s, 0, how.answers});
+        break;
+      case SegmentAction::kUpdate: {
         listed = segment.with_itself() && list_neighbours(segment.parts.a, trees[segment.parts.a], how);
+        const Answers answers = listed ? answers_after_listing(how.answers) : how.answers;
         for (std::size_t c = 0; c < segment.chunks.size(); ++c)
-          work.push_back({Work::kUpdate, s, c, {}, listed});
+          work.push_back({Work::kUpdate, s, c, answers});
+        break;
       }
     }
     if (!segment.with_itself()) continue;
-    const bool rests = near[s].rests && !how.retest && !how.refind;
     const Bvh<Bounds>& tree = trees[segment.parts.a];
     const std::span<const NeighbourChunk> neighbours = std::as_const(neighbours_).of(segment.parts.a);
     // A list begins with a chunk for each subtree. No subtree's was tested before it was listed.
     const std::size_t subtrees = how.subtrees_tested && !listed ? tree.shape.subtree_count() : 0;
     for (std::size_t c = 0; c < neighbours.size(); ++c) {
       if (c < subtrees && tree.subtree_changed(static_cast<std::uint32_t>(c))) continue;
-      if (!rests || neighbours[c].may_have_contacts) work.push_back({Work::kNeighbours, s, c});
+      if (action != SegmentAction::kReuse || neighbours[c].may_have_contacts)
+        work.push_back({Work::kNeighbours, s, c, how.answers});
     }
   }
 }
@@ -171,48 +178,57 @@ bool Front<Bounds>::list_neighbours(std::uint32_t part, const Bvh<Bounds>& tree,
 template <class Bounds>
 void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink,
                         const FrontUpdate& how) {
-  FrontSegment& segment = segments_[work.segment];
-  const auto keep_all = [&](const FrontChunk& chunk) {
-    auto contacts = std::span(chunk.kept.contacts);
-    for (const KeptAnswers::OfPair& kept : chunk.kept.pairs) {
-      how.stop.check();
-      sink.keep(kept.triangle_pairs, kept.tally, contacts.first(kept.contacts));
-      contacts = contacts.subspan(kept.contacts);
-    }
-    room_.take_answers(chunk.kept.bytes());
-  };
   how.stop.check();
-  if (work.kind == Work::kRest) {
-    std::ranges::for_each(segment.chunks, keep_all);
-    return;
+  FrontSegment& segment = segments_[work.segment];
+  const PartPair& parts = segment.parts;
+  const TreePair<Bounds> pair(trees[parts.a], trees[parts.b], how.gap_at);
+  switch (work.kind) {
+    case Work::kReuse:
+      for (const FrontChunk& chunk : segment.chunks) reuse(chunk, sink, how.stop);
+      break;
+    case Work::kNeighbours:
+      run_neighbours(pair.a, parts.a, neighbours_.of(parts.a)[work.chunk], sink, work.answers);
+      break;
+    case Work::kBuild:
+    case Work::kUpdate:
+      update(work, pair, sink, how);
   }
+}
 
-  if (work.kind == Work::kNeighbours)
-    return run_neighbours(trees[segment.parts.a], segment.parts.a,
-                          neighbours_.of(segment.parts.a)[work.chunk], sink, how);
-  const bool skip_neighbours = segment.with_itself() && neighbours_.listed(segment.parts.a);
-  FrontChunk& chunk = segment.chunks[work.chunk];
-  const TreePair<Bounds> pair(trees[segment.parts.a], trees[segment.parts.b], how.gap_at);
+// Builds or updates a chunk.
+template <class Bounds>
+void Front<Bounds>::update(const Work& work, const TreePair<Bounds>& trees, LeafPairSink& sink,
+                           const FrontUpdate& how) {
+  const FrontSegment& segment = segments_[work.segment];
+  FrontChunk& chunk = segments_[work.segment].chunks[work.chunk];
   ChunkScratch& scratch = impl_->scratch.local();
-  if (work.kind == Work::kBuild) {
-    ChunkUpdate<Bounds> update(pair, segment.parts, skip_neighbours, sink, how, room_, scratch);
-    update.build(work.task.pair, work.task.gap);
-    return store(chunk);
-  }
-  // Ancestors may have changed where the nodes have not. All pairs below one that has come apart fold
-  // together, or those that do are lost: so no chunk is passed over where others may fold.
-  const bool refind = work.listed || how.refind;
-  if (!how.retest && !how.prune && !refind && !chunk.nodes_a.meets(pair.a.motion.changed) &&
-      !chunk.nodes_b.meets(pair.b.motion.changed)) {
-    keep_all(chunk);
+  if (work.kind == Work::kUpdate && action_of(chunk, trees, how.prune, work.answers) == ChunkAction::kReuse) {
+    reuse(chunk, sink, how.stop);
     scratch.counts.rested += chunk.pairs.size();
     room_.take_pairs(chunk.pairs.size());
     return;
   }
-  ChunkUpdate<Bounds> update(pair, segment.parts, skip_neighbours, sink, how, room_, scratch);
-  if (update.run(chunk, refind)) return store(chunk);
+  const bool skip_neighbours = segment.with_itself() && neighbours_.listed(segment.parts.a);
+  ChunkUpdate<Bounds> update(trees, segment.parts, skip_neighbours, sink, how, work.answers, room_, scratch);
+  if (work.kind == Work::kBuild) {
+    update.build(work.task.pair, work.task.gap);
+    return store(chunk);
+  }
+  if (update.run(chunk)) return store(chunk);
   if (!scratch.kept.empty() || !chunk.kept.empty()) chunk.kept = scratch.kept;
   room_.take_pairs(chunk.pairs.size());
+}
+
+// Hands over the stored answers of all pairs.
+template <class Bounds>
+void Front<Bounds>::reuse(const FrontChunk& chunk, LeafPairSink& sink, StopSignal stop) {
+  auto contacts = std::span(chunk.kept.contacts);
+  for (const KeptAnswers::OfPair& kept : chunk.kept.pairs) {
+    stop.check();
+    sink.keep(kept.triangle_pairs, kept.tally, contacts.first(kept.contacts));
+    contacts = contacts.subspan(kept.contacts);
+  }
+  room_.take_answers(chunk.kept.bytes());
 }
 
 template <class Bounds>
@@ -228,22 +244,24 @@ void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, Leaf
 
 template <class Bounds>
 void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
-                                   LeafPairSink& sink, const FrontUpdate& how) {
-  if (how.refind) chunk.at_rest = {};
-  if (chunk.nodes.meets(tree.motion.changed)) {
-    test_moved(part, chunk, sink);
-  } else if (!chunk.may_have_contacts) {
-    return;
-  } else if (how.retest) {
-    sink.neighbours(part, chunk);
-  } else {
-    const RestAnswer& answer = chunk.at_rest.answer;
-    if (chunk.at_rest.known)
-      sink.keep(answer.triangle_pairs, answer.tally, answer.contacts);
-    else
+                                   LeafPairSink& sink, Answers answers) {
+  if (answers != Answers::kReuse) chunk.at_rest = {};
+  const RestAnswer& stored = chunk.at_rest.answer;
+  switch (action_of(chunk, tree.motion.changed, answers)) {
+    case NeighbourAction::kTest:
+      return test_moved(part, chunk, sink);
+    case NeighbourAction::kSkip:
+      return;
+    case NeighbourAction::kTestAgain:
+      return sink.neighbours(part, chunk);
+    case NeighbourAction::kTestStore:
       sink.neighbours_at_rest(part, chunk);
-    if (!room_.take_answers(answer.bytes())) chunk.at_rest = {};
+      break;
+    case NeighbourAction::kReuse:
+      sink.keep(stored.triangle_pairs, stored.tally, stored.contacts);
+      break;
   }
+  if (!room_.take_answers(stored.bytes())) chunk.at_rest = {};
 }
 
 template <class Bounds>
@@ -261,7 +279,7 @@ template <class Bounds>
 void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near,
                             LeafPairSinks& sinks, const FrontUpdate& wanted) {
   FrontUpdate how = wanted;
-  how.retest |= !keeps_answers_;
+  if (!keeps_answers_) how.answers = Answers::kForget;
   for (ChunkScratch& scratch : impl_->scratch) scratch.counts = {};
   counts_ = {};
   updated_ = 0;
@@ -284,7 +302,8 @@ void Front<Bounds>::advance(std::span<const Bvh<Bounds>> trees, std::span<const 
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     paced.check();
     FrontSegment& segment = segments_[s];
-    if (near[s].rests && !how.retest && !how.refind && segment.size != 0) continue;
+    const bool built = segment.size == 0;
+    if (!built && action_of(segment, near[s].rests, how.answers) == SegmentAction::kReuse) continue;
     segment.size = 0;
     for (const FrontChunk& chunk : segment.chunks) segment.size += chunk.pairs.size();
     rebalance(segment);

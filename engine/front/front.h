@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/front/actions.h"
 #include "engine/front/front_room.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/front/neighbours.h"
@@ -20,11 +21,10 @@ namespace warmfront {
 
 /// What an update does with the pairs.
 struct FrontUpdate {
-  bool prune = true;    ///< fold disjoint pairs with a disjoint parent into their highest disjoint ancestor
-  bool lazy = false;    ///< do not look at pairs whose budget lasts
-  bool record = true;   ///< keep the front
-  bool retest = false;  ///< test leaf pairs at rest again, instead of keeping what they found
-  bool refind = false;  ///< what was found of leaf pairs at rest is void: test them, and keep what they find
+  bool prune = true;   ///< fold disjoint pairs with a disjoint parent into their highest disjoint ancestor
+  bool lazy = false;   ///< do not look at pairs whose budget lasts
+  bool record = true;  ///< keep the front
+  Answers answers = Answers::kReuse;  ///< what becomes of those of stationary leaf pairs
   /// Of the neighbours listed, those within subtrees that changed in this step were tested already, by
   /// test_subtree().
   bool subtrees_tested = false;
@@ -130,8 +130,10 @@ class Front {
   void plan(std::span<const Bvh<Bounds>> trees, std::span<const NearPair> near, const FrontUpdate& how);
   bool list_neighbours(std::uint32_t part, const Bvh<Bounds>& tree, const FrontUpdate& how);
   void run(const Work& work, std::span<const Bvh<Bounds>> trees, LeafPairSink& sink, const FrontUpdate& how);
+  void update(const Work& work, const TreePair<Bounds>& trees, LeafPairSink& sink, const FrontUpdate& how);
+  void reuse(const FrontChunk& chunk, LeafPairSink& sink, StopSignal stop);
   void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink,
-                      const FrontUpdate& how);
+                      Answers answers);
   void forget(FrontSegment& segment);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);

@@ -32,8 +32,7 @@ FrontState FrontStage<Bounds>::update(std::span<const Bvh<Bounds>> trees, std::s
                  {.prune = prune,
                   .lazy = lazy,
                   .record = keep,
-                  .retest = retests(options),
-                  .refind = !answers_hold_,
+                  .answers = answers(options),
                   .subtrees_tested = true,
                   .gap_at = input.gap_at,
                   .max_bytes = options.max_front_bytes,
@@ -60,7 +59,7 @@ std::uint64_t FrontStage<Bounds>::traverse(std::span<const Bvh<Bounds>> trees, s
   front_.advance(trees, near, narrow,
                  {.prune = false,
                   .record = false,
-                  .retest = true,
+                  .answers = Answers::kForget,
                   .gap_at = input.gap_at,
                   .max_bytes = 0,
                   .stop = input.stop});
@@ -82,6 +81,12 @@ void FrontStage<Bounds>::lose(Rebuild why) noexcept {
   lost_to_ = why;
   front_.clear();
   lost_ = true;
+}
+
+template <class Bounds>
+Answers FrontStage<Bounds>::answers(const ColliderOptions& options) const {
+  if (retests(options)) return Answers::kForget;
+  return answers_hold_ ? Answers::kReuse : Answers::kRenew;
 }
 
 // The paper's deferred rebuild (section 4.3), or every K steps (its section 8).

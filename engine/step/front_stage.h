@@ -56,6 +56,7 @@ class FrontStage {
   const Front<Bounds>& front() const { return front_; }
 
  private:
+  Answers answers(const ColliderOptions& options) const;
   bool due_for_rebuild(const ColliderOptions& options) const;
 
   Front<Bounds> front_;
