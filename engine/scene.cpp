@@ -91,7 +91,7 @@ std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
 }
 
 FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex) {
-  // Edges are sorted by their vertices in original numbers, and bodies are ranges of these.
+  // Edges are sorted by their vertices in given numbers, and bodies are ranges of these.
   const auto edges_before = [&](std::uint32_t vertex) {
     return static_cast<std::uint32_t>(
         std::ranges::partition_point(scene.edges(), [&](const Edge& e) { return e[0] < vertex; }) -

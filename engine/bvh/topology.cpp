@@ -16,7 +16,7 @@ namespace {
 /// enough that most near pairs of faces lie in one patch.
 constexpr int kPatchRings = 3;
 
-// The primitives of vertices [first, end), in original numbers; the faces of one body are not always a range.
+// The primitives of vertices [first, end), in given numbers; the faces of one body are not always a range.
 std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std::size_t first_part,
                                                         std::size_t parts, std::uint32_t first_face,
                                                         StopSignal stop) {
@@ -41,7 +41,7 @@ Topology::Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_
                    StopSignal stop)
     : leaf_size_(leaf_size), ownership(scene) {
   add_parts(given, motion, stop);
-  // Found in original numbers, so that they do not depend on the first positions.
+  // Found in given numbers, so that they do not depend on the first positions.
   if (cones) patches = numbering.apply(find_patches(given, kPatchRings, stop));
   patches.of_face.resize(given.face_count(), Patches::kNone);
 }

@@ -33,7 +33,7 @@ struct PartTopology {
 /// refer to each other.
 class Topology {
  public:
-  /// Orders the primitives by their positions at the end of `motion` (in original numbers). With `cones`,
+  /// Orders the primitives by their positions at the end of `motion` (in given numbers). With `cones`,
   /// finds the patches for the normal cone test. Parallel; call it inside Workers::run(). Throws Stopped when
   /// told to stop, as do all functions that take a StopSignal.
   Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones,
@@ -41,7 +41,7 @@ class Topology {
   Topology(const Topology&) = delete;
   Topology& operator=(const Topology&) = delete;
 
-  /// Adds the body that was appended to the scene; its motion is in original numbers. Its faces are in no
+  /// Adds the body that was appended to the scene; its motion is in given numbers. Its faces are in no
   /// patch. Parallel and stoppable like the constructor.
   void extend(const Scene& given, const Motion& motion, StopSignal stop = {});
 

@@ -64,7 +64,7 @@ std::uint64_t topology_checksum(const Scene& given, const Topology& topology, St
   Checksum sum(stop);
   sum.add(given);
   sum.add(topology.scene);
-  sum.add(topology.numbering.vertices());
+  sum.add(topology.numbering.given_vertices());
   for (const PartTopology& part : topology.parts) sum.add(part.order);
   return sum.value();
 }

@@ -94,9 +94,9 @@ class SelfCheck {
       const PointBounds bounds =
           point_bounds(motion.vertices()[v], motion.frame(), core_.bounds_separation, kept_.magnitude);
       if (!(core_.vertex_bounds[v] == bounds))
-        found_.report(
-            ErrorCode::kDataLoss,
-            "vertex " + std::to_string(core_.topology->numbering.vertices()[v]) + " is outside its bounds");
+        found_.report(ErrorCode::kDataLoss,
+                      "vertex " + std::to_string(number_of(core_.topology->numbering.given(NewVertex{v}))) +
+                          " is outside its bounds");
     });
     const Bvh<Bounds>& tree = kept_.trees[p];
     for_each_index(

@@ -114,11 +114,11 @@ void Motion::truncate(std::size_t vertex_count) {
   states_.resize(std::min(vertex_count, states_.size()));
 }
 
-void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first, StopSignal stop) {
+void Motion::renumber(std::span<const GivenVertex> order, std::size_t first, StopSignal stop) {
   std::vector<VertexMotion> renumbered;
   renumbered.reserve(vertices_.size() - first);
   const auto take = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) renumbered.push_back(vertices_[order[v]]);
+    for (std::size_t v = begin; v < end; ++v) renumbered.push_back(vertices_[number_of(order[v])]);
   };
   in_pieces(first, vertices_.size(), stop, take, kFreshAtOnce<VertexMotion>);
   if (first == 0) {
@@ -130,7 +130,7 @@ void Motion::renumber(std::span<const std::uint32_t> order, std::size_t first, S
 
 template <class Real>
 void Motion::move_all(std::uint32_t first, std::uint32_t end, From from, std::span<const Real> positions,
-                      std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range,
+                      std::span<const GivenVertex> order, std::uint32_t first_row, RangeMotion& range,
                       StopSignal signal) {
   const Targets<Real> targets{positions.data(), order.data(), first_row, LocalLanes(frame_)};
   expect_all(range);
@@ -276,9 +276,7 @@ void Motion::measure(std::uint32_t first, std::uint32_t end, RangeMotion& range,
 }
 
 template void Motion::move_all<float>(std::uint32_t, std::uint32_t, From, std::span<const float>,
-                                      std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
-                                      StopSignal);
+                                      std::span<const GivenVertex>, std::uint32_t, RangeMotion&, StopSignal);
 template void Motion::move_all<double>(std::uint32_t, std::uint32_t, From, std::span<const double>,
-                                       std::span<const std::uint32_t>, std::uint32_t, RangeMotion&,
-                                       StopSignal);
+                                       std::span<const GivenVertex>, std::uint32_t, RangeMotion&, StopSignal);
 }  // namespace warmfront

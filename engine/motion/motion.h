@@ -11,6 +11,7 @@
 
 #include "engine/pose.h"
 #include "engine/result.h"
+#include "engine/scene/numbers.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -69,7 +70,7 @@ class Motion {
   explicit Motion(std::span<const double> positions, StopSignal stop = {});
 
   /// Vertex i becomes what was vertex order[i], from `first` on. After an exception nothing has changed.
-  void renumber(std::span<const std::uint32_t> order, std::size_t first = 0, StopSignal stop = {});
+  void renumber(std::span<const GivenVertex> order, std::size_t first = 0, StopSignal stop = {});
   /// Appends stationary vertices; truncate() takes them back, also after an exception.
   void append(std::span<const double> positions, StopSignal stop = {});
   void truncate(std::size_t vertex_count);
@@ -79,7 +80,7 @@ class Motion {
   /// undo().
   template <class Real>
   void move_all(std::uint32_t first, std::uint32_t end, From from, std::span<const Real> positions,
-                std::span<const std::uint32_t> order, std::uint32_t first_row, RangeMotion& range,
+                std::span<const GivenVertex> order, std::uint32_t first_row, RangeMotion& range,
                 StopSignal stop = {});
   /// The same, where only what is named moves: begins the step of a range (an exception leaves every position
   /// as it was: there is nothing to undo), ...

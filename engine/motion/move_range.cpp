@@ -28,7 +28,7 @@ WARMFRONT_INLINE void move_each(const Targets<Real>& targets, VertexMotion* vert
   Double4 largest{};
   Long4 no_number{};
   for (std::uint32_t v = begin; v < end; ++v) {
-    const Real* to = targets.positions + std::size_t{3} * (targets.order[v] - targets.first_row);
+    const Real* to = targets.positions + std::size_t{3} * (number_of(targets.order[v]) - targets.first_row);
     const Double4 x{to[0], to[1], to[2]};
     Double4 at;
     std::memcpy(&at, before<kFrom>(vertices[v]).data(), sizeof at);

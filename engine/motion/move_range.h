@@ -14,7 +14,7 @@ namespace warmfront {
 template <class Real>
 struct Targets {
   const Real* positions;
-  const std::uint32_t* order;
+  const GivenVertex* order;  ///< by vertex
   std::uint32_t first_row;
   LocalLanes to_local;
 };

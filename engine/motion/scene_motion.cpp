@@ -47,7 +47,7 @@ void SceneMotion::find_parts(const Scene& scene, StopSignal stop) {
 
 void SceneMotion::renumber(const Renumbering& numbering, std::uint32_t first, StopSignal stop) {
   numbering_ = &numbering;
-  motion_.renumber(numbering.vertices(), first, stop);
+  motion_.renumber(numbering.given_vertices(), first, stop);
   for (Part& part : parts_) {
     if (part.first >= first && part.kind == BodyKind::kRigid) make_rigid(part, stop);
   }
@@ -209,7 +209,7 @@ std::vector<double> SceneMotion::positions() const {
   std::vector<double> positions(3 * motion_.vertices().size());
   for (const Part& part : parts_) {
     for (std::uint32_t v = part.first; v < part.end; ++v) {
-      const std::size_t given = numbering_ == nullptr ? v : numbering_->vertices()[v];
+      const std::size_t given = numbering_ == nullptr ? v : number_of(numbering_->given(NewVertex{v}));
       std::array<double, 3> at{};
       if (part.placed) {
         const VertexMotion& vertex = motion_.vertices()[v];

@@ -170,8 +170,9 @@ class SceneMotion {
   Status check_whole(const Scene& scene, const Positions& positions, StopSignal stop) const;
   Status check_parts(const Scene& scene, const Frame& frame, StopSignal stop, PoseCheck poses);
   void clear_marks(const Frame& frame) noexcept;
-  std::uint32_t new_vertex(std::uint32_t given) const {
-    return numbering_ == nullptr ? given : numbering_->new_vertices()[given];
+  // An index into motion_, which is in given numbers until renumber().
+  std::uint32_t new_vertex(GivenVertex vertex) const {
+    return numbering_ == nullptr ? number_of(vertex) : number_of(numbering_->renumbered(vertex));
   }
 
   Motion motion_;

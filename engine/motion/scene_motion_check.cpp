@@ -66,7 +66,7 @@ Status SceneMotion::check_whole(const Scene& scene, const Positions& positions, 
     if (body.kind != BodyKind::kStatic) continue;
     for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v) {
       paced.check();
-      const auto& now = motion_.vertices()[new_vertex(v)].t1;
+      const auto& now = motion_.vertices()[new_vertex(GivenVertex{v})].t1;
       for (int axis = 0; axis < 3; ++axis) {
         if (coordinate(positions, std::size_t{3} * v + axis) != now[axis])
           return invalid_argument(at("positions", v) + "." + "xyz"[axis] + ": moves, but body " +

@@ -15,8 +15,8 @@ void SceneMotion::move_part(Part& part, const Positions& positions, std::uint32_
   part.written = true;
   std::visit(
       [&](auto values) {
-        motion_.move_all(part.first, part.end, from_, values, numbering_->vertices(), first_row, part.range,
-                         stop);
+        motion_.move_all(part.first, part.end, from_, values, numbering_->given_vertices(), first_row,
+                         part.range, stop);
       },
       positions);
   if (part.rigid()) part.now = AtPositions{};
@@ -103,7 +103,7 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
   for (std::size_t i = 0; i < frame.vertices.size(); ++i) {
     paced.check();
     const std::uint32_t v = frame.vertices[i];
-    motion_.move_one(new_vertex(v), row(frame.vertex_positions, i), parts_[part_of(v)].range);
+    motion_.move_one(new_vertex(GivenVertex{v}), row(frame.vertex_positions, i), parts_[part_of(v)].range);
   }
   if (steps_ % kMeasureSteps == 0) {
     for (Part& part : parts_) {

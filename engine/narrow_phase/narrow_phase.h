@@ -27,7 +27,7 @@ namespace warmfront {
 /// these are constant once computed for the step, and the part is not tested before.
 struct NarrowPhaseInput {
   const Scene& scene;
-  const Renumbering& numbering;  ///< contacts are reported in original numbers
+  const Renumbering& numbering;  ///< contacts are reported in given numbers
   const Ownership& ownership;
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step

@@ -190,7 +190,7 @@ void PairTester::take_verdict(const FeaturePair& pair, const Verdict& verdict) {
   if (input_->options.leave_out_overlaps && verdict.status == ContactStatus::kOverlapAtStart)
     ++output_.overlaps;
   else
-    report(input_->numbering.original({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
+    report(input_->numbering.given({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
 }
 
 void PairTester::test_features() {

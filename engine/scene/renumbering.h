@@ -10,6 +10,7 @@
 #include "engine/contact.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/numbers.h"
 #include "engine/scene/patches.h"
 #include "engine/stop.h"
 
@@ -43,32 +44,33 @@ class Renumbering {
   void truncate(const Extent& extent, Scene& renumbered) noexcept;
   Patches apply(const Patches& patches) const;
   /// A primitive in its new number.
-  Primitive apply(Primitive primitive) const {
-    return (primitive & kPoint) != 0 ? kPoint | new_vertex_[primitive & ~kPoint] : new_face_[primitive];
+  Primitive apply(Primitive given) const {
+    return (given & kPoint) != 0 ? kPoint | number_of(renumbered(GivenVertex{given & ~kPoint}))
+                                 : number_of(renumbered(GivenFace{given}));
   }
 
-  /// Original number of each vertex, by new number.
-  std::span<const std::uint32_t> vertices() const { return original_vertex_; }
-  /// New number of each vertex, by original number.
-  std::span<const std::uint32_t> new_vertices() const { return new_vertex_; }
-  /// A contact in original numbers.
-  Contact original(Contact contact) const {
+  GivenVertex given(NewVertex vertex) const { return given_vertex_[number_of(vertex)]; }
+  GivenFace given(NewFace face) const { return given_face_[number_of(face)]; }
+  NewVertex renumbered(GivenVertex vertex) const { return new_vertex_[number_of(vertex)]; }
+  NewFace renumbered(GivenFace face) const { return new_face_[number_of(face)]; }
+  /// The given number of each vertex, by new number.
+  std::span<const GivenVertex> given_vertices() const { return given_vertex_; }
+  /// A contact between features in new numbers, in given ones.
+  Contact given(Contact contact) const {
     if (contact.kind == ContactKind::kVertexFace) {
-      contact.a = original_vertex_[contact.a];
-      contact.b = original_face_[contact.b];
+      contact.a = number_of(given(NewVertex{contact.a}));
+      contact.b = number_of(given(NewFace{contact.b}));
     }
     return contact;
   }
 
-  std::size_t memory_bytes() const {
-    return held_bytes(original_vertex_, original_face_, new_vertex_, new_face_);
-  }
+  std::size_t memory_bytes() const { return held_bytes(given_vertex_, given_face_, new_vertex_, new_face_); }
 
  private:
-  std::vector<std::uint32_t> original_vertex_;  // by new number
-  std::vector<std::uint32_t> original_face_;
-  std::vector<std::uint32_t> new_vertex_;  // by original number
-  std::vector<std::uint32_t> new_face_;
+  std::vector<GivenVertex> given_vertex_;  // by new number
+  std::vector<GivenFace> given_face_;
+  std::vector<NewVertex> new_vertex_;  // by given number
+  std::vector<NewFace> new_face_;
 };
 
 }  // namespace warmfront

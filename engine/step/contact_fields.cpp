@@ -13,12 +13,12 @@ void compute_contact_fields(Core& core, StopSignal stop) {
   if (!core.options.fields.any()) return;
   core.geometry.resize(core.contacts.size());
   const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
-  const std::span<const std::uint32_t> renumbered = core.topology->numbering.new_vertices();
+  const Renumbering& numbering = core.topology->numbering;
   for_each_index(0, core.contacts.size(), stop, [&](std::size_t i) {
     const Contact& contact = core.contacts[i];
     std::array<const VertexMotion*, 4> four;
     const auto ids = core.scene->vertices_of(contact);
-    for (int k = 0; k < 4; ++k) four[k] = &vertices[renumbered[ids[k]]];
+    for (int k = 0; k < 4; ++k) four[k] = &vertices[number_of(numbering.renumbered(GivenVertex{ids[k]}))];
     core.geometry[i] = contact_geometry(contact.kind, four, contact.toi);
   });
 }

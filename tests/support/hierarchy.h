@@ -67,8 +67,7 @@ class Hierarchy {
  public:
   Hierarchy(std::shared_ptr<const Scene> scene, std::span<const double> positions, std::uint32_t leaf_size)
       : scene_(std::move(scene)), motion_(positions), bounds_(scene_->vertex_count()) {
-    order_.resize(scene_->vertex_count());
-    std::iota(order_.begin(), order_.end(), 0U);
+    for (std::uint32_t v = 0; v < scene_->vertex_count(); ++v) order_.push_back(GivenVertex{v});
     std::vector<Primitive> primitives(scene_->face_count());
     std::iota(primitives.begin(), primitives.end(), 0U);
     for (const std::uint32_t v : scene_->isolated_vertices()) primitives.push_back(kPoint | v);
@@ -114,7 +113,7 @@ class Hierarchy {
   }
 
   std::shared_ptr<const Scene> scene_;
-  std::vector<std::uint32_t> order_;
+  std::vector<GivenVertex> order_;
   Motion motion_;
   RangeMotion range_;
   double magnitude_ = 0;

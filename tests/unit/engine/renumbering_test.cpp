@@ -33,11 +33,17 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
     const Renumbering numbering(given, order);
     Scene scene;
     numbering.extend(given, scene);
-    const auto old_vertex = [&](std::uint32_t v) { return numbering.vertices()[v]; };
-    const auto old_face = [&](std::uint32_t f) {
-      return numbering.original({ContactKind::kVertexFace, ContactStatus::kHit, 0, f, 0}).b;
-    };
+    const auto old_vertex = [&](std::uint32_t v) { return number_of(numbering.given(NewVertex{v})); };
+    const auto old_face = [&](std::uint32_t f) { return number_of(numbering.given(NewFace{f})); };
 
+    for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+      ASSERT_EQ(numbering.renumbered(GivenFace{old_face(f)}), NewFace{f});
+      const Contact contact{ContactKind::kVertexFace, ContactStatus::kHit, scene.faces()[f][0], f, 0};
+      ASSERT_EQ(numbering.given(contact).a, old_vertex(contact.a));
+      ASSERT_EQ(numbering.given(contact).b, old_face(f));
+    }
+    for (std::uint32_t v = 0; v < scene.vertex_count(); ++v)
+      ASSERT_EQ(numbering.renumbered(GivenVertex{old_vertex(v)}), NewVertex{v});
     for (std::size_t i = 0; i < order.size(); ++i) {
       const Face before = primitive_vertices(given, order[i]);
       const Face after = primitive_vertices(scene, numbering.apply(order[i]));
@@ -66,7 +72,7 @@ TEST(RenumberingTest, LeavesEdgesOfAContactAlone) {
   const std::vector<Primitive> order{8, 7, 6, 5, 4, 3, 2, 1, 0, kPoint | 9, kPoint | 4};
   const Renumbering numbering(given, order);
   const Contact contact{ContactKind::kEdgeEdge, ContactStatus::kHit, 3, 4, 0.5};
-  EXPECT_EQ(numbering.original(contact), contact);
+  EXPECT_EQ(numbering.given(contact), contact);
 }
 
 }  // namespace

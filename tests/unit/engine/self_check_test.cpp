@@ -157,7 +157,7 @@ TYPED_TEST(SelfCheckOf, WhatCannotBeMadeAnewIsDataLoss) {
                      "topology has changed");
   this->expect_found(
       [](K& k) {
-        const std::uint32_t v = k.core.topology->numbering.new_vertices()[17];
+        const std::uint32_t v = number_of(k.core.topology->numbering.renumbered(GivenVertex{17}));
         const_cast<VertexMotion&>(k.core.motion.vertices().vertices()[v]).t1[0] += 1e-3;
       },
       loss, "vertex 17 is outside its bounds");
