@@ -39,7 +39,7 @@ constexpr const char* kAlice = "alice-0123456789abcdef";
 constexpr const char* kBob = "bob-0123456789abcdef";
 constexpr const char* kRoot = "root-0123456789abcdef";
 
-TEST(TokensTest, AreReadLineByLineAndMistakesAreNamedWithoutThem) {
+TEST(TokensTest, AreReadLineByLineAndErrorsDoNotQuoteThem) {
   const Tokens tokens =
       Tokens::parse(std::string("# who\n\n") + kAlice + " alice\r\n" + kRoot + "  root admin\n").value();
   EXPECT_EQ(tokens.size(), 2u);
@@ -94,7 +94,7 @@ class TokenTest : public ::testing::Test {
   LocalDaemon daemon_{config()};
 };
 
-TEST_F(TokenTest, NobodyUnknownComesIn) {
+TEST_F(TokenTest, UnknownCallersAreRejected) {
   EXPECT_EQ(connect("").error().code, ErrorCode::kUnauthenticated);
   EXPECT_EQ(connect("wrong-0123456789abcdef").error().code, ErrorCode::kUnauthenticated);
   EXPECT_TRUE(connect(kAlice).ok());
@@ -130,7 +130,7 @@ TEST_F(TokenTest, NobodyUnknownComesIn) {
   expect(stream->Finish());
 }
 
-TEST_F(TokenTest, AnIdThatAnotherHasChosenIsAsFreeAsAnyOther) {
+TEST_F(TokenTest, AnIdInUseByAnotherPrincipalLooksUnused) {
   Client alice = connect(kAlice).value(), bob = connect(kBob).value(), root = connect(kRoot).value();
   client::Session hers = open(alice).value();
   const auto stub = v1::CollisionService::NewStub(
@@ -185,7 +185,7 @@ grpc::Status call_with_bytes(const std::shared_ptr<grpc::Channel>& channel, cons
   return status;
 }
 
-TEST_F(TokenTest, NothingOfAStrangerIsParsed) {
+TEST_F(TokenTest, NothingIsParsedBeforeAuthentication) {
   const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
   for (const char* method :
        {"CollisionService/CreateSession", "CollisionService/GetSession", "CollisionService/ListSessions",
@@ -199,7 +199,7 @@ TEST_F(TokenTest, NothingOfAStrangerIsParsed) {
         << method;
 }
 
-TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndAdministratorsHaveCallsOfTheirOwn) {
+TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndSomeCallsNeedTheAdminRole) {
   Client alice = connect(kAlice).value(), bob = connect(kBob).value(), root = connect(kRoot).value();
   client::Session session = open(alice).value();
   EXPECT_EQ(alice.list_sessions().value().size(), 1u);
@@ -230,7 +230,7 @@ class PrincipalBytesTest : public TokenTest {
   LocalDaemon small_{small(config())};
 };
 
-TEST_F(PrincipalBytesTest, OneWhoHasUsedItsBytesDoesNotKeepOthersOut) {
+TEST_F(PrincipalBytesTest, APrincipalAtItsByteQuotaDoesNotBlockOthers) {
   Client alice = connect(kAlice, small_).value(), bob = connect(kBob, small_).value();
   std::vector<client::Session> sessions;
   Result<client::Session> next = open(alice);
@@ -246,7 +246,7 @@ TEST_F(PrincipalBytesTest, OneWhoHasUsedItsBytesDoesNotKeepOthersOut) {
   EXPECT_TRUE(sessions.front().step(std::span<const double>(moved)).ok()) << "what it has goes on";
 }
 
-TEST_F(TokenTest, WhoCallsIsAskedFirstAlsoWhileDraining) {
+TEST_F(TokenTest, AuthenticationComesFirstAlsoWhileDraining) {
   // A running upload keeps the daemon from ending.
   Client alice = connect(kAlice).value();
   const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
@@ -302,7 +302,7 @@ TEST_F(TokenTest, WhoCallsIsAskedFirstAlsoWhileDraining) {
   draining.join();
 }
 
-TEST_F(TokenTest, TheFileIsReadAgainAndAMistakeInItChangesNothing) {
+TEST_F(TokenTest, TheFileIsReloadedAndAnErrorInItChangesNothing) {
   Client alice = connect(kAlice).value();
   write(folder_.path() / "tokens", "short bob\n");
   EXPECT_FALSE(daemon_->reload());
@@ -313,7 +313,7 @@ TEST_F(TokenTest, TheFileIsReadAgainAndAMistakeInItChangesNothing) {
   EXPECT_TRUE(connect(kBob).ok());
 }
 
-TEST_F(TokenTest, WhoseTokenIsRevokedLosesItsStream) {
+TEST_F(TokenTest, RevokingATokenEndsItsStreams) {
   Client alice = connect(kAlice).value(), bob = connect(kBob).value();
   client::Session hers = open(alice).value(), his = open(bob).value();
   const MovingGrids grids(4);
@@ -328,7 +328,7 @@ TEST_F(TokenTest, WhoseTokenIsRevokedLosesItsStream) {
   EXPECT_TRUE(his.step(std::span<const double>(second)).ok());
 }
 
-TEST(ClientSecurityTest, ATokenDoesNotLeaveTheMachineInTheClear) {
+TEST(ClientSecurityTest, ATokenIsNotSentUnencryptedToAnotherHost) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "t").string();
   std::ofstream(path) << kAlice;
@@ -381,7 +381,7 @@ class TlsTest : public ::testing::Test {
   std::unique_ptr<server::Daemon> daemon_;
 };
 
-TEST_F(TlsTest, OnlyWhoTrustsTheDaemonTalksToItAndItsCertificateCanChange) {
+TEST_F(TlsTest, ClientsVerifyTheDaemonAndItsCertificateCanBeReplaced) {
   start();
   auto client = connect("ca.pem");
   ASSERT_TRUE(client.ok()) << client.error().message;
@@ -402,7 +402,7 @@ TEST_F(TlsTest, OnlyWhoTrustsTheDaemonTalksToItAndItsCertificateCanChange) {
   EXPECT_THAT(log_text_.str(), HasSubstr("daemon.key"));
 }
 
-TEST_F(TlsTest, CertificatesSayWhoCalls) {
+TEST_F(TlsTest, ClientCertificatesIdentifyTheCaller) {
   config_.tls.client_ca = file("ca.pem");
   config_.admins = {"cn:dave"};
   start();
@@ -424,7 +424,7 @@ TEST_F(TlsTest, CertificatesSayWhoCalls) {
       << "no certificate, no connection";
 }
 
-TEST_F(TlsTest, ACertificateWithoutANameIsNobodysAndKindsOfNamesAreKeptApart) {
+TEST_F(TlsTest, ACertificateWithoutANameIsRejectedAndKindsOfNamesAreDistinct) {
   Certificate("", &ca_).write(folder_.path(), "nameless");
   Certificate("local", &ca_).write(folder_.path(), "local");
   Certificate("x", &ca_, "DNS:carol").write(folder_.path(), "host");
@@ -452,7 +452,7 @@ TEST_F(TlsTest, ACertificateWithoutANameIsNobodysAndKindsOfNamesAreKeptApart) {
               ::testing::ElementsAre("cn:carol", "dns:carol", "local", "uri:spiffe://grid/carol"));
 }
 
-TEST_F(TlsTest, WhatIsWrittenToTheFilesNeverStopsTheDaemon) {
+TEST_F(TlsTest, BadFileContentsNeverStopTheDaemon) {
   start();
   ASSERT_TRUE(connect("ca.pem").ok());
   const std::string good = Certificate::read(file("daemon.pem")), key = Certificate::read(file("daemon.key"));
@@ -488,13 +488,13 @@ TEST_F(TlsTest, WhatIsWrittenToTheFilesNeverStopsTheDaemon) {
   EXPECT_TRUE(changed.ok()) << changed.error().message;
 }
 
-TEST_F(TlsTest, ACertificateThatIsAboutToExpireIsSpokenOf) {
+TEST_F(TlsTest, ACertificateAboutToExpireIsLogged) {
   start();  // it has an hour left
   EXPECT_THAT(log_text(), HasSubstr("certificate_expires"));
   EXPECT_THAT(log_text(), HasSubstr("\"hours_left\":"));
 }
 
-TEST_F(TlsTest, SecretsThatEveryUserMayReadAreWarnedOfOnceAtTheStart) {
+TEST_F(TlsTest, WorldReadableSecretsAreWarnedOfOnceAtStartup) {
   namespace fs = std::filesystem;
   const std::string tokens = file("tokens");
   std::ofstream(tokens) << kAlice << " alice\n";
@@ -516,7 +516,7 @@ TEST_F(TlsTest, SecretsThatEveryUserMayReadAreWarnedOfOnceAtTheStart) {
   }
 }
 
-TEST(GrpcLogTest, SaysWhatAFailedHandshakeIsLikelyToComeFrom) {
+TEST(GrpcLogTest, NamesTheLikelyCauseOfAFailedHandshake) {
   using server::why_handshake_failed;
   const std::string begin = "Handshake failed with fatal error SSL_ERROR_SSL: error:0A0000C7:SSL routines::";
   EXPECT_THAT(std::string(why_handshake_failed(begin + "peer did not return a certificate.")),
@@ -529,7 +529,7 @@ TEST(GrpcLogTest, SaysWhatAFailedHandshakeIsLikelyToComeFrom) {
   EXPECT_TRUE(why_handshake_failed("No address added out of total 1 resolved").empty());
 }
 
-TEST(GrpcLogTest, TheSameWordsComeOnceASecondAndSayHowManyWereLeftOut) {
+TEST(GrpcLogTest, RepeatedMessagesAreLoggedOnceASecondWithTheirCount) {
   server::Repeats repeats;
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(repeats.admit("a", start), 0u);
@@ -576,7 +576,7 @@ TEST(SmallFileTest, AFileThatIsBeingWrittenIsReadWhole) {
   }
 }
 
-TEST_F(TlsTest, FilesThatDoNotFitAreRefusedAtTheStartAndOthersMayListenAnywhere) {
+TEST_F(TlsTest, MismatchedFilesAreRefusedAtStartupAndValidOnesMayListenAnywhere) {
   using server::read_tls_files;
   EXPECT_TRUE(read_tls_files({file("daemon.pem"), file("daemon.key"), file("ca.pem")}).ok());
   EXPECT_FALSE(read_tls_files({file("daemon.pem"), "", ""}).ok());

@@ -50,7 +50,7 @@ TEST(AccountTest, RefusalsNameTheSettingAndChangeNothing) {
   EXPECT_EQ(budget.used(), 600u);
 }
 
-TEST(AccountTest, OnlyWhoGrewBeyondItsReservationSuffersFromAFullDaemon) {
+TEST(AccountTest, AFullDaemonRefusesOnlySessionsBeyondTheirReservation) {
   Budget budget(1000);
   const auto modest = Account::open(budget, 2000, 400).value();
   const auto greedy = Account::open(budget, 2000, 400).value();
@@ -98,7 +98,7 @@ TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
   EXPECT_TRUE(open("alice", 500).ok());
 }
 
-TEST(AccountTest, ManyThreadsLeaveNothingBehind) {
+TEST(AccountTest, ManyThreadsReleaseAllCharges) {
   Budget budget(1 << 20);
   {
     const auto account = Account::open(budget, 1 << 20, 500).value();
@@ -182,7 +182,7 @@ TEST(QuotaTest, IsReadFromWordsAndLeavesRoomForOthers) {
   EXPECT_EQ(default_quota(one, true).sessions, 1u);
 }
 
-TEST(GateTest, LetsInAsManyAsItSays) {
+TEST(GateTest, AdmitsAsManyAsItsLimit) {
   Gate gate(2);
   Budget budget(1 << 20);
   const auto account = Account::open(budget, 1 << 20, 0).value();
@@ -206,7 +206,7 @@ TEST(EstimateTest, GrowsWithTheScene) {
   EXPECT_GT(estimate_bytes(16'000'000, 16'000'000, 8, false, limits), std::size_t{16} << 30);
 }
 
-TEST(EstimateTest, CountsTheColliderThatExplainRunsBeside) {
+TEST(EstimateTest, IncludesTheSecondColliderOfExplain) {
   const Limits limits;
   const std::size_t alone = estimate_bytes(100'000, 200'000, 8, false, limits);
   const std::size_t frames = (limits.window + 1) * 24 * 100'000;

@@ -103,7 +103,7 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
   server::Runner runner_{1};
 };
 
-TEST_P(AccountsHoldTest, WhatTheAllocatorHolds) {
+TEST_P(AccountsHoldTest, ChargesAtLeastWhatTheAllocatorHolds) {
   {  // What the threads and the engine take once is taken.
     const auto warm_up = make();
     static_cast<void>(step(*warm_up, 1, apart_));
@@ -132,7 +132,7 @@ TEST_P(AccountsHoldTest, WhatTheAllocatorHolds) {
   expect_enough(before, "with the answer taken");
 }
 
-TEST_P(AccountsHoldTest, AStepMayTakeNoMoreThanItsPart) {
+TEST_P(AccountsHoldTest, AStepIsLimitedToItsShare) {
   server::Limits limits;
   limits.max_session_bytes = 32 << 20;
   v1::ColliderOptions wanted;

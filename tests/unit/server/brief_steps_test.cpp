@@ -87,7 +87,7 @@ class WhereAStepRunsTest : public ::testing::Test {
   server::Runner runner_{1, 1};
 };
 
-TEST_F(WhereAStepRunsTest, OnThisThreadOnceAStepWasBrief) {
+TEST_F(WhereAStepRunsTest, OnTheCallersThreadAfterABriefStep) {
   Made made = make(MovingGrids(3));
   EXPECT_FALSE(stays(made)) << "nobody knows of the first";
   EXPECT_TRUE(stays(made));
@@ -95,7 +95,7 @@ TEST_F(WhereAStepRunsTest, OnThisThreadOnceAStepWasBrief) {
   EXPECT_EQ(made.session->snapshot().steps, 3u);
 }
 
-TEST_F(WhereAStepRunsTest, ElsewhereAfterWhateverElseASessionDid) {
+TEST_F(WhereAStepRunsTest, OnAWorkerAfterAnyOtherRequest) {
   Made made = make(MovingGrids(3), true);
   EXPECT_FALSE(stays(made));
   EXPECT_TRUE(stays(made));
@@ -123,7 +123,7 @@ TEST_F(WhereAStepRunsTest, ElsewhereAfterWhateverElseASessionDid) {
   EXPECT_EQ(made.session->snapshot().steps, 7u);
 }
 
-TEST_F(WhereAStepRunsTest, ElsewhereAfterABodyWasAddedThatMakesItLong) {
+TEST_F(WhereAStepRunsTest, OnAWorkerAfterALargeBodyWasAdded) {
   Made made = make(MovingGrids(3), true);
   EXPECT_FALSE(stays(made));
   EXPECT_TRUE(stays(made));
@@ -147,14 +147,14 @@ TEST_F(WhereAStepRunsTest, ElsewhereAfterABodyWasAddedThatMakesItLong) {
   EXPECT_EQ(made.session->snapshot().steps, 4u);
 }
 
-TEST_F(WhereAStepRunsTest, ElsewhereWhenItChecksItself) {
+TEST_F(WhereAStepRunsTest, OnAWorkerWhenASelfCheckIsDue) {
   limits_.self_check_steps = 2;
   Made made = make(MovingGrids(3));
   for (const bool expected : {false, true, false, true, false})
     EXPECT_EQ(stays(made), expected) << made.steps;
 }
 
-TEST_F(WhereAStepRunsTest, ElsewhereWhenASecondColliderMakesItLong) {
+TEST_F(WhereAStepRunsTest, OnAWorkerWhenASecondColliderMakesItLong) {
   const MovingGrids grids(76);  // 22,500 triangles
   ColliderOptions options;
   Made alone = make(grids, true, options);
@@ -166,7 +166,7 @@ TEST_F(WhereAStepRunsTest, ElsewhereWhenASecondColliderMakesItLong) {
   EXPECT_FALSE(stays(explained));
 }
 
-TEST_F(WhereAStepRunsTest, OnThisThreadWhenItIsRecordedToADiskThatHangs) {
+TEST_F(WhereAStepRunsTest, OnTheCallersThreadEvenIfTheRecordingDiskHangs) {
   const TemporaryFolder folder;
   const auto disk = std::make_shared<HangingDisk>();
   std::ostringstream text;
@@ -288,7 +288,7 @@ class BriefStepsTest : public ServiceTest {
   std::vector<double> apart_, through_;
 };
 
-TEST_F(BriefStepsTest, NobodyWaitsForThoseThatTurnOutLong) {
+TEST_F(BriefStepsTest, OthersDoNotWaitForAStepThatIsLongerThanPredicted) {
   // As many as gRPC has threads, all of which they would take if they might.
   const auto count = static_cast<std::uint32_t>(server::Context::polling_threads());
   std::vector<std::unique_ptr<Streaming>> soups;
@@ -319,7 +319,7 @@ TEST_F(BriefStepsTest, NobodyWaitsForThoseThatTurnOutLong) {
   }
 }
 
-TEST_F(BriefStepsTest, ASmallSessionIsMadeChangedAndCheckedBesideALongStep) {
+TEST_F(BriefStepsTest, ASmallSessionIsCreatedChangedAndCheckedDuringALongStep) {
   const auto soup = stream_soup(0);
   begin_long_step(*soup);
   v1::SessionHeader spec = header();
@@ -352,7 +352,7 @@ TEST_F(BriefStepsTest, ASmallSessionIsMadeChangedAndCheckedBesideALongStep) {
   expect_cancelled(*soup);
 }
 
-TEST_F(BriefStepsTest, OneUnderWayIsTakenOverWhenItsClientGivesUp) {
+TEST_F(BriefStepsTest, ARunningOneIsTakenOverWhenItsClientGivesUp) {
   const auto soup = stream_soup(0);
   begin_long_step(*soup);
   Context refused_context, context;
@@ -372,7 +372,7 @@ TEST_F(BriefStepsTest, OneUnderWayIsTakenOverWhenItsClientGivesUp) {
   EXPECT_EQ(response.answer().frame(), 2u);
 }
 
-TEST_F(BriefStepsTest, ASessionIsDeletedInTheMiddleOfOne) {
+TEST_F(BriefStepsTest, ASessionIsDeletedDuringOne) {
   // A step that has been received and has not begun is answered with NOT_FOUND.
   bool in_the_middle = false;
   for (int round = 0; round < 50 && !in_the_middle && !HasFailure(); ++round) {
@@ -394,7 +394,7 @@ TEST_F(BriefStepsTest, ASessionIsDeletedInTheMiddleOfOne) {
   EXPECT_TRUE(in_the_middle);
 }
 
-TEST_F(BriefStepsTest, ADrainIsToldOfInTheMiddleOfOneAndEndsWithIt) {
+TEST_F(BriefStepsTest, ADrainIsAnnouncedDuringOneAndEndsAfterIt) {
   const auto soup = stream_soup(0);
   begin_long_step(*soup);
   std::promise<bool> drained;

@@ -138,7 +138,7 @@ TEST_F(ClientSessionTest, AFrameThatFailsDoesNotCount) {
   EXPECT_EQ(session.submit(Doubles(bad).subspan(1)).error().code, ErrorCode::kInvalidArgument);
 }
 
-TEST_F(ClientSessionTest, ADaemonThatForgotEverythingIsResumedWithTheSameBits) {
+TEST_F(ClientSessionTest, ARestartedDaemonIsResumedWithTheSameBits) {
   Session session = open(grids_);
   const auto expected = local_hashes(grids_, 0, 12);
   std::uint64_t sent = 0;
@@ -153,7 +153,7 @@ TEST_F(ClientSessionTest, ADaemonThatForgotEverythingIsResumedWithTheSameBits) {
   EXPECT_GE(session.resumes(), 2u) << "after the last restart all answers may be here already";
 }
 
-TEST_F(ClientSessionTest, ASessionThatWasDeletedIsMadeAgain) {
+TEST_F(ClientSessionTest, ADeletedSessionIsCreatedAgain) {
   std::vector<std::string> lost;
   client_ =
       Client::connect(daemon_.address(), {.on_lost = [&](const Error& why) { lost.push_back(why.message); }})
@@ -177,7 +177,7 @@ TEST_F(ClientSessionTest, AnIdIsTakenOnlyOnce) {
   EXPECT_TRUE(client_.get_session(session.id()).ok()) << "the failed one did not close it";
 }
 
-TEST_F(ClientSessionTest, ASessionThatSomeoneTookOverFailsForGood) {
+TEST_F(ClientSessionTest, ASessionTakenOverByAnotherClientFailsPermanently) {
   std::vector<std::string> lost;
   client_ =
       Client::connect(daemon_.address(), {.on_lost = [&](const Error& why) { lost.push_back(why.message); }})
@@ -201,7 +201,7 @@ TEST_F(ClientSessionTest, ASessionThatSomeoneTookOverFailsForGood) {
   EXPECT_FALSE(thief->Finish().ok());
 }
 
-TEST_F(ClientSessionTest, BadScenesAreRefusedWithTheirPlace) {
+TEST_F(ClientSessionTest, BadScenesAreRefusedNamingFieldAndIndex) {
   SceneDescription scene = grids_.scene();
   scene.faces[3][1] = 4000;
   const std::vector<double> start = grids_.positions(0);
@@ -213,7 +213,7 @@ TEST_F(ClientSessionTest, BadScenesAreRefusedWithTheirPlace) {
   EXPECT_TRUE(client_.list_sessions().value().empty()) << "nothing is left of what failed";
 }
 
-TEST_F(ClientSessionTest, NobodyThereIsUnavailable) {
+TEST_F(ClientSessionTest, ADaemonThatIsNotRunningIsUnavailable) {
   const auto client =
       Client::connect("unix:/nonexistent/warmfront.sock", {.call_timeout = std::chrono::milliseconds(200)});
   EXPECT_EQ(client.error().code, ErrorCode::kUnavailable);
@@ -221,7 +221,7 @@ TEST_F(ClientSessionTest, NobodyThereIsUnavailable) {
 }
 
 // A busy daemon, or a far one: to connect again and again would only keep it busier.
-TEST_F(ClientSessionTest, WhoTakesTimeToAnswerIsConnectedToOnce) {
+TEST_F(ClientSessionTest, ASlowDaemonIsConnectedToOnce) {
   const std::string path = ::testing::TempDir() + "warmfront_silent_" + std::to_string(getpid());
   sockaddr_un address{AF_UNIX, {}};
   ASSERT_LT(path.size(), sizeof address.sun_path);
@@ -238,7 +238,7 @@ TEST_F(ClientSessionTest, WhoTakesTimeToAnswerIsConnectedToOnce) {
   unlink(path.c_str());
 }
 
-TEST_F(ClientSessionTest, GivesUpWhenTheDaemonStaysAway) {
+TEST_F(ClientSessionTest, GivesUpWhenTheDaemonDoesNotReturn) {
   Client client =
       Client::connect(daemon_.address(), {.resume_timeout = std::chrono::milliseconds(300)}).value();
   const std::vector<double> start = grids_.positions(0);
@@ -249,7 +249,7 @@ TEST_F(ClientSessionTest, GivesUpWhenTheDaemonStaysAway) {
   EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kUnavailable);
 }
 
-TEST_F(ClientSessionTest, SixteenSessionsAtOnceAreAllRight) {
+TEST_F(ClientSessionTest, SixteenConcurrentSessionsAreAnsweredCorrectly) {
   std::atomic<int> right{0};
   std::vector<std::thread> threads;
   for (int i = 0; i < 16; ++i) {

@@ -87,7 +87,7 @@ TEST_F(ConfigTest, WhatIsPrintedReadsBackTheSame) {
         << setting.name;
 }
 
-TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
+TEST_F(ConfigTest, ErrorsAreUsageErrorsThatNameTheirSource) {
   EXPECT_EQ(std::get<int>(resolve({"--window", "0"})), 3);
   EXPECT_THAT(err_.str(), HasSubstr("--window: \"0\": an integer in [1, 64] is expected"));
   EXPECT_EQ(std::get<int>(resolve({"--no-such-flag"})), 3);
@@ -111,7 +111,7 @@ TEST_F(ConfigTest, MistakesAreUsageErrorsThatNameTheirPlace) {
   EXPECT_EQ(std::get<int>(resolve({"--help"})), 0);
 }
 
-TEST_F(ConfigTest, AFormerNameIsTakenWithARemarkAndNotBesideThePresentOne) {
+TEST_F(ConfigTest, ADeprecatedNameIsAcceptedWithAWarningButNotBesideTheCurrentOne) {
   for (const char* place : {"flag", "variable", "file"}) {
     environment_.clear();
     std::vector<const char*> flags;
@@ -137,7 +137,7 @@ TEST_F(ConfigTest, AFormerNameIsTakenWithARemarkAndNotBesideThePresentOne) {
   EXPECT_THAT(out_.str(), ::testing::Not(::testing::ContainsRegex("--max-streams ")));
 }
 
-TEST_F(ConfigTest, AVariableThatIsNearlyASettingsIsAMistakeAndOneThatIsNotIsRemarkedOn) {
+TEST_F(ConfigTest, AVariableCloseToASettingIsAnErrorAndAnUnknownOneAWarning) {
   environment_["WARMFRONT_MAX_SESIONS"] = "3";
   EXPECT_EQ(std::get<int>(resolve({})), 3);
   EXPECT_EQ(err_.str(),
@@ -158,14 +158,14 @@ TEST_F(ConfigTest, AVariableThatIsNearlyASettingsIsAMistakeAndOneThatIsNotIsRema
   EXPECT_THAT(resolved.remarks.front(), HasSubstr("ignored"));
 }
 
-TEST_F(ConfigTest, OfTheProcessVariablesOursAreTaken) {
+TEST_F(ConfigTest, OnlyPrefixedProcessVariablesAreRead) {
   const char* const variables[] = {"PATH=/bin", "WARMFRONT_WINDOW=3", "WARMFRONT_LISTEN=a=b",
                                    "WARMFRONT_NONE", nullptr};
   EXPECT_EQ(warmfront_variables(variables),
             (Environment{{"WARMFRONT_WINDOW", "3"}, {"WARMFRONT_LISTEN", "a=b"}}));
 }
 
-TEST_F(ConfigTest, AFileThatIsNoTomlIsRefusedAndNotGuessedAt) {
+TEST_F(ConfigTest, AFileThatIsNotTomlIsRefused) {
   // Found by the fuzzer in the reader used before: a list that swallowed the lines after it, a comment sign
   // within quotes, a word that became a switch, a key whose second value won.
   for (const char* bad :
@@ -214,7 +214,7 @@ TEST(ListenTest, OnlyLoopbackAndSocketsWithoutInsecure) {
     EXPECT_EQ(check_listen_address(bad, true).error().code, ErrorCode::kInvalidArgument) << bad;
 }
 
-TEST(ListenTest, SaysInTheSystemsWordsWhyAnAddressIsNotBound) {
+TEST(ListenTest, ReportsTheSystemErrorWhenAnAddressCannotBeBound) {
   EXPECT_THAT(why_not_bound("unix:/nonexistent/none.sock"), HasSubstr("No such file or directory"));
   EXPECT_THAT(why_not_bound("unix:" + ::testing::TempDir()), HasSubstr("no socket"));
   EXPECT_THAT(why_not_bound("192.0.2.1:1"), HasSubstr("Cannot assign requested address"));

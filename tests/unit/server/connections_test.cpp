@@ -71,7 +71,7 @@ TEST(ConnectionsTest, AClientOpensAsManyAsItsSessionsNeed) {
   for (const Session& session : sessions) EXPECT_EQ(session.resumes(), 1U);
 }
 
-TEST(ConnectionsTest, SessionsInThreadsWhoseCallsAreMoreThanAConnectionCarries) {
+TEST(ConnectionsTest, SessionsInThreadsExceedTheStreamsOfOneConnection) {
   LocalDaemon daemon(few_calls());
   Client client = Client::connect(daemon.address(), impatient()).value();
   const MovingGrids grids(4);
@@ -91,7 +91,7 @@ TEST(ConnectionsTest, SessionsInThreadsWhoseCallsAreMoreThanAConnectionCarries) 
 
 /// Frames and answers larger than sockets and windows hold, to a daemon that stops reading while an answer is
 /// pending.
-TEST(ConnectionsTest, WhoWritesFramesReadsTheAnswersThatHoldThemUp) {
+TEST(ConnectionsTest, AWriterReadsTheAnswersThatBlockIt) {
   server::Config config;
   config.limits.max_queued_bytes = 1;
   config.limits.write_stall_timeout = std::chrono::seconds(10);

@@ -173,7 +173,7 @@ TEST_F(EndToEndTest, HealthIsServedAndAnIdleDaemonStopsAtOnce) {
     EXPECT_THAT(log, HasSubstr("\"event\":\"" + std::string(event) + "\""));
 }
 
-TEST(StartTest, AllThatIsLoggedIsJsonWhatGrpcSaysToo) {
+TEST(StartTest, AllLogLinesAreJsonIncludingThoseOfGrpc) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "d.sock");
   Process daemon(folder.path());
@@ -216,7 +216,7 @@ void speak_plaintext(std::uint16_t port) {
   ::close(connection);
 }
 
-TEST(StartTest, WhyTlsConnectionsDoNotComeAboutIsLoggedOnceASecondAtMost) {
+TEST(StartTest, TlsHandshakeErrorsAreLoggedAtMostOnceASecond) {
   const TemporaryFolder folder;
   const auto file = [&](const char* name) { return (folder.path() / name).string(); };
   const Certificate ca("ca", nullptr), stranger("stranger", nullptr);
@@ -297,7 +297,7 @@ TEST_F(EndToEndTest, SigtermInTheMiddleOfStreamingLosesNoAnswer) {
   EXPECT_THAT(daemon_.log(), HasSubstr("\"calls_cut_off\":0"));
 }
 
-TEST_F(EndToEndTest, TheClientGoesOnOverDrainsAndKillsWithOneAnswerAFrame) {
+TEST_F(EndToEndTest, TheClientSurvivesDrainsAndKillsWithOneAnswerAFrame) {
   Session session = open(client_);
   std::uint64_t sent = 0;
   for (std::uint64_t k = 1; k <= kFrames; ++k) {
@@ -320,7 +320,7 @@ TEST_F(EndToEndTest, TheClientGoesOnOverDrainsAndKillsWithOneAnswerAFrame) {
   EXPECT_TRUE(closed.ok()) << closed.error().message;
 }
 
-TEST_F(EndToEndTest, ClosingOutlastsADaemonThatIsStartedAgain) {
+TEST_F(EndToEndTest, ClosingSurvivesARestartOfTheDaemon) {
   Session session = open(client_);
   daemon_.kill_hard();
   daemon_.start();
@@ -338,7 +338,7 @@ TEST_F(EndToEndTest, ASecondDaemonDoesNotTakeTheSocketAway) {
   EXPECT_TRUE(client_.server_info().ok());
 }
 
-TEST_F(EndToEndTest, OfDaemonsThatAreStartedAtOnceOnOnePathOneServes) {
+TEST_F(EndToEndTest, OneOfSeveralDaemonsStartedAtOnceOnOnePathServes) {
   daemon_.kill_hard();  // its socket and its lock are left behind
   for (int round = 0; round < 12; ++round) {
     std::vector<std::unique_ptr<Process>> daemons;

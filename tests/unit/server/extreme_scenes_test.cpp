@@ -57,7 +57,7 @@ std::string in_this_process(const ClothOverBall& cloth, int exponent, double off
   return hash.hex();
 }
 
-TEST(ExtremeScenesThroughADaemon, AreAnsweredRightInBoundedMemory) {
+TEST(ExtremeScenesThroughADaemon, AreAnsweredCorrectlyInBoundedMemory) {
   LocalDaemon daemon;
   Client client = Client::connect(daemon.address()).value();
   const ClothOverBall cloth = testing::cloth_over_ball(40, 5);  // 4,720 triangles

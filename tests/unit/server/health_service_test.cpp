@@ -129,7 +129,7 @@ TEST_F(HealthTest, ChecksAndWatchesAreToldTheSame) {
   EXPECT_FALSE(other->finish().ok());
 }
 
-TEST_F(HealthTest, EveryWayToSayANameIsReadAndWhatIsNoRequestIsRefused) {
+TEST_F(HealthTest, EveryEncodingOfANameIsReadAndOtherBytesAreRefused) {
   health_.serve();
   for (const std::string& request : {""s, "\x0a\x00"s, "\x10\x05"s,
                                      "\x0a\x01x\x0a\x09"
@@ -170,7 +170,7 @@ TEST_F(HealthTest, ANewWatchEndsTheOldestOnceThatHasHadItsTime) {
   for (Call* one : {watches[1].get(), watches[2].get(), next.get()}) EXPECT_EQ(one->read(), kNotServing);
 }
 
-TEST_F(HealthTest, WatchesThatWereGivenUpTakeNoPlace) {
+TEST_F(HealthTest, CancelledWatchesAreNotCounted) {
   for (int i = 0; i < 50; ++i) {
     std::unique_ptr<Call> one;
     // The place of the one before is free a moment after it was given up.

@@ -88,7 +88,7 @@ std::string fields(const std::string& block, std::uint8_t flags = 5) {
   return http2::hello() + http2::frame(1, flags, 1, block);
 }
 
-TEST(Http2GuardTest, CallsPassHoweverTheyAreCut) {
+TEST(Http2GuardTest, CallsPassInAnySegmentation) {
   expect_verdict(http2::hello() + call(1) + http2::frame(0, 1, 1, std::string(5, '\0')), Http2Guard::kGood,
                  "a call");
   expect_verdict(http2::hello() + call(1, {{"large", std::string(60'000, 'x')}, {"empty", ""}}) +
@@ -115,7 +115,7 @@ TEST(Http2GuardTest, CallsPassHoweverTheyAreCut) {
   expect_verdict("\x16\x03\x01 anything"s, Http2Guard::kGood, "TLS, which is another's");
 }
 
-TEST(Http2GuardTest, WhatHarmsIsToldForWhatItIs) {
+TEST(Http2GuardTest, EachAttackIsRecognised) {
   const std::string hello = http2::hello();
   expect_verdict("GET / HTTP/1.1\r\n\r\n", Http2Guard::kPreface, "HTTP/1");
   expect_verdict("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\r" + call(1), Http2Guard::kPreface, "nearly a preface");
@@ -176,7 +176,7 @@ TEST(Http2GuardTest, WhatHarmsIsToldForWhatItIs) {
     expect_verdict(hello + times(101, http2::frame(type, 0, 1, "12345")), Http2Guard::kOtherFrames, "others");
 }
 
-TEST(Http2GuardTest, WhatComesSlowlyEnoughPassesAndABlockMustNotTakeLong) {
+TEST(Http2GuardTest, SlowTrafficPassesAndAHeaderBlockHasATimeLimit) {
   time_now = Http2Guard::Clock::now();
   Http2Guard guard = new_guard();
   EXPECT_EQ(guard.receive(as_bytes(http2::hello() + http2::acknowledgement())), Http2Guard::kGood);
@@ -298,7 +298,7 @@ TEST(Http2GuardTest, CallsWithAMessageOrAnEndAreLeftAlone) {
   EXPECT_EQ(guard.read("c" + kWindow), "c" + kWindow) << "the frame's last byte was the message's";
 }
 
-TEST(Http2GuardTest, AFrameWithoutEndDoesNotKeepSilentCalls) {
+TEST(Http2GuardTest, AnEndlessFrameDoesNotKeepSilentCallsOpen) {
   for (const std::uint8_t end_stream : {0, 1}) {
     time_now = Http2Guard::Clock::now();
     ReadingGuard guard;
@@ -314,7 +314,7 @@ TEST(Http2GuardTest, AFrameWithoutEndDoesNotKeepSilentCalls) {
   }
 }
 
-TEST(Http2GuardTest, OfMoreSilentCallsThanMayBeTheOldestAreReset) {
+TEST(Http2GuardTest, TheOldestSilentCallsBeyondTheLimitAreReset) {
   time_now = Http2Guard::Clock::now();
   ReadingGuard guard;
   std::string calls;
@@ -393,7 +393,7 @@ class RecordingRelay {
 
 class HonestClient : public ::testing::Test, protected BareClient {};
 
-TEST_F(HonestClient, WhatARealOneSendsPassesEvenWhenNoTimePasses) {
+TEST_F(HonestClient, TrafficOfARealClientPassesEvenWithoutPauses) {
   const LocalDaemon daemon;
   RecordingRelay relay(daemon.address().substr(5));
   connect(relay.address());
@@ -422,7 +422,7 @@ TEST_F(HonestClient, WhatARealOneSendsPassesEvenWhenNoTimePasses) {
 }
 
 // Not asserted: what a look costs.
-TEST(Http2GuardTest, CostOfALook) {
+TEST(Http2GuardTest, CostOfInspection) {
   std::string bytes;
   for (int i = 0; i < 1000; ++i) bytes += http2::frame(0, 0, 1, std::string(16384, 'd'));
   Http2Guard guard({.max_metadata_bytes = kMetadataBytes});

@@ -142,7 +142,7 @@ TEST(LimitsTest, NoSessionMayHoldMoreThanAllTogetherOrThanThereIs) {
   EXPECT_EQ(limits.max_total_bytes, 16 * kGiB) << "as it was set";
 }
 
-TEST_F(MemoryTest, ADaemonSaysOfItsSessionsWhatTheyMayHold) {
+TEST_F(MemoryTest, ADaemonStatesTheLimitsOfItsSessions) {
   EXPECT_EQ(info().limits().max_session_bytes(), 300u << 10) << "a mebibyte was set, of 300 KiB in all";
   EXPECT_THAT(daemon_.log(), HasSubstr("max-session-bytes is lowered"));
 }
@@ -161,7 +161,7 @@ class ExplainTest : public ServiceTest {
   ExplainTest() : ServiceTest(config()) {}
 };
 
-TEST_F(ExplainTest, ASessionThatExplainsReservesTheColliderThatRunsBesideIt) {
+TEST_F(ExplainTest, ASessionWithExplainReservesItsSecondCollider) {
   v1::SessionHeader wanted = header();
   wanted.set_vertex_count(100'000);
   wanted.set_face_count(200'000);
@@ -214,7 +214,7 @@ class FewStreamsTest : public ServiceTest {
   FewStreamsTest() : ServiceTest(config()) {}
 };
 
-TEST_F(FewStreamsTest, OneStreamTooManyIsRefusedAndTheOtherGoesOn) {
+TEST_F(FewStreamsTest, OneStreamTooManyIsRefusedAndTheOtherContinues) {
   ASSERT_TRUE(create().ok());
   Context first, second, third;
   const auto holder = open(first, 1);
@@ -334,7 +334,7 @@ TEST_F(SmallMessagesTest, AFrameWhoseAnswerIsLargerThanAMessageDoesNotCount) {
   EXPECT_EQ(hash_of(streamed(1, 2)), expected) << "and there it comes again";
 }
 
-TEST_F(ServiceTest, WhatTheEngineHasTooMuchOfIsNamed) {
+TEST_F(ServiceTest, EngineLimitsAreNamedInErrors) {
   // A fan around one vertex: more pairs of faces share it than the engine lists.
   constexpr std::int32_t kFaces = 10'000;
   std::vector<std::array<std::int32_t, 3>> fan;

@@ -116,7 +116,7 @@ TEST_F(MetricsTest, AreServedWithHealthAndReadiness) {
   EXPECT_THAT(get(port, "/readyz"), HasSubstr("HTTP/1.1 503"));
 }
 
-TEST_F(MetricsTest, SayWhyTheyAreNotServed) {
+TEST_F(MetricsTest, ReportWhyTheyAreNotServed) {
   const auto refusal = [](const std::string& address) {
     server::Config config;
     config.listen = {"127.0.0.1:0"};
@@ -183,7 +183,7 @@ TEST_F(MetricsTest, ADaemonThatServesIsAlive) {
   EXPECT_THAT(get(daemon_->metrics_port(), "/healthz"), HasSubstr("200 OK"));
 }
 
-TEST_F(MetricsTest, ThoseWhoConnectAndSayNothingDoNotKeepOthersWaiting) {
+TEST_F(MetricsTest, IdleConnectionsDoNotBlockOthers) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(daemon_->metrics_port()));

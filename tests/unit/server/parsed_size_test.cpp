@@ -108,7 +108,7 @@ TEST(ParsedSizeTest, IsNoLessThanWhatTheAllocatorHandsOut) {
   expect_enough<v1::SessionHeader>(header_of_bodies(kMany, "").SerializeAsString(), "bodies without names");
 }
 
-TEST(ParsedSizeTest, AnyBytesAreToldAtLeastWhatTheyBecomeHoweverTheyAreCut) {
+TEST(ParsedSizeTest, TheBoundHoldsForAnyBytesInAnySegmentation) {
   google::protobuf::SetLogHandler(nullptr);
   std::mt19937 random(5);
   v1::ChangeSceneRequest request;
@@ -183,7 +183,7 @@ TEST(ParseRoomTest, HonestMessagesPass) {
   EXPECT_EQ(room.used(), 0u);
 }
 
-TEST(ParseRoomTest, WhatWouldBecomeTooMuchIsRefusedAndAtOnceOnlySoMuchIsRead) {
+TEST(ParseRoomTest, MessagesThatWouldGrowTooLargeAreRefusedAndReadsAreBounded) {
   ParseRoom room(kMiB);
   const MessageLayout& layout = MessageLayout::of(*v1::SessionHeader::descriptor());
   const auto refused = room.enter(buffer_of(repeated(std::string("\x32\x00", 2), 500'000)), layout, "Test");

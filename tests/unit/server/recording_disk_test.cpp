@@ -216,7 +216,7 @@ TEST_F(RecordingDiskTest, ASmallSessionLosesItsRecordingBeforeItsSteps) {
   EXPECT_THAT(text_.str(), HasSubstr("what the session may hold"));
 }
 
-TEST_F(RecordingDiskTest, TheEndWaitsNoLongerThanItMay) {
+TEST_F(RecordingDiskTest, ShutdownWaitsNoLongerThanItsLimit) {
   flush_timeout_ = std::chrono::milliseconds(20);
   serve();
   ASSERT_TRUE(create().ok());

@@ -67,10 +67,11 @@ struct Churn {
     account = server::Account::open(budget, session_bytes, 0).value();
     server::PositionBuffer positions(server::Dtype::kFloat64, 6);
     EXPECT_TRUE(positions.append(bytes_of(octahedron().positions)).ok());
-    session = server::Session::create(
-                  {server::SessionId::parse(kId).value(), scene, {}, server::Dtype::kFloat64, 0, {}}, positions,
-                  {std::make_shared<Workers>(1), runner, limits, account, [](server::Session&, const Fault&) {}})
-                  .value();
+    session =
+        server::Session::create(
+            {server::SessionId::parse(kId).value(), scene, {}, server::Dtype::kFloat64, 0, {}}, positions,
+            {std::make_shared<Workers>(1), runner, limits, account, [](server::Session&, const Fault&) {}})
+            .value();
   }
   std::optional<Fault> change(server::SceneChange change) {
     std::promise<std::optional<Fault>> done;
@@ -107,7 +108,7 @@ struct Churn {
   std::shared_ptr<server::Session> session;
 };
 
-TEST(SceneChangesTest, WhoIsFullOfRemovedBodiesIsToldSo) {
+TEST(SceneChangesTest, ASceneFullOfRemovedBodiesIsReported) {
   Churn churn(4 << 20);
   std::optional<Fault> fault;
   std::uint32_t bodies = 1;
@@ -122,7 +123,8 @@ TEST(SceneChangesTest, WhoIsFullOfRemovedBodiesIsToldSo) {
   EXPECT_STREQ(fault->limit, "max-session-bytes");
   EXPECT_FALSE(fault->retry_after) << "waiting does not help";
   const std::string removed = std::to_string(600 * (bodies - 1));
-  EXPECT_THAT(fault->message, HasSubstr("; " + removed + " of its " + std::to_string(600 * (bodies - 1) + 6)));
+  EXPECT_THAT(fault->message,
+              HasSubstr("; " + removed + " of its " + std::to_string(600 * (bodies - 1) + 6)));
   EXPECT_THAT(fault->message, HasSubstr(std::to_string(bodies - 1) + " removed bodies"));
   EXPECT_THAT(fault->message, HasSubstr("creating the session again"));
   EXPECT_GE(bodies, 3u);
@@ -141,7 +143,7 @@ TEST(SceneChangesTest, ABodyThatDoesNotFitIsRefusedBeforeAnythingIsBuilt) {
   EXPECT_FALSE(churn.add(10)) << "the session goes on";
 }
 
-TEST(SceneChangesTest, TwoThatMeetDoNotExceedALimitTogether) {
+TEST(SceneChangesTest, ConcurrentChangesDoNotExceedALimitTogether) {
   server::Limits limits;
   EXPECT_FALSE(change_twice(limits).has_value());
   limits.max_vertices = 17;
@@ -211,7 +213,7 @@ TEST_F(ChangedSceneTest, AFrameAnsweredBeforeIsAnsweredAgain) {
   ASSERT_TRUE(step(2, frame(2) + bytes_of(octahedron().positions)).ok());
 }
 
-TEST_F(ChangedSceneTest, BodiesTooManyAreRefusedTogether) {
+TEST_F(ChangedSceneTest, TooManyBodiesAreRefusedTogether) {
   ASSERT_TRUE(create_with_bodies().ok());
   EXPECT_EQ(add_bodies(1, 3).error_code(), StatusCode::RESOURCE_EXHAUSTED);
   Context context;

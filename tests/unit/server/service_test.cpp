@@ -132,7 +132,7 @@ class ExpiryTest : public ServiceTest {
   ExpiryTest() : ServiceTest(config()) {}
 };
 
-TEST_F(ExpiryTest, IdleSessionsAreClosedAndSaidSo) {
+TEST_F(ExpiryTest, IdleSessionsAreClosedAndLogged) {
   ASSERT_TRUE(create().ok());
   grpc::Status status;
   for (int i = 0; i < 200 && status.ok(); ++i) {

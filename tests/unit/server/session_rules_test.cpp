@@ -54,7 +54,7 @@ TEST(PositionBufferTest, PiecesMayEndAnywhere) {
   }
 }
 
-TEST(PositionBufferTest, AnOverflowIsRememberedAndNamesTheLengths) {
+TEST(PositionBufferTest, AnOverflowIsReportedWithTheLengths) {
   PositionBuffer buffer(Dtype::kFloat64, 1);
   ASSERT_TRUE(buffer.append(std::string(24, '\0')).ok());
   const Status over = buffer.append("x");
@@ -64,7 +64,7 @@ TEST(PositionBufferTest, AnOverflowIsRememberedAndNamesTheLengths) {
   EXPECT_FALSE(buffer.complete().ok());
 }
 
-TEST(PositionBufferTest, SamenessIsOfBits) {
+TEST(PositionBufferTest, EqualityIsBitwise) {
   PositionBuffer zeros(Dtype::kFloat32, 1), same(Dtype::kFloat32, 1), other(Dtype::kFloat32, 1);
   const float plus[3] = {0, 0, 0}, minus[3] = {0, -0.0f, 0};
   ASSERT_TRUE(zeros.append({reinterpret_cast<const char*>(plus), 12}).ok());
@@ -112,7 +112,7 @@ TEST(MailboxTest, JobsRunOneAtATimeInOrderAndAreBounded) {
   EXPECT_EQ(overlaps, 0);
 }
 
-TEST(MailboxTest, ABriefJobRunsOnTheThreadThatHandsItOverUnlessOthersAreBeforeIt) {
+TEST(MailboxTest, ABriefJobRunsOnTheCallersThreadUnlessOthersAreQueued) {
   std::vector<std::thread::id> threads;
   const auto note = [&] { threads.push_back(std::this_thread::get_id()); };
   const std::thread::id here = std::this_thread::get_id();
@@ -189,14 +189,14 @@ std::string turns_of(double ms_a, double ms_b) {
   return turns.order();
 }
 
-TEST(MailboxTest, ATurnTakesTheStepsThatAreBriefTogether) {
+TEST(MailboxTest, ATurnTakesSeveralBriefSteps) {
   EXPECT_EQ(turns_of(0.6, 0.6), "AAABBB");
   EXPECT_EQ(turns_of(0.9, 0.6), "AABBBA");
   EXPECT_EQ(turns_of(1.5, Mailbox::kUnforeseen), "ABABAB");
   EXPECT_EQ(turns_of(30, 0.9), "ABBABA");
 }
 
-TEST(MailboxTest, AJobThatChangesWhatIsForeseenEndsItsTurn) {
+TEST(MailboxTest, AJobThatInvalidatesPredictionsEndsItsTurn) {
   Turns turns(3);
   for (const auto& mailbox : {turns.a, turns.b}) mailbox->foresee(Lane::kShort, 0.1);
   turns.post(*turns.a, 'A', [&] { turns.a->foresee(Lane::kShort, Mailbox::kUnforeseen); });
@@ -226,7 +226,7 @@ TEST(MailboxTest, StepsOfTheSmallestSceneDoNotKeepTheirTurnForLong) {
   EXPECT_LT(turns.order().find('B'), 50u);
 }
 
-TEST(MailboxTest, AMailboxMayGoWithItsLastJob) {
+TEST(MailboxTest, AMailboxMayBeDestroyedByItsLastJob) {
   Runner runner(1, 1);
   auto mailbox = std::make_shared<Mailbox>(runner, 3);
   const std::weak_ptr<Mailbox> weak = mailbox;
@@ -245,7 +245,7 @@ bool run_here(Runner& runner, const std::function<void()>& work, Lane lane) {
   return runner.run_here(one, lane);
 }
 
-TEST(RunnerTest, AGuestWaitsForNobodyAndLetsNobodyWait) {
+TEST(RunnerTest, AGuestNeitherWaitsNorBlocksOthers) {
   std::latch begun(1), go(1), done(2);
   Runner runner(1, 1);
   int ran = 0;
@@ -316,7 +316,7 @@ TEST(RunnerTest, AShortTaskDoesNotWaitForLongOnesAndNothingIsLeftAtTheEnd) {
   EXPECT_EQ(ran, 2);
 }
 
-TEST(RunnerTest, WhoseTasksTookLessTimeByTheirWeightComesFirst) {
+TEST(RunnerTest, TheLeastWeightedTimeComesFirst) {
   const auto order_of = [](std::uint32_t weight_a, std::uint32_t weight_b) {
     const auto a = std::make_shared<Share>(weight_a), b = std::make_shared<Share>(weight_b);
     std::string order;
@@ -349,7 +349,7 @@ TEST(RunnerTest, WhoseTasksTookLessTimeByTheirWeightComesFirst) {
   EXPECT_NEAR(static_cast<double>(std::ranges::count(threefold.substr(0, 8), 'a')), 6, 1) << threefold;
 }
 
-TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
+TEST(RunnerTest, AThreadReplacesOneThatBlocksOthers) {
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
     std::latch go(1), last(1);
     std::atomic<int> ended{0};
@@ -375,7 +375,7 @@ TEST(RunnerTest, AThreadTakesThePlaceOfOneThatKeepsOthersWaiting) {
   }
 }
 
-TEST(RunnerTest, ThreadsThatTakeTheirPlaceAreBounded) {
+TEST(RunnerTest, ReplacementThreadsAreBounded) {
   std::latch go(1), begun(3);
   std::atomic<bool> fourth{false};
   Runner runner(1, 0, Runner::Overrun{{std::chrono::milliseconds(1), std::chrono::milliseconds(1)}, 2});
@@ -518,7 +518,7 @@ TEST_F(StoreTest, ASessionWithARequestInHandDoesNotExpire) {
   EXPECT_EQ(store.size(), 0u);
 }
 
-TEST_F(StoreTest, AFrameThatWasGivenUpIsLeftUndone) {
+TEST_F(StoreTest, ACancelledFrameIsNotRun) {
   const std::shared_ptr<Session> session = make(id_);
   const test::MovingGrids grids(3);
   const auto step = [&](bool given_up) {

@@ -138,7 +138,7 @@ TEST_F(SessionStateTest, OnlyWhatIsAcceptedMovesIt) {
   EXPECT_TRUE(same(other.summary().state_before(), start));
 }
 
-TEST_F(SessionStateTest, AStreamHearsItWhenItAttaches) {
+TEST_F(SessionStateTest, AStreamReceivesItWhenItAttaches) {
   v1::SessionHeader later = header();
   later.set_first_frame(40);
   later.set_first_revision(3);

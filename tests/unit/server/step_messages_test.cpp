@@ -166,7 +166,7 @@ TEST(PositionBufferTest, PiecesTogetherAreTheSameAsOneByOne) {
   }
 }
 
-TEST(SceneStateTest, WhatFollowsAFrameDoesNotWriteToItsPositions) {
+TEST(SceneStateTest, LaterRequestsDoNotWriteToAFramesPositions) {
   SceneDescription scene;
   scene.vertex_count = 3;
   scene.faces = {{0, 1, 2}};

@@ -472,7 +472,7 @@ class RandomCall {
   int finishes_ = 0;
 };
 
-TEST(StreamStateTest, CallsMadeUpAtRandomKeepTheRulesAndFinishOnce) {
+TEST(StreamStateTest, RandomCallsKeepTheRulesAndFinishOnce) {
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     SCOPED_TRACE(seed);
     RandomCall(seed).run(400);

@@ -106,7 +106,7 @@ class TwoDaemons : public ::testing::Test {
   Client client_ = Client::connect(board_.address()).value();
 };
 
-TEST_F(TwoDaemons, ACopyThatMissedAChangeIsNotTakenForTheSession) {
+TEST_F(TwoDaemons, AStaleCopyIsNotAcceptedAsTheSession) {
   const std::vector<double> still = grids_.positions(0);
   Session session = open(two_bodies(grids_, false));
   Expected expected(two_bodies(grids_, false), grids_.positions(0));

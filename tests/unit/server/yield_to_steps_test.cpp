@@ -38,7 +38,7 @@ TEST(GiveWayTest, AThreadWaitsForStepsWhileToldTo) {
   }).join();
 }
 
-TEST(GiveWayTest, WhatTheOperatorChoseStays) {
+TEST(GiveWayTest, TheOperatorsChoiceIsKept) {
   std::thread([] {
     if (!set_policy(SCHED_BATCH)) GTEST_SKIP() << "the system forbids it";
     for (const bool to_steps : {false, true, false}) {
