@@ -98,10 +98,10 @@ TEST_F(TokenTest, UnknownCallersAreRejected) {
   EXPECT_EQ(connect("").error().code, ErrorCode::kUnauthenticated);
   EXPECT_EQ(connect("wrong-0123456789abcdef").error().code, ErrorCode::kUnauthenticated);
   EXPECT_TRUE(connect(kAlice).ok());
-  // Who sends none, or a wrong one, is told how.
+  // A call without a token, or with a wrong one, is told how to send one.
   for (const char* token : {"", "wrong-0123456789abcdef"})
     EXPECT_THAT(connect(token).error().message, HasSubstr("\"authorization\", once, as \"Bearer TOKEN\""));
-  // No way round: every method asks.
+  // Every method requires it.
   const auto channel = grpc::CreateChannel(daemon_.address(), grpc::InsecureChannelCredentials());
   const auto stub = v1::CollisionService::NewStub(channel);
   const auto context = [] {
@@ -320,7 +320,7 @@ TEST_F(TokenTest, RevokingATokenEndsItsStreams) {
   const std::vector<double> first = grids.positions(1), second = grids.positions(2);
   ASSERT_TRUE(hers.step(std::span<const double>(first)).ok());
   ASSERT_TRUE(his.step(std::span<const double>(first)).ok());
-  // The same token, given to another, is none of hers either.
+  // The same token under another name gives no access to her sessions.
   write(folder_.path() / "tokens", std::string(kAlice) + " mallory\n" + kBob + " bob admin\n");
   ASSERT_TRUE(daemon_->reload());
   const auto refused = hers.step(std::span<const double>(second));
@@ -388,7 +388,7 @@ TEST_F(TlsTest, ClientsVerifyTheDaemonAndItsCertificateCanBeReplaced) {
   EXPECT_TRUE(open(client.value()).ok());
   EXPECT_EQ(connect("wrong.pem").error().code, ErrorCode::kUnavailable);
   EXPECT_EQ(connect("").error().code, ErrorCode::kUnavailable) << "plain text";
-  // Another authority takes over.
+  // Another certificate authority is installed.
   const Certificate other("other", nullptr);
   other.write(folder_.path(), "other");
   Certificate("daemon", &other, "IP:127.0.0.1").write(folder_.path(), "daemon");
@@ -478,7 +478,7 @@ TEST_F(TlsTest, BadFileContentsNeverStopTheDaemon) {
   EXPECT_TRUE(connect("ca.pem").ok());
   std::filesystem::remove(file("daemon.pem"));
   EXPECT_TRUE(connect("ca.pem").ok());
-  // A new pair serves without anybody saying so.
+  // A new pair is loaded without a signal.
   Certificate("second", nullptr).write(folder_.path(), "second");
   const Certificate second("second", nullptr);
   second.write(folder_.path(), "second");
@@ -555,7 +555,7 @@ TEST(SmallFileTest, DevicesPipesAndEndlessFilesAreRefused) {
 TEST(SmallFileTest, AFileThatIsBeingWrittenIsReadWhole) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "tokens").string();
-  // Half of it stands, and the writer is busy with the rest.
+  // Half of the file is written, and the writer continues.
   std::atomic<bool> begun{false};
   std::thread writer([&] {
     std::ofstream file(path);

@@ -85,7 +85,7 @@ TEST(AccountTest, APrincipalHasABudgetOfItsOwnWithinTheDaemons) {
   EXPECT_STREQ(open("carol", 450).fault().limit, "max-total-bytes");
   EXPECT_EQ(tenants.of("carol")->memory.used(), 0u);
 
-  // A principal that exceeds its share meets its limit, and no other does.
+  // Only the principal that exceeds its share is refused.
   Holding grown(alices, 600);
   ASSERT_TRUE(alices->refusal());
   EXPECT_STREQ(alices->refusal()->limit, "max-principal-bytes");
@@ -146,7 +146,7 @@ TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
   EXPECT_EQ(tenants.list().size(), 2u) << "carol has nothing here";
 }
 
-// The last thing of a tenant that ends may be a stream whose session was deleted before.
+// The last object of a tenant may be a stream whose session was deleted before.
 TEST(TenantsTest, ATicketKeepsItsTenant) {
   Gate streams(3), frames(9);
   Tenants tenants(Quota{.sessions = 9, .bytes = 500, .streams = 2, .frames = 2, .uploads = 1, .weight = 1},

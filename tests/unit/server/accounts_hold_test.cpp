@@ -26,7 +26,7 @@ std::size_t allocated() {
   return all.uordblks + all.hblkhd;
 }
 
-/// Triangles that lie apart and then pass through one another, all through all.
+/// Triangles that are apart and then all pass through each other.
 class AccountsHoldTest : public ::testing::TestWithParam<bool> {
  protected:
   static constexpr std::uint32_t kTriangles = 120;
@@ -75,7 +75,7 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
         [&](const server::Outcome<std::shared_ptr<const Answer>>& outcome) { done.set_value(outcome); });
     auto outcome = done.get_future().get();
     EXPECT_TRUE(outcome.ok()) << outcome.fault().message;
-    // Its job has ended, and the session taken stock.
+    // Its job has ended, and the session has updated its account.
     std::promise<void> ended;
     runner_.post([&] { ended.set_value(); }, server::Lane::kShort);
     ended.get_future().wait();
@@ -84,7 +84,7 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
     ended_too.get_future().wait();
     return outcome.ok() ? outcome.value() : nullptr;
   }
-  /// As told, and as it is; what a thread or the runner took meanwhile is not the session's.
+  /// As charged, and as allocated; what a thread or the runner allocated meanwhile is not the session's.
   void expect_enough(std::size_t before, const char* state) const {
     [[maybe_unused]] constexpr std::size_t kOthers = 256 << 10;
     const std::size_t is = allocated() - before, said = account_->held();

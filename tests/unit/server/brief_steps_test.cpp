@@ -30,7 +30,7 @@ using server::Session;
 template <class T>
 using Outcome = server::Outcome<T>;
 
-/// Sessions without a network, beside a runner that takes one guest.
+/// Sessions without a network, and a runner that admits one guest.
 class WhereAStepRunsTest : public ::testing::Test {
  protected:
   struct Made {
@@ -57,7 +57,7 @@ class WhereAStepRunsTest : public ::testing::Test {
          .companion = std::move(recording)});
     return {session.value(), std::move(start)};
   }
-  /// Whether the next step, of what rests, runs on this thread.
+  /// Whether the next step, in which nothing moves, runs on this thread.
   bool stays(Made& made, std::uint64_t frame) {
     server::FrameBuffer contents(server::Dtype::kFloat64, *made.session->scene());
     static_cast<void>(contents.append(bytes_of(made.start)));
@@ -289,7 +289,7 @@ class BriefStepsTest : public ServiceTest {
 };
 
 TEST_F(BriefStepsTest, OthersDoNotWaitForAStepThatIsLongerThanPredicted) {
-  // As many as gRPC has threads, all of which they would take if they might.
+  // As many as gRPC has threads: they would occupy all of them if allowed.
   const auto count = static_cast<std::uint32_t>(server::Context::polling_threads());
   std::vector<std::unique_ptr<Streaming>> soups;
   for (std::uint32_t i = 0; i < count; ++i) soups.push_back(stream_soup(static_cast<int>(i)));
@@ -325,7 +325,7 @@ TEST_F(BriefStepsTest, ASmallSessionIsCreatedChangedAndCheckedDuringALongStep) {
   v1::SessionHeader spec = header();
   v1::Body& body = *spec.add_bodies();
   body.set_vertex_count(grids_.vertex_count());
-  // Whether a thread of the long step comes round in between is chance.
+  // Whether a thread of the long step runs in between is a matter of timing.
   for (int round = 0; round < 20 && !HasFailure(); ++round) {
     const grpc::Status created = create(spec, faces(), bytes_of(grids_.positions(0)));
     ASSERT_TRUE(created.ok()) << created.error_message();
@@ -388,7 +388,7 @@ TEST_F(BriefStepsTest, ASessionIsDeletedDuringOne) {
     v1::StreamStepsResponse response;
     while (soup->stream->Read(&response)) EXPECT_FALSE(response.has_answer());
     in_the_middle = soup->stream->Finish().error_code() == StatusCode::CANCELLED;
-    // What the session held goes with its job, on the thread that ran it.
+    // The session's memory is freed with its job, on the thread that ran it.
     await([&] { return info().charged_bytes() == 0; });
   }
   EXPECT_TRUE(in_the_middle);

@@ -206,7 +206,7 @@ TYPED_TEST(ClientTrials, WhatIsRefusedLeavesTheSessionWhereItIs) {
   bad[7] = std::numeric_limits<TypeParam>::quiet_NaN();
   EXPECT_EQ(session.trial(View(bad)).error().code, ErrorCode::kInvalidArgument);
   EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition) << "a later one failed";
-  // In flight, where it is known only afterwards.
+  // In flight: the outcome is known only afterwards.
   EXPECT_EQ(session.submit(View(bad), {.kind = QuestionKind::kTrial}).value(), 1u);
   EXPECT_EQ(session.submit_commit().value(), 1u);
   EXPECT_EQ(session.next_answer().error().code, ErrorCode::kInvalidArgument);

@@ -35,7 +35,7 @@ server::Config few_calls() {
   return config;
 }
 
-/// What does not get through is an error in a few seconds, and not in minutes.
+/// A blocked call fails within seconds, not minutes.
 client::ClientOptions impatient() {
   return {.call_timeout = std::chrono::seconds(10),
           .create_timeout = std::chrono::seconds(10),
@@ -65,7 +65,7 @@ TEST(ConnectionsTest, AClientOpensAsManyAsItsSessionsNeed) {
     }
   };
   step_all(1);
-  // They all come back too, though the daemon allows fewer by then.
+  // All are resumed, although the daemon allows fewer by then.
   daemon.restart([](server::Config& config) { config.limits.max_streams_per_connection = 1; });
   step_all(2);
   for (const Session& session : sessions) EXPECT_EQ(session.resumes(), 1U);

@@ -35,7 +35,7 @@ class CreateCancelTest : public ServiceTest {
 };
 
 TEST_F(CreateCancelTest, LeavesNothingThoughItsTurnHasNotCome) {
-  // The daemon's threads for short work, its fixture's two, are taken.
+  // Both threads of the daemon for short work are busy.
   std::latch taken(2), go(1), gone(2);
   for (int i = 0; i < 2; ++i)
     daemon_->when_runner_moves([&] {
@@ -56,7 +56,7 @@ TEST_F(CreateCancelTest, LeavesNothingThoughItsTurnHasNotCome) {
     request.set_positions(frame(0));
     upload->Write(request);
     upload->WritesDone();
-    // It is uploaded, and waits.
+    // The upload is complete, and the session waits to be built.
     for (int i = 0; i < 500 && info().sessions() == 0; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     ASSERT_EQ(info().sessions(), 1U);

@@ -236,7 +236,7 @@ TEST(StartTest, TlsHandshakeErrorsAreLoggedAtMostOnceASecond) {
     speak_plaintext(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
   client::ClientOptions options{.call_timeout = 2s};
   options.security.ca_file = file("ca.pem");
-  // Again, for a machine so busy that a client gives up before its handshake.
+  // Retried: on a busy machine a client may give up before its handshake.
   const auto refused_until_logged = [&](const char* reason) {
     for (int i = 0; i < 20; ++i) {
       EXPECT_FALSE(Client::connect(address, options).ok()) << reason;

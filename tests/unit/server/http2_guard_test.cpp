@@ -40,7 +40,7 @@ std::span<const std::uint8_t> as_bytes(std::string_view bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }
 
-/// In pieces of what `next_size` says.
+/// In pieces whose sizes `next_size` returns.
 template <class NextSize>
 Verdict told_in_pieces(std::string_view bytes, NextSize next_size) {
   Http2Guard guard = new_guard();
@@ -257,7 +257,7 @@ TEST(Http2GuardTest, TheTimeOfEachCallCounts) {
   EXPECT_EQ(guard.read(kWindow), http2::reset_stream(1) + http2::reset_stream(3) + kWindow);
   EXPECT_EQ(guard.read(kWindow), kWindow);
   time_now += std::chrono::seconds(6);
-  // Where there is not room for all, the others follow.
+  // What does not fit in one read comes with the next.
   EXPECT_EQ(guard.read(kWindow, 13), kWindow) << "nothing but frames of ours is no read";
   EXPECT_EQ(guard.read(kWindow, 14).substr(0, 13), http2::reset_stream(5));
 }
@@ -421,7 +421,7 @@ TEST_F(HonestClient, TrafficOfARealClientPassesEvenWithoutPauses) {
   expect_verdict(sent, Http2Guard::kGood, "a real client's traffic");
 }
 
-// Not asserted: what a look costs.
+// Not asserted: the cost of inspecting traffic.
 TEST(Http2GuardTest, CostOfInspection) {
   std::string bytes;
   for (int i = 0; i < 1000; ++i) bytes += http2::frame(0, 0, 1, std::string(16384, 'd'));

@@ -23,7 +23,7 @@ namespace {
 using grpc::StatusCode;
 using ::testing::HasSubstr;
 
-/// Whatever a limit refuses.
+/// A refusal by any limit.
 void expect_refused(const grpc::Status& status, const char* setting, bool passing) {
   EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
   EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_LIMIT);
@@ -193,7 +193,7 @@ TEST_F(GrownTest, CapacitiesAreLoweredSoThatAStepIsBoundedBeforeItBegins) {
   EXPECT_LE(response.session().options().max_front_bytes(), 150u << 10);
   EXPECT_LE(response.session().options().max_contacts() * server::held_per_contact({}), 150u << 10);
 
-  // To explain takes a front and contacts twice.
+  // With explain, front and contacts are held twice.
   v1::SessionHeader explaining = header(kOther);
   explaining.mutable_options()->set_explain(true);
   ASSERT_TRUE(create(explaining, faces(), bytes_of(grids_.positions(0))).ok());
@@ -245,7 +245,7 @@ TEST_F(FewFramesTest, AFrameTooManyIsAnsweredInItsTurnAndCanBeSentAgain) {
   ASSERT_TRUE(create(kOther).ok());
   Context first, second;
   const auto stream = open(first, 1);
-  // A frame whose rest is still to come is in flight.
+  // A frame that is not complete yet is in flight.
   stream->Write(frame_message(1, frame(1).substr(0, 100), true));
   Context poll;
   v1::GetServerInfoResponse info;

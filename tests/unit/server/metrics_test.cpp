@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon shows of itself: metrics, health and readiness over HTTP, and what it tells systemd.
+// What the daemon reports about itself: metrics, health and readiness over HTTP, and what it tells systemd.
 #include "server/observe/metrics.h"
 
 #include <gmock/gmock.h>
@@ -214,7 +214,7 @@ TEST(SystemdTest, IsToldOverItsSocket) {
   std::array<char, 64> got{};
   EXPECT_EQ(::recv(socket, got.data(), got.size(), 0), 7);
   EXPECT_STREQ(got.data(), "READY=1");
-  // Nobody takes what is sent: who tells does not wait.
+  // Nobody reads the socket: the sender does not block.
   int sent = 0;
   while (sent < 100'000 && server::notify_systemd("WATCHDOG=1")) ++sent;
   EXPECT_LT(sent, 100'000);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What messages become, told before they are parsed: no less than the allocator says afterwards, and little
-// enough for honest ones to pass.
+// The memory that a message takes once parsed, bounded beforehand: no less than the allocator measures
+// afterwards, and little enough for ordinary messages to pass.
 #include "server/transport/parsed_size.h"
 
 #include <gmock/gmock.h>
@@ -59,7 +59,7 @@ std::size_t allocated() {
   return all.uordblks + all.hblkhd;
 }
 
-/// As told, and as it is.
+/// The bound, and the measured size.
 template <class Message>
 void expect_enough(const std::string& bytes, const char* what) {
   const std::size_t before = allocated();

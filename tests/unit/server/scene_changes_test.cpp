@@ -27,7 +27,7 @@ server::AddBody octahedron() {
   return add;
 }
 
-/// Of an octahedron alone, told what may be added to it.
+/// A session of one octahedron, with limits on what may be added.
 std::optional<Fault> change_twice(const server::Limits& limits) {
   server::Budget budget(1 << 30);
   server::Runner runner(2);

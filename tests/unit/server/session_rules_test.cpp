@@ -344,7 +344,7 @@ TEST(RunnerTest, TheLeastWeightedTimeComesFirst) {
     return order;
   };
   const std::string equal = order_of(1, 1), threefold = order_of(3, 1);
-  // Of the first jobs, both had their share, give or take one.
+  // Of the first jobs, both had their share within one.
   EXPECT_NEAR(static_cast<double>(std::ranges::count(equal.substr(0, 6), 'a')), 3, 1) << equal;
   EXPECT_NEAR(static_cast<double>(std::ranges::count(threefold.substr(0, 8), 'a')), 6, 1) << threefold;
 }
@@ -366,7 +366,7 @@ TEST(RunnerTest, AThreadReplacesOneThatBlocksOthers) {
     EXPECT_EQ(ended, 0);
     go.count_down();
     while (ended < 2) std::this_thread::yield();
-    // Afterwards the lane has its one thread again.
+    // Afterwards the lane is back to one thread.
     for (int i = 0; i < 100; ++i) {
       std::latch done(1);
       runner.post([&] { done.count_down(); }, lane);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The course of a StreamSteps call: every event in every state, and calls made up at random.
+// The states of a StreamSteps call: every event in every state, and random calls.
 #include "server/transport/stream_state.h"
 
 #include <gtest/gtest.h>
@@ -223,7 +223,7 @@ TEST(StreamStateTest, WhatIsDueNeverOverlapsWhatIsOutstanding) {
         }
         break;
       case StreamAction::kNone:
-        // Whoever waits has somebody to wait for: nothing stands still for good.
+        // No deadlock: whenever something waits, something else will end the wait.
         const bool outstanding = s.write != StreamWrite::kNone || s.read != StreamRead::kNone;
         ASSERT_TRUE(s.course == StreamCourse::kFinished || outstanding ||
                     s.attach == StreamAttach::kAttaching || s.in_flight > 0)

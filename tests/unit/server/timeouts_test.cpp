@@ -60,7 +60,7 @@ TEST_F(SlowClientTest, AStreamThatNeverAttachesAndAFrameThatNeverEndsAreCutOff) 
   std::this_thread::sleep_for(milliseconds(2500));
   stream->Write(frame_message(1, frame(1)));
   ASSERT_TRUE(stream->Read(&response));
-  // A byte now and then does not count as an end.
+  // Single bytes at long intervals do not extend the time.
   for (int i = 0; i < 1000 && stream->Write(frame_message(2, "x", true)); ++i)
     std::this_thread::sleep_for(milliseconds(20));
   EXPECT_FALSE(stream->Read(&response));

@@ -60,7 +60,7 @@ class TrialsTest : public ServiceTest {
     EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
     return response.session().state();
   }
-  /// Sends and takes what comes.
+  /// Sends a request and returns the answer.
   static v1::StreamStepsResponse exchange(Stream& stream, const v1::StreamStepsRequest& request) {
     EXPECT_TRUE(stream.Write(request));
     v1::StreamStepsResponse response;
@@ -269,7 +269,7 @@ TEST_F(TrialsTest, LeaveTheSessionWhereItWas) {
     EXPECT_EQ(code_of(late), StatusCode::FAILED_PRECONDITION);
     EXPECT_EQ(detail_of(late.error().status()).reason(), v1::ERROR_REASON_FRAME_OUT_OF_ORDER);
   }
-  // A unary one.
+  // The same by a unary call.
   Context context;
   v1::StepRequest request;
   request.set_session_id(kId);

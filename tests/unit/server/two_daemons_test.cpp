@@ -111,12 +111,12 @@ TEST_F(TwoDaemons, AStaleCopyIsNotAcceptedAsTheSession) {
   Session session = open(two_bodies(grids_, false));
   Expected expected(two_bodies(grids_, false), grids_.positions(0));
   expect_step(session, expected, still);
-  // A is away for a while; the session continues at B, and is changed there.
+  // A is unreachable for a while; the session continues at B, and is changed there.
   board_.lead_to(b_.address());
   Body body{"", 0, grids_.vertex_count() / 2};
   ASSERT_TRUE(session.change_body(1, body).ok());
   ASSERT_TRUE((*expected).change_body(1, body).ok());
-  // B dies, and A is back, with the frame that it expects.
+  // B dies, and A is reachable again; the next frame is the one that A expects.
   board_.lead_to(a_.address());
   b_.stop();
   expect_step(session, expected, grids_.positions(1));
