@@ -34,7 +34,7 @@ struct Collider::Impl {
   };
   Trial last_trial = {};
 
-  Result<StepResult> trial(const Frame& frame, const ColliderOptions& options, StopSignal stop,
+  Result<StepResult> trial(const Frame& frame, const Question& question, StopSignal stop,
                            const AcceptStep& accept);
 
   // A question that fails forgets the trial before it.
@@ -64,6 +64,8 @@ Collider& Collider::operator=(Collider&&) noexcept = default;
 Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Positions& positions,
                                   const ColliderOptions& options, std::shared_ptr<Workers> workers,
                                   const std::atomic<bool>* cancelled) try {
+  if (options.keep_distance)
+    return invalid_argument("keep_distance: it is of max_step alone; give it with that question");
   Result<WarmScene> made =
       WarmScene::create(std::move(scene), positions, options, std::move(workers), StopSignal(cancelled));
   if (!made) return made.error();
@@ -80,6 +82,7 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   Core& core = impl_->warm.core;
   Impl::Asking asking(impl_->warm);
   const StopSignal stop(cancelled);
+  if (Status status = validate(QuestionKind::kStep, options); !status) return status.error();
   if (Status status = core.motion.check(*core.scene, frame, stop); !status) return status.error();
   if (impl_->all_deformable != nullptr) impl_->all_deformable->begin(core, stop);
   Result<StepResult> result =
@@ -92,10 +95,12 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   return was_cancelled();
 }
 
-Result<StepResult> Collider::Impl::trial(const Frame& frame, const ColliderOptions& options, StopSignal stop,
+Result<StepResult> Collider::Impl::trial(const Frame& frame, const Question& question, StopSignal stop,
                                          const AcceptStep& accept) {
   const Core& core = warm.core;
+  const ColliderOptions options = merged(core.options, question);
   Asking asking(warm);
+  if (Status status = validate(question.kind, question.options); !status) return status.error();
   if (Status status = warm.core.motion.check(*core.scene, frame, stop); !status) return status.error();
   Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
   asking.answered = result.ok();
@@ -107,16 +112,15 @@ Result<StepResult> Collider::Impl::trial(const Frame& frame, const ColliderOptio
 
 Result<StepResult> Collider::trial(const Frame& frame, const QuestionOptions& options,
                                    const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
-  return impl_->trial(frame, merged(impl_->warm.core.options, options), StopSignal(cancelled), accept);
+  return impl_->trial(frame, {QuestionKind::kTrial, options}, StopSignal(cancelled), accept);
 } catch (const Stopped&) {
   return was_cancelled();
 }
 
 Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
                                    const QuestionOptions& question, const std::atomic<bool>* cancelled) try {
-  const ColliderOptions options =
-      merged(impl_->warm.core.options, Question{QuestionKind::kMaxStep, question, leave_out_overlaps});
-  Result<StepResult> result = impl_->trial(frame, options, StopSignal(cancelled), {});
+  Result<StepResult> result =
+      impl_->trial(frame, {QuestionKind::kMaxStep, question, leave_out_overlaps}, StopSignal(cancelled), {});
   if (!result) return result.error();
   const StepResult& answer = result.value();
   MaxStep step;
@@ -135,7 +139,7 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
 Result<StepResult> Collider::ask(const Frame& frame, const Question& question,
                                  const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
   if (question.kind == QuestionKind::kStep) return step(frame, cancelled, accept, question.options);
-  return impl_->trial(frame, merged(impl_->warm.core.options, question), StopSignal(cancelled), accept);
+  return impl_->trial(frame, question, StopSignal(cancelled), accept);
 } catch (const Stopped&) {
   return was_cancelled();
 }

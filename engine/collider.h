@@ -55,7 +55,8 @@ class Collider {
                            const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
   /// The largest fraction of the motion to `frame` before which nothing touches or comes within the
   /// separation: a trial() with Report::kEarliest, which can be committed. With `leave_out_overlaps`, pairs
-  /// that touch or are within the separation at the start are ignored and counted.
+  /// that touch or are within the separation at the start are ignored and counted. With
+  /// QuestionOptions::keep_distance, before which no pair comes nearer than that share of its own distance.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
   /// step(), trial() or max_step(), whichever the question is, which all answer as trial() does here.

@@ -97,6 +97,14 @@ Status validate(const ColliderOptions& options) {
         "min_separation: tier \"" + std::string(to_string(options.tier)) +
         "\" decides touching; for a separation above 0 use tier \"certified\" or \"exact\"");
   }
+  if (options.keep_distance) {
+    if (!(*options.keep_distance > 0.0 && *options.keep_distance < 1.0))
+      return invalid_argument("keep_distance: " + digits_of(*options.keep_distance) + " is not in (0, 1)");
+    if (options.tier == Tier::kFast)
+      return invalid_argument(
+          "keep_distance: tier \"fast\" decides touching; to keep a distance use tier \"certified\" or "
+          "\"exact\"");
+  }
   return {};
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "engine/result.h"
@@ -65,6 +66,8 @@ struct ColliderOptions {
   /// Do not report what is within the separation (or not provably apart) at t = 0, ContactStatus
   /// kOverlapAtStart: it is counted in StepResult::overlaps_at_start alone.
   bool leave_out_overlaps = false;
+  /// Of Collider::max_step() alone, from its own options: see QuestionOptions::keep_distance.
+  std::optional<double> keep_distance = std::nullopt;
   /// Step an all-deformable collider beside this one, to say what the scene's model saves: see
   /// StepResult::all_deformable.
   bool explain = false;

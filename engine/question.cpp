@@ -10,6 +10,7 @@ ColliderOptions merged(ColliderOptions options, const QuestionOptions& question)
   options.report = question.report.value_or(options.report);
   options.fields = question.fields.value_or(options.fields);
   options.max_contacts = question.max_contacts.value_or(options.max_contacts);
+  options.keep_distance = question.keep_distance;
   return options;
 }
 
@@ -20,6 +21,12 @@ ColliderOptions merged(ColliderOptions options, const Question& question) {
   options.fields = {};
   options.leave_out_overlaps = question.leave_out_overlaps;
   return options;
+}
+
+Status validate(QuestionKind kind, const QuestionOptions& options) {
+  if (options.keep_distance && kind != QuestionKind::kMaxStep)
+    return invalid_argument("keep_distance: it is of max_step alone; leave it out");
+  return {};
 }
 
 }  // namespace warmfront

@@ -8,6 +8,7 @@
 
 #include "engine/contact.h"
 #include "engine/options.h"
+#include "engine/result.h"
 #include "engine/statistics.h"
 
 namespace warmfront {
@@ -23,6 +24,13 @@ struct QuestionOptions {
   std::optional<Report> report = std::nullopt;
   std::optional<ContactFields> fields = std::nullopt;
   std::optional<std::size_t> max_contacts = std::nullopt;
+  /// Of max_step alone, in (0, 1), not in the fast tier: no pair may come nearer than this share of its own
+  /// distance at the start. With a min_separation m, a pair that starts d apart is in contact when it comes
+  /// within m + keep_distance (d - m), and one that starts within m as without. Decided as the certified tier
+  /// does (the exact tier: with a tolerance of 2^-32), to within 2^-8 of what each pair may approach. Costs
+  /// what a min_separation of m + 2 L keep_distance / (1 - keep_distance) does, L being the longest way of a
+  /// vertex.
+  std::optional<double> keep_distance = std::nullopt;
 
   friend bool operator==(const QuestionOptions&, const QuestionOptions&) = default;
 };
@@ -45,6 +53,9 @@ struct Question {
 /// The same of a question with its kind: kMaxStep reports the earliest contacts, without fields.
 ColliderOptions merged(ColliderOptions options, const Question& question);
 
+/// kInvalidArgument, naming the field, for an option that a question of another kind has.
+Status validate(QuestionKind kind, const QuestionOptions& options);
+
 /// How the positions that a commit makes are rounded: see part_way().
 enum class Rounding : std::uint8_t { kFloat64, kFloat32 };
 
@@ -62,8 +73,9 @@ struct CommitResult {
 
 /// How far a motion may go.
 struct MaxStep {
-  /// In [0, 1]: nothing touches, or comes within the separation, before it. Tiers certified and exact: a
-  /// lower bound. 1 where nothing does in the whole motion; then, and only then, `first` is empty.
+  /// In [0, 1]: nothing touches, or comes within the separation (with keep_distance its own), before it.
+  /// Tiers certified and exact: a lower bound. 1 where nothing does in the whole motion; then, and only then,
+  /// `first` is empty.
   double fraction = 1;
   /// Of what comes first, the first in the order of contacts.
   std::optional<Contact> first;

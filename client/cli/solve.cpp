@@ -47,6 +47,7 @@ struct Arguments {
   double shrink = 0.7;
   bool max_step = false;
   double keep = 0.9;
+  std::optional<double> keep_distance;
   bool compare = false;
   std::string json_file;
 };
@@ -76,7 +77,9 @@ Status check_usage(Arguments& arguments) {
   if (const Result<BodiesMode> bodies = parse_bodies_mode(arguments.bodies); !bodies) return bodies.error();
   if (arguments.threads != 0 && !arguments.server.empty())
     return invalid_argument("--threads is for this process; with --server the daemon's --threads applies");
-  return validate(arguments.options);
+  ColliderOptions asked = arguments.options;
+  asked.keep_distance = arguments.keep_distance;
+  return validate(asked);
 }
 
 double median(std::vector<double> values) {
@@ -109,8 +112,9 @@ class LineSearch {
     SolveFrame report{number, {}, 0, {}, 0, {}};
     double length = 1;
     if (arguments_.max_step) {
-      const Result<MaxStep> far =
-          timed(report.max_step_ms, [&] { return session_.max_step(Frame{there}, true); });
+      const Result<MaxStep> far = timed(report.max_step_ms, [&] {
+        return session_.max_step(Frame{there}, true, {.keep_distance = arguments_.keep_distance});
+      });
       if (!far) return far.error();
       report.max_step = far.value().fraction;
       if (far.value().fraction < 1) length = arguments_.keep * far.value().fraction;
@@ -342,6 +346,11 @@ Verb add_solve(CLI::App& app) {
       ->check(CLI::Range(0x1p-20, 1.0))
       ->needs("--max-step")
       ->capture_default_str();
+  app.add_option(
+         "--keep-distance", a.keep_distance,
+         "With --max-step: it may go until a pair comes nearer than this share, in (0, 1), of its own "
+         "distance at the start")
+      ->needs("--max-step");
   app.add_flag("--compare", a.compare,
                "Beside it, step a second session to the places that are committed, and compare the times");
   app.add_option("--tier", a.tier, "How an elementary test decides")

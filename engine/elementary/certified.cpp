@@ -136,11 +136,7 @@ class Search {
   // Distances above this certainly exceed the separation: the margin exceeds all rounding in the comparison.
   double barely_apart() const { return query_.separation * (1 + 0x1p-40) + 0x1p-40; }
 
-  // An upper bound of the distance at t, between points that are in the primitives up to 2^-44 of the query's
-  // size.
-  double distance_above(double t) const {
-    return norm(closest_direction(query_, t)) * (1 + 0x1p-50) + 0x1p-44;
-  }
+  double distance_above(double t) const { return warmfront::distance_above(closest_direction(query_, t)); }
 
   const Query& query_;
   const CertifiedOptions& options_;
@@ -157,6 +153,10 @@ Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& 
   if (query.size == 0) return {true, ContactStatus::kOverlapAtStart, 0};
   Window window;
   if (!trim_by_kdop(query, window)) return {};
+  return certified_search(query, options, window);
+}
+
+Verdict certified_search(const Query& query, const CertifiedOptions& options, const Window& window) {
   return Search(query, options).run(window);
 }
 

@@ -36,6 +36,16 @@ struct CertifiedOptions {
 ///   - at most `budget` windows, and 640 more before the answer is kBudget; no allocation.
 Verdict certified_test(const FeatureVertices& features, const CertifiedOptions& options);
 
+/// The same after stage T0, of a query of positive size with a separation of its own (options.min_separation
+/// is not looked at): in the window that T0, by a separation no smaller, has left.
+Verdict certified_search(const Query& query, const CertifiedOptions& options, const Window& window);
+
+/// An upper bound of the distance of a query's primitives at t, in its units: of points that are in them up
+/// to 2^-44. `closest` is closest_direction() at t.
+inline double distance_above(const Vec3& closest) {
+  return norm(closest) * (1 + 0x1p-50) + 0x1p-44;
+}
+
 /// The fraction of a pair's size, beyond min_separation, within which the test may report: motion inside a
 /// window that is not subdivided further, plus the error of distances. The test reports at half of this; the
 /// other half covers the rounding of culls, which see the pair in another frame.

@@ -102,7 +102,9 @@ Query Query::prepare(const FeatureVertices& features, double min_separation) {
     query = differences(features, 0x1p-3);
   }
   if (query.size == 0) return query;
-  const PowerOfTwo scale(-exponent_of(query.size));
+  query.prescale = prescale;
+  query.exponent = -exponent_of(query.size);
+  const PowerOfTwo scale(query.exponent);
   for (MovingVec3& v : query.from0) v = {scale(v.t0), scale(v.t1)};
   query.relative_motion = 0;
   for (int k = 0; k < query.gap_count; ++k) {
@@ -112,11 +114,14 @@ Query Query::prepare(const FeatureVertices& features, double min_separation) {
         std::max(query.relative_motion, 1.75 * max_abs(query.gaps[k].t1 - query.gaps[k].t0));
   }
   query.size = scale(query.size);
-  // A separation above 2^100 sizes is never exceeded; the clamp keeps products finite.
-  query.separation = min_separation > 0
-                         ? std::min(scale(min_separation * prescale) * (1 + 0x1p-50) + 0x1p-1022, 0x1p100)
-                         : 0;
+  query.separation = query.scaled(min_separation);
   return query;
+}
+
+double Query::scaled(double length) const {
+  if (!(length > 0)) return 0;
+  // A separation above 2^100 sizes is never exceeded; the clamp keeps products finite.
+  return std::min(PowerOfTwo(exponent)(length * prescale) * (1 + 0x1p-50) + 0x1p-1022, 0x1p100);
 }
 
 SeparatedTimes separated_times(const Query& query, const Vec3& direction) {

@@ -42,8 +42,13 @@ struct Query {
   double relative_motion;
   /// Minimum separation, scaled and rounded up; 0 for none.
   double separation;
+  /// What scales: powers of two.
+  int exponent;
+  double prescale;
 
   static Query prepare(const FeatureVertices& features, double min_separation);
+  /// A length >= 0 in the query's units, rounded up: 0 for 0. For a query of positive size.
+  double scaled(double length) const;
 };
 
 /// All times at which one direction separates.

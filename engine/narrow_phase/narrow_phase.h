@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/elementary/keep_distance.h"
 #include "engine/front/leaf_pairs.h"
 #include "engine/motion/motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
@@ -39,6 +40,9 @@ struct NarrowPhaseInput {
   GapAt gap_at = GapAt::kEnd;  ///< see FrontUpdate
   /// A trial, of which others may go part of the way: what it meets is noted for test_met().
   bool note_met = false;
+  /// Where its share is not 0, each pair has a separation of its own, of which options.min_separation is none
+  /// too small.
+  KeepDistance keep = {};
 
   /// Pairs and kept contacts that are noted; where there are more, test_met() does not serve.
   static constexpr std::size_t kMostMet = std::size_t{1} << 18;

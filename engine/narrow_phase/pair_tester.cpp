@@ -11,6 +11,7 @@
 #include "engine/elementary/candidate.h"
 #include "engine/elementary/certified.h"
 #include "engine/elementary/elementary_test.h"
+#include "engine/elementary/keep_distance.h"
 #include "engine/narrow_phase/coplanarity_filter.h"
 #include "engine/narrow_phase/separation_filter.h"
 
@@ -201,6 +202,8 @@ void PairTester::test_features() {
   if (input_->options.report == Report::kCandidates) {
     for (const FeaturePair& pair : pairs)
       take_verdict(pair, candidate_test(features_of(pair), input_->options.min_separation));
+  } else if (input_->keep.share > 0) {
+    keep_distances(pairs);
   } else {
     run_cascade(pairs);
   }
@@ -224,6 +227,16 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
     take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
   }
   output_.counts.exact_tests += counts.exact_tests;
+}
+
+// No filter of many pairs comes before: these know of one separation for all, and the answer may not depend
+// on what that is.
+void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
+  CertifiedOptions certified{.tolerance = input_->options.tolerance};
+  for (const FeaturePair& pair : pairs) {
+    certified.latest = std::min(1.0, shared_->earliest.load(std::memory_order_relaxed));
+    take_verdict(pair, keep_distance_test(features_of(pair), input_->keep, certified));
+  }
 }
 
 void PairTester::keep(const Contact& contact) {

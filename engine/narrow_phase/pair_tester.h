@@ -111,6 +111,8 @@ class PairTester {
   // Tests the block's pairs and empties it.
   void test_features();
   void run_cascade(std::span<const FeaturePair> pairs);
+  // The same where each pair has a separation of its own.
+  void keep_distances(std::span<const FeaturePair> pairs);
   FeatureVertices features_of(const FeaturePair& pair) const;
   void take_verdict(const FeaturePair& pair, const Verdict& verdict);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);

@@ -41,9 +41,12 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
   });
 }
 
-void Core::widen_bounds(double separation) {
+double Core::widen_bounds(double separation) {
+  const LocalTransform& local = motion.vertices().frame();
+  const double more = local.to_local(separation) - local.to_local(bounds_separation);
   bounds_separation = separation;
-  motion.hold(motion.vertices().frame().to_local(separation));
+  motion.hold(local.to_local(separation));
+  return more / 2;
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {

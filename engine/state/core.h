@@ -9,6 +9,7 @@
 
 #include "engine/bvh/topology.h"
 #include "engine/contact.h"
+#include "engine/elementary/keep_distance.h"
 #include "engine/frame.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
@@ -45,11 +46,14 @@ struct Core {
   /// Bytes held, the scene included.
   std::size_t memory_bytes() const;
 
-  /// Bounds serve questions of this minimum separation and less from now on; see PartTrees::widen().
-  void widen_bounds(double separation);
+  /// Bounds serve questions of this minimum separation and less from now on. Returns by how much they are
+  /// wider on each side, a local length; see PartTrees::widen().
+  double widen_bounds(double separation);
 
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;             // of the question in hand; between questions the session's
+  KeepDistance keep;                   // of the question in hand: where it is asked, options.min_separation
+                                       // is the widest separation of any pair
   double asked_separation = 0;         // the minimum separation of the last question
   double bounds_separation = 0;        // that bounds are made for: the largest that was asked for
   std::shared_ptr<Workers> workers;

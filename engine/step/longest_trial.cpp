@@ -21,7 +21,7 @@ bool all_move_as_a_whole(const Core& core) {
 bool LongestTrial::contains_motion(Core& core, double magnitude, StopSignal stop) {
   if (core.motion.from() != From::kStart || !way_.known()) return false;
   const Motion& vertices = core.motion.vertices();
-  if (vertices.magnitude() != magnitude || !serves(core.options)) return false;
+  if (vertices.magnitude() != magnitude || !serves(core.options, core.keep)) return false;
   for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
     if (core.motion.unplaced(p) && (core.motion.state(p) & kMoving) != 0) core.motion.place(p, stop);
   }
@@ -42,16 +42,17 @@ void LongestTrial::remember(const Core& core, const Found& found, StopSignal sto
   if (!all_move_as_a_whole(core)) return;
   way_.take(core.motion.vertices(), stop);
   asked_ = core.options;
+  keep_ = core.keep;
   found_ = found;
   until_ = 0;
 }
 
-bool LongestTrial::serves(const ColliderOptions& now) const {
+bool LongestTrial::serves(const ColliderOptions& now, const KeepDistance& keep) const {
   const bool same_reach = now.tier == asked_.tier && now.tolerance == asked_.tolerance &&
                           now.min_separation == asked_.min_separation &&
                           reports_by_distance(now) == reports_by_distance(asked_);
-  const bool same_answer =
-      same_reach && now.report == asked_.report && now.leave_out_overlaps == asked_.leave_out_overlaps;
+  const bool same_answer = same_reach && now.report == asked_.report &&
+                           now.leave_out_overlaps == asked_.leave_out_overlaps && keep == keep_;
   return (same_reach || !found_.left_out) && (same_answer || !found_.kept);
 }
 

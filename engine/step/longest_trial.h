@@ -40,10 +40,11 @@ class LongestTrial {
   std::size_t memory_bytes() const { return way_.memory_bytes(); }
 
  private:
-  bool serves(const ColliderOptions& now) const;
+  bool serves(const ColliderOptions& now, const KeepDistance& keep) const;
 
   TrialWay way_;           // known: others may go part of it
   ColliderOptions asked_;  // that it was asked by
+  KeepDistance keep_;
   Found found_{};
   double until_ = 0;
   bool shortened_ = false;

@@ -20,6 +20,7 @@
 #include "engine/step/patch_stage.h"
 #include "engine/step/refit_stage.h"
 #include "engine/step/step_timer.h"
+#include "engine/step/widest_separation.h"
 
 namespace warmfront {
 namespace {
@@ -88,7 +89,13 @@ class PipelineWith final : public Pipeline {
   }
 
   void bounds_widened(double more) override {
+    // Budgets hold little more than that, and what nodes wander wraps around.
+    constexpr double kMost = 1;
     longest_.forget();
+    if (!(more < kMost)) {
+      front_.lose(Rebuild::kDecayed);
+      near_.forget();
+    }
     trees_.widen(more);
   }
 
@@ -171,8 +178,17 @@ class PipelineWith final : public Pipeline {
     statistics.bounds = bounds();
     arranged_ = false;
     motion.begin(frame, stop);
+    if (core.keep.share > 0) take_widest_separation(core, stop);
     const bool shorter = kind_ == Kind::kTrial && longest_.contains_motion(core, trees_.magnitude(), stop);
     return shorter ? run_shorter(core, stop, statistics, timer) : run_stages(core, stop, statistics, timer);
+  }
+
+  // What leaves out pairs by their distance goes by it from here on.
+  void take_widest_separation(Core& core, StopSignal stop) {
+    const double widest = widest_separation(core, stop);
+    if (widest > core.bounds_separation) bounds_widened(core.widen_bounds(widest));
+    if (widest != core.asked_separation) options_changed(core);
+    core.options.min_separation = core.asked_separation = widest;
   }
 
   // The stages of a question, in order.
@@ -277,7 +293,8 @@ class PipelineWith final : public Pipeline {
             core.options,
             stop,
             gap_at(),
-            note_met};
+            note_met,
+            core.keep};
   }
 
   // Budgets hold what rounding could hide at the largest magnitude since they were granted. When that is

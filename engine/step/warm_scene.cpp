@@ -30,9 +30,19 @@ Status check_all(const Positions& positions, std::uint32_t vertex_count, StopSig
 // Do they ask for the same contacts, told in the same way?
 bool ask_alike(const ColliderOptions& a, const ColliderOptions& b) {
   const auto of = [](const ColliderOptions& o) {
-    return std::tie(o.tier, o.tolerance, o.min_separation, o.report, o.leave_out_overlaps);
+    return std::tie(o.tier, o.tolerance, o.min_separation, o.report, o.leave_out_overlaps, o.keep_distance);
   };
   return of(a) == of(b);
+}
+
+// What asks for the same in the pipeline's words. No number of a pair's own can be decided without error:
+// that is left to the certified tier, in tier exact by a tolerance beneath what else is rounded.
+ColliderOptions decided(ColliderOptions options) {
+  constexpr double kFine = 0x1p-32;
+  if (!options.keep_distance || options.tier != Tier::kExact) return options;
+  options.tier = Tier::kCertified;
+  options.tolerance = kFine;
+  return options;
 }
 
 }  // namespace
@@ -49,15 +59,12 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
                                                                         : make_pipeline(options.bounds)};
 }
 
-Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderOptions& options,
+Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderOptions& given,
                                   StopSignal stop, const AcceptStep& accept) {
-  if (Status status = validate(options); !status) return status.error();
-  if (options.min_separation > core.bounds_separation) {
-    const LocalTransform& local = core.motion.vertices().frame();
-    const double more = local.to_local(options.min_separation) - local.to_local(core.bounds_separation);
-    core.widen_bounds(options.min_separation);
-    pipeline->bounds_widened(more / 2);
-  }
+  if (Status status = validate(given); !status) return status.error();
+  const ColliderOptions options = decided(given);
+  if (options.min_separation > core.bounds_separation)
+    pipeline->bounds_widened(core.widen_bounds(options.min_separation));
   if (!ask_alike(options, asked)) pipeline->options_changed(core);
   asked = options;
   struct Restored {
@@ -67,7 +74,8 @@ Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderO
     const ColliderOptions before;
   } const restored(core.options);
   core.options = options;
-  core.asked_separation = options.min_separation;
+  core.keep = {options.keep_distance.value_or(0), options.min_separation};
+  if (!options.keep_distance) core.asked_separation = options.min_separation;
   return pipeline->step(core, frame, kind, stop, accept);
 }
 

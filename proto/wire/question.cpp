@@ -22,6 +22,7 @@ v1::Question to_proto(const Question& question) {
   }
   if (options.max_contacts) message.set_max_contacts(*options.max_contacts);
   message.set_leave_out_overlaps(question.leave_out_overlaps);
+  if (options.keep_distance) message.set_keep_distance(*options.keep_distance);
   return message;
 }
 
@@ -42,9 +43,11 @@ Result<Question> question_from(const v1::Question& message) {
         ContactFields{message.fields().weights(), message.fields().normal(), message.fields().points()};
   if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
   question.leave_out_overlaps = message.leave_out_overlaps();
+  if (message.has_keep_distance()) options.keep_distance = message.keep_distance();
   if (question.kind != QuestionKind::kMaxStep) {
     if (question.leave_out_overlaps)
       return invalid_argument("question.leave_out_overlaps: it is of KIND_MAX_STEP only");
+    if (options.keep_distance) return invalid_argument("question.keep_distance: it is of KIND_MAX_STEP only");
   } else if (options.report) {
     return invalid_argument("question.report: KIND_MAX_STEP reports the earliest contacts; leave it out");
   } else if (options.fields) {

@@ -386,6 +386,8 @@ TEST(WarmQuestions, AllocateNothing) {
     ask("trial", [&] { return collider.trial(Doubles(y)); });
     ask("a shorter trial", [&] { return collider.trial(Doubles(half)); });
     ask("max_step", [&] { return collider.max_step(Doubles(y)); });
+    ask("max_step that keeps a distance",
+        [&] { return collider.max_step(Doubles(y), true, {.keep_distance = 0.5}); });
     ask("trial of what max_step saw", [&] { return collider.trial(Doubles(half)); });
     ask("commit", [&] { return collider.commit(1); });
     ask("step", [&] {

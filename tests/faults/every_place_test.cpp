@@ -361,7 +361,9 @@ Script trials() {
   most.as = StepOperation::As::kMaxStep;
   StepOperation both = trial(everything(joined(sheet(2, 0.02), sheet(2, -0.2))));
   both.options.fields = ContactFields{.normal = true};
-  for (const StepOperation& one : {far, near, most, far}) script.operations.emplace_back(one);
+  StepOperation kept = most;
+  kept.options.keep_distance = 0.5;
+  for (const StepOperation& one : {far, near, most, kept, far}) script.operations.emplace_back(one);
   script.operations.emplace_back(CommitOperation{0.5, Rounding::kFloat64});
   for (const StepOperation& one : {near, both, far}) script.operations.emplace_back(one);
   script.operations.emplace_back(CommitOperation{1, Rounding::kFloat64});

@@ -95,6 +95,7 @@ json question_of(const StepOperation& operation) {
   if (options.fields) question["fields"] = told(*options.fields);
   if (options.max_contacts) question["max_contacts"] = *options.max_contacts;
   if (operation.leave_out_overlaps) question["leave_out_overlaps"] = true;
+  if (options.keep_distance) question["keep_distance"] = *options.keep_distance;
   return question;
 }
 

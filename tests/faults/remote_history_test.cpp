@@ -260,6 +260,9 @@ class RemoteHistory {
       trial.options.report.reset();
       trial.options.fields.reset();
       trial.leave_out_overlaps = draws.below(2) == 0;
+      const bool touching = trial.options.tier == Tier::kFast;
+      if (draws.below(2) == 0 && !touching)
+        trial.options.keep_distance = std::array{0.5, 0.1, 0.9}[draws.below(3)];
     }
     return trial;
   }

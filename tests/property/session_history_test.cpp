@@ -114,6 +114,13 @@ ColliderOptions draw_options(Draws& draws, double unit) {
   return options;
 }
 
+// Now and then one that is refused.
+double draw_keep_distance(Draws& draws) {
+  if (draws.below(12) == 0)
+    return std::array{0.0, 1.0, -0.5, std::numeric_limits<double>::quiet_NaN()}[draws.below(4)];
+  return std::array{0.5, 0.1, 0.9, 0x1p-30, 0.999}[draws.below(5)];
+}
+
 class History {
  public:
   History(std::uint64_t seed, std::shared_ptr<Workers> workers)
@@ -200,6 +207,8 @@ class History {
     step.as = as;
     if (as != StepOperation::As::kStep || draws.below(3) == 0) step.options = draw_question(draws, state_);
     step.leave_out_overlaps = draws.below(2) == 0;
+    if (draws.below(as == StepOperation::As::kMaxStep ? 2 : 12) == 0)
+      step.options.keep_distance = draw_keep_distance(draws);
     carry(step, fault);
   }
 

@@ -13,6 +13,7 @@
 #include "engine/elementary/candidate.h"
 #include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/elementary_test.h"
+#include "engine/elementary/keep_distance.h"
 #include "engine/part_way.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/scenes.h"
@@ -309,7 +310,11 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     options.fields = {};
     options.leave_out_overlaps = step.leave_out_overlaps;
   }
-  if (const Status valid = validate(options); !valid) {
+  const QuestionKind kind = max_step                               ? QuestionKind::kMaxStep
+                            : step.as == StepOperation::As::kTrial ? QuestionKind::kTrial
+                                                                   : QuestionKind::kStep;
+  for (const Status& valid : {validate(kind, step.options), validate(options)}) {
+    if (valid) continue;
     Outcome refused;
     refused.kind = Outcome::Kind::kRefused;
     refused.error = valid.error();
@@ -320,14 +325,17 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const bool candidates = options.report == Report::kCandidates;
   const ElementaryOptions elementary{
       .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+  const KeepDistance keep{options.keep_distance.value_or(0), options.min_separation};
+  const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
   std::vector<Contact> contacts;
   for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
     if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
     const FeatureVertices features = features_of(made, vertices, kind, a, b);
-    const Verdict verdict = candidates ? candidate_test(features, options.min_separation)
-                                       : elementary_test(features, elementary, counts);
+    const Verdict verdict = options.keep_distance ? keep_distance_test(features, keep, kept)
+                            : candidates          ? candidate_test(features, options.min_separation)
+                                                  : elementary_test(features, elementary, counts);
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
   });
   Outcome outcome = answer_of(std::move(contacts), options);

@@ -8,7 +8,7 @@ keeps pairs apart (IPC: Li et al. 2020, without friction), in numpy (and scipy w
 A step of time is the minimum of inertia, springs and barrier: E(x) = 1/2 |x - y|^2 m + h^2 (springs(x) + barrier(x)), with y
 where everything would go by itself. Each iteration of Newton asks the session:
 - which pairs come within D_HAT on the way to x + p? A trial with a separation. The barrier sums over these.
-- how far may it go before anything touches? max_step(). The line search begins at 0.9 of that.
+- how far may it go before a pair comes nearer than a tenth of its distance? max_step(). The line search begins there.
 - what would the exact tier say of it? A trial; and then commit() takes as much of it as the line search wants, and counts
   what met. Nothing may: else the exit code is 1.
 """
@@ -167,8 +167,7 @@ def main():
                 way = session.trial(x + p, min_separation=D_HAT)
                 pairs = way.kind, way.v.astype(int)
                 # What is nearer than rounding tells apart does not hold up everything else; the barrier pushes it away.
-                limit = session.max_step(x + p, leave_out_overlaps=True)
-                fraction = 1.0 if limit.first is None else 0.9 * limit.fraction
+                fraction = session.max_step(x + p, leave_out_overlaps=True, keep_distance=0.1).fraction
                 cut += fraction < 1
                 value = potential.value(x, pairs)
                 while potential.value(x + fraction * p, pairs) > value - 1e-4 * fraction * decrease and fraction > 1e-9:

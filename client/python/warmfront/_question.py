@@ -46,10 +46,11 @@ def question_of(
     fields: Optional[Collection[ContactField]] = None,
     max_contacts: Optional[int] = None,
     leave_out_overlaps: bool = False,
+    keep_distance: Optional[float] = None,
 ) -> Question:
     """InvalidArgumentError for what the contract has no word for, and for what does not go together."""
     # Most questions: a step of a small scene takes no longer than reading all options.
-    given = (tier, tolerance, min_separation, report, fields, max_contacts)
+    given = (tier, tolerance, min_separation, report, fields, max_contacts, keep_distance)
     if kind in _PLAIN and not leave_out_overlaps and all(option is None for option in given):
         return _PLAIN[kind]
     if kind not in _KINDS:
@@ -58,6 +59,8 @@ def question_of(
         raise InvalidArgumentError("max_step: it tells the first contact alone; give no report and no fields")
     if leave_out_overlaps and kind != "max_step":
         raise InvalidArgumentError(f"leave_out_overlaps: it is of max_step alone, and not of a {kind}")
+    if keep_distance is not None and kind != "max_step":
+        raise InvalidArgumentError(f"keep_distance: it is of max_step alone, and not of a {kind}")
     options = Options(tier=tier, tolerance=tolerance, min_separation=min_separation, report=report, max_contacts=max_contacts,
                       fields=fields or ())
     message = step_pb2.Question()
@@ -66,6 +69,8 @@ def question_of(
         message.fields.SetInParent()  # none of them is an answer too
     if leave_out_overlaps:
         message.leave_out_overlaps = True
+    if keep_distance is not None:
+        message.keep_distance = share_of(keep_distance)
     # A step without more to say is what daemons took before there were questions.
     if kind != "step" or message.ByteSize() > 0:
         message.kind = _KINDS[kind]
@@ -73,6 +78,17 @@ def question_of(
     if fields is not None:
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
     return Question(kind, message.SerializeToString(), columns)
+
+
+def share_of(keep_distance: float) -> float:
+    """InvalidArgumentError unless it is a number in (0, 1)."""
+    try:
+        value = float(keep_distance)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"keep_distance: {keep_distance!r} is no number; give one in (0, 1)") from None
+    if not 0 < value < 1:
+        raise InvalidArgumentError(f"keep_distance: {value!r} is not in (0, 1)")
+    return value
 
 
 def fraction_of(fraction: float) -> float:

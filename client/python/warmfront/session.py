@@ -190,6 +190,7 @@ class Session:
         vertices: Any = None,
         vertex_positions: Any = None,
         leave_out_overlaps: bool = False,
+        keep_distance: Optional[float] = None,
         tier: Optional[Tier] = None,
         tolerance: Optional[float] = None,
         min_separation: Optional[float] = None,
@@ -200,10 +201,17 @@ class Session:
         contact alone; it may be committed as one.
 
         leave_out_overlaps: what is not apart at the start does not count, only how much of it there is; else the answer is 0
-        where there is any. Everything else as in `trial()`.
+        where there is any.
+
+        keep_distance: s in (0, 1), how far may it go before any pair comes nearer than s times its own distance at the start?
+        With a min_separation m, nearer than m + s (d - m) where it starts d apart; pairs that start within m are as without.
+        Not in tier "fast".
+
+        Everything else as in `trial()`.
         """
         question = question_of("max_step", tier=tier, tolerance=tolerance, min_separation=min_separation,
-                               max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps)
+                               max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps,
+                               keep_distance=keep_distance)
         answer = self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question, timeout)
         assert isinstance(answer, MaxStep)
         return answer
@@ -231,6 +239,7 @@ class Session:
         kind: QuestionKind = "step",
         fraction: float = 1.0,
         leave_out_overlaps: bool = False,
+        keep_distance: Optional[float] = None,
         tier: Optional[Tier] = None,
         tolerance: Optional[float] = None,
         min_separation: Optional[float] = None,
@@ -249,11 +258,13 @@ class Session:
         with self._turn:
             if kind == "commit":
                 if not motion.empty or leave_out_overlaps or any(
-                        option is not None for option in (tier, tolerance, min_separation, report, fields, max_contacts)):
+                        option is not None for option in
+                        (tier, tolerance, min_separation, report, fields, max_contacts, keep_distance)):
                     raise InvalidArgumentError("commit: it takes the last trial as it is; give a fraction and nothing else")
                 return self._submit(None, question_of("step"), fraction_of(fraction))
             question = question_of(kind, tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
-                                   fields=fields, max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps)
+                                   fields=fields, max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps,
+                                   keep_distance=keep_distance)
             return self._submit(motion, question)
 
     def next_answer(self) -> Any:

@@ -45,6 +45,7 @@ class AnySessionTest : public ::testing::Test {
     EXPECT_FALSE(both[0].is_remote());
     EXPECT_TRUE(both[1].is_remote());
     std::size_t contacts = 0;
+    int cut_short = 0;
     for (std::uint64_t k = 1; k <= 12; ++k) {
       const std::vector<Number> there = at<Number>(k);
       const Frame frame{std::span<const Number>(there)};
@@ -64,6 +65,13 @@ class AnySessionTest : public ::testing::Test {
       ASSERT_TRUE(here.ok() && far.ok());
       EXPECT_EQ(here.value().fraction, far.value().fraction);
       EXPECT_EQ(here.value().overlaps_at_start, far.value().overlaps_at_start);
+      const QuestionOptions keeping{.min_separation = 1e-3, .keep_distance = 0.5};
+      const auto kept_here = both[0].max_step(frame, true, keeping);
+      const auto kept_there = both[1].max_step(frame, true, keeping);
+      ASSERT_TRUE(kept_here.ok() && kept_there.ok());
+      EXPECT_EQ(kept_here.value().fraction, kept_there.value().fraction);
+      EXPECT_EQ(kept_here.value().answer.contacts.size() > 0, kept_here.value().fraction < 1);
+      cut_short += kept_here.value().fraction > 0 && kept_here.value().fraction < 1 ? 1 : 0;
       if (k % 3 == 0) {
         const auto committed = both[0].commit(0.3), there_too = both[1].commit(0.3);
         ASSERT_TRUE(committed.ok() && there_too.ok());
@@ -74,6 +82,7 @@ class AnySessionTest : public ::testing::Test {
       }
     }
     EXPECT_GT(contacts, 50U);
+    EXPECT_GT(cut_short, 6);
   }
 
   test::LocalDaemon daemon_;
@@ -103,6 +112,18 @@ TEST_F(AnySessionTest, ErrorsHaveTheSameCodesAndChangeNothing) {
     const std::vector<double> moved = at<double>(1);
     EXPECT_EQ(session.trial(Frame{std::span<const double>(moved)}).value().frame, 1U);
     EXPECT_EQ(session.commit(1.5).error().code, ErrorCode::kInvalidArgument);
+    for (const double s : {0.0, 1.0, std::numeric_limits<double>::quiet_NaN()}) {
+      const auto refused =
+          session.max_step(Frame{std::span<const double>(moved)}, false, {.keep_distance = s});
+      ASSERT_FALSE(refused.ok());
+      EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+      EXPECT_THAT(refused.error().message, HasSubstr("keep_distance: "));
+    }
+    const auto other = session.step(Frame{std::span<const double>(moved)}, {.keep_distance = 0.5});
+    ASSERT_FALSE(other.ok());
+    EXPECT_EQ(other.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition) << "no trial stands";
+    EXPECT_EQ(session.trial(Frame{std::span<const double>(moved)}).value().frame, 1U);
     EXPECT_TRUE(session.commit(0.5).ok());
   }
 }
@@ -119,13 +140,14 @@ class CliSolve : public ::testing::Test {
 
 TEST_F(CliSolve, HasTheSameAnswersInThisProcessAndBehindADaemon) {
   test::LocalDaemon daemon;
-  for (const char* how : {"", "--max-step", "--trials 2 --shrink 1 --min-separation 0.05"}) {
+  for (const char* how :
+       {"", "--max-step", "--max-step --keep-distance 0.5", "--trials 2 --shrink 1 --min-separation 0.05"}) {
     const Json here = report(how), there = report(std::string(how) + " --server " + daemon.address());
     EXPECT_EQ(here["contacts_hash"], there["contacts_hash"]) << how;
     ASSERT_EQ(here["frames"].size(), 8U);
     ASSERT_EQ(there["frames"].size(), 8U);
     for (std::size_t k = 0; k < 8; ++k) {
-      EXPECT_EQ(here["frames"][k].contains("max_step"), std::string(how) == "--max-step");
+      EXPECT_EQ(here["frames"][k].contains("max_step"), std::string(how).starts_with("--max-step"));
       if (here["frames"][k].contains("max_step")) {
         EXPECT_EQ(here["frames"][k]["max_step"], there["frames"][k]["max_step"]);
       }
@@ -149,7 +171,9 @@ TEST_F(CliSolve, JsonHasTheFieldsThatToolsRead) {
 }
 
 TEST_F(CliSolve, MisuseIsSaidInOneLine) {
-  for (const char* wrong : {"--trials 0", "--shrink 1.5", "--keep 0.5", "--frames 5:2", "--tier best"}) {
+  for (const char* wrong : {"--trials 0", "--shrink 1.5", "--keep 0.5", "--keep-distance 0.5",
+                            "--max-step --keep-distance 1", "--max-step --keep-distance nan",
+                            "--max-step --keep-distance 0.5 --tier fast", "--frames 5:2", "--tier best"}) {
     const Outcome outcome = run(std::string("solve 'builtin:cloth-ball?triangles=1000&frames=9' ") + wrong);
     EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
     EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;

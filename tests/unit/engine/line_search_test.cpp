@@ -108,6 +108,24 @@ class LineSearch : public ::testing::Test {
   std::size_t contacts_ = 0;
 };
 
+// What bounds are widened by is more than budgets hold: none of them counts any more.
+TEST_F(LineSearch, AfterSeparationsLargerThanTheSceneAllIsFoundAgain) {
+  for (const double separation : {1.0, 1e3, 1e7, 1e12}) {
+    make(2, false, {.find_bodies = false});
+    contacts_ = 0;
+    trial(later(1));
+    const std::size_t before = std::exchange(contacts_, 0);
+    trial(later(1), {.min_separation = separation, .report = Report::kCount});
+    trial(later(1));
+    EXPECT_EQ(contacts_, before) << separation;
+    const MaxStep near = collider_->max_step(Doubles(later(1)), true, {.keep_distance = 1 - 1e-6}).value();
+    EXPECT_LT(near.fraction, 1e-2) << separation;
+    trial(later(1));
+    EXPECT_EQ(contacts_, 2 * before) << separation;
+    EXPECT_GT(before, 100U);
+  }
+}
+
 TEST_F(LineSearch, ShorterTrialsAreRecognisedAndAnswerAsAFreshCollider) {
   for (const FrontMode front : {FrontMode::kWarm, FrontMode::kPaper, FrontMode::kNone}) {
     for (const BoundsKind bounds : {BoundsKind::kKDop18, BoundsKind::kAabb}) {

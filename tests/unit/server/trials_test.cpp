@@ -424,6 +424,18 @@ TEST_F(TrialsTest, AskWithOptionsOfTheirOwn) {
   const auto out = exchange(*stream, ask(2, how_far, frame(2)));
   EXPECT_FALSE(out.answer().summary().has_earliest_toi());
   EXPECT_GT(out.answer().summary().overlaps_at_start(), 0u);
+  // Nearer than it is nothing may come, but for a millionth.
+  v1::Question kept = question(Kind::KIND_MAX_STEP);
+  kept.set_leave_out_overlaps(true);
+  const auto free_way = exchange(*stream, ask(2, kept, frame(2))).answer().summary();
+  kept.set_keep_distance(1 - 1e-6);
+  const auto kept_way = exchange(*stream, ask(2, kept, frame(2))).answer().summary();
+  ASSERT_TRUE(kept_way.has_earliest_toi());
+  EXPECT_GT(kept_way.earliest_toi(), 0);
+  EXPECT_LT(kept_way.earliest_toi(), 1e-2);
+  if (free_way.has_earliest_toi()) {
+    EXPECT_LT(kept_way.earliest_toi(), free_way.earliest_toi());
+  }
   v1::Question one = trial();
   one.set_max_contacts(1);
   const auto few = exchange(*stream, ask(2, one, frame(2)));
@@ -462,6 +474,14 @@ TEST_F(TrialsTest, ARefusedQuestionSaysWhatIsWrongWithIt) {
   expect("fields", max_step, [](Question& q) { q.mutable_fields(); });
   expect("leave_out_overlaps", trial, [](Question& q) { q.set_leave_out_overlaps(true); });
   expect("leave_out_overlaps", step, [](Question& q) { q.set_leave_out_overlaps(true); });
+  for (const Kind::Kind kind : {trial, step})
+    expect("keep_distance", kind, [](Question& q) { q.set_keep_distance(0.5); });
+  for (const double s : {0.0, 1.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
+    expect("keep_distance", max_step, [s](Question& q) { q.set_keep_distance(s); });
+  expect("keep_distance", max_step, [](Question& q) {
+    q.set_keep_distance(0.5);
+    q.set_tier(v1::TIER_FAST);
+  });
   expect("max_contacts", trial,
          [](Question& q) { q.set_max_contacts(std::numeric_limits<std::uint64_t>::max()); });
   EXPECT_TRUE(exchange(*stream, frame_message(1, frame(1))).has_answer());

@@ -63,6 +63,13 @@ def test_how_far(client):
         assert session.max_step(AFTER, min_separation=1.5).fraction == 0
         away = session.max_step(BEFORE + [0, 0, 1], min_separation=1.5, leave_out_overlaps=True)
         assert away.overlaps_at_start > 0 and away.fraction == 1
+        # The vertex is 1 above the face and goes to 1 below it.
+        assert session.max_step(AFTER, keep_distance=0.5).fraction == pytest.approx(0.25, rel=1e-2)
+        assert session.max_step(AFTER, keep_distance=0.5).fraction <= 0.25
+        assert session.max_step(AFTER, keep_distance=0.5, min_separation=0.2).fraction == pytest.approx(0.2, rel=1e-2)
+        assert session.max_step(AFTER, keep_distance=0.9, tier="exact").fraction == pytest.approx(0.05, rel=1e-2)
+        assert session.submit_max_step(AFTER, keep_distance=0.5).result().fraction == pytest.approx(0.25, rel=1e-2)
+        assert session.max_step(BEFORE + [0, 0, 1], keep_distance=0.999).fraction == 1
         session.max_step(AFTER)
         taken = session.commit(0.9 * limit.fraction)
         assert taken.vf == taken.ee == 0 and taken.earliest_toi is None
@@ -81,6 +88,15 @@ def test_options_of_one_question_are_of_that_question(client):
         with pytest.raises(ResourceExhaustedError, match="contacts"):
             session.trial(AFTER, max_contacts=2)
         assert bits(session.step(AFTER, report="earliest")) == bits(plain)
+
+
+def test_the_daemon_refuses_to_keep_a_distance_in_the_fast_tier(client):
+    with client.session(BEFORE, FACES) as session:
+        with pytest.raises(InvalidArgumentError, match="keep_distance"):
+            session.max_step(AFTER, tier="fast", keep_distance=0.5)
+        with pytest.raises(FailedPreconditionError):
+            session.commit()
+        assert session.last_frame == 0 and len(session.trial(AFTER)) == 3
 
 
 def test_counted_and_partly_taken(client):

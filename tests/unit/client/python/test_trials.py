@@ -132,6 +132,12 @@ def test_a_fraction_is_a_number_up_to_1(session, fraction, message):
     ("max_step: it tells the first contact alone", lambda s, V: s.submit(V, kind="max_step", report="all")),
     ("max_step: it tells the first contact alone", lambda s, V: s.submit(V, kind="max_step", fields=[])),
     ("leave_out_overlaps: it is of max_step alone, and not of a trial", lambda s, V: s.submit(V, kind="trial", leave_out_overlaps=True)),
+    ("keep_distance: it is of max_step alone, and not of a step", lambda s, V: s.submit(V, keep_distance=0.5)),
+    ("keep_distance: 0.0 is not in", lambda s, V: s.max_step(V, keep_distance=0)),
+    ("keep_distance: 1.0 is not in", lambda s, V: s.max_step(V, keep_distance=1)),
+    ("keep_distance: nan is not in", lambda s, V: s.max_step(V, keep_distance=np.nan)),
+    ("keep_distance: 'half' is no number", lambda s, V: s.submit(V, kind="max_step", keep_distance="half")),
+    ("commit: it takes the last trial as it is", lambda s, V: s.submit(kind="commit", keep_distance=0.5)),
     ("commit: it takes the last trial as it is", lambda s, V: s.submit(V, kind="commit")),
     ("commit: it takes the last trial as it is", lambda s, V: s.submit(kind="commit", tier="fast")),
     ("frame 1: positions: shape", lambda s, V: s.trial(V[:2])),
@@ -161,13 +167,14 @@ def test_options_of_one_question_travel_with_it(fake, client):
         answer = session.step(draw(1), min_separation=0.25, fields=["weights"])
         assert answer.normal is None and answer.weights.shape == (0, 4)
         assert session.trial(draw(2), fields=[]).normal is None
-        session.max_step(draw(2), leave_out_overlaps=True)
+        session.max_step(draw(2), leave_out_overlaps=True, keep_distance=0.25)
         session.step(draw(2))
     first, second, third, fourth, fifth = (q.step.question for q in questions[1:])
     assert (first.kind, first.tier, first.tolerance, first.report, first.max_contacts) == (2, 3, 1e-3, 3, 5)
     assert not first.HasField("fields") and not first.HasField("min_separation")
     assert (second.kind, second.min_separation, second.fields.weights, second.fields.normal) == (1, 0.25, True, False)
     assert third.HasField("fields") and fourth.kind == 3 and fourth.leave_out_overlaps
+    assert fourth.keep_distance == 0.25 and not first.HasField("keep_distance")
     assert not questions[-1].step.HasField("question")  # what daemons took before there were questions
 
 

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/keep_distance.h"
+
+#include <algorithm>
+
+#include "engine/elementary/closest.h"
+#include "engine/elementary/distance_below.h"
+#include "engine/motion/longest_way.h"
+
+namespace warmfront {
+namespace {
+
+/// The share of the approach that a pair is granted within which its time is found.
+constexpr double kOfApproach = 0x1p-7;
+/// Finer than this no window is cut.
+constexpr double kFinest = 0x1p-50;
+
+// s / (1 - s), of which every rounding is covered where it is used.
+double per_way(double share) {
+  return share / (1 - share);
+}
+
+// Where both primitives move linearly, their vertices go farthest.
+double way_of_any(const VertexMotion* const* first, const VertexMotion* const* end) {
+  double way = 0;
+  for (; first != end; ++first) way = std::max(way, way_of(**first));
+  return way;
+}
+
+double widest_of(const FeatureVertices& features, const KeepDistance& keep) {
+  const auto* const first = features.vertex.data();
+  const auto* const second = first + (features.kind == ContactKind::kVertexFace ? 1 : 2);
+  return keep.widest(way_of_any(first, second), way_of_any(second, first + 4));
+}
+
+// The normal of the face, or of both edges, at t = 0, from the first primitive towards the second: where the
+// closest points lie within both, it is their direction, with less rounding than their difference has.
+Vec3 normal_at_start(const Query& query) {
+  const Vec3 p1 = query.from0[0].t0;
+  const Vec3 p2 = query.from0[1].t0;
+  const Vec3 p3 = query.from0[2].t0;
+  const Vec3 n = query.kind == ContactKind::kVertexFace ? cross(p2 - p1, p3 - p1) : cross(p1, p3 - p2);
+  return dot(n, query.gaps[0].t0) < 0 ? -1 * n : n;
+}
+
+bool apart_at_start(const Query& query, const Vec3& closest) {
+  const auto separates = [&](const Vec3& direction) {
+    const SeparatedTimes separated = separated_times(query, normalised(direction));
+    return separated.any && separated.times.begin <= 0;
+  };
+  return separates(closest) || separates(normal_at_start(query)) ||
+         distance_below(query, 0.0) > query.separation * (1 + 0x1p-40) + 0x1p-40;
+}
+
+}  // namespace
+
+double KeepDistance::widest(double far_a, double far_b) const {
+  const double way = far_a + far_b;
+  if (way == 0) return beyond;
+  return (beyond + per_way(share) * way) * (1 + 0x1p-48) + 0x1p-1070;  // and for what underflows
+}
+
+Verdict keep_distance_test(const FeatureVertices& features, const KeepDistance& keep,
+                           CertifiedOptions options) {
+  Query query = Query::prepare(features, widest_of(features, keep));
+  if (query.size == 0) return {true, ContactStatus::kOverlapAtStart, 0};
+  const double beyond = query.scaled(keep.beyond);
+  // What the two do together is little: each difference of two coordinates is rounded by its own size.
+  const double together = beyond + per_way(keep.share) * (query.relative_motion + 0x1p-50);
+  query.separation = std::min(query.separation, together * (1 + 0x1p-48));
+  Window window;
+  if (!trim_by_kdop(query, window)) return {};
+  if (query.separation == 0) return certified_search(query, options, window);  // nothing moves
+  const Vec3 closest = closest_direction(query, 0);
+  const double distance = distance_above(closest);
+  const double own = (keep.share * distance + (1 - keep.share) * beyond) * (1 + 0x1p-48);
+  query.separation = std::min(query.separation, std::max(own, beyond) + 0x1p-1022);
+  if (!trim_by_kdop(query, window)) return {};
+  const double approach = (1 - keep.share) * std::max(0.0, distance - beyond);
+  options.tolerance = std::min(options.tolerance, std::max(kFinest, kOfApproach * approach / query.size));
+  if (window.begin == 0 && !apart_at_start(query, closest)) return {true, ContactStatus::kOverlapAtStart, 0};
+  return certified_search(query, options, window);
+}
+
+}  // namespace warmfront

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/motion/longest_way.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "engine/parallel/stoppable_loops.h"
+
+namespace warmfront {
+namespace {
+
+/// Vertices that are worth a task of their own.
+constexpr std::size_t kGrain = 4096;
+
+}  // namespace
+
+double way_of(const VertexMotion& vertex) {
+  const double x = vertex.t1[0] - vertex.t0[0];
+  const double y = vertex.t1[1] - vertex.t0[1];
+  const double z = vertex.t1[2] - vertex.t0[2];
+  const double square = x * x + y * y + z * z;
+  const bool within = square > 0x1p-900 && square < 0x1p900;  // squares serve well within double's range
+  return (within ? std::sqrt(square) : std::hypot(x, y, z)) * (1 + 0x1p-50);
+}
+
+double longest_way(const SceneMotion& motion, StopSignal stop) {
+  std::atomic<double> longest{0};
+  const auto take = [&](double way) {
+    double before = longest.load(std::memory_order_relaxed);
+    while (way > before && !longest.compare_exchange_weak(before, way, std::memory_order_relaxed)) {
+    }
+  };
+  PacedStop paced(stop);
+  for (std::uint32_t p = 0; p < motion.part_count(); ++p) {
+    paced.check();
+    if ((motion.state(p) & kMoving) == 0) continue;
+    const auto of_some = [&](std::size_t first, std::size_t end) {
+      double way = 0;
+      for (std::size_t i = first; i < end; ++i)
+        way = std::max(way, way_of(motion.vertex(p, static_cast<std::uint32_t>(i))));
+      take(way);
+    };
+    if (!motion.unplaced(p) && motion.range(p).listed) {
+      for (const std::uint32_t v : motion.range(p).changed) take(way_of(motion.vertices().vertices()[v]));
+    } else if (motion.vertex_count(p) <= kGrain) {
+      of_some(0, motion.vertex_count(p));
+    } else {
+      for_pieces(0, motion.vertex_count(p), kGrain, stop, of_some);
+    }
+  }
+  return longest.load(std::memory_order_relaxed);
+}
+
+}  // namespace warmfront

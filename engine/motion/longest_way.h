@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far the vertices of a motion that was begun travel. Used by one thread at a time.
+#pragma once
+
+#include "engine/motion/scene_motion.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// How far a vertex travels, rounded up.
+double way_of(const VertexMotion& vertex);
+
+/// The greatest way_of() of any vertex, whether its part is placed or not: 0 where nothing moves. Parallel;
+/// call it inside Workers::run(). Throws Stopped when told to stop.
+double longest_way(const SceneMotion& motion, StopSignal stop);
+
+}  // namespace warmfront

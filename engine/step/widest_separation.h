@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// The separation that all culls go by where each pair has its own: see elementary/keep_distance.h. Called by
+// one thread, inside Workers::run().
+#pragma once
+
+#include "engine/state/core.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// At least the separation of every pair in the motion that was begun, by core.keep. Rounded up, so that it,
+/// and what depends on it, often stays the same from question to question. Throws Stopped when told to stop.
+double widest_separation(const Core& core, StopSignal stop);
+
+}  // namespace warmfront
