@@ -37,6 +37,7 @@ struct Arguments {
   std::string tier, report;  // empty: the recording's, or the default
   std::string bodies = "declared";
   std::string send = "all";
+  std::vector<std::string> mix;
   bool check = false;
   std::vector<std::string> limits;
   std::string knee;
@@ -98,6 +99,12 @@ Result<Series> read(Arguments& a) {
     return invalid_argument("--check needs --send all or moved: fitted poses change positions slightly");
   if (a.poisson && a.rate.empty() && a.knee.empty())
     return invalid_argument("--poisson needs --rate: without it a session sends after each answer");
+
+  const Result<Mix> mix = parse_mix(a.mix);
+  if (!mix) return invalid_argument("--mix " + mix.error().message);
+  a.plan.mix = mix.value();
+  if (!a.mix.empty() && !a.plan.record_dir.empty())
+    return invalid_argument("--record writes what was stepped: leave out --mix");
 
   Series series;
   for (const std::string& text : a.limits) {
@@ -256,6 +263,12 @@ Verb add_load(CLI::App& app) {
                  "latency counts from when a frame is due. Without it a session sends after each answer");
   app.add_flag("--poisson", a.poisson, "Open loop with random gaps instead of equal ones");
   app.add_option("--seed", a.plan.seed, "Seed of the random gaps")->capture_default_str();
+  take_list(
+      app.add_option("--mix", a.mix,
+                     "What each session asks in turn, and how often: step, trial, commit, max_step, like "
+                     "trial=3,commit=1. Trials and max_steps are of the motion to the next frame, which a "
+                     "commit takes whole. Without it: steps"))
+      ->type_name("NAME=COUNT");
   const auto time = [&](const char* name, double& seconds, const char* help, bool positive) {
     CLI::Option* option = app.add_option(name, seconds, help);
     option->transform(CLI::AsNumberWithUnit(

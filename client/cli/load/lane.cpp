@@ -80,6 +80,7 @@ bool Lane::open() {
   session_.emplace(std::move(session).value());
   resumes_ = 0;
   model_.reset();
+  next_for_ = asked_ = 0;
   frame_ = 0;
   if (!start_recording()) return false;
   if (plan_.send != SendMode::kAll) model_.emplace(playback_.scene(), plan_.send, playback_.at(tick_));
@@ -107,51 +108,77 @@ void Lane::prepare() {
 }
 
 bool Lane::step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop) {
-  const Positions end = playback_.at(tick_ + 1);
-  const Frame frame = model_ ? model_->next(end) : Frame(end);
+  const Asked asked = kind == Kind::kCold ? Asked::kStep : plan_.mix.at(asked_);
+  // One frame for all questions of a motion: what moved is told from where the session is.
+  if (std::exchange(next_for_, tick_ + 1) != tick_ + 1) {
+    const Positions end = playback_.at(tick_ + 1);
+    next_ = model_ ? model_->next(end) : Frame(end);
+  }
   if (due && !wait_until(*due, stop)) return false;
-  if (recorder_) recorder_->frame(frame_ + 1, frame);
+  if (recorder_) recorder_->frame(frame_ + 1, next_);
   FrameTimes times;
   times.sent = now();
   times.due = due.value_or(times.sent);
   times.own_late_ms = 1e3 * (times.sent - std::max(due.value_or(0), free_));
-  const Result<Answer> answer = session_->step(frame);
+  const Result<Answer> answer = ask(asked);
   times.answered = free_ = now();
   tally_.reconnects += session_->resumes() - std::exchange(resumes_, session_->resumes());
   if (!answer) {
     failure_ = answer.error();
     lost(answer.error());
     if (recorder_) recorder_->refusal(frame_ + 1, answer.error());
+    asked_ = 0;  // a cycle does not begin with a commit, for which there may be no trial now
     // Only the daemon knows the effect of a partial frame: only whole frames can be sent again.
     if (!may_go_on(answer.error()) || model_) session_.reset();
     return false;
   }
+  take(answer.value(), times, kind, asked);
+  if (kind != Kind::kCold) ++asked_;
+  if (!moves(asked)) return true;
   ++tick_;
   frame_ = answer.value().frame;
-  take(answer.value(), times, kind);
   return true;
 }
 
-void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind) {
+Result<Answer> Lane::ask(Asked asked) {
+  if (asked == Asked::kStep) return session_->step(next_);
+  const QuestionKind kind = asked == Asked::kTrial ? QuestionKind::kTrial : QuestionKind::kMaxStep;
+  const Result<std::uint64_t> sent =
+      asked == Asked::kCommit ? session_->submit_commit() : session_->submit(next_, {.kind = kind});
+  if (!sent) return sent.error();
+  return session_->next_answer();
+}
+
+void Lane::check(const Answer& answer, Asked asked) {
+  const AnswerDigest& expected = expected_->at(tick_ + 1);
+  const bool whole = asked == Asked::kStep || asked == Asked::kTrial;
+  // Candidates begin earlier than anything touches.
+  if (!whole && plan_.options.report == Report::kCandidates) return;
+  ++tally_.checked;
+  AnswerDigest digest = expected;
+  if (whole)
+    digest = digest_of(answer);
+  else
+    digest.earliest_toi = answer.commit ? answer.commit->earliest_toi : answer.earliest_toi;
+  if (digest == expected || ++tally_.different > 1) return;
+  tally_.first_difference = "session " + session_->id() + ", " +
+                            kAskedNames[static_cast<std::size_t>(asked)] + " of frame " +
+                            std::to_string(answer.frame) + ": the daemon answered " + describe(digest) +
+                            "; the engine in this process " + describe(expected);
+}
+
+void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind, Asked asked) {
   const std::uint64_t contacts = answer.vf + answer.ee;
   const FrontState front = answer.statistics.front_state;
   ++tally_.all_frames;
   tally_.all_contacts += contacts;
   if (kind == Kind::kCold) tally_.cold.record(1e3 * (times.answered - times.sent));
-  if (kind == Kind::kMeasured) tally_.measured(times, answer);
+  if (kind == Kind::kMeasured) tally_.measured(times, answer, asked);
   if (front == FrontState::kRebuilt || (front == FrontState::kBuilt && kind != Kind::kCold))
     ++tally_.rebuilds;
   if (front == FrontState::kCapped) ++tally_.capped;
-  std::optional<AnswerDigest> digest;
-  if (expected_ != nullptr || recorder_) digest = digest_of(answer);
-  if (recorder_) recorder_->answer(answer.frame, *digest);
-  if (expected_ != nullptr) {
-    ++tally_.checked;
-    if (*digest != expected_->at(tick_) && ++tally_.different == 1)
-      tally_.first_difference = "session " + session_->id() + ", frame " + std::to_string(answer.frame) +
-                                ": the daemon answered " + describe(*digest) +
-                                "; the engine in this process " + describe(expected_->at(tick_));
-  }
+  if (recorder_) recorder_->answer(answer.frame, digest_of(answer));
+  if (expected_ != nullptr) check(answer, asked);
   const std::lock_guard lock(mutex_);
   interval_.latency.record(1e3 * (times.answered - times.due));
   interval_.contacts += contacts;

@@ -54,9 +54,13 @@ class Lane {
   bool open();
   bool start_recording();
   void lost(const Error& error);
-  /// Builds the next frame, waits until it is due, and takes its answer. In a closed loop it is due at once.
+  /// Builds the next frame, waits until what the mix asks of it is due, and takes the answer. In a closed
+  /// loop it is due at once.
   bool step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop);
-  void take(const Answer& answer, const FrameTimes& times, Kind kind);
+  Result<Answer> ask(Asked asked);
+  void take(const Answer& answer, const FrameTimes& times, Kind kind, Asked asked);
+  /// Compares with what is expected of the motion to `tick_ + 1`.
+  void check(const Answer& answer, Asked asked);
 
   // Constant after construction.
   const Plan& plan_;
@@ -64,12 +68,15 @@ class Lane {
   const ExpectedAnswers* const expected_;
   const std::uint32_t index_;
 
-  std::uint64_t tick_;  // last answered
+  std::uint64_t tick_;  // where the session is
   Clock::time_point start_ = Clock::now();
   std::optional<Client> client_;
   std::optional<Session> session_;
   std::optional<FrameModel> model_;
-  std::uint64_t resumes_ = 0;  // of session_, already counted
+  Frame next_;                  // to tick_ + 1, ...
+  std::uint64_t next_for_ = 0;  // ... if this is that; 0: it was not built
+  std::size_t asked_ = 0;       // questions since the session was created, or since one failed
+  std::uint64_t resumes_ = 0;   // of session_, already counted
   std::optional<Recorder> recorder_;
   std::uint64_t frame_ = 0;  // of session_, last answered
   double free_ = 0;          // time since which no frame is unanswered

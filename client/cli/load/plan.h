@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/cli/frame_model.h"
+#include "client/cli/load/mix.h"
 #include "client/cli/load/schedule.h"
 #include "client/lib/client.h"
 #include "engine/options.h"
@@ -20,9 +21,10 @@ struct Plan {
   ClientSecurity security;
   ColliderOptions options;
   SendMode send = SendMode::kAll;
+  Mix mix;  ///< what each session asks in turn
   std::uint32_t sessions = 1;
   Arrival arrival = Arrival::kClosed;
-  double rate = 0;         ///< open loop: frames a second over all sessions
+  double rate = 0;         ///< open loop: frames (of a mix: questions) a second over all sessions
   std::uint64_t seed = 1;  ///< of Poisson gaps
   std::string record_dir;  ///< folder for recordings of all sessions; empty: none
   // Seconds, consecutive, from the time when every session is created and has its first answer.

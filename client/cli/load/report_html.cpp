@@ -81,6 +81,9 @@ std::string split_table(const Measured& m) {
   };
   for (std::size_t p = 0; p < kParts; ++p) add(kPartNames[p], m.tally.parts[p]);
   add("whole", m.tally.latency);
+  for (std::size_t k = 0; k < kAskedKinds; ++k)
+    if (!m.plan.mix.text.empty() && m.tally.latency_of[k].count() > 0)
+      add(kAskedNames[k], m.tally.latency_of[k]);
   add("cold first frame", m.tally.cold);
   add("upload and build of a session", m.tally.create);
   return table + "</table>\n";

@@ -45,7 +45,8 @@ Json plan_of(const Plan& plan) {
           {"seed", plan.arrival == Arrival::kPoisson ? Json(plan.seed) : Json(nullptr)},
           {"ramp_seconds", plan.ramp},
           {"warmup_seconds", plan.warmup},
-          {"duration_seconds", plan.duration}};
+          {"duration_seconds", plan.duration},
+          {"mix", plan.mix.text.empty() ? Json(nullptr) : Json(plan.mix.text)}};
 }
 
 Json to_json(const Point& point) {
@@ -62,6 +63,11 @@ Json to_json(const Point& point) {
   ms["own_lateness"] = to_json(m.tally.own_late);
   ms["cold_first_frame"] = to_json(m.tally.cold);
   ms["create_session"] = to_json(m.tally.create);
+  if (!m.plan.mix.text.empty()) {
+    ms["questions"] = Json::object();
+    for (std::size_t k = 0; k < kAskedKinds; ++k)
+      if (m.tally.latency_of[k].count() > 0) ms["questions"][kAskedNames[k]] = to_json(m.tally.latency_of[k]);
+  }
   for (std::size_t p = 0; p < kParts; ++p) ms["parts"][kPartNames[p]] = to_json(m.tally.parts[p]);
   json["client_cpu_cores"] = m.client_cpu_cores;
   json["client_limit"] = m.client_limit().empty() ? Json(nullptr) : Json(m.client_limit());
@@ -125,6 +131,8 @@ std::string format_csv(const Report& report) {
     };
     add("latency", m.tally.latency);
     add("cold_first_frame", m.tally.cold);
+    for (std::size_t k = 0; k < kAskedKinds && !m.plan.mix.text.empty(); ++k)
+      add(kAskedNames[k], m.tally.latency_of[k]);
     for (std::size_t p = 0; p < kParts; ++p)
       row[std::string(kPartNames[p]) + "_mean_ms"] = m.tally.parts[p].mean_ms();
     row["client_cpu_cores"] = m.client_cpu_cores;

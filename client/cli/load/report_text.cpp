@@ -61,6 +61,18 @@ std::string split_table(const Measured& m) {
   return format_markdown_table(rows, 1);
 }
 
+std::string questions_table(const Measured& m) {
+  std::vector<Cells> rows{{"question", "answers", "mean ms", "p50", "p90", "p99", "p99.9", "max"}};
+  for (std::size_t k = 0; k < kAskedKinds; ++k) {
+    const Histogram& h = m.tally.latency_of[k];
+    if (h.count() == 0) continue;
+    Cells cells{kAskedNames[k], std::to_string(h.count()), print("%.3f", h.mean_ms())};
+    append(cells, quantiles(h));
+    rows.push_back(std::move(cells));
+  }
+  return format_markdown_table(rows, 1);
+}
+
 std::string remarks(const Report& report, const Point& point) {
   const Measured& m = point.measured;
   std::string text;
@@ -99,11 +111,14 @@ std::string format_text(const Report& report) {
   text +=
       print("%g s measured after %g s of ramp and %g s of warm-up; latency counts from when a frame %s\n\n",
             plan.duration, plan.ramp, plan.warmup, plan.arrival == Arrival::kClosed ? "is sent" : "is due");
+  if (!plan.mix.text.empty())
+    text += "each session asks " + plan.mix.text + " in turn; a question counts as a frame\n\n";
   text += points_table(report);
   for (const Point& point : report.points) {
     if (report.points.size() > 1)
       text +=
           print("\n%s, %u sessions:\n", model_of(point.measured.plan).c_str(), point.measured.plan.sessions);
+    if (!point.measured.plan.mix.text.empty()) text += "\n" + questions_table(point.measured);
     text += "\n" + split_table(point.measured);
     if (const std::string more = remarks(report, point); !more.empty()) text += "\n" + more;
   }

@@ -40,7 +40,7 @@ const char* canonical_name(ErrorCode code) {
   return "UNKNOWN";
 }
 
-void Tally::measured(const FrameTimes& times, const Answer& answer) {
+void Tally::measured(const FrameTimes& times, const Answer& answer, Asked asked) {
   constexpr double kMilliseconds = 1e3;
   const double round_trip_ms = kMilliseconds * (times.answered - times.sent);
   const Travel& travel = answer.travel;
@@ -60,6 +60,7 @@ void Tally::measured(const FrameTimes& times, const Answer& answer) {
       std::max(0.0, round_trip_ms - travel.encode_ms - travel.decode_ms - travel.queue_ms - ms.total);
   for (std::size_t p = 0; p < kParts; ++p) parts[p].record(part[p]);
   latency.record(kMilliseconds * (times.answered - times.due));
+  latency_of[static_cast<std::size_t>(asked)].record(kMilliseconds * (times.answered - times.due));
   round_trip.record(round_trip_ms);
   own_late.record(times.own_late_ms);
   ++frames;
@@ -80,6 +81,7 @@ std::uint64_t Tally::error_count() const {
 
 void Tally::merge(const Tally& other) {
   latency.merge(other.latency);
+  for (std::size_t k = 0; k < kAskedKinds; ++k) latency_of[k].merge(other.latency_of[k]);
   round_trip.merge(other.round_trip);
   own_late.merge(other.own_late);
   for (std::size_t p = 0; p < kParts; ++p) parts[p].merge(other.parts[p]);

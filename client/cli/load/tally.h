@@ -8,6 +8,7 @@
 #include <string>
 
 #include "client/cli/load/histogram.h"
+#include "client/cli/load/mix.h"
 #include "client/lib/answer.h"
 
 namespace warmfront::client::load {
@@ -38,10 +39,11 @@ struct FrameTimes {
 };
 
 struct Tally {
-  /// Frames that were due in the measured period.
-  Histogram latency;     ///< from due to answered
-  Histogram round_trip;  ///< from sent to answered
-  Histogram own_late;    ///< due and free to be sent, but not sent
+  /// Frames that were due in the measured period; of a mix, questions, each of which counts as a frame.
+  Histogram latency;                              ///< from due to answered
+  std::array<Histogram, kAskedKinds> latency_of;  ///< the same by what was asked
+  Histogram round_trip;                           ///< from sent to answered
+  Histogram own_late;                             ///< due and free to be sent, but not sent
   std::array<Histogram, kParts> parts;
   std::uint64_t frames = 0;
   std::uint64_t contacts = 0;
@@ -67,7 +69,7 @@ struct Tally {
   std::string first_difference;
 
   /// A frame that counts as measured.
-  void measured(const FrameTimes& times, const Answer& answer);
+  void measured(const FrameTimes& times, const Answer& answer, Asked asked = Asked::kStep);
   void error(const Error& error);
   std::uint64_t error_count() const;
   void merge(const Tally& other);

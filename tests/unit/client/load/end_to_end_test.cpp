@@ -110,6 +110,37 @@ TEST_F(LoadEndToEnd, AnOpenLoopSendsAtItsRate) {
   EXPECT_EQ(point["arrival"], "constant");
 }
 
+TEST_F(LoadEndToEnd, AMixAsksWhatItSaysAndGetsTheEnginesAnswers) {
+  for (const char* send : {"all", "moved"}) {
+    SCOPED_TRACE(send);
+    const Outcome outcome = load(
+        std::string("--sessions 2 --duration 1s --warmup 0s --mix max_step=1,trial=2,commit=1,step=1 --check "
+                    "--limit errors=0 --json - --send ") +
+            send,
+        "2>/dev/null");
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
+    const Json point = Json::parse(outcome.out)["points"][0];
+    EXPECT_EQ(point["mix"], "max_step=1,trial=2,commit=1,step=1");
+    EXPECT_EQ(point["counts"]["checked"], point["counts"]["all_frames"]);
+    EXPECT_EQ(point["counts"]["different"], 0);
+    const Json& questions = point["ms"]["questions"];
+    const auto count = [&](const char* name) { return questions[name]["count"].get<int>(); };
+    EXPECT_GT(count("commit"), 2);
+    EXPECT_NEAR(count("trial"), 2 * count("commit"), 4) << "each session is within a cycle at the end";
+    EXPECT_NEAR(count("max_step"), count("commit"), 2);
+    EXPECT_NEAR(count("step"), count("commit"), 2);
+    EXPECT_EQ(count("step") + count("trial") + count("commit") + count("max_step"),
+              point["counts"]["frames"].get<int>());
+    for (const char* name : {"step", "trial", "commit", "max_step"})
+      EXPECT_GE(questions[name]["p99"], questions[name]["p50"]);
+  }
+  const Outcome text = load("--duration 200ms --warmup 0s --mix trial=1,commit=1 --csv " + file("mix.csv"));
+  EXPECT_EQ(text.code, kExitOk);
+  EXPECT_THAT(text.out, HasSubstr("each session asks trial=1,commit=1 in turn"));
+  EXPECT_THAT(text.out, HasSubstr("| commit"));
+  EXPECT_THAT(text_of(file("mix.csv")), HasSubstr("trial_p99_ms"));
+}
+
 TEST_F(LoadEndToEnd, ExitsWith1WhereALimitIsMissed) {
   const Outcome outcome = load("--duration 200ms --warmup 0s --limit max=1us --limit errors=0");
   EXPECT_EQ(outcome.code, kExitNo);
@@ -138,9 +169,11 @@ TEST_F(LoadEndToEnd, CountsErrorsByTheirCode) {
 }
 
 TEST_F(LoadEndToEnd, MisuseIsSaidInOneLine) {
-  for (const char* wrong : {"--sessions 0", "--sessions 1.5", "--sessions 5000", "--sessions 2:1:x2",
-                            "--rate -1", "--duration 5", "--duration 0s", "--limit p42=1ms", "--limit p99=20",
-                            "--poisson", "--knee p99=1ms --rate 1:4:x2", "--check --send poses"}) {
+  for (const char* wrong :
+       {"--sessions 0", "--sessions 1.5", "--sessions 5000", "--sessions 2:1:x2", "--rate -1", "--duration 5",
+        "--duration 0s", "--limit p42=1ms", "--limit p99=20", "--poisson", "--mix trial=0", "--mix look=1",
+        "--mix commit=1", "--mix trial=1,trial=2", "--mix trial=1 --record .", "--knee p99=1ms --rate 1:4:x2",
+        "--check --send poses"}) {
     const Outcome outcome = load(wrong);
     EXPECT_EQ(outcome.code, kExitUsage) << wrong << "\n" << outcome.out;
     EXPECT_EQ(std::ranges::count(outcome.out, '\n'), 1) << outcome.out;
