@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "engine/step/all_deformable.h"
@@ -13,6 +14,9 @@
 
 namespace warmfront {
 namespace {
+
+constexpr std::string_view kNoTrial =
+    "no trial was answered since the last step, commit or change of the scene; ask for a trial first";
 
 Error was_cancelled() {
   return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
@@ -32,23 +36,42 @@ struct Collider::Impl {
     std::uint64_t possible = 0;
     std::optional<double> earliest_toi;
   };
-  Trial last_trial = {};
+  std::optional<Trial> last_trial = std::nullopt;
+
+  // The last answer to a question about a state, while it holds.
+  struct Known {
+    ColliderOptions asked;
+    StepResult answer;
+  };
+  std::optional<Known> known_state = std::nullopt;
 
   Result<StepResult> trial(const Frame& frame, const Question& question, StopSignal stop,
                            const AcceptStep& accept);
+  Result<StepResult> ask_of_state(const ColliderOptions& options, StopSignal stop, const AcceptStep& accept);
 
   // A question that fails forgets the trial before it.
   struct Asking {
-    explicit Asking(WarmScene& the_warm) : warm(the_warm) {}
+    explicit Asking(Impl& the_impl) : impl(the_impl) {}
     ~Asking() {
-      if (!answered) warm.drop_trial();
+      if (!answered) impl.drop_trial();
     }
     Asking(const Asking&) = delete;
     Asking& operator=(const Asking&) = delete;
 
-    WarmScene& warm;
+    Impl& impl;
     bool answered = false;
   };
+
+  void drop_trial() noexcept {
+    warm.drop_trial();
+    last_trial.reset();
+    if (known_state && known_state->asked.instant == Instant::kEnd) known_state.reset();
+  }
+  // Everything may be elsewhere from now on, or of another shape.
+  void forget_answers() noexcept {
+    drop_trial();
+    known_state.reset();
+  }
 
   // The core has moved or become another one.
   void restart_comparison() {
@@ -80,7 +103,7 @@ Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Posi
 Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* cancelled,
                                   const AcceptStep& accept, const QuestionOptions& options) try {
   Core& core = impl_->warm.core;
-  Impl::Asking asking(impl_->warm);
+  Impl::Asking asking(*impl_);
   const StopSignal stop(cancelled);
   if (Status status = validate(QuestionKind::kStep, options); !status) return status.error();
   if (Status status = core.motion.check(*core.scene, frame, stop); !status) return status.error();
@@ -88,6 +111,10 @@ Result<StepResult> Collider::step(const Frame& frame, const std::atomic<bool>* c
   Result<StepResult> result =
       impl_->warm.ask(frame, Kind::kStep, merged(core.options, options), stop, accept);
   asking.answered = result.ok();
+  if (result) {
+    impl_->last_trial.reset();
+    impl_->known_state.reset();
+  }
   if (result && impl_->all_deformable != nullptr)
     result.value().all_deformable = impl_->all_deformable->follow(core, stop);
   return result;
@@ -99,15 +126,42 @@ Result<StepResult> Collider::Impl::trial(const Frame& frame, const Question& que
                                          const AcceptStep& accept) {
   const Core& core = warm.core;
   const ColliderOptions options = merged(core.options, question);
-  Asking asking(warm);
+  Asking asking(*this);
   if (Status status = validate(question.kind, question.options); !status) return status.error();
   if (Status status = warm.core.motion.check(*core.scene, frame, stop); !status) return status.error();
   Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
   asking.answered = result.ok();
-  if (result)
-    last_trial = {options.report, result.value().vf, result.value().ee, result.value().possible,
-                  result.value().earliest_toi};
+  if (!result) return result;
+  last_trial = {options.report, result.value().vf, result.value().ee, result.value().possible,
+                result.value().earliest_toi};
+  if (known_state && known_state->asked.instant == Instant::kEnd) known_state.reset();
   return result;
+}
+
+Result<StepResult> Collider::Impl::ask_of_state(const ColliderOptions& options, StopSignal stop,
+                                                const AcceptStep& accept) {
+  if (Status status = validate(options); !status) return status.error();
+  if (options.instant == Instant::kEnd && !last_trial)
+    return Error{ErrorCode::kFailedPrecondition, "where: " + std::string(kNoTrial)};
+  if (known_state && known_state->asked == options) {
+    StepResult known = known_state->answer;
+    known.statistics = {};
+    known.statistics.bounds = warm.pipeline->bounds();
+    known.statistics.counts.contacts_kept = known.vf + known.ee + known.ef;
+    if (accept)
+      if (const Status accepted = accept(known); !accepted) return accepted.error();
+    return known;
+  }
+  known_state.reset();
+  Result<StepResult> result =
+      warm.ask(Frame(), last_trial ? Kind::kAgain : Kind::kTrial, options, stop, accept);
+  if (result) known_state = {options, result.value()};
+  return result;
+}
+
+Result<StepResult> Collider::proximity(double distance, Where where, const QuestionOptions& options,
+                                       const std::atomic<bool>* cancelled, const AcceptStep& accept) {
+  return ask(Frame(), Question::proximity(distance, where, options), cancelled, accept);
 }
 
 Result<StepResult> Collider::trial(const Frame& frame, const QuestionOptions& options,
@@ -139,47 +193,57 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
 Result<StepResult> Collider::ask(const Frame& frame, const Question& question,
                                  const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
   if (question.kind == QuestionKind::kStep) return step(frame, cancelled, accept, question.options);
-  return impl_->trial(frame, question, StopSignal(cancelled), accept);
+  if (!question.of_state()) return impl_->trial(frame, question, StopSignal(cancelled), accept);
+  if (Status valid = validate(question.kind, question.options); !valid) return valid.error();
+  if (!frame.empty())
+    return invalid_argument(
+        "positions: a question about a state moves nothing; leave the frame empty, or make it a trial and "
+        "ask with where at the trial's end");
+  return impl_->ask_of_state(merged(impl_->warm.core.options, question), StopSignal(cancelled), accept);
 } catch (const Stopped&) {
   return was_cancelled();
+}
+
+Result<StepResult> Collider::intersections(Where where, const QuestionOptions& options,
+                                           const std::atomic<bool>* cancelled, const AcceptStep& accept) {
+  return ask(Frame(), Question::intersections(where, options), cancelled, accept);
 }
 
 Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
   Core& core = impl_->warm.core;
   if (!(fraction >= 0 && fraction <= 1))
     return invalid_argument("fraction: " + std::to_string(fraction) + " is not in [0, 1]");
-  if (!core.motion.trial())
-    return Error{
-        ErrorCode::kFailedPrecondition,
-        "commit: no trial was answered since the last step, commit or change of the scene; ask for a "
-        "trial first"};
-  const Impl::Trial& trial = impl_->last_trial;
+  if (!impl_->last_trial) return Error{ErrorCode::kFailedPrecondition, "commit: " + std::string(kNoTrial)};
+  const Impl::Trial& trial = *impl_->last_trial;
   CommitResult result;
   result.fraction = fraction;
   if (trial.earliest_toi && *trial.earliest_toi <= fraction) result.earliest_toi = trial.earliest_toi;
   if (trial.report != Report::kCount) {
     const auto within = [&](ContactKind kind) {
       return static_cast<std::uint64_t>(std::ranges::count_if(
-          core.contacts, [&](const Contact& c) { return c.kind == kind && c.toi <= fraction; }));
+          core.met.contacts, [&](const Contact& c) { return c.kind == kind && c.toi <= fraction; }));
     };
     result.vf = within(ContactKind::kVertexFace);
     result.ee = within(ContactKind::kEdgeEdge);
-    result.possible = static_cast<std::uint64_t>(std::ranges::count_if(core.contacts, [&](const Contact& c) {
-      return c.toi <= fraction &&
-             (c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget);
-    }));
+    result.possible =
+        static_cast<std::uint64_t>(std::ranges::count_if(core.met.contacts, [&](const Contact& c) {
+          return c.toi <= fraction &&
+                 (c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget);
+        }));
   } else if (fraction == 1 || !result.earliest_toi) {
     result.vf = fraction == 1 ? trial.vf : 0;
     result.ee = fraction == 1 ? trial.ee : 0;
     result.possible = fraction == 1 ? trial.possible : 0;
   }
   impl_->warm.pipeline->commit(core, fraction, rounding);
+  impl_->last_trial.reset();
+  impl_->known_state.reset();
   impl_->restart_comparison();
   return result;
 }
 
 Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>* cancelled) try {
-  impl_->warm.drop_trial();
+  impl_->forget_answers();
   Core& core = impl_->warm.core;
   Frame frame;
   frame.poses = poses;
@@ -195,7 +259,7 @@ Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>*
 
 Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions& positions,
                                          const std::atomic<bool>* cancelled) try {
-  impl_->warm.drop_trial();
+  impl_->forget_answers();
   std::vector<SceneChange> changes;
   changes.emplace_back(AddBody{std::move(addition), to_doubles(positions, StopSignal(cancelled))});
   if (Status status = change(std::move(changes), cancelled); !status) return status.error();
@@ -205,7 +269,7 @@ Result<std::uint32_t> Collider::add_body(BodyAddition addition, const Positions&
 }
 
 Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled) {
-  impl_->warm.drop_trial();
+  impl_->forget_answers();
   std::vector<SceneChange> changes;
   changes.emplace_back(ChangeBody{index, std::move(body)});
   return change(std::move(changes), cancelled);
@@ -213,7 +277,7 @@ Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<b
 
 Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
                         std::size_t* failed) try {
-  impl_->warm.drop_trial();
+  impl_->forget_answers();
   std::size_t at = 0;
   Status status = change_scene(impl_->warm, changes, StopSignal(cancelled), at);
   if (!status) {

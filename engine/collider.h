@@ -59,7 +59,26 @@ class Collider {
   /// QuestionOptions::keep_distance, before which no pair comes nearer than that share of its own distance.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
-  /// step(), trial() or max_step(), whichever the question is, which all answer as trial() does here.
+  /// All vertex-face and edge-edge pairs without a common vertex that are within `distance` (scene units,
+  /// finite, >= 0) of each other where everything is, or at the end of the last trial: rows as step()'s, with
+  /// toi 0 or 1, of Report::kAll or kCount. Tier exact decides the distance exactly; certified (which tier
+  /// fast is here) misses none and may hold pairs up to 2^-19 of the pair's size beyond it. A second question
+  /// for the same pairs costs nothing while nothing moves. Leaves all positions and the last trial as
+  /// they are, whether or not it succeeds. kFailedPrecondition for a trial's end without a trial; else fails
+  /// as trial() does.
+  Result<StepResult> proximity(double distance, Where where = Where::kBase,
+                               const QuestionOptions& options = {},
+                               const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
+  /// All edges and faces without a common vertex that meet where everything is, or at the end of the last
+  /// trial, by exact arithmetic on the given doubles, coplanar and degenerate ones included: rows of kind
+  /// edge-face, sorted by (edge, face), StepResult::ef their number. Report::kAll, kCount, or kAny (stop at
+  /// the first). Neighbours that fold onto each other along a common edge have no such pair. Changes nothing
+  /// and fails as proximity().
+  Result<StepResult> intersections(Where where = Where::kBase, const QuestionOptions& options = {},
+                                   const std::atomic<bool>* cancelled = nullptr,
+                                   const AcceptStep& accept = {});
+  /// step(), trial(), max_step(), proximity() or intersections(), whichever the question is, which all answer
+  /// as trial() does here. kInvalidArgument for a frame that is not empty where the question has no motion.
   Result<StepResult> ask(const Frame& frame, const Question& question,
                          const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at

@@ -7,40 +7,60 @@
 
 namespace warmfront {
 
-/// Vertex-face: `a` is a vertex, `b` a face. Edge-edge: `a` < `b` are edges.
-enum class ContactKind : std::uint8_t { kVertexFace = 0, kEdgeEdge = 1 };
+/// Vertex-face: `a` is a vertex, `b` a face. Edge-edge: `a` < `b` are edges. Edge-face (intersections alone):
+/// `a` is an edge, `b` a face.
+enum class ContactKind : std::uint8_t { kVertexFace = 0, kEdgeEdge = 1, kEdgeFace = 2 };
 
 /// Certainty of the elementary test. Pairs that are certainly clear are not reported and have no value here.
 enum class ContactStatus : std::uint8_t {
-  kHit = 1,       ///< proved: the primitives meet within the step
-  kPossible = 2,  ///< they come within tolerance of touching; neither a meeting nor a miss could be proved
+  kHit = 1,       ///< proved: the primitives meet within the step, or are within the distance (proximity)
+  kPossible = 2,  ///< they come within tolerance of that; neither a meeting nor a miss could be proved
   kOverlapAtStart = 3,  ///< not provably apart at t = 0: toi is 0
   kBudget = 4,          ///< the test's budget ended undecided; toi is the earliest time not yet excluded
+};
+
+/// Which features of the two primitives have the closest points: a vertex or an edge's interior of one, and a
+/// vertex, an edge's interior or the face's interior of the other.
+enum class ClosestFeatures : std::uint8_t {
+  kVertexVertex = 0,
+  kEdgeVertex = 1,
+  kEdgeEdge = 2,
+  kFaceVertex = 3,
 };
 
 /// One pair of primitives that meet (or could not be proved apart) on the linear motion from t = 0 to t = 1.
 struct Contact {
   ContactKind kind;
   ContactStatus status;
-  std::uint32_t a;  ///< vertex (vertex-face) or edge (edge-edge)
-  std::uint32_t b;  ///< face (vertex-face) or edge (edge-edge)
-  double toi;       ///< in [0, 1]: a lower bound of the first time of contact; in tier fast an estimate of it
+  std::uint32_t a;  ///< vertex (vertex-face) or edge
+  std::uint32_t b;  ///< face, or edge (edge-edge)
+  /// In [0, 1]: a lower bound of the first time of contact; in tier fast an estimate of it. Of proximity and
+  /// intersections the instant that was asked about: 0, or 1 at a trial's end.
+  double toi;
 
   friend bool operator==(const Contact&, const Contact&) = default;
 };
 
-/// Barycentric coordinates, normal and closest points of a contact, in floating point: not a proof.
+/// Barycentric coordinates, directions, closest points and distance of a contact or near pair, at its toi, in
+/// floating point: not a proof.
 struct ContactGeometry {
   /// Of the contact's four vertices at the time of impact: vertex-face: 1, then the barycentric coordinates
-  /// of the face's closest point; edge-edge: those of each edge's closest point. Each in [0, 1].
+  /// of the face's closest point; edge-edge: those of each edge's closest point. Each in [0, 1]; exactly 0
+  /// where the closest point is on a side without that vertex, or at another vertex.
   std::array<double, 4> weights{};
   /// Unit normal of the face, or common normal of the edges, at the time of impact, towards the side that the
   /// vertex or first edge comes from. If degenerate, the direction that it comes from; zero if none. With a
   /// separation it differs from the direction between the closest points if one of these lies on the face's
-  /// rim or at an edge's end; take that direction from `points`.
+  /// rim or at an edge's end: see `direction`.
   std::array<double, 3> normal{};
   /// The closest point of the vertex or first edge, then of the face or second edge, in the scene's unit.
   std::array<double, 6> points{};
+  /// Unit vector from the closest point of the face or second edge to that of the vertex or first edge; zero
+  /// where they touch.
+  std::array<double, 3> direction{};
+  /// Of these points, in the scene's unit squared; 0 or infinite where that leaves double's range.
+  double squared_distance = 0;
+  ClosestFeatures closest = ClosestFeatures::kVertexVertex;  ///< as the zeros of `weights` tell
 };
 
 }  // namespace warmfront

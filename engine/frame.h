@@ -43,6 +43,9 @@ struct Frame {
   /// Single vertices, each at most once, and their positions: (k, 3).
   std::span<const std::uint32_t> vertices;
   Positions vertex_positions;
+
+  /// Is nothing given, so that nothing moves?
+  bool empty() const { return !positions && bodies.empty() && poses.empty() && vertices.empty(); }
 };
 
 }  // namespace warmfront

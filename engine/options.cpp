@@ -20,10 +20,11 @@ constexpr Names<FrontMode, 3> kFronts{
     {{FrontMode::kNone, "none"}, {FrontMode::kPaper, "paper"}, {FrontMode::kWarm, "warm"}}};
 constexpr Names<BoundsKind, 3> kBounds{
     {{BoundsKind::kAabb, "aabb"}, {BoundsKind::kKDop18, "kdop18"}, {BoundsKind::kAuto, "auto"}}};
-constexpr Names<Report, 4> kReports{{{Report::kAll, "all"},
+constexpr Names<Report, 5> kReports{{{Report::kAll, "all"},
                                      {Report::kEarliest, "earliest"},
                                      {Report::kCount, "count"},
-                                     {Report::kCandidates, "candidates"}}};
+                                     {Report::kCandidates, "candidates"},
+                                     {Report::kAny, "any"}}};
 
 template <class T, std::size_t N>
 std::string_view name_of(const Names<T, N>& names, T value) {
@@ -91,6 +92,14 @@ Status validate(const ColliderOptions& options) {
   const std::uint32_t leaf = options.leaf_size;
   if (!std::has_single_bit(leaf) || leaf > 64) {
     return invalid_argument("leaf_size: " + std::to_string(leaf) + " is not one of 1, 2, 4, 8, 16, 32, 64");
+  }
+  const bool of_motion = options.report == Report::kEarliest || options.report == Report::kCandidates;
+  if (options.pair_test != PairTest::kMotion && of_motion) {
+    return invalid_argument("report: \"" + std::string(to_string(options.report)) +
+                            "\" is of motions; without one use \"all\" or \"count\"");
+  }
+  if (options.report == Report::kAny && options.pair_test != PairTest::kIntersection) {
+    return invalid_argument("report: \"any\" is of intersections; use \"all\" or \"count\"");
   }
   if (options.min_separation > 0 && options.tier == Tier::kFast) {
     return invalid_argument(

@@ -40,15 +40,31 @@ enum class Report : std::uint8_t {
   /// elementary test: for those who bring their own. The tier does not matter; status kBudget, toi the
   /// earliest time that the bounds leave.
   kCandidates,
+  /// Of intersections: whether there is any, which ends the search: their number is 0 or 1, without the list.
+  kAny,
 };
+
+/// What is asked of each pair of features. Set by the question (question.h): a collider is created with
+/// kMotion.
+enum class PairTest : std::uint8_t {
+  kMotion,        ///< do they meet, or come within min_separation, during the step?
+  kProximity,     ///< are they within min_separation of each other at one instant?
+  kIntersection,  ///< of an edge and a face without a common vertex: do they meet at one instant?
+};
+
+/// An instant of a motion.
+enum class Instant : std::uint8_t { kStart, kEnd };
 
 /// What is told of a contact besides its features, status and time; what is not asked for is not computed.
 struct ContactFields {
-  bool weights = false;  ///< barycentric coordinates of the closest points
-  bool normal = false;   ///< of the face or of both edges: not the direction between the closest points
-  bool points = false;   ///< the closest points themselves
+  bool weights = false;    ///< barycentric coordinates of the closest points
+  bool normal = false;     ///< of the face or of both edges: not the direction between the closest points
+  bool points = false;     ///< the closest points themselves
+  bool direction = false;  ///< from the second feature's closest point to the first's
+  bool squared_distance = false;  ///< of the closest points
+  bool closest = false;           ///< which features they are on: ClosestFeatures
 
-  bool any() const { return weights || normal || points; }
+  bool any() const { return weights || normal || points || direction || squared_distance || closest; }
   friend bool operator==(const ContactFields&, const ContactFields&) = default;
 };
 
@@ -66,6 +82,10 @@ struct ColliderOptions {
   /// Do not report what is within the separation (or not provably apart) at t = 0, ContactStatus
   /// kOverlapAtStart: it is counted in StepResult::overlaps_at_start alone.
   bool leave_out_overlaps = false;
+  /// The question, and the instant of one without a motion: kProximity with report kAll or kCount,
+  /// kIntersection with these and kAny.
+  PairTest pair_test = PairTest::kMotion;
+  Instant instant = Instant::kStart;
   /// Of Collider::max_step() alone, from its own options: see QuestionOptions::keep_distance.
   std::optional<double> keep_distance = std::nullopt;
   /// Step an all-deformable collider beside this one, to say what the scene's model saves: see
@@ -101,6 +121,8 @@ struct ColliderOptions {
   std::size_t max_front_bytes = std::size_t{4} << 30;
   /// A step with more contacts than this fails with kResourceExhausted (report kAll and kEarliest).
   std::size_t max_contacts = 50'000'000;
+
+  friend bool operator==(const ColliderOptions&, const ColliderOptions&) = default;
 };
 
 /// Are only pairs reported that come as near as the tier says? Then others may be left out by their distance:

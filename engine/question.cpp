@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/question.h"
 
+#include <array>
+#include <string>
+#include <utility>
+
 namespace warmfront {
 
 ColliderOptions merged(ColliderOptions options, const QuestionOptions& question) {
@@ -15,7 +19,20 @@ ColliderOptions merged(ColliderOptions options, const QuestionOptions& question)
 }
 
 ColliderOptions merged(ColliderOptions options, const Question& question) {
+  if (question.of_state()) {
+    options.pair_test =
+        question.kind == QuestionKind::kProximity ? PairTest::kProximity : PairTest::kIntersection;
+    options.instant = question.where == Where::kTrialEnd ? Instant::kEnd : Instant::kStart;
+    if (options.tier == Tier::kFast) options.tier = Tier::kCertified;
+    // The session's report may be one of motions.
+    if (options.report != Report::kCount) options.report = Report::kAll;
+  }
   options = merged(options, question.options);
+  if (question.kind == QuestionKind::kIntersections) {
+    options.tier = Tier::kExact;
+    options.min_separation = 0;
+    options.fields = {};
+  }
   if (question.kind != QuestionKind::kMaxStep) return options;
   options.report = Report::kEarliest;
   options.fields = {};
@@ -26,6 +43,17 @@ ColliderOptions merged(ColliderOptions options, const Question& question) {
 Status validate(QuestionKind kind, const QuestionOptions& options) {
   if (options.keep_distance && kind != QuestionKind::kMaxStep)
     return invalid_argument("keep_distance: it is of max_step alone; leave it out");
+  if (kind != QuestionKind::kIntersections) return {};
+  const std::array<std::pair<bool, const char*>, 4> others{
+      {{options.tier.has_value(), "tier"},
+       {options.tolerance.has_value(), "tolerance"},
+       {options.min_separation.has_value(), "min_separation"},
+       {options.fields.has_value(), "fields"}}};
+  for (const auto& [given, name] : others) {
+    if (given)
+      return invalid_argument(std::string(name) +
+                              ": intersections are exact, and tell of features alone; leave it out");
+  }
   return {};
 }
 

@@ -39,21 +39,46 @@ struct QuestionOptions {
 ColliderOptions merged(ColliderOptions options, const QuestionOptions& question);
 
 /// By the names of Collider's functions.
-enum class QuestionKind : std::uint8_t { kStep, kTrial, kMaxStep };
+enum class QuestionKind : std::uint8_t { kStep, kTrial, kMaxStep, kProximity, kIntersections };
+
+/// The state that a question without a motion of its own is asked of.
+enum class Where : std::uint8_t {
+  kBase,      ///< where everything is, and trials begin
+  kTrialEnd,  ///< where the last trial would take it
+};
 
 /// Which of Collider's questions is asked of a frame, as a value, for those who pass questions on.
 struct Question {
   QuestionKind kind = QuestionKind::kStep;
   QuestionOptions options = {};
   bool leave_out_overlaps = false;  ///< of kMaxStep alone
+  /// Of kProximity, whose distance is options.min_separation, and kIntersections.
+  Where where = Where::kBase;
+
+  /// Which pairs are within `distance` of each other?
+  static Question proximity(double distance, Where where, const QuestionOptions& options) {
+    Question question{QuestionKind::kProximity, options, false, where};
+    question.options.min_separation = distance;
+    return question;
+  }
+
+  /// Which edges meet which faces?
+  static Question intersections(Where where, const QuestionOptions& options) {
+    return {QuestionKind::kIntersections, options, false, where};
+  }
+  /// Is it about a state, and no motion?
+  bool of_state() const { return kind == QuestionKind::kProximity || kind == QuestionKind::kIntersections; }
 
   friend bool operator==(const Question&, const Question&) = default;
 };
 
-/// The same of a question with its kind: kMaxStep reports the earliest contacts, without fields.
+/// The same of a question with its kind: kMaxStep reports the earliest contacts, without fields; kProximity
+/// tests distances, in tier certified where the session's is fast, which knows no separation; kIntersections
+/// is exact, without a separation and fields.
 ColliderOptions merged(ColliderOptions options, const Question& question);
 
-/// kInvalidArgument, naming the field, for an option that a question of another kind has.
+/// kInvalidArgument, naming the field, for options that a question of its kind does not have: of
+/// kIntersections, which is exact and tells of features alone, all but report and max_contacts.
 Status validate(QuestionKind kind, const QuestionOptions& options);
 
 /// How the positions that a commit makes are rounded: see part_way().

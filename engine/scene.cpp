@@ -90,6 +90,12 @@ std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
   return {a[0], a[1], b[0], b[1]};
 }
 
+std::array<std::uint32_t, 5> Scene::edge_face_vertices_of(const Contact& contact) const {
+  const Edge& edge = mesh_->edges[contact.a];
+  const Face& face = mesh_->faces[contact.b];
+  return {edge[0], edge[1], face[0], face[1], face[2]};
+}
+
 FeatureRange features_of(const Scene& scene, std::uint32_t first_vertex, std::uint32_t end_vertex) {
   // Edges are sorted by their vertices in given numbers, and bodies are ranges of these.
   const auto edges_before = [&](std::uint32_t vertex) {

@@ -142,8 +142,11 @@ class Scene {
   /// The body of each vertex.
   std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
 
-  /// The four vertices of a contact: vertex, then the face's three; or edge a's two, then edge b's two.
+  /// The four vertices of a contact of another kind than edge-face: vertex, then the face's three; or edge
+  /// a's two, then edge b's two.
   std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
+  /// Of one of kind edge-face: the edge's two, then the face's three.
+  std::array<std::uint32_t, 5> edge_face_vertices_of(const Contact& contact) const;
 
   /// Bytes held, names included.
   std::size_t memory_bytes() const;

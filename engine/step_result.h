@@ -17,6 +17,7 @@ namespace warmfront {
 struct StepResult {
   std::uint64_t vf = 0;        ///< vertex-face contacts
   std::uint64_t ee = 0;        ///< edge-edge contacts
+  std::uint64_t ef = 0;        ///< of intersections: edges and faces that meet
   std::uint64_t possible = 0;  ///< of both, those neither proved nor excluded (kPossible, kBudget)
   /// Left out by options.leave_out_overlaps, of what was looked at: of features at rest since the question
   /// before only with Report::kEarliest.

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/cli/contact_fields.h"
 #include "client/cli/detect_outputs.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/explain.h"
@@ -24,6 +25,7 @@
 #include "client/cli/report_json.h"
 #include "client/cli/server_options.h"
 #include "client/cli/stepper.h"
+#include "client/cli/tangle.h"
 #include "client/io/file.h"
 #include "client/io/input.h"
 #include "engine/contact_hash.h"
@@ -71,11 +73,7 @@ Status read_names(Arguments& arguments) {
   options.find_bodies = arguments.find_bodies == "on";
   options.find_rigid = arguments.find_rigid == "on";
   options.separate_parts = arguments.separate_parts == "on";
-  for (const std::string& field : arguments.fields) {
-    options.fields.weights |= field == "weights";
-    options.fields.normal |= field == "normal";
-    options.fields.points |= field == "points";
-  }
+  options.fields = fields_named(arguments.fields);
   if (Status s = take(parse_tier(arguments.tier), options.tier); !s) return s;
   if (Status s = take(parse_report(arguments.report), options.report); !s) return s;
   if (Status s = take(parse_front_mode(arguments.front), options.front); !s) return s;
@@ -231,6 +229,8 @@ int detect(Arguments arguments) {
       arguments.substeps > 1 ? Positions(widen(steps.value().end(), wide)) : steps.value().end();
   Result<SceneDescription> scene = with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
   if (!scene) return failure(scene.error().message);
+  if (Status status = warn_if_tangled(scene.value(), first, range.first); !status)
+    return failure(status.error().message);
   FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
   ColliderOptions local = arguments.options;
   local.explain = false;  // Explanation has its own stepper
@@ -355,11 +355,7 @@ Verb add_detect(CLI::App& app) {
                  "Look for a plane between small near bodies; the contacts are the same")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
-  take_list(app.add_option(
-                "--fields", a.fields,
-                "Further fields of --contacts: weights (barycentric coordinates), normal (of the face, or of "
-                "both edges: not the direction between the closest points), points (the closest points)"))
-      ->check(CLI::IsMember({"weights", "normal", "points"}));
+  add_fields_option(app, a.fields);
   app.add_flag("--explain", a.options.explain,
                "Also step an all-deformable scene, compare the contacts (in this process), and print what "
                "the model saves");

@@ -17,11 +17,13 @@
 #include "client/cli/detect.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/load.h"
+#include "client/cli/near.h"
 #include "client/cli/queries.h"
 #include "client/cli/replay.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
 #include "client/cli/solve.h"
+#include "client/cli/tangled.h"
 #include "proto/command_line/unknown_option.h"
 
 namespace {
@@ -60,6 +62,8 @@ int run(int argc, char** argv) {
     verbs.emplace_back(verb, setup(*verb));
   };
   add("detect", "Step through an input's frames and report the contacts", warmfront::client::add_detect);
+  add("near", "List the pairs of features that are near each other, frame by frame",
+      warmfront::client::add_near);
   add("queries", "Run elementary queries with known answers through one tier",
       warmfront::client::add_queries);
   add("accuracy", "Measure speed against accuracy over query sets and scenes",
@@ -73,6 +77,7 @@ int run(int argc, char** argv) {
   add("scene", "Write a built-in scene as mesh and cache, or list them", warmfront::client::add_scene);
   add("solve", "Play an input's frames as a solver's line search: trials, then a commit",
       warmfront::client::add_solve);
+  add("tangled", "List the edges and faces that meet, frame by frame", warmfront::client::add_tangled);
   add("sessions", "List, show, check or close the sessions of a daemon", warmfront::client::add_sessions);
 
   std::vector<std::string> verb_names;

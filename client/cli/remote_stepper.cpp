@@ -20,13 +20,8 @@ StepAnswer to_step_answer(const Answer& answer) {
   step.contacts.reserve(table.size());
   for (std::size_t i = 0; i < table.size(); ++i)
     step.contacts.push_back({table.kind[i], table.status[i], table.vertices[i], table.toi[i]});
-  if (!table.weights.empty() || !table.normal.empty() || !table.points.empty())
-    step.geometry.resize(table.size());
-  for (std::size_t i = 0; i < step.geometry.size(); ++i) {
-    if (!table.weights.empty()) step.geometry[i].weights = table.weights[i];
-    if (!table.normal.empty()) step.geometry[i].normal = table.normal[i];
-    if (!table.points.empty()) step.geometry[i].points = table.points[i];
-  }
+  if (table.has_geometry()) step.geometry.resize(table.size());
+  for (std::size_t i = 0; i < step.geometry.size(); ++i) step.geometry[i] = table.geometry(i);
   return step;
 }
 

@@ -19,12 +19,11 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
+#include "client/cli/open_session.h"
 #include "client/cli/print.h"
 #include "client/cli/progress.h"
-#include "client/cli/server_options.h"
 #include "client/io/file.h"
 #include "client/io/input.h"
-#include "client/lib/any_session.h"
 #include "engine/contact_hash.h"
 #include "engine/part_way.h"
 
@@ -36,11 +35,9 @@ using Json = nlohmann::ordered_json;
 /// The arguments as given.
 struct Arguments {
   std::vector<std::string> inputs;
-  std::string server;
-  ClientSecurity security;
+  SessionPlace place;
   std::string tier{to_string(ColliderOptions{}.tier)};
   ColliderOptions options;
-  int threads = 0;
   std::string bodies = "declared";
   std::string frames;
   int trials = 3;
@@ -75,8 +72,7 @@ Status check_usage(Arguments& arguments) {
   if (!tier) return tier.error();
   arguments.options.tier = tier.value();
   if (const Result<BodiesMode> bodies = parse_bodies_mode(arguments.bodies); !bodies) return bodies.error();
-  if (arguments.threads != 0 && !arguments.server.empty())
-    return invalid_argument("--threads is for this process; with --server the daemon's --threads applies");
+  if (Status status = arguments.place.check(); !status) return status;
   ColliderOptions asked = arguments.options;
   asked.keep_distance = arguments.keep_distance;
   return validate(asked);
@@ -247,26 +243,14 @@ void print_summary(const Arguments& arguments, const std::vector<SolveFrame>& fr
   std::printf("contacts hash %s\n", hash.c_str());
 }
 
-/// A session of the scene, in this process or on the daemon.
-Result<AnySession> open_session(const Arguments& arguments, const SceneDescription& scene,
-                                const Positions& start) {
-  if (arguments.server.empty())
-    return AnySession::create(scene, start, arguments.options, std::make_shared<Workers>(arguments.threads));
-  Result<Client> client = Client::connect(arguments.server, {.security = arguments.security});
-  if (!client) return client.error();
-  Result<Session> session = client.value().create_session(scene, start, arguments.options);
-  if (!session) return session.error();
-  return AnySession(std::move(session).value());
-}
-
 template <class Number>
 int play(const Arguments& arguments, FrameSteps& steps, const SceneDescription& scene,
          std::span<const Number> start) {
-  Result<AnySession> session = open_session(arguments, scene, start);
+  Result<AnySession> session = open_session(arguments.place, scene, start, arguments.options);
   if (!session) return failure(session.error().message);
   std::optional<AnySession> beside;
   if (arguments.compare) {
-    Result<AnySession> second = open_session(arguments, scene, start);
+    Result<AnySession> second = open_session(arguments.place, scene, start, arguments.options);
     if (!second) return failure(second.error().message);
     beside.emplace(std::move(second).value());
   }
@@ -331,8 +315,7 @@ Verb add_solve(CLI::App& app) {
                  "or more mesh files (.ply, .obj, .stl) of one topology; or "
                  "builtin:NAME[?triangles=N&frames=N] (see 'scene --list')")
       ->required();
-  add_server_options(app, a.server, a.security,
-                     "Ask the daemon at this address (HOST:PORT or unix:PATH), not this process", false);
+  add_session_place(app, a.place);
   app.add_option("--trials", a.trials, "Trials a frame, each shorter than the one before")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -361,9 +344,6 @@ Verb add_solve(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--min-separation", a.options.min_separation,
                  "Report pairs that come within this distance, in the scene's unit")
-      ->capture_default_str();
-  app.add_option("--threads", a.threads, "Threads in this process; 0: one per core")
-      ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--bodies", a.bodies,
                  "The scene's model: as the input declares it (info.json), all deformable as one, or its "

@@ -23,6 +23,20 @@ std::string_view short_name(ContactKind kind) {
   return kind == ContactKind::kVertexFace ? "vf" : "ee";
 }
 
+std::string_view short_name(ClosestFeatures closest) {
+  switch (closest) {
+    case ClosestFeatures::kVertexVertex:
+      return "vv";
+    case ClosestFeatures::kEdgeVertex:
+      return "ev";
+    case ClosestFeatures::kEdgeEdge:
+      return "ee";
+    case ClosestFeatures::kFaceVertex:
+      return "fv";
+  }
+  return "unknown";
+}
+
 std::string_view to_string(ContactStatus status) {
   switch (status) {
     case ContactStatus::kHit:

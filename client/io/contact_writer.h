@@ -31,6 +31,8 @@ class ContactWriter {
 
 /// "vf" and "ee".
 std::string_view short_name(ContactKind kind);
+/// "vv", "ev", "ee" and "fv".
+std::string_view short_name(ClosestFeatures closest);
 /// "hit", "possible", "overlap_at_start", "budget".
 std::string_view to_string(ContactStatus status);
 
@@ -42,13 +44,16 @@ bool is_contact_file_name(std::string_view path);
 
 /// A writer by the extension of `path`, of contacts with the fields asked for:
 /// - .csv, or "-" for the same on stdout: `frame,type,v0,v1,v2,v3,toi,status`, a line a contact; then
-///   `w0,w1,w2,w3` (weights), `nx,ny,nz` (normal), `ax,ay,az,bx,by,bz` (points);
+///   `w0,w1,w2,w3` (weights), `nx,ny,nz` (normal), `ax,ay,az,bx,by,bz` (points), `dx,dy,dz` (direction),
+///   `squared_distance`, `closest` (vv, ev, ee or fv);
 /// - .jsonl: `{"frame":1,"type":"vf","v0":0,"v1":1,"v2":2,"v3":3,"toi":0.5,"status":"hit"}`, a line a
-/// contact; then `"weights":[..]`, `"normal":[..]`, `"points":[[..],[..]]`;
+/// contact; then `"weights":[..]`, `"normal":[..]`, `"points":[[..],[..]]`, `"direction":[..]`,
+/// `"squared_distance":0.25`, `"closest":"fv"`;
 /// - .vtp: NAME_000001.vtp, ... one VTK PolyData file a frame, and NAME.pvd, which lists them: each contact
 /// is a point at
 ///   the mean of its four vertices at the time of impact, with arrays toi, kind, status, frame and vertices
-///   (its four, as v0 to v3), weights, normal, and point_a and point_b.
+///   (its four, as v0 to v3), weights, normal, point_a and point_b, direction, squared_distance, and closest
+///   (numbers of ClosestFeatures).
 Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
                                                            const ContactFields& fields = {});
 

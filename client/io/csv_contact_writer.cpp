@@ -13,6 +13,9 @@ class CsvContactWriter final : public ContactWriter {
     if (fields.weights) header += ",w0,w1,w2,w3";
     if (fields.normal) header += ",nx,ny,nz";
     if (fields.points) header += ",ax,ay,az,bx,by,bz";
+    if (fields.direction) header += ",dx,dy,dz";
+    if (fields.squared_distance) header += ",squared_distance";
+    if (fields.closest) header += ",closest";
     file_.write(header + "\n");
   }
 
@@ -32,6 +35,9 @@ class CsvContactWriter final : public ContactWriter {
       if (fields_.weights) append_all(geometry[i].weights);
       if (fields_.normal) append_all(geometry[i].normal);
       if (fields_.points) append_all(geometry[i].points);
+      if (fields_.direction) append_all(geometry[i].direction);
+      if (fields_.squared_distance) append_round_trip(lines += ',', geometry[i].squared_distance);
+      if (fields_.closest) lines.append(",").append(short_name(geometry[i].closest));
       lines += '\n';
       if (lines.size() > kBlock) {
         file_.write(lines);

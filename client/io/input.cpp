@@ -25,7 +25,7 @@ class BuiltinInput final : public Input {
 
 }  // namespace
 
-Status check_input_arguments(std::span<const std::string> arguments) {
+Status check_input_arguments(std::span<const std::string> arguments, std::size_t least_frames) {
   if (arguments.empty()) return invalid_argument("an input is needed: a folder, mesh files, or builtin:NAME");
   const auto is_builtin = [](const std::string& a) { return a.starts_with(scenes::kBuiltinPrefix); };
   if (arguments.size() == 1) {
@@ -33,7 +33,7 @@ Status check_input_arguments(std::span<const std::string> arguments) {
       const Result<scenes::SceneSpec> spec = scenes::parse_scene_spec(arguments[0]);
       return spec ? Status() : Status(spec.error());
     }
-    if (is_mesh_file_name(arguments[0]))
+    if (is_mesh_file_name(arguments[0]) && least_frames > 1)
       return invalid_argument(arguments[0] + " is one frame: give two or more mesh files, or a folder");
     return {};
   }
@@ -45,11 +45,13 @@ Status check_input_arguments(std::span<const std::string> arguments) {
   return {};
 }
 
-Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments) {
-  if (const Status status = check_input_arguments(arguments); !status) return status.error();
-  if (arguments.size() > 1) return open_mesh_files_input(arguments);
+Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments, std::size_t least_frames) {
+  if (const Status status = check_input_arguments(arguments, least_frames); !status) return status.error();
   const std::string& name = arguments[0];
-  if (!name.starts_with(scenes::kBuiltinPrefix)) return open_folder_input(name);
+  const bool builtin = name.starts_with(scenes::kBuiltinPrefix);
+  if (arguments.size() > 1 || (!builtin && is_mesh_file_name(name)))
+    return open_mesh_files_input(arguments, least_frames);
+  if (!builtin) return open_folder_input(name, least_frames);
   const Result<scenes::SceneSpec> spec = scenes::parse_scene_spec(name);
   if (!spec) return spec.error();
   return std::unique_ptr<Input>(

@@ -24,7 +24,7 @@ class Input {
   const SceneDescription& scene() const { return scene_; }
   /// Warnings for people, a sentence each: what the scene omits from the source.
   const std::vector<std::string>& notes() const { return notes_; }
-  /// At least two.
+  /// At least as many as open_input() was asked for.
   std::uint32_t frame_count() const { return frame_count_; }
 
   /// Reads frame `index` in [0, frame_count) into `positions`, (n, 3), in the source's precision. In any
@@ -49,16 +49,19 @@ class Input {
 
 /// Checks the form of the arguments without opening a file; an error says what to give. They are
 /// - one folder with mesh.ply and frames.pc2 (and info.json, for the bodies), or with t0.ply, t1.ply, ...;
-/// - two or more mesh files (.ply, .obj, .stl) of one topology, which are successive frames;
+/// - two or more mesh files (.ply, .obj, .stl) of one topology, which are successive frames; or one, where
+///   `least_frames` is 1;
 /// - one `builtin:NAME`, with `?key=value&...` (client/scenes/catalog.h).
-Status check_input_arguments(std::span<const std::string> arguments);
+Status check_input_arguments(std::span<const std::string> arguments, std::size_t least_frames = 2);
 
 /// Opens what check_input_arguments() describes. Fails when something is missing, malformed, or does not fit
 /// together.
-Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments);
+Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments,
+                                          std::size_t least_frames = 2);
 
-/// Opens one folder, and two or more mesh files.
-Result<std::unique_ptr<Input>> open_folder_input(const std::string& folder);
-Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths);
+/// Opens one folder, and mesh files.
+Result<std::unique_ptr<Input>> open_folder_input(const std::string& folder, std::size_t least_frames = 2);
+Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,
+                                                     std::size_t least_frames = 2);
 
 }  // namespace warmfront::client

@@ -96,7 +96,7 @@ class MeshFilesInput final : public Input {
   PositionBuffer first_;
 };
 
-Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
+Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::size_t least_frames) {
   const std::string mesh_path = (folder / "mesh.ply").string();
   const std::string cache_path = (folder / "frames.pc2").string();
   Result<Mesh> mesh = read_mesh(mesh_path);
@@ -109,9 +109,9 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
   if (header.point_count != scene.vertex_count)
     return invalid_argument(cache_path + ": " + std::to_string(header.point_count) + " points, but " +
                             mesh_path + " has " + std::to_string(scene.vertex_count) + " vertices");
-  if (header.sample_count < 2)
-    return invalid_argument(cache_path + ": " + std::to_string(header.sample_count) +
-                            " frames; a step needs two");
+  if (header.sample_count < least_frames)
+    return invalid_argument(cache_path + ": " + std::to_string(header.sample_count) + " frames, but " +
+                            std::to_string(least_frames) + " are needed");
   if (const fs::path info_path = folder / "info.json"; is_there(info_path)) {
     const Result<std::string> bytes = read_file(info_path.string());
     if (!bytes) return bytes.error();
@@ -126,26 +126,28 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder) {
 
 }  // namespace
 
-Result<std::unique_ptr<Input>> open_folder_input(const std::string& name) {
+Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::size_t least_frames) {
   const fs::path folder(name);
   std::error_code ignored;
   if (!is_there(folder)) return invalid_argument(name + ": no such file or folder");
   if (!fs::is_directory(folder, ignored))
     return invalid_argument(name + ": neither a folder nor a mesh file (.ply, .obj, .stl) by its name");
-  if (is_there(folder / "mesh.ply")) return open_cache_input(folder);
+  if (is_there(folder / "mesh.ply")) return open_cache_input(folder, least_frames);
   std::vector<std::string> paths;
   for (;;) {
     const fs::path path = folder / std::string("t").append(std::to_string(paths.size())).append(".ply");
     if (!is_there(path)) break;
     paths.push_back(path.string());
   }
-  if (paths.size() < 2)
-    return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply and t1.ply");
-  return open_mesh_files_input(paths);
+  if (paths.size() < least_frames)
+    return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply" +
+                            (least_frames > 1 ? " and t1.ply" : ""));
+  return open_mesh_files_input(paths, least_frames);
 }
 
-Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths) {
-  if (paths.size() < 2) return invalid_argument("a step needs two mesh files or more");
+Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,
+                                                     std::size_t least_frames) {
+  if (paths.size() < least_frames) return invalid_argument("a step needs two mesh files or more");
   Result<Mesh> first = read_listed_mesh(paths[0]);
   if (!first) return first.error();
   Faces listed;

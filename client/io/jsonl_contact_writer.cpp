@@ -44,6 +44,11 @@ class JsonlContactWriter final : public ContactWriter {
         append_list(std::span(geometry[i].points).last(3));
         lines += ']';
       }
+      if (fields_.direction) append_list_of("direction", geometry[i].direction);
+      if (fields_.squared_distance)
+        append_round_trip(lines += ",\"squared_distance\":", geometry[i].squared_distance);
+      if (fields_.closest)
+        lines.append(",\"closest\":\"").append(short_name(geometry[i].closest)).append("\"");
       lines += "}\n";
       if (lines.size() > kBlock) {
         file_.write(lines);

@@ -58,6 +58,14 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
     add_field("point_a", 3, [](const auto& g) { return std::span(g.points).template first<3>(); });
     add_field("point_b", 3, [](const auto& g) { return std::span(g.points).template last<3>(); });
   }
+  if (fields.direction) add_field("direction", 3, [](const auto& g) { return std::span(g.direction); });
+  if (fields.squared_distance)
+    add_field("squared_distance", 1, [](const auto& g) { return std::span(&g.squared_distance, 1); });
+  if (fields.closest) {
+    std::vector<std::uint8_t> closest;
+    for (const ContactGeometry& one : geometry) closest.push_back(static_cast<std::uint8_t>(one.closest));
+    piece.content += arrays.add<std::uint8_t>("UInt8", "closest", 1, closest);
+  }
   piece.content += "</PointData>\n<Points>\n";
   piece.content += arrays.add<double>("Float64", "Points", 3, points);
   piece.content += "</Points>\n<Verts>\n";

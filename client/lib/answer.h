@@ -25,13 +25,33 @@ struct ContactTable {
   std::vector<ContactStatus> status;
   /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
   std::vector<std::array<std::uint32_t, 4>> vertices;
+  /// Of intersections, whose `vertices` are empty: the edge's two, then the face's three.
+  std::vector<std::array<std::uint32_t, 5>> edge_faces;
   std::vector<double> toi;  ///< in [0, 1]; see Contact
   // Only with the matching ColliderOptions::fields; see ContactGeometry.
   std::vector<std::array<double, 4>> weights;
   std::vector<std::array<double, 3>> normal;
   std::vector<std::array<double, 6>> points;
+  std::vector<std::array<double, 3>> direction;
+  std::vector<double> squared_distance;
+  std::vector<ClosestFeatures> closest;
 
   std::size_t size() const { return kind.size(); }
+  /// Of a row, what was asked for; the rest is as ContactGeometry has it by default.
+  ContactGeometry geometry(std::size_t row) const {
+    ContactGeometry one;
+    if (!weights.empty()) one.weights = weights[row];
+    if (!normal.empty()) one.normal = normal[row];
+    if (!points.empty()) one.points = points[row];
+    if (!direction.empty()) one.direction = direction[row];
+    if (!squared_distance.empty()) one.squared_distance = squared_distance[row];
+    if (!closest.empty()) one.closest = closest[row];
+    return one;
+  }
+  bool has_geometry() const {
+    return !weights.empty() || !normal.empty() || !points.empty() || !direction.empty() ||
+           !squared_distance.empty() || !closest.empty();
+  }
   friend bool operator==(const ContactTable&, const ContactTable&) = default;
 };
 
@@ -56,6 +76,7 @@ struct Answer {
   std::uint64_t frame = 0;
   std::uint64_t vf = 0;                ///< vertex-face contacts
   std::uint64_t ee = 0;                ///< edge-edge contacts
+  std::uint64_t ef = 0;                ///< of intersections: edges and faces that meet
   std::uint64_t possible = 0;          ///< of both kinds, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   ContactTable contacts;               ///< empty for Report::kCount, and of a commit

@@ -15,13 +15,19 @@ ContactTable columns_of(const StepResult& step, const Scene& scene, const Contac
   for (const Contact& contact : step.contacts) {
     table.kind.push_back(contact.kind);
     table.status.push_back(contact.status);
-    table.vertices.push_back(scene.vertices_of(contact));
+    if (contact.kind == ContactKind::kEdgeFace)
+      table.edge_faces.push_back(scene.edge_face_vertices_of(contact));
+    else
+      table.vertices.push_back(scene.vertices_of(contact));
     table.toi.push_back(contact.toi);
   }
   for (const ContactGeometry& geometry : step.geometry) {
     if (fields.weights) table.weights.push_back(geometry.weights);
     if (fields.normal) table.normal.push_back(geometry.normal);
     if (fields.points) table.points.push_back(geometry.points);
+    if (fields.direction) table.direction.push_back(geometry.direction);
+    if (fields.squared_distance) table.squared_distance.push_back(geometry.squared_distance);
+    if (fields.closest) table.closest.push_back(geometry.closest);
   }
   return table;
 }
@@ -48,6 +54,7 @@ Result<Answer> AnySession::Local::ask(const Frame& moved, const Question& questi
   answer.frame = frame + 1;
   answer.vf = step.vf;
   answer.ee = step.ee;
+  answer.ef = step.ef;
   answer.possible = step.possible;
   answer.earliest_toi = step.earliest_toi;
   answer.overlaps_at_start = step.overlaps_at_start;
@@ -76,6 +83,16 @@ Result<MaxStep> AnySession::max_step(const Frame& frame, bool leave_out_overlaps
       std::get<Local>(held_).ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps});
   if (!answer) return answer.error();
   return MaxStep::of(std::move(answer).value(), leave_out_overlaps);
+}
+
+Result<Answer> AnySession::proximity(double distance, Where where, const QuestionOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->proximity(distance, where, options);
+  return std::get<Local>(held_).ask(Frame(), Question::proximity(distance, where, options));
+}
+
+Result<Answer> AnySession::intersections(Where where, const QuestionOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->intersections(where, options);
+  return std::get<Local>(held_).ask(Frame(), Question::intersections(where, options));
 }
 
 Result<CommitResult> AnySession::commit(double fraction) {

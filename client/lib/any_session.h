@@ -34,6 +34,8 @@ class AnySession {
   Result<Answer> trial(const Frame& frame, const QuestionOptions& options = {});
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {});
+  Result<Answer> proximity(double distance, Where where = Where::kBase, const QuestionOptions& options = {});
+  Result<Answer> intersections(Where where = Where::kBase, const QuestionOptions& options = {});
   Result<CommitResult> commit(double fraction = 1);
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);

@@ -123,6 +123,14 @@ Result<MaxStep> Session::max_step(const Frame& frame, bool leave_out_overlaps,
   return MaxStep::of(std::move(answer).value(), leave_out_overlaps);
 }
 
+Result<Answer> Session::proximity(double distance, Where where, const QuestionOptions& options) {
+  return impl_->ask(Frame(), Question::proximity(distance, where, options));
+}
+
+Result<Answer> Session::intersections(Where where, const QuestionOptions& options) {
+  return impl_->ask(Frame(), Question::intersections(where, options));
+}
+
 Result<CommitResult> Session::commit(double fraction) {
   if (const Status single = impl_->check_idle(); !single) return single.error();
   const Result<std::uint64_t> number = impl_->submit_commit(fraction);

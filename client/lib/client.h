@@ -84,6 +84,13 @@ class Session {
   /// How far may it go? As Collider::max_step(). Fails as trial() does.
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {});
+  /// Which pairs are near each other? As Collider::proximity(): the session stays where it is, and the last
+  /// trial to be committed. Fails as trial() does, and with kFailedPrecondition for the end of a trial that
+  /// there is not.
+  Result<Answer> proximity(double distance, Where where = Where::kBase, const QuestionOptions& options = {});
+  /// Which edges meet which faces? As Collider::intersections(); kInvalidArgument for options that it does
+  /// not have (all but report and max_contacts), else fails as proximity().
+  Result<Answer> intersections(Where where = Where::kBase, const QuestionOptions& options = {});
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1], which is the session's next frame: as
   /// Collider::commit(), rounded to the kind of positions that the session was created with. It is carried
   /// out once, whatever becomes of the daemon on the way. kFailedPrecondition without a trial that was
@@ -93,8 +100,8 @@ class Session {
   /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
   /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where
   /// something does not fit the scene. kFailedPrecondition when `window` frames are unanswered, or when a
-  /// frame failed and answers to frames after it were not taken yet. A trial or max_step has the number of
-  /// the frame that it is about, which the next frame gets, too.
+  /// frame failed and answers to frames after it were not taken yet. What does not count, a trial for
+  /// example, has the number of the frame that it is about, which the next frame gets, too.
   Result<std::uint64_t> submit(const Frame& frame, const Question& question = {});
   /// Sends a commit of the trial submitted last, and returns the number of the frame that it makes. Whether
   /// there is that trial is known when it was answered: next_answer() has kFailedPrecondition where it

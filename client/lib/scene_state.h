@@ -33,6 +33,11 @@ struct SentFrame {
 
   /// Else the session stays where it is.
   bool counts() const { return commit || question.kind == QuestionKind::kStep; }
+  /// A trial that may be committed, and what is about the last of them.
+  bool is_trial() const {
+    return !commit && (question.kind == QuestionKind::kTrial || question.kind == QuestionKind::kMaxStep);
+  }
+  bool needs_trial() const { return commit || (question.of_state() && question.where == Where::kTrialEnd); }
 };
 
 class SceneState {

@@ -59,13 +59,14 @@ Result<std::uint64_t> Session::Impl::submit(const Frame& frame, const Question& 
   const Clock::time_point start = Clock::now();
   Result<SentFrame> sent = state_.encode(frame);
   if (!sent) {
-    may_commit_ = false;  // as after any question that fails
+    may_commit_ = false;  // as after any motion that fails
     return Error{sent.error().code, name_of(next_number()) + ": " + sent.error().message};
   }
   sent.value().question = question;
   sent.value().encode_ms = milliseconds_since(start);
+  const bool moves = !question.of_state();
   Result<std::uint64_t> number = send(std::move(sent).value());
-  if (number) may_commit_ = question.kind != QuestionKind::kStep;
+  if (number && moves) may_commit_ = question.kind != QuestionKind::kStep;
   return number;
 }
 
@@ -275,8 +276,8 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
       // This session's next frame: a copy that answered it differently, or expects another, is not this
       // session.
       const bool due = response.error().frame() == header_.first_frame() + 1;
-      // So is one that does not know the trial that this commit is of.
-      const bool trial_lost = due && unanswered_.front().commit && last_trial_ &&
+      // So is one that does not know the trial that this is about.
+      const bool trial_lost = due && unanswered_.front().needs_trial() && last_trial_ &&
                               error.error.code == ErrorCode::kFailedPrecondition;
       if (error.other_state() || trial_lost || (due && error.reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER)) {
         error.reason = v1::ERROR_REASON_STATE_CHANGED;
@@ -354,7 +355,7 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   const bool awaited = !frame.answered;
   if (frame.counts())
     last_trial_.reset();
-  else if (awaited)
+  else if (awaited && frame.is_trial())
     last_trial_.emplace(Trial{std::move(frame), partial_.contacts.kind, partial_.contacts.status,
                               partial_.contacts.toi, partial_.vf, partial_.ee, partial_.possible,
                               partial_.earliest_toi});
@@ -382,7 +383,7 @@ std::optional<Result<Answer>> Session::Impl::take_error(const v1::StepError& mes
   if (frame.answered) return std::nullopt;
   resumes_without_answer_ = 0;
   if (frame.counts()) frame_failed_ = !unanswered_.empty();
-  if (!frame.commit) last_trial_.reset();
+  if (frame.counts() ? !frame.commit : frame.is_trial()) last_trial_.reset();
   // The trial stands where only the fraction was wrong.
   if (frame.commit && unanswered_.empty()) may_commit_ = last_trial_.has_value();
   return remote.error;

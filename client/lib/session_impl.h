@@ -46,7 +46,7 @@ struct Session::Impl {
   std::uint64_t next_number() const;
   Result<std::uint64_t> send(SentFrame frame);
   /// A trial that was answered, before the commit that is due, where the daemon does not know it.
-  void put_trial_before_commit();
+  void put_trial_before();
   void drop_trial_sent_again();
 
   /// A limit of the daemon that others fill: is room waited for?

@@ -89,10 +89,10 @@ void Session::Impl::drop_trial_sent_again() {
   if (!unanswered_.empty() && unanswered_.front().answered) unanswered_.pop_front();
 }
 
-// A daemon that is ahead has carried the commit out, and answers it again; one that never had the trial, or
-// forgot it with the stream before, is told of it first.
-void Session::Impl::put_trial_before_commit() {
-  if (unanswered_.empty() || !unanswered_.front().commit || !last_trial_) return;
+// Before a commit, or a question about its end. A daemon that is ahead has carried the commit out, and
+// answers it again; one that never had the trial, or forgot it with the stream before, is told of it first.
+void Session::Impl::put_trial_before() {
+  if (unanswered_.empty() || !unanswered_.front().needs_trial() || !last_trial_) return;
   const bool ahead = known_ && attached_.has_state() && !same_state(attached_.state(), *known_);
   if (ahead) return;
   unanswered_.push_front(last_trial_->frame);
@@ -119,7 +119,7 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
     lost_.reset();
     writable_ = true;
     draining_ = false;
-    put_trial_before_commit();
+    put_trial_before();
   };
   if (!recreate_) {
     const std::optional<RemoteError> error = attach(deadline);

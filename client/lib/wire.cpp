@@ -59,24 +59,33 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
 
 Status append_columns(const v1::ContactColumns& message, ContactTable& contacts) {
   const std::size_t rows = message.kind().size();
-  if (message.status().size() != rows || message.v().size() != 16 * rows || message.toi().size() != 8 * rows)
+  const bool edge_faces = rows > 0 && message.kind()[0] == 2;
+  const std::size_t vertices = edge_faces ? 20 : 16;
+  if (message.status().size() != rows || message.v().size() != vertices * rows ||
+      message.toi().size() != 8 * rows)
     return malformed("columns of unequal length");
   const auto fits = [rows](const std::string& column, std::size_t size) {
     return column.empty() || column.size() == size * rows;
   };
-  if (!fits(message.weights(), 32) || !fits(message.normal(), 24) || !fits(message.points(), 48))
+  if (!fits(message.weights(), 32) || !fits(message.normal(), 24) || !fits(message.points(), 48) ||
+      !fits(message.direction(), 24) || !fits(message.squared_distance(), 8) || !fits(message.closest(), 1))
     return malformed("columns of unequal length");
+  for (const char closest : message.closest())
+    if (closest < 0 || closest > 3) return malformed("closest features of unknown kind");
   for (const char kind : message.kind())
-    if (kind != 0 && kind != 1) return malformed("a contact of unknown kind");
+    if (edge_faces ? kind != 2 : kind != 0 && kind != 1) return malformed("a contact of unknown kind");
   for (const char status : message.status())
     if (status < 1 || status > 4) return malformed("a contact of unknown status");
   append(message.kind(), contacts.kind);
   append(message.status(), contacts.status);
-  append(message.v(), contacts.vertices);
+  edge_faces ? append(message.v(), contacts.edge_faces) : append(message.v(), contacts.vertices);
   append(message.toi(), contacts.toi);
   append(message.weights(), contacts.weights);
   append(message.normal(), contacts.normal);
   append(message.points(), contacts.points);
+  append(message.direction(), contacts.direction);
+  append(message.squared_distance(), contacts.squared_distance);
+  append(message.closest(), contacts.closest);
   return {};
 }
 
@@ -88,6 +97,7 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   answer.frame = message.frame();
   answer.vf = summary.vf();
   answer.ee = summary.ee();
+  answer.ef = summary.ef();
   answer.possible = summary.possible();
   if (summary.has_earliest_toi()) answer.earliest_toi = summary.earliest_toi();
   answer.statistics = wire::statistics_from(summary.statistics());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Barycentric coordinates, normal and points of a contact. Pure function, in floating point: not a proof.
+// Barycentric coordinates, directions, points and distance of a contact. Pure function, in floating point:
+// not a proof.
 #pragma once
 
 #include <span>

@@ -16,12 +16,15 @@ namespace warmfront {
 struct ContactTally {
   std::uint32_t vf = 0;
   std::uint32_t ee = 0;
-  std::uint32_t possible = 0;  ///< of both
+  std::uint32_t ef = 0;
+  std::uint32_t possible = 0;  ///< of vf and ee
   double earliest = 2;         ///< least toi; 2 without contacts
 
+  std::uint32_t total() const { return vf + ee + ef; }
   void add(const ContactTally& more) {
     vf += more.vf;
     ee += more.ee;
+    ef += more.ef;
     possible += more.possible;
     earliest = std::min(earliest, more.earliest);
   }
@@ -32,7 +35,7 @@ struct RestAnswer {
   ContactTally tally;                ///< for Report::kCount; then `contacts` is empty
   std::vector<Contact> contacts;
 
-  bool empty() const { return triangle_pairs == 0 && contacts.empty() && tally.vf + tally.ee == 0; }
+  bool empty() const { return triangle_pairs == 0 && contacts.empty() && tally.total() == 0; }
   void clear() {
     triangle_pairs = 0;
     tally = {};

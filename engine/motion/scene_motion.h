@@ -69,6 +69,11 @@ class SceneMotion {
       begun_ = true;
       motion_.begin(frame, stop);
     }
+    /// Begins the motion of the last trial, which there was, once more.
+    void begin_again() {
+      begun_ = true;
+      motion_.begin_again();
+    }
     void commit() noexcept {
       done_ = true;
       motion_.trial_ = false;
@@ -155,6 +160,7 @@ class SceneMotion {
   };
 
   void begin(const Frame& frame, StopSignal stop);
+  void begin_again();
   void begin_part(Part& part);
   void roll_back() noexcept;
 

@@ -113,6 +113,21 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
   take_magnitude();
 }
 
+// Vertices keep the states that the trial gave them: what moves does so again, and what it found changed is
+// looked at once more.
+void SceneMotion::begin_again() {
+  from_ = From::kStart;
+  magnitude_before_ = motion_.magnitude();
+  ++begun_;
+  for (Part& part : parts_) {
+    part.begun_in = begun_;
+    part.written = true;
+    part.turned = part.rigid() && turns(part);
+    // Vertices that were not placed are at neither end of the motion before this one.
+    part.follows = part.placed;
+  }
+}
+
 void SceneMotion::place(std::uint32_t index, StopSignal stop) {
   Part& part = parts_[index];
   const AtPose& to = std::get<AtPose>(part.now);

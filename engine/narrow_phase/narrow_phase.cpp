@@ -21,6 +21,7 @@ namespace warmfront {
 void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
   vf += more.vf;
   ee += more.ee;
+  ef += more.ef;
   possible += more.possible;
   overlaps += more.overlaps;
   earliest = std::min(earliest, more.earliest);
@@ -306,6 +307,20 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
       parts[part]->test(i - begin[part], *parts[part]->range, impl_->input->states, retest, tester);
     }
   });
+  flush();
+}
+
+template <class Bounds>
+void NarrowPhase<Bounds>::test_adjacent_edge_faces(std::span<const FeatureRange> parts) {
+  constexpr std::size_t kAtOnce = 256;
+  for (const FeatureRange& part : parts) {
+    for_pieces(part.first_edge, part.end_edge, kAtOnce, impl_->input->stop,
+               [&](std::size_t first, std::size_t end) {
+                 PairTester& tester = impl_->local_sink().tester;
+                 for (std::size_t e = first; e < end; ++e)
+                   tester.edge_against_adjacent_faces(static_cast<std::uint32_t>(e));
+               });
+  }
   flush();
 }
 

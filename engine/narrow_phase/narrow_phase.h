@@ -55,6 +55,7 @@ struct TooManyContacts {};
 struct NarrowPhaseOutput {
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
+  std::uint64_t ef = 0;
   std::uint64_t possible = 0;
   std::uint64_t overlaps = 0;  ///< that options.leave_out_overlaps leaves out
   double earliest = 2;         ///< least toi; 2 without contacts
@@ -89,6 +90,9 @@ class NarrowPhase final : public LeafPairSinks {
   /// By the threads' clocks: their time since the last call, or begin(), summed.
   StageSeconds take_times();
 
+  /// Of intersections: tests the edges of parts against faces to which all faces along the edge are adjacent.
+  /// Parallel.
+  void test_adjacent_edge_faces(std::span<const FeatureRange> parts);
   /// Tests the orphan sets of parts, in parallel. With `retest`, also those whose vertices have not changed
   /// since their last test.
   void test_orphans(std::span<OrphanBlocks* const> parts, bool retest);

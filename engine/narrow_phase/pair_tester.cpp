@@ -10,10 +10,13 @@
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/candidate.h"
 #include "engine/elementary/certified.h"
+#include "engine/elementary/edge_face.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/keep_distance.h"
+#include "engine/elementary/proximity.h"
 #include "engine/narrow_phase/coplanarity_filter.h"
 #include "engine/narrow_phase/separation_filter.h"
+#include "engine/scene/adjacency.h"
 
 namespace warmfront {
 namespace {
@@ -72,6 +75,8 @@ void PairTester::primitive_pair(Primitive p, Primitive q) {
   const bool point_q = (q & kPoint) != 0;
   if (!point_p && !point_q) {
     face_pair(p, q);
+  } else if (input_->options.pair_test == PairTest::kIntersection) {
+    return;  // a point has no edge
   } else if (!point_p) {
     vertex_against_face(q & ~kPoint, p);
   } else if (!point_q) {
@@ -108,7 +113,44 @@ void PairTester::filter_faces() {
                                           : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
     const auto [f, g] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
-    feature_pairs(f, g);
+    input_->options.pair_test == PairTest::kIntersection ? edge_face_pairs(f, g) : feature_pairs(f, g);
+  }
+}
+
+void PairTester::edge_face_pairs(std::uint32_t f, std::uint32_t g) {
+  const Scene& scene = input_->scene;
+  for (int i = 0; i < 3; ++i) {
+    if (input_->ownership.owns_edge_face(f, i, g)) edge_against_face(scene.face_edges()[f][i], g);
+    if (input_->ownership.owns_edge_face(g, i, f)) edge_against_face(scene.face_edges()[g][i], f);
+  }
+}
+
+void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
+  const Edge& edge = input_->scene.edges()[e];
+  const Face& face = input_->scene.faces()[f];
+  if (overlap<KDop18>(bounds_of(edge[0], edge[1], edge[1]), bounds_of(face[0], face[1], face[2])))
+    push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
+}
+
+// Such a face contains the vertex of the first face along the edge that is not the edge's.
+void PairTester::edge_against_adjacent_faces(std::uint32_t e) {
+  const Scene& scene = input_->scene;
+  const Edge& edge = scene.edges()[e];
+  const auto along = scene.edge_faces()[e];
+  const auto of_edge = [&](std::uint32_t v) { return v == edge[0] || v == edge[1]; };
+  const Face& first = scene.faces()[along.front()];
+  const auto opposite = std::ranges::find_if_not(first, of_edge);
+  if (opposite == first.end())
+    return;  // a face that repeats an index: what it is adjacent to shares a vertex
+  for (std::uint32_t previous = ~0U; const std::uint32_t f : scene.vertex_faces()[*opposite]) {
+    if (std::exchange(previous, f) == f) continue;  // a face that repeats the vertex
+    const Face& face = scene.faces()[f];
+    if (has_vertex(face, edge[0]) || has_vertex(face, edge[1])) continue;
+    const bool all =
+        std::ranges::all_of(along, [&](std::uint32_t h) { return adjacent(scene.faces()[h], face); });
+    if (!all) continue;
+    ++output_.counts.orphan_tests;
+    edge_against_face(e, f);
   }
 }
 
@@ -199,7 +241,11 @@ void PairTester::test_features() {
   input_->stop.check();
   const StageClock::In elementary(clock_, Stage::kElementary);
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
-  if (input_->options.report == Report::kCandidates) {
+  if (input_->options.pair_test == PairTest::kProximity) {
+    test_proximity(pairs);
+  } else if (input_->options.pair_test == PairTest::kIntersection) {
+    test_intersections(pairs);
+  } else if (input_->options.report == Report::kCandidates) {
     for (const FeaturePair& pair : pairs)
       take_verdict(pair, candidate_test(features_of(pair), input_->options.min_separation));
   } else if (input_->keep.share > 0) {
@@ -217,8 +263,7 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   output_.counts.coplanarity_passed += count;
   if (options.min_separation == 0)
     count = separation_filter(pairs, input_->vertices, survivors.data(), count);
-  ElementaryOptions elementary{
-      .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+  ElementaryOptions elementary = elementary_options();
   ElementaryCounts counts;
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
@@ -227,6 +272,35 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
     take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
   }
   output_.counts.exact_tests += counts.exact_tests;
+}
+
+// No filter before it: what these exclude, they exclude of a motion.
+void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
+  const ElementaryOptions elementary = elementary_options();
+  ElementaryCounts counts;
+  for (const FeaturePair& pair : pairs)
+    take_verdict(pair, proximity_test(features_of(pair), input_->options.instant, elementary, counts));
+  output_.counts.exact_tests += counts.exact_tests;
+}
+
+void PairTester::test_intersections(std::span<const FeaturePair> pairs) {
+  const ColliderOptions& options = input_->options;
+  const bool first_ends = options.report == Report::kAny;
+  const double toi = options.instant == Instant::kStart ? 0 : 1;
+  for (const FeaturePair& pair : pairs) {
+    if (first_ends && shared_->contacts.load(std::memory_order_relaxed) > 0) return;
+    EdgeFaceVertices vertices;
+    const Edge& edge = input_->scene.edges()[pair.a];
+    const Face& face = input_->scene.faces()[pair.b];
+    for (std::size_t k = 0; k < 5; ++k) vertices[k] = &input_->vertices[k < 2 ? edge[k] : face[k - 2]];
+    if (edge_meets_face(vertices, options.instant, output_.counts.exact_tests))
+      report(input_->numbering.given({pair.kind, ContactStatus::kHit, pair.a, pair.b, toi}));
+  }
+}
+
+ElementaryOptions PairTester::elementary_options() const {
+  const ColliderOptions& options = input_->options;
+  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
 }
 
 // No filter of many pairs comes before: these know of one separation for all, and the answer may not depend
@@ -245,18 +319,34 @@ void PairTester::keep(const Contact& contact) {
 }
 
 void PairTester::keep(const ContactTally& tally) {
-  output_.counts.contacts_kept += tally.vf + tally.ee;
+  output_.counts.contacts_kept += tally.total();
   output_.vf += tally.vf;
   output_.ee += tally.ee;
+  output_.ef += tally.ef;
   output_.possible += tally.possible;
   output_.earliest = std::min(output_.earliest, tally.earliest);
 }
 
 void PairTester::report(const Contact& contact) {
-  (contact.kind == ContactKind::kVertexFace ? output_.vf : output_.ee) += 1;
+  const Report wanted = input_->options.report;
+  if (wanted == Report::kAny) {
+    // One of all threads, so that the number is 1.
+    output_.ef += shared_->contacts.exchange(1, std::memory_order_relaxed) == 0;
+    return;
+  }
+  switch (contact.kind) {
+    case ContactKind::kVertexFace:
+      ++output_.vf;
+      break;
+    case ContactKind::kEdgeEdge:
+      ++output_.ee;
+      break;
+    case ContactKind::kEdgeFace:
+      ++output_.ef;
+      break;
+  }
   output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   output_.earliest = std::min(output_.earliest, contact.toi);
-  const Report wanted = input_->options.report;
   // Past the limit the whole answer is refused, so further contacts are not needed.
   if ((wanted == Report::kAll || wanted == Report::kCandidates) &&
       shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/bounds/overlap.h"
+#include "engine/elementary/elementary_test.h"
 #include "engine/elementary/query.h"
 #include "engine/elementary/verdict.h"
 #include "engine/front/rest_answer.h"
@@ -41,6 +42,9 @@ class PairTester {
   /// Elementary tests of the orphan sets; ids as in Orphans.
   void orphan_vf(const FeatureIds& ids);
   void orphan_ee(const FeatureIds& ids);
+
+  /// An edge against the faces without a common vertex to which all faces along it are adjacent.
+  void edge_against_adjacent_faces(std::uint32_t edge);
 
   /// Contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are.
   float until() const;
@@ -99,6 +103,7 @@ class PairTester {
     flush();
     tally.vf += static_cast<std::uint32_t>(output_.vf);
     tally.ee += static_cast<std::uint32_t>(output_.ee);
+    tally.ef += static_cast<std::uint32_t>(output_.ef);
     tally.possible += static_cast<std::uint32_t>(output_.possible);
     tally.earliest = std::min(tally.earliest, output_.earliest);
     output_.add(before);
@@ -108,9 +113,14 @@ class PairTester {
   // Continues with the pending face pairs that no plane separates.
   void filter_faces();
   void feature_pairs(std::uint32_t f, std::uint32_t g);
+  void edge_face_pairs(std::uint32_t f, std::uint32_t g);
+  void edge_against_face(std::uint32_t edge, std::uint32_t face);
   // Tests the block's pairs and empties it.
   void test_features();
   void run_cascade(std::span<const FeaturePair> pairs);
+  void test_proximity(std::span<const FeaturePair> pairs);
+  void test_intersections(std::span<const FeaturePair> pairs);
+  ElementaryOptions elementary_options() const;
   // The same where each pair has a separation of its own.
   void keep_distances(std::span<const FeaturePair> pairs);
   FeatureVertices features_of(const FeaturePair& pair) const;

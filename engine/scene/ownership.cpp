@@ -124,6 +124,16 @@ bool Ownership::owns(std::uint32_t f, std::uint32_t g, int bit) const {
          owns_ee(f, scene_->face_edges()[f][i], g, scene_->face_edges()[g][j]);
 }
 
+bool Ownership::owns_edge_face(std::uint32_t f, int i, std::uint32_t g) const {
+  if ((records_[f].first_bits >> (9 + i) & 1U) == 0)
+    return false;  // the same side occurs earlier in the face
+  for (const std::uint32_t h : scene_->edge_faces()[scene_->face_edges()[f][i]]) {
+    if (h == f) return true;
+    if (!are_adjacent(h, g)) return false;
+  }
+  return false;
+}
+
 bool Ownership::owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const {
   for (const std::uint32_t g : scene_->vertex_faces()[v]) {
     if (g == owner) return true;

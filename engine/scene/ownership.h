@@ -40,6 +40,10 @@ class Ownership {
   Candidates candidates(std::uint32_t f, std::uint32_t g) const;
   /// Does (f, g) own the feature pair of this bit, one of candidates(f, g).perhaps?
   bool owns(std::uint32_t f, std::uint32_t g, int bit) const;
+  /// Do the non-adjacent faces (f, g) own edge i of f against g: is f the first face along it that is not
+  /// adjacent to g? Every edge and face without a common vertex have one such pair, unless all faces along
+  /// the edge are adjacent to the face.
+  bool owns_edge_face(std::uint32_t f, int i, std::uint32_t g) const;
 
   std::size_t memory_bytes() const { return held_bytes(records_, signatures_); }
 

@@ -57,10 +57,8 @@ class Renumbering {
   std::span<const GivenVertex> given_vertices() const { return given_vertex_; }
   /// A contact between features in new numbers, in given ones.
   Contact given(Contact contact) const {
-    if (contact.kind == ContactKind::kVertexFace) {
-      contact.a = number_of(given(NewVertex{contact.a}));
-      contact.b = number_of(given(NewFace{contact.b}));
-    }
+    if (contact.kind == ContactKind::kVertexFace) contact.a = number_of(given(NewVertex{contact.a}));
+    if (contact.kind != ContactKind::kEdgeEdge) contact.b = number_of(given(NewFace{contact.b}));
     return contact;
   }
 

@@ -19,6 +19,16 @@
 
 namespace warmfront {
 
+/// A question's answer, pair by pair.
+struct FoundPairs {
+  std::vector<Contact> contacts;
+  std::vector<ContactGeometry> geometry;  ///< of these, when asked for
+
+  std::size_t memory_bytes() const {
+    return contacts.capacity() * sizeof(Contact) + geometry.capacity() * sizeof(ContactGeometry);
+  }
+};
+
 struct Core {
   /// At rest at `positions`, which were checked. `modelled` is the scene itself, or the same with bodies
   /// found in it. Parallel. Throws Stopped when told to stop.
@@ -65,10 +75,12 @@ struct Core {
   std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // by part; null where it is not tested against itself
   std::vector<PointBounds> vertex_bounds;
   std::vector<std::uint8_t> patch_culled;
-  std::vector<Contact> contacts;
-  std::vector<ContactGeometry> geometry;  // of these, when asked for
-  std::uint64_t topology_sum = 0;         // see topology_checksum()
-  std::uint64_t orphans_sum = 0;          // see orphans_checksum()
+  // Of the last step or trial, and of the last question of proximity: a commit counts the trial's.
+  FoundPairs met;
+  FoundPairs near;
+  FoundPairs& found() { return options.pair_test == PairTest::kMotion ? met : near; }
+  std::uint64_t topology_sum = 0;  // see topology_checksum()
+  std::uint64_t orphans_sum = 0;   // see orphans_checksum()
   std::uint64_t checksum() const { return topology_sum + orphans_sum; }
 };
 

@@ -27,7 +27,9 @@ class AutoPipeline final : public Pipeline {
       statistics.front_state = FrontState::kRebuilt;
       statistics.rebuild = Rebuild::kBounds;
     }
-    if (core.options.report != Report::kEarliest && !statistics.part_of_trial) trial_.take(statistics.counts);
+    const bool comparable =
+        core.options.report != Report::kEarliest && core.options.pair_test == PairTest::kMotion;
+    if (comparable && !statistics.part_of_trial) trial_.take(statistics.counts);
     return result;
   }
   void commit(Core& core, double fraction, Rounding rounding) noexcept override {

@@ -9,17 +9,18 @@
 namespace warmfront {
 
 void compute_contact_fields(Core& core, StopSignal stop) {
-  core.geometry.clear();
+  auto& [contacts, geometry] = core.found();
+  geometry.clear();
   if (!core.options.fields.any()) return;
-  core.geometry.resize(core.contacts.size());
+  geometry.resize(contacts.size());
   const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
   const Renumbering& numbering = core.topology->numbering;
-  for_each_index(0, core.contacts.size(), stop, [&](std::size_t i) {
-    const Contact& contact = core.contacts[i];
+  for_each_index(0, contacts.size(), stop, [&](std::size_t i) {
+    const Contact& contact = contacts[i];
     std::array<const VertexMotion*, 4> four;
     const auto ids = core.scene->vertices_of(contact);
     for (int k = 0; k < 4; ++k) four[k] = &vertices[number_of(numbering.renumbered(GivenVertex{ids[k]}))];
-    core.geometry[i] = contact_geometry(contact.kind, four, contact.toi);
+    geometry[i] = contact_geometry(contact.kind, four, contact.toi);
   });
 }
 

@@ -7,8 +7,8 @@
 
 namespace warmfront {
 
-/// Writes core.geometry for core.contacts, or empties it where no field was asked for. Parallel, inside
-/// Workers::run(). Throws Stopped when told to stop.
+/// Writes the geometry of core.found()'s contacts, or empties it where no field was asked for. Parallel,
+/// inside Workers::run(). Throws Stopped when told to stop.
 void compute_contact_fields(Core& core, StopSignal stop);
 
 }  // namespace warmfront

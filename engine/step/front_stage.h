@@ -15,9 +15,9 @@
 namespace warmfront {
 
 /// Is what was found of stationary leaf pairs not used again? For Report::kEarliest later contacts were left
-/// out of it.
+/// out of it, for kAny all but one.
 inline bool retests(const ColliderOptions& options) {
-  return options.report == Report::kEarliest;
+  return options.report == Report::kEarliest || options.report == Report::kAny;
 }
 
 /// Of one question.

@@ -52,7 +52,8 @@ bool LongestTrial::serves(const ColliderOptions& now, const KeepDistance& keep) 
                           now.min_separation == asked_.min_separation &&
                           reports_by_distance(now) == reports_by_distance(asked_);
   const bool same_answer = same_reach && now.report == asked_.report &&
-                           now.leave_out_overlaps == asked_.leave_out_overlaps && keep == keep_;
+                           now.leave_out_overlaps == asked_.leave_out_overlaps && keep == keep_ &&
+                           now.pair_test == asked_.pair_test && now.instant == asked_.instant;
   return (same_reach || !found_.left_out) && (same_answer || !found_.kept);
 }
 

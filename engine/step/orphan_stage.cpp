@@ -16,6 +16,13 @@ void OrphanStage::take_parts(Core& core) {
   }
 }
 
+void OrphanStage::take_edges(const Core& core) {
+  edges_.clear();
+  for (std::uint32_t p = 0; p < core.topology->parts.size(); ++p) {
+    if (!core.model.is_removed(p) && core.tests_itself(p)) edges_.push_back(core.topology->parts[p].features);
+  }
+}
+
 void OrphanStage::forget_answers(Core& core) noexcept {
   for (const auto& orphans : core.orphans) {
     if (orphans != nullptr) orphans->forget();

@@ -26,9 +26,11 @@ namespace warmfront {
 namespace {
 
 Error too_many_contacts(const ColliderOptions& options) {
+  const bool of_motion = options.pair_test == PairTest::kMotion;
   return {ErrorCode::kResourceExhausted,
-          "max_contacts: the step has more than " + std::to_string(options.max_contacts) +
-              " contacts; raise the limit, or ask for report \"count\" or \"earliest\""};
+          std::string("max_contacts: ") + (of_motion ? "the step has" : "there are") + " more than " +
+              std::to_string(options.max_contacts) + (of_motion ? " contacts" : " pairs") +
+              "; raise the limit, or ask for report \"count\"" + (of_motion ? " or \"earliest\"" : "")};
 }
 
 template <class Bounds>
@@ -37,8 +39,8 @@ class PipelineWith final : public Pipeline {
   Result<StepResult> step(Core& core, const Frame& frame, Kind kind, StopSignal stop,
                           const AcceptStep& accept) override {
     StepResult result;
-    Attempt attempt(*this, core);
     kind_ = kind;
+    Attempt attempt(*this, core);
     NarrowPhaseOutput output;
     try {
       const auto whole = [&] { output = run(core, attempt.motion, frame, stop, result.statistics); };
@@ -54,11 +56,14 @@ class PipelineWith final : public Pipeline {
     if (output.over_limit) return too_many_contacts(core.options);
     result.vf = output.vf;
     result.ee = output.ee;
+    result.ef = output.ef;
     result.possible = output.possible;
     result.overlaps_at_start = output.overlaps;
-    if (output.vf + output.ee > 0) result.earliest_toi = output.earliest;
-    result.contacts = core.contacts;
-    result.geometry = core.geometry;
+    if (output.vf + output.ee > 0 && core.options.pair_test == PairTest::kMotion)
+      result.earliest_toi = output.earliest;
+    const FoundPairs& found = core.found();
+    result.contacts = found.contacts;
+    result.geometry = found.geometry;
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
     attempt.done(kind);
@@ -140,11 +145,11 @@ class PipelineWith final : public Pipeline {
         : motion(the_core.motion), pipeline(the_pipeline), core(the_core) {}
     ~Attempt() {
       if (committed) return;
+      if (pipeline.kind_ == Kind::kAgain) motion.keep();  // the trial, which stands
       // Memory that grew with the step is given back, too.
       pipeline.narrow_.release();
       pipeline.near_.release();
-      std::vector<Contact>().swap(core.contacts);
-      std::vector<ContactGeometry>().swap(core.geometry);
+      core.found() = {};
       core.rigid_parts.undo();
       pipeline.forget_steps(core, Rebuild::kInterrupted);
       if (!hierarchies_hold) pipeline.trees_.clear();  // what was half done is not built upon
@@ -177,9 +182,9 @@ class PipelineWith final : public Pipeline {
     StepTimer timer(statistics.ms);
     statistics.bounds = bounds();
     arranged_ = false;
-    motion.begin(frame, stop);
+    kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
     if (core.keep.share > 0) take_widest_separation(core, stop);
-    const bool shorter = kind_ == Kind::kTrial && longest_.contains_motion(core, trees_.magnitude(), stop);
+    const bool shorter = is_question() && longest_.contains_motion(core, trees_.magnitude(), stop);
     return shorter ? run_shorter(core, stop, statistics, timer) : run_stages(core, stop, statistics, timer);
   }
 
@@ -197,7 +202,7 @@ class PipelineWith final : public Pipeline {
     begin_question(core, stop);
     const bool new_hierarchy = arrange(core, stop);
     counts.cone_patches = cull_patches(core, stop);
-    const NarrowPhaseInput input = narrow_input(core, stop, kind_ == Kind::kTrial);
+    const NarrowPhaseInput input = narrow_input(core, stop, is_question());
     narrow_.begin(trees_.trees(), input);
     timer.add(&StageTimes::refit);
 
@@ -219,7 +224,7 @@ class PipelineWith final : public Pipeline {
     trees_.take_looseness();
     statistics.rebuild = front_.reason_of(statistics.front_state);
     narrow_.flush();
-    if (kind_ == Kind::kTrial) remember_trial(core, stop);
+    if (is_question()) remember_trial(core, stop);
     timer.share(narrow_.take_times(), &StageTimes::front);
 
     const NarrowPhaseOutput output = answer(core, stop, timer);
@@ -256,7 +261,7 @@ class PipelineWith final : public Pipeline {
   NarrowPhaseOutput answer(Core& core, StopSignal stop, StepTimer& timer) {
     orphans_.run(core, narrow_, retests(core.options));
     timer.add(&StageTimes::adjacent);
-    const NarrowPhaseOutput output = narrow_.finish(core.contacts);
+    const NarrowPhaseOutput output = narrow_.finish(core.found().contacts);
     compute_contact_fields(core, stop);
     timer.add(&StageTimes::elementary);
     return output;
@@ -267,11 +272,11 @@ class PipelineWith final : public Pipeline {
       trees_.forget_bounds_of_moved();
       near_.forget();
     }
-    trees_.begin_step(core.motion.from(), kind_ == Kind::kTrial);
+    trees_.begin_step(core.motion.from(), is_question());
     front_.front().begin_step();
     forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, &bodies_within,
-                          kind_ == Kind::kTrial, stop);
+                          is_question(), stop);
     near_.begin(core);
   }
 
@@ -331,6 +336,9 @@ class PipelineWith final : public Pipeline {
     }
     return state;
   }
+
+  // Is the motion in hand only asked about?
+  bool is_question() const { return kind_ != Kind::kStep; }
 
   // Where the next motion begins, for which budgets are granted now.
   GapAt gap_at() const { return kind_ == Kind::kStep ? GapAt::kEnd : GapAt::kStart; }

@@ -13,15 +13,17 @@
 
 namespace warmfront {
 
-/// What becomes of a motion that was answered: it is where everything stands from now on, or was a question.
-enum class Kind : std::uint8_t { kStep, kTrial };
+/// What becomes of a motion that was answered: it is where everything stands from now on, or was a question;
+/// kAgain: another question about the motion of the last trial.
+enum class Kind : std::uint8_t { kStep, kTrial, kAgain };
 
 /// The pipeline, in the order of DESIGN section 2; one implementation for each kind of bounds. One may take
 /// over from another between steps.
 class Pipeline {
  public:
   virtual ~Pipeline() = default;
-  /// Carries out a frame that was checked, by core.options, if `accept` accepts its answer.
+  /// Carries out a frame that was checked, by core.options, if `accept` accepts its answer. Kind::kAgain
+  /// takes no frame.
   virtual Result<StepResult> step(Core& core, const Frame& frame, Kind kind, StopSignal stop,
                                   const AcceptStep& accept) = 0;
   /// Takes the last trial up to a fraction in [0, 1]. After a trial only.

@@ -30,7 +30,8 @@ Status check_all(const Positions& positions, std::uint32_t vertex_count, StopSig
 // Do they ask for the same contacts, told in the same way?
 bool ask_alike(const ColliderOptions& a, const ColliderOptions& b) {
   const auto of = [](const ColliderOptions& o) {
-    return std::tie(o.tier, o.tolerance, o.min_separation, o.report, o.leave_out_overlaps, o.keep_distance);
+    return std::tie(o.tier, o.tolerance, o.min_separation, o.report, o.leave_out_overlaps, o.keep_distance,
+                    o.pair_test, o.instant);
   };
   return of(a) == of(b);
 }

@@ -27,7 +27,7 @@ struct Counterpart<Tier> {
 template <>
 struct Counterpart<Report> {
   using Type = v1::Report;
-  static constexpr int kLast = v1::REPORT_CANDIDATES;
+  static constexpr int kLast = v1::REPORT_ANY;
 };
 template <>
 struct Counterpart<FrontMode> {
@@ -47,7 +47,12 @@ struct Counterpart<BodyKind> {
 template <>
 struct Counterpart<QuestionKind> {
   using Type = v1::Question::Kind;
-  static constexpr int kLast = v1::Question::KIND_MAX_STEP;
+  static constexpr int kLast = v1::Question::KIND_INTERSECTIONS;
+};
+template <>
+struct Counterpart<Where> {
+  using Type = v1::Question::Where;
+  static constexpr int kLast = v1::Question::WHERE_TRIAL_END;
 };
 template <>
 struct Counterpart<FrontState> {
@@ -84,7 +89,8 @@ static_assert(to_proto(Tier::kFast) == v1::TIER_FAST && to_proto(Tier::kCertifie
 static_assert(to_proto(Report::kAll) == v1::REPORT_ALL &&
               to_proto(Report::kEarliest) == v1::REPORT_EARLIEST &&
               to_proto(Report::kCount) == v1::REPORT_COUNT &&
-              to_proto(Report::kCandidates) == v1::REPORT_CANDIDATES);
+              to_proto(Report::kCandidates) == v1::REPORT_CANDIDATES &&
+              to_proto(Report::kAny) == v1::REPORT_ANY);
 static_assert(to_proto(FrontMode::kNone) == v1::FRONT_MODE_NONE &&
               to_proto(FrontMode::kPaper) == v1::FRONT_MODE_PAPER &&
               to_proto(FrontMode::kWarm) == v1::FRONT_MODE_WARM);
@@ -97,7 +103,11 @@ static_assert(to_proto(BodyKind::kDeformable) == v1::BODY_KIND_DEFORMABLE &&
               to_proto(BodyKind::kRemoved) == v1::BODY_KIND_REMOVED);
 static_assert(to_proto(QuestionKind::kStep) == v1::Question::KIND_STEP &&
               to_proto(QuestionKind::kTrial) == v1::Question::KIND_TRIAL &&
-              to_proto(QuestionKind::kMaxStep) == v1::Question::KIND_MAX_STEP);
+              to_proto(QuestionKind::kMaxStep) == v1::Question::KIND_MAX_STEP &&
+              to_proto(QuestionKind::kProximity) == v1::Question::KIND_PROXIMITY &&
+              to_proto(QuestionKind::kIntersections) == v1::Question::KIND_INTERSECTIONS);
+static_assert(to_proto(Where::kBase) == v1::Question::WHERE_BASE &&
+              to_proto(Where::kTrialEnd) == v1::Question::WHERE_TRIAL_END);
 static_assert(to_proto(FrontState::kNone) == v1::FRONT_STATE_NONE &&
               to_proto(FrontState::kBuilt) == v1::FRONT_STATE_BUILT &&
               to_proto(FrontState::kUpdated) == v1::FRONT_STATE_UPDATED &&

@@ -5,6 +5,26 @@
 
 namespace warmfront::wire {
 
+v1::ContactFields to_proto(const ContactFields& fields) {
+  v1::ContactFields message;
+  message.set_weights(fields.weights);
+  message.set_normal(fields.normal);
+  message.set_points(fields.points);
+  message.set_direction(fields.direction);
+  message.set_squared_distance(fields.squared_distance);
+  message.set_closest(fields.closest);
+  return message;
+}
+
+ContactFields fields_from(const v1::ContactFields& message) {
+  return {.weights = message.weights(),
+          .normal = message.normal(),
+          .points = message.points(),
+          .direction = message.direction(),
+          .squared_distance = message.squared_distance(),
+          .closest = message.closest()};
+}
+
 v1::ColliderOptions to_proto(const ColliderOptions& options) {
   v1::ColliderOptions message;
   message.set_tier(to_proto(options.tier));
@@ -20,9 +40,7 @@ v1::ColliderOptions to_proto(const ColliderOptions& options) {
   message.set_normal_cones(options.normal_cones);
   message.set_lazy_front(options.lazy_front);
   message.set_leaf_size(options.leaf_size);
-  message.mutable_fields()->set_weights(options.fields.weights);
-  message.mutable_fields()->set_normal(options.fields.normal);
-  message.mutable_fields()->set_points(options.fields.points);
+  *message.mutable_fields() = to_proto(options.fields);
   message.set_rebuild_after_stalled_steps(options.rebuild_after_stalled_steps);
   message.set_rebuild_every_steps(options.rebuild_every_steps);
   message.set_max_front_bytes(options.max_front_bytes);
@@ -44,7 +62,7 @@ Result<ColliderOptions> options_from(const v1::ColliderOptions& message) {
   if (message.has_min_separation()) options.min_separation = message.min_separation();
   if (message.has_normal_cones()) options.normal_cones = message.normal_cones();
   if (message.has_lazy_front()) options.lazy_front = message.lazy_front();
-  options.fields = {message.fields().weights(), message.fields().normal(), message.fields().points()};
+  options.fields = fields_from(message.fields());
   if (message.has_leaf_size()) options.leaf_size = message.leaf_size();
   if (message.has_rebuild_after_stalled_steps())
     options.rebuild_after_stalled_steps = message.rebuild_after_stalled_steps();

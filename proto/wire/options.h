@@ -8,6 +8,9 @@
 
 namespace warmfront::wire {
 
+v1::ContactFields to_proto(const ContactFields& fields);
+ContactFields fields_from(const v1::ContactFields& message);
+
 /// Every field set.
 v1::ColliderOptions to_proto(const ColliderOptions& options);
 /// Omitted fields get their default. kInvalidArgument, naming the field, for an enum value unknown to this

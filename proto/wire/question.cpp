@@ -4,6 +4,7 @@
 #include <string>
 
 #include "proto/wire/enums.h"
+#include "proto/wire/options.h"
 
 namespace warmfront::wire {
 
@@ -15,13 +16,10 @@ v1::Question to_proto(const Question& question) {
   if (options.tolerance) message.set_tolerance(*options.tolerance);
   if (options.min_separation) message.set_min_separation(*options.min_separation);
   if (options.report) message.set_report(to_proto(*options.report));
-  if (options.fields) {
-    message.mutable_fields()->set_weights(options.fields->weights);
-    message.mutable_fields()->set_normal(options.fields->normal);
-    message.mutable_fields()->set_points(options.fields->points);
-  }
+  if (options.fields) *message.mutable_fields() = to_proto(*options.fields);
   if (options.max_contacts) message.set_max_contacts(*options.max_contacts);
   message.set_leave_out_overlaps(question.leave_out_overlaps);
+  if (question.of_state()) message.set_where(to_proto(question.where));
   if (options.keep_distance) message.set_keep_distance(*options.keep_distance);
   return message;
 }
@@ -38,12 +36,13 @@ Result<Question> question_from(const v1::Question& message) {
   if (message.report() == v1::REPORT_UNSPECIFIED) options.report.reset();
   if (message.has_tolerance()) options.tolerance = message.tolerance();
   if (message.has_min_separation()) options.min_separation = message.min_separation();
-  if (message.has_fields())
-    options.fields =
-        ContactFields{message.fields().weights(), message.fields().normal(), message.fields().points()};
+  if (message.has_fields()) options.fields = fields_from(message.fields());
   if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
   question.leave_out_overlaps = message.leave_out_overlaps();
   if (message.has_keep_distance()) options.keep_distance = message.keep_distance();
+  if (Status known = read(message.where(), "question.where", question.where); !known) return known.error();
+  if (message.where() != v1::Question::WHERE_UNSPECIFIED && !question.of_state())
+    return invalid_argument("question.where: it is of KIND_PROXIMITY and KIND_INTERSECTIONS only");
   if (question.kind != QuestionKind::kMaxStep) {
     if (question.leave_out_overlaps)
       return invalid_argument("question.leave_out_overlaps: it is of KIND_MAX_STEP only");
@@ -53,6 +52,8 @@ Result<Question> question_from(const v1::Question& message) {
   } else if (options.fields) {
     return invalid_argument("question.fields: KIND_MAX_STEP tells of times alone; leave them out");
   }
+  if (Status valid = validate(question.kind, options); !valid)
+    return Error{valid.error().code, "question." + valid.error().message};
   return question;
 }
 

@@ -12,6 +12,7 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   answer.frame = frame;
   answer.vf = result.vf;
   answer.ee = result.ee;
+  answer.ef = result.ef;
   answer.possible = result.possible;
   answer.earliest_toi = result.earliest_toi;
   answer.overlaps_at_start = result.overlaps_at_start;
@@ -19,21 +20,30 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   const std::size_t rows = result.contacts.size();
   answer.kind.reserve(rows);
   answer.status.reserve(rows);
-  answer.vertices.reserve(rows);
+  (result.ef > 0 ? answer.edge_faces.reserve(rows) : answer.vertices.reserve(rows));
   answer.toi.reserve(rows);
   for (const Contact& contact : result.contacts) {
     answer.kind.push_back(static_cast<std::uint8_t>(contact.kind));
     answer.status.push_back(static_cast<std::uint8_t>(contact.status));
-    answer.vertices.push_back(scene.vertices_of(contact));
+    if (contact.kind == ContactKind::kEdgeFace)
+      answer.edge_faces.push_back(scene.edge_face_vertices_of(contact));
+    else
+      answer.vertices.push_back(scene.vertices_of(contact));
     answer.toi.push_back(contact.toi);
   }
   if (fields.weights) answer.weights.reserve(rows);
   if (fields.normal) answer.normal.reserve(rows);
   if (fields.points) answer.points.reserve(rows);
+  if (fields.direction) answer.direction.reserve(rows);
+  if (fields.squared_distance) answer.squared_distance.reserve(rows);
+  if (fields.closest) answer.closest.reserve(rows);
   for (const ContactGeometry& geometry : result.geometry) {
     if (fields.weights) answer.weights.push_back(geometry.weights);
     if (fields.normal) answer.normal.push_back(geometry.normal);
     if (fields.points) answer.points.push_back(geometry.points);
+    if (fields.direction) answer.direction.push_back(geometry.direction);
+    if (fields.squared_distance) answer.squared_distance.push_back(geometry.squared_distance);
+    if (fields.closest) answer.closest.push_back(static_cast<std::uint8_t>(geometry.closest));
   }
   return answer;
 }
@@ -42,22 +52,24 @@ namespace {
 
 std::size_t bytes_per_row(const ContactFields& fields) {
   return Answer::kBytesPerRow + (fields.weights ? 32 : 0) + (fields.normal ? 24 : 0) +
-         (fields.points ? 48 : 0);
+         (fields.points ? 48 : 0) + (fields.direction ? 24 : 0) + (fields.squared_distance ? 8 : 0) +
+         (fields.closest ? 1 : 0);
 }
 
 }  // namespace
 
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields) {
-  return result.contacts.size() * bytes_per_row(fields);
+  return result.contacts.size() * (bytes_per_row(fields) + (result.ef > 0 ? Answer::kMoreOfEdgeFace : 0));
 }
 
 std::size_t held_per_contact(const ContactFields& fields) {
   // Vectors that grow as contacts are found have room for twice as many at most: those of the threads, and
-  // the one that they are put together in; and so has that of what is told of each. The answer's columns are
-  // made in one piece, and encoded in another.
+  // those that they are put together in, of which a collider has one for motions and one for proximity; and
+  // so have those of what is told of each. The answer's columns are made in one piece, and encoded in
+  // another.
   constexpr std::size_t kGrown = 2;
-  const std::size_t found = 2 * sizeof(Contact) + (fields.any() ? sizeof(ContactGeometry) : 0);
-  return kGrown * found + 2 * bytes_per_row(fields);
+  const std::size_t found = 3 * sizeof(Contact) + (fields.any() ? 2 * sizeof(ContactGeometry) : 0);
+  return kGrown * found + 2 * (bytes_per_row(fields) + Answer::kMoreOfEdgeFace);
 }
 
 std::size_t growing_part(std::size_t max_session_bytes, bool explain) {

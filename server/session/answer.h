@@ -18,6 +18,7 @@ struct Answer {
   std::uint64_t frame = 0;
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
+  std::uint64_t ef = 0;
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;
@@ -41,22 +42,31 @@ struct Answer {
   std::vector<std::uint8_t> status;
   std::vector<std::array<std::uint32_t, 4>> vertices;
   std::vector<double> toi;
+  /// Of intersections, whose `vertices` are empty.
+  std::vector<std::array<std::uint32_t, 5>> edge_faces;
   // Those that were asked for.
   std::vector<std::array<double, 4>> weights;
   std::vector<std::array<double, 3>> normal;
   std::vector<std::array<double, 6>> points;
+  std::vector<std::array<double, 3>> direction;
+  std::vector<double> squared_distance;
+  std::vector<std::uint8_t> closest;
   /// On the session's account for as long as anyone has the answer: the session, or a stream that sends it.
   Holding memory;
 
   std::size_t rows() const { return kind.size(); }
+  std::uint64_t pairs() const { return vf + ee + ef; }
   std::size_t memory_bytes() const { return sizeof(*this) + contact_bytes(); }
   /// In memory and on the wire.
   std::size_t bytes_per_row() const {
-    return kBytesPerRow + (weights.empty() ? 0 : 32) + (normal.empty() ? 0 : 24) + (points.empty() ? 0 : 48);
+    return kBytesPerRow + (weights.empty() ? 0 : 32) + (normal.empty() ? 0 : 24) + (points.empty() ? 0 : 48) +
+           (direction.empty() ? 0 : 24) + (squared_distance.empty() ? 0 : 8) + (closest.empty() ? 0 : 1) +
+           (edge_faces.empty() ? 0 : kMoreOfEdgeFace);
   }
   std::size_t contact_bytes() const { return rows() * bytes_per_row(); }
 
   static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< of the columns that are always there
+  static constexpr std::size_t kMoreOfEdgeFace = 4;            ///< five vertices instead of four
 };
 
 /// Contact bytes of an answer, in memory and on the wire.

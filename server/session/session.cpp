@@ -552,11 +552,11 @@ Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& ask
   answer->memory = Holding(account_, answer->memory_bytes());
   answer->state_before = standing_.now;
   ++steps_unchecked_;
-  if (observer_ != nullptr) observer_->step_done(answer->statistics, answer->vf + answer->ee, waited.count());
+  if (observer_ != nullptr) observer_->step_done(answer->statistics, answer->pairs(), waited.count());
   stepped_ = true;
   if (!counts) {
     answer->state = standing_.now;
-    trial_ = digest.value();
+    if (!asked.question.of_state()) trial_ = digest.value();
     return std::shared_ptr<const Answer>(std::move(answer));
   }
   answer->state = {frame, standing_.now.revision, digest.value()};

@@ -224,6 +224,7 @@ v1::StepSummary summary_of(const Answer& answer) {
   v1::StepSummary summary;
   summary.set_vf(answer.vf);
   summary.set_ee(answer.ee);
+  summary.set_ef(answer.ef);
   summary.set_possible(answer.possible);
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
   summary.set_rows(answer.rows());
@@ -245,11 +246,18 @@ v1::StepSummary summary_of(const Answer& answer) {
 void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1::ContactColumns& columns) {
   set_bytes(*columns.mutable_kind(), answer.kind, first, count);
   set_bytes(*columns.mutable_status(), answer.status, first, count);
-  set_bytes(*columns.mutable_v(), answer.vertices, first, count);
+  if (answer.edge_faces.empty())
+    set_bytes(*columns.mutable_v(), answer.vertices, first, count);
+  else
+    set_bytes(*columns.mutable_v(), answer.edge_faces, first, count);
   set_bytes(*columns.mutable_toi(), answer.toi, first, count);
   if (!answer.weights.empty()) set_bytes(*columns.mutable_weights(), answer.weights, first, count);
   if (!answer.normal.empty()) set_bytes(*columns.mutable_normal(), answer.normal, first, count);
   if (!answer.points.empty()) set_bytes(*columns.mutable_points(), answer.points, first, count);
+  if (!answer.direction.empty()) set_bytes(*columns.mutable_direction(), answer.direction, first, count);
+  if (!answer.squared_distance.empty())
+    set_bytes(*columns.mutable_squared_distance(), answer.squared_distance, first, count);
+  if (!answer.closest.empty()) set_bytes(*columns.mutable_closest(), answer.closest, first, count);
 }
 
 }  // namespace warmfront::server

@@ -75,6 +75,9 @@ class CppDriver final : public SessionDriver {
     const auto number = session_->submit(FrameOf(operation).frame(), question);
     return number.ok() ? Status() : Status(number.error());
   }
+  Result<client::Answer> proximity(const testing::NearOperation& near) override {
+    return session_->proximity(near.distance, near.where, near.options);
+  }
   bool asks() const override { return true; }
   Result<CommitResult> commit(double fraction) override { return session_->commit(fraction); }
   Status submit_commit(double fraction) override {

@@ -365,11 +365,16 @@ Script trials() {
   kept.options.keep_distance = 0.5;
   for (const StepOperation& one : {far, near, most, kept, far}) script.operations.emplace_back(one);
   script.operations.emplace_back(CommitOperation{0.5, Rounding::kFloat64});
+  const QuestionOptions told{.fields = ContactFields{.direction = true, .squared_distance = true}};
   for (const StepOperation& one : {near, both, far}) script.operations.emplace_back(one);
+  for (const Where where : {Where::kTrialEnd, Where::kBase, Where::kTrialEnd})
+    script.operations.emplace_back(NearOperation{0.2, where, told});
   script.operations.emplace_back(CommitOperation{1, Rounding::kFloat64});
   script.operations.emplace_back(both);
   script.operations.emplace_back(CommitOperation{0, Rounding::kFloat64});
   script.operations.emplace_back(posed(1, shifted(0, 0, 0.2)));
+  script.operations.emplace_back(NearOperation{0.5, Where::kBase, {}});
+  script.operations.emplace_back(NearOperation{0.1, Where::kBase, told});
   return script;
 }
 
@@ -586,13 +591,19 @@ TEST_P(EveryPlace, MoreContactsThanAllowed) {
       if (const auto* step = std::get_if<StepOperation>(&operation)) {
         ASSERT_EQ(difference(outcome, answers.of(state, *step, options)), "");
       }
-      const bool nothing_to_commit = std::holds_alternative<CommitOperation>(operation) && !state.trial;
-      ASSERT_TRUE(outcome.done() || outcome.refused(nothing_to_commit ? ErrorCode::kFailedPrecondition
-                                                                      : ErrorCode::kResourceExhausted))
+      const auto* near = std::get_if<NearOperation>(&operation);
+      const bool of_trial = std::holds_alternative<CommitOperation>(operation) ||
+                            (near != nullptr && near->where == Where::kTrialEnd);
+      const bool no_trial = of_trial && !state.trial;
+      if (near != nullptr && !no_trial) {
+        ASSERT_EQ(difference(outcome, state.brute_force(*near, options)), "");
+      }
+      ASSERT_TRUE(outcome.done() || outcome.refused(no_trial ? ErrorCode::kFailedPrecondition
+                                                             : ErrorCode::kResourceExhausted))
           << to_string(outcome);
-      ASSERT_FALSE(nothing_to_commit && outcome.done());
+      ASSERT_FALSE(no_trial && outcome.done());
       refused |= !outcome.done();
-      if (!outcome.done()) state.trial.reset();
+      if (!outcome.done() && near == nullptr) state.trial.reset();
       refusals += outcome.done() ? 0 : 1;
       if (outcome.done()) state.accept(operation);
       ASSERT_EQ(state.difference(collider), "");

@@ -81,12 +81,14 @@ json told(const ContactFields& asked) {
   if (asked.weights) fields.push_back("weights");
   if (asked.normal) fields.push_back("normal");
   if (asked.points) fields.push_back("points");
+  if (asked.direction) fields.push_back("direction");
+  if (asked.squared_distance) fields.push_back("squared_distance");
+  if (asked.closest) fields.push_back("closest");
   return fields;
 }
 
 // As the keyword arguments of the question.
-json question_of(const StepOperation& operation) {
-  const QuestionOptions& options = operation.options;
+json told(const QuestionOptions& options) {
   json question = json::object();
   if (options.tier) question["tier"] = to_string(*options.tier);
   if (options.tolerance) question["tolerance"] = *options.tolerance;
@@ -94,6 +96,11 @@ json question_of(const StepOperation& operation) {
   if (options.report) question["report"] = to_string(*options.report);
   if (options.fields) question["fields"] = told(*options.fields);
   if (options.max_contacts) question["max_contacts"] = *options.max_contacts;
+  return question;
+}
+
+json question_of(const StepOperation& operation) {
+  json question = told(operation.options);
   if (operation.leave_out_overlaps) question["leave_out_overlaps"] = true;
   if (options.keep_distance) question["keep_distance"] = *options.keep_distance;
   return question;
@@ -155,7 +162,10 @@ client::Answer answer_of(const json& reply) {
                      from_hex<double>(reply.at("toi")),
                      from_hex<std::array<double, 4>>(reply.at("weights")),
                      from_hex<std::array<double, 3>>(reply.at("normal")),
-                     from_hex<std::array<double, 6>>(reply.at("points"))};
+                     from_hex<std::array<double, 6>>(reply.at("points")),
+                     from_hex<std::array<double, 3>>(reply.at("direction")),
+                     from_hex<double>(reply.at("squared_distance")),
+                     from_hex<ClosestFeatures>(reply.at("closest"))};
   return answer;
 }
 
@@ -217,6 +227,14 @@ class PythonDriver final : public SessionDriver {
     request["question"] = question_of(operation);
     request["kind"] = kind_of(operation);
     return done(ask("submit", std::move(request)));
+  }
+  Result<client::Answer> proximity(const testing::NearOperation& near) override {
+    json question = told(near.options);
+    question["where"] = near.where == Where::kTrialEnd ? "trial_end" : "base";
+    const Result<json> reply =
+        ask("proximity", {{"distance", hex(&near.distance, 1)}, {"question", std::move(question)}});
+    if (!reply) return reply.error();
+    return answer_of(reply.value());
   }
   bool asks() const override { return true; }
   Result<CommitResult> commit(double fraction) override {

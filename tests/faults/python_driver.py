@@ -42,6 +42,9 @@ def frame_of(frame):
     return said
 
 
+COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direction", "squared_distance", "closest")
+
+
 def hex_of(number):
     return np.float64(number).tobytes().hex()
 
@@ -50,7 +53,7 @@ def told(answer):
     if isinstance(answer, warmfront.MaxStep):
         # As the trial that it is, of which it tells the first contact.
         first = answer.first
-        columns = {name: "" for name in ("kind", "status", "v", "toi", "weights", "normal", "points")}
+        columns = {name: "" for name in COLUMNS}
         if first is None:
             return {"frame": 0, "vf": 0, "ee": 0, "possible": 0, **columns}
         columns.update(kind=f"{first.kind:02x}", status=f"{first.status:02x}", v=np.array(first.v, "<u4").tobytes().hex(),
@@ -65,7 +68,7 @@ def told(answer):
     result = {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible}
     if answer.earliest_toi is not None:
         result["earliest_toi"] = hex_of(answer.earliest_toi)
-    for name in ("kind", "status", "v", "toi", "weights", "normal", "points"):
+    for name in COLUMNS:
         column = getattr(answer, name)
         result[name] = "" if column is None else column.tobytes().hex()
     return result
@@ -89,6 +92,13 @@ class Driver:
 
     def max_step(self, request):
         return told(self.session.max_step(**frame_of(request), **request.get("question", {})))
+
+    def proximity(self, request):
+        question = request["question"]
+        # Of these, proximity() takes what has a meaning there.
+        if "tolerance" in question:
+            del question["tolerance"]
+        return told(self.session.proximity(array(request["distance"], "<f8")[0], **question))
 
     def commit(self, request):
         return told(self.session.commit(array(request["fraction"], "<f8")[0]))

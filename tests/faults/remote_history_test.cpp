@@ -42,8 +42,9 @@ struct Command {
     kThaw,
     kTrial,
     kMaxStep,
-    kLineSearch,       // trials of ever shorter motions, then a commit
-    kCommit,           // of the last trial, or of none
+    kLineSearch,  // trials of ever shorter motions, then a commit
+    kCommit,      // of the last trial, or of none
+    kNear,
     kTrialCommitStep,  // sent before the answer to the first is taken
     kKinds
   };
@@ -54,10 +55,23 @@ struct Command {
 };
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
-  constexpr const char* kNames[] = {"frame",       "two frames",   "add",    "change",
-                                    "wrong frame", "wrong change", "cut",    "switch",
-                                    "kill",        "freeze",       "thaw",   "trial",
-                                    "max_step",    "line search",  "commit", "trial, commit and step"};
+  constexpr const char* kNames[] = {"frame",
+                                    "two frames",
+                                    "add",
+                                    "change",
+                                    "wrong frame",
+                                    "wrong change",
+                                    "cut",
+                                    "switch",
+                                    "kill",
+                                    "freeze",
+                                    "thaw",
+                                    "trial",
+                                    "max_step",
+                                    "line search",
+                                    "commit",
+                                    "near",
+                                    "trial, commit and step"};
   return out << kNames[command.kind] << " drawn by " << command.draw
              << (command.lose_answer ? ", the answer is lost" : "") << "\n";
 }
@@ -202,6 +216,8 @@ class RemoteHistory {
       case Command::kCommit:
         if (driver_.asks()) expect_right(session_.commit(draw_fraction(draws), around));
         return;
+      case Command::kNear:
+        return near(draws, around);
       case Command::kTrialCommitStep:
         return trial_commit_step(draws, command.lose_answer);
       case Command::kKinds:
@@ -269,6 +285,14 @@ class RemoteHistory {
 
   void ask(Draws& draws, StepOperation::As as, const Around& around) {
     if (driver_.asks()) expect_right(session_.step(draw_trial(draws, as), around));
+  }
+
+  void near(Draws& draws, const Around& around) {
+    if (!driver_.asks()) return;
+    testing::NearOperation near = testing::draw_near(draws, session_.state());
+    near.options.max_contacts.reset();  // the daemons allow different ones
+    if (draws.below(4) == 0) near.where = Where::kTrialEnd;
+    expect_right(session_.near(near, around));
   }
 
   void line_search(Draws& draws, const Around& around) {

@@ -36,13 +36,18 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
     if (fields.weights) table.weights.push_back(expected.geometry[i].weights);
     if (fields.normal) table.normal.push_back(expected.geometry[i].normal);
     if (fields.points) table.points.push_back(expected.geometry[i].points);
+    if (fields.direction) table.direction.push_back(expected.geometry[i].direction);
+    if (fields.squared_distance) table.squared_distance.push_back(expected.geometry[i].squared_distance);
+    if (fields.closest) table.closest.push_back(expected.geometry[i].closest);
   }
   const client::ContactTable& given = answer.contacts;
   if (given.kind != table.kind || given.status != table.status || given.vertices != table.vertices)
     return "other contacts";
   if (!same_bits(given.toi, table.toi)) return "other times";
-  const bool same_fields = same_bits(given.weights, table.weights) && same_bits(given.normal, table.normal) &&
-                           same_bits(given.points, table.points);
+  const bool same_fields =
+      same_bits(given.weights, table.weights) && same_bits(given.normal, table.normal) &&
+      same_bits(given.points, table.points) && same_bits(given.direction, table.direction) &&
+      same_bits(given.squared_distance, table.squared_distance) && given.closest == table.closest;
   return same_fields ? "" : "other fields";
 }
 
@@ -158,6 +163,29 @@ std::string RemoteSession::trial_commit_step(const StepOperation& trial, double 
   if (stepped.ok() || stepped.error().code != ErrorCode::kFailedPrecondition)
     return "a frame after one that was refused must be refused as out of order";
   return "";
+}
+
+std::string RemoteSession::near(const testing::NearOperation& operation, const Around& around) {
+  const std::string name = to_string(Operation(operation));
+  std::optional<Result<client::Answer>> answer;
+  around([&] { answer.emplace(driver_.proximity(operation)); });
+  if (operation.where == Where::kTrialEnd && !state_.trial) {
+    if (!answer->ok() && answer->error().code == ErrorCode::kFailedPrecondition) return "";
+    return name + " of no trial: " + (answer->ok() ? "answered" : answer->error().message);
+  }
+  const Outcome expected = state_.brute_force(operation, options_);
+  if (!answer->ok()) {
+    if (answer->error().code == ErrorCode::kResourceExhausted && expected.contacts.size() > few_) return "";
+    if (answer->error().code == ErrorCode::kInvalidArgument && expected.refused(ErrorCode::kInvalidArgument))
+      return "";
+    return name + ": " + answer->error().message;
+  }
+  if (!expected.done()) return name + ": answered, and it is wrong";
+  const ContactFields fields =
+      merged(options_, Question::proximity(operation.distance, operation.where, operation.options)).fields;
+  const std::string differs =
+      difference(answer->value(), expected, Scene::create(state_.scene).value(), fields);
+  return differs.empty() ? "" : name + ": " + differs;
 }
 
 std::string RemoteSession::add(const AddOperation& add, const Around& around) {

@@ -35,6 +35,8 @@ class RemoteSession {
   /// where that is accepted.
   std::string trial_commit_step(const testing::StepOperation& trial, double fraction,
                                 const testing::StepOperation& step, const std::function<void()>& between);
+  /// Of the last trial's end it must be refused where there is none.
+  std::string near(const testing::NearOperation& operation, const Around& around = as_it_is);
   std::string add(const testing::AddOperation& add, const Around& around = as_it_is);
   std::string change(const testing::ChangeOperation& change, const Around& around = as_it_is);
   /// Of which the daemon, or the client itself, must say kInvalidArgument.

@@ -22,7 +22,10 @@ class SessionDriver {
   /// As the operation says: a step, a trial, or max_step, of which the answer is the trial's.
   virtual Result<client::Answer> step(const testing::StepOperation& operation) = 0;
   virtual Status submit(const testing::StepOperation& operation) = 0;
-  /// Does it know trials and commits?
+  virtual Result<client::Answer> proximity(const testing::NearOperation&) {
+    return Error{ErrorCode::kUnimplemented, "this driver knows no proximity"};
+  }
+  /// Does it know trials, commits and proximity?
   virtual bool asks() const { return false; }
   virtual Result<CommitResult> commit(double) {
     return Error{ErrorCode::kUnimplemented, "this driver knows no commits"};

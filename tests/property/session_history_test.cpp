@@ -43,6 +43,7 @@ struct Command {
     kMaxStep,
     kCommit,
     kWrongCommit,
+    kNear,
     kKinds
   };
   Kind kind = kFrame;
@@ -54,7 +55,7 @@ std::ostream& operator<<(std::ostream& out, const Command& command) {
   constexpr const char* kNames[] = {
       "frame",  "nothing moves", "glide",       "add",          "change",         "place",       "self_check",
       "forget", "resume",        "wrong frame", "wrong change", "wrong addition", "wrong place", "outlier",
-      "trial",  "line search",   "max_step",    "commit",       "wrong commit"};
+      "trial",  "line search",   "max_step",    "commit",       "wrong commit",   "near"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }
@@ -108,7 +109,12 @@ ColliderOptions draw_options(Draws& draws, double unit) {
   options.report = static_cast<Report>(draws.below(4));
   options.explain = draws.below(6) == 0;
   options.normal_cones = draws.below(4) == 0;
-  options.fields = {draws.below(2) == 0, draws.below(2) == 0, draws.below(2) == 0};
+  options.fields = {.weights = draws.below(2) == 0,
+                    .normal = draws.below(2) == 0,
+                    .points = draws.below(2) == 0,
+                    .direction = draws.below(3) == 0,
+                    .squared_distance = draws.below(3) == 0,
+                    .closest = draws.below(3) == 0};
   if (draws.below(4) == 0) options.max_front_bytes = static_cast<std::size_t>(draws.below(4096));
   if (draws.below(3) == 0) options.max_contacts = static_cast<std::size_t>(draws.below(30));
   return options;
@@ -148,6 +154,14 @@ class History {
         return carry(draw_commit(draws), command.fault);
       case Command::kWrongCommit:
         return refuse(CommitOperation{draws.below(2) == 0 ? 1.0 + 0x1p-52 : std::nan("")}, command.fault);
+      case Command::kNear: {
+        NearOperation near = draw_near(draws, state_);
+        if (!state_.trial && draws.below(8) == 0) {
+          near = {0.1 * state_.unit, Where::kTrialEnd, {}};
+          return refuse(near, command.fault, ErrorCode::kFailedPrecondition);
+        }
+        return carry(near, command.fault);
+      }
       case Command::kNothingMoves:
         return carry(StepOperation{}, command.fault);
       case Command::kGlide:
@@ -235,6 +249,7 @@ class History {
 
   // The answer that an operation must get when it meets no fault.
   Outcome right(const Operation& operation) const {
+    if (const auto* near = std::get_if<NearOperation>(&operation)) return state_.brute_force(*near, options_);
     const auto* step = std::get_if<StepOperation>(&operation);
     return step == nullptr ? Outcome{} : state_.brute_force(*step, options_);
   }
@@ -271,9 +286,9 @@ class History {
 
   // A question that failed is followed by no commit; nor are changes.
   void forget_trial(const Operation& failed) {
-    const bool keeps = std::holds_alternative<CheckOperation>(failed) ||
-                       std::holds_alternative<ForgetOperation>(failed) ||
-                       std::holds_alternative<CommitOperation>(failed);
+    const bool keeps =
+        std::holds_alternative<CheckOperation>(failed) || std::holds_alternative<ForgetOperation>(failed) ||
+        std::holds_alternative<NearOperation>(failed) || std::holds_alternative<CommitOperation>(failed);
     if (!keeps) state_.trial.reset();
   }
 

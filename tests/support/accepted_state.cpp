@@ -14,6 +14,7 @@
 #include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/keep_distance.h"
+#include "engine/elementary/proximity.h"
 #include "engine/part_way.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/scenes.h"
@@ -241,7 +242,8 @@ void AcceptedState::accept(const Operation& operation) {
   if (step != nullptr) accept_step(*this, *step);
   if (const auto* commit = std::get_if<CommitOperation>(&operation)) accept_commit(*this, *commit);
   if (!std::holds_alternative<CheckOperation>(operation) &&
-      !std::holds_alternative<ForgetOperation>(operation))
+      !std::holds_alternative<ForgetOperation>(operation) &&
+      !std::holds_alternative<NearOperation>(operation))
     trial.reset();
   if (const auto* add = std::get_if<AddOperation>(&operation)) accept_addition(*this, *add);
   if (const auto* change = std::get_if<ChangeOperation>(&operation)) accept_change(*this, *change);
@@ -302,6 +304,42 @@ std::string AcceptedState::difference(const Collider& collider) const {
   return same_faces ? "" : "scene().faces() differ";
 }
 
+namespace {
+
+Outcome refusal(const Status& why) {
+  Outcome refused;
+  refused.kind = Outcome::Kind::kRefused;
+  refused.error = why.error();
+  return refused;
+}
+
+// All that `test` finds of the pairs that the scene allows, one by one.
+template <class Test>
+std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
+                              std::span<const VertexMotion> vertices, Test&& test) {
+  std::vector<Contact> contacts;
+  for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
+    if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
+    const Verdict verdict = test(features_of(made, vertices, kind, a, b));
+    if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
+  });
+  return contacts;
+}
+
+void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices) {
+  for (const Contact& contact : outcome.contacts) {
+    const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
+    outcome.geometry.push_back(contact_geometry(contact.kind, four.vertex, contact.toi));
+  }
+}
+
+ElementaryOptions elementary_options(const ColliderOptions& options) {
+  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+}
+
+}  // namespace
+
 Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOptions& of_session) const {
   ColliderOptions options = merged(of_session, step.options);
   const bool max_step = step.as == StepOperation::As::kMaxStep;
@@ -313,41 +351,47 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const QuestionKind kind = max_step                               ? QuestionKind::kMaxStep
                             : step.as == StepOperation::As::kTrial ? QuestionKind::kTrial
                                                                    : QuestionKind::kStep;
-  for (const Status& valid : {validate(kind, step.options), validate(options)}) {
-    if (valid) continue;
-    Outcome refused;
-    refused.kind = Outcome::Kind::kRefused;
-    refused.error = valid.error();
-    return refused;
-  }
+  for (const Status& valid : {validate(kind, step.options), validate(options)})
+    if (!valid) return refusal(valid);
   const Scene made = Scene::create(scene).value();
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
   const bool candidates = options.report == Report::kCandidates;
-  const ElementaryOptions elementary{
-      .tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
   const KeepDistance keep{options.keep_distance.value_or(0), options.min_separation};
   const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
-  std::vector<Contact> contacts;
-  for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
-    const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
-    if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
-    const FeatureVertices features = features_of(made, vertices, kind, a, b);
-    const Verdict verdict = options.keep_distance ? keep_distance_test(features, keep, kept)
-                            : candidates          ? candidate_test(features, options.min_separation)
-                                                  : elementary_test(features, elementary, counts);
-    if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
-  });
-  Outcome outcome = answer_of(std::move(contacts), options);
+  Outcome outcome = answer_of(
+      found_by(scene, made, vertices,
+               [&](const FeatureVertices& features) {
+                 return options.keep_distance ? keep_distance_test(features, keep, kept)
+                        : candidates          ? candidate_test(features, options.min_separation)
+                                     : elementary_test(features, elementary_options(options), counts);
+               }),
+      options);
   if (max_step) {  // which tells of the first alone
     outcome.vf = outcome.ee = outcome.possible = 0;
     outcome.contacts.resize(std::min<std::size_t>(outcome.contacts.size(), 1));
   }
-  if (!options.fields.any()) return outcome;
-  for (const Contact& contact : outcome.contacts) {
-    const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
-    outcome.geometry.push_back(contact_geometry(contact.kind, four.vertex, contact.toi));
-  }
+  if (options.fields.any()) describe(outcome, made, vertices);
+  return outcome;
+}
+
+Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOptions& of_session) const {
+  const ColliderOptions options =
+      merged(of_session, Question::proximity(near.distance, near.where, near.options));
+  if (const Status valid = validate(options); !valid) return refusal(valid);
+  const Scene made = Scene::create(scene).value();
+  const bool at_end = near.where == Where::kTrialEnd;
+  const std::vector<VertexMotion> vertices =
+      motion_between(positions, at_end ? target_of(*this, *trial) : positions);
+  ElementaryCounts counts;
+  Outcome outcome = answer_of(found_by(scene, made, vertices,
+                                       [&](const FeatureVertices& features) {
+                                         return proximity_test(features, options.instant,
+                                                               elementary_options(options), counts);
+                                       }),
+                              options);
+  outcome.earliest_toi.reset();
+  if (options.fields.any()) describe(outcome, made, vertices);
   return outcome;
 }
 
@@ -432,9 +476,24 @@ QuestionOptions draw_question(Draws& draws, const AcceptedState& state) {
   if (draws.below(2) == 0)
     options.min_separation = std::array{0.0, 0.02, 0.1, 0.3}[draws.below(4)] * state.unit;
   if (draws.below(2) == 0) options.report = static_cast<Report>(draws.below(4));
-  if (draws.below(3) == 0) options.fields = ContactFields{draws.below(2) == 0, draws.below(2) == 0, true};
+  if (draws.below(3) == 0)
+    options.fields = ContactFields{.weights = draws.below(2) == 0,
+                                   .normal = draws.below(2) == 0,
+                                   .points = true,
+                                   .direction = draws.below(2) == 0,
+                                   .squared_distance = draws.below(2) == 0,
+                                   .closest = draws.below(2) == 0};
   if (draws.below(6) == 0) options.max_contacts = static_cast<std::size_t>(draws.below(30));
   return options;
+}
+
+NearOperation draw_near(Draws& draws, const AcceptedState& state) {
+  NearOperation near;
+  near.distance = std::array{0.0, 0.02, 0.1, 0.3}[draws.below(4)] * state.unit;
+  if (state.trial && draws.below(2) == 0) near.where = Where::kTrialEnd;
+  near.options = draw_question(draws, state);
+  near.options.min_separation.reset();
+  return near;
 }
 
 AddOperation draw_addition(Draws& draws, const AcceptedState& state) {

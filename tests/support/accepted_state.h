@@ -45,6 +45,8 @@ struct AcceptedState {
   /// The answer to a valid step by testing every pair of features that the scene allows, one by one; tiers
   /// certified and exact.
   Outcome brute_force(const StepOperation& step, const ColliderOptions& options) const;
+  /// The same for a question of proximity; at a trial's end there must be a trial.
+  Outcome brute_force(const NearOperation& near, const ColliderOptions& options) const;
 };
 
 /// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies.
@@ -57,6 +59,8 @@ AcceptedState scaled(AcceptedState state, double unit, double offset);
 StepOperation draw_step(Draws& draws, const AcceptedState& state);
 /// Options of one question; some contradict those of a session in the exact tier.
 QuestionOptions draw_question(Draws& draws, const AcceptedState& state);
+/// Of the base or, sometimes where there is one, of the last trial's end.
+NearOperation draw_near(Draws& draws, const AcceptedState& state);
 /// A body to be added, and one described otherwise; of a scene that declares bodies.
 AddOperation draw_addition(Draws& draws, const AcceptedState& state);
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state);

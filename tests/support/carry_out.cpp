@@ -58,6 +58,11 @@ class Call {
             [&](const CommitOperation& commit) {
               return of(collider.commit(commit.fraction, commit.rounding));
             },
+            [&](const NearOperation& near) -> Answer {
+              Result<StepResult> result = collider.proximity(near.distance, near.where, near.options, flag);
+              if (!result) return {std::move(result.error()), std::nullopt};
+              return {std::nullopt, std::move(result).value()};
+            },
             [&](const CheckOperation&) { return of(collider.self_check(flag)); },
             [&](const ForgetOperation&) {
               collider.forget_warmth();

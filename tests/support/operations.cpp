@@ -80,6 +80,10 @@ std::string to_string(const Operation& operation) {
             return "change(" + std::to_string(several.changes.size()) + " changes)";
           },
           [](const CommitOperation& commit) { return "commit(" + std::to_string(commit.fraction) + ")"; },
+          [](const NearOperation& near) {
+            return "proximity(" + std::to_string(near.distance) +
+                   (near.where == Where::kTrialEnd ? ", at the trial's end)" : ")");
+          },
           [](const CheckOperation&) { return std::string("self_check()"); },
           [](const ForgetOperation&) { return std::string("forget_warmth()"); },
       },

@@ -48,10 +48,16 @@ struct CommitOperation {
   double fraction = 1;
   Rounding rounding = Rounding::kFloat64;
 };
+/// Which pairs are near? A question without a motion.
+struct NearOperation {
+  double distance = 0;
+  Where where = Where::kBase;
+  QuestionOptions options;
+};
 struct CheckOperation {};
 struct ForgetOperation {};
 using Operation = std::variant<StepOperation, PlaceOperation, AddOperation, ChangeOperation, ChangesOperation,
-                               CommitOperation, CheckOperation, ForgetOperation>;
+                               CommitOperation, NearOperation, CheckOperation, ForgetOperation>;
 std::string to_string(const Operation& operation);
 
 /// The outcome of a call.
@@ -60,7 +66,7 @@ struct Outcome {
   Kind kind = Kind::kDone;
   bool met_fault = false;  ///< see Fault: the n-th event occurred
   Error error{};           ///< of a refused call
-  // Of a step.
+  // Of a step or a question.
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
   std::uint64_t possible = 0;

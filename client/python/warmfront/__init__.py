@@ -15,7 +15,7 @@ was answered last, with exactly one answer to each frame and the same bits. Erro
 canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
 from .answer import (
-    AllDeformable, Committed, Contact, Contacts, Kind, MaxStep, StageTimes, Statistics, Status,
+    AllDeformable, Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, StageTimes, Statistics, Status,
     StepCounts,
 )
 from .client import Client, connect
@@ -34,9 +34,9 @@ from .session import Session
 
 __all__ = [
     "Aborted", "AbortedError", "AllDeformable", "AlreadyExists", "AlreadyExistsError", "Body",
-    "Cancelled", "CancelledError", "Client", "Code", "Committed", "connect", "Contact", "Contacts",
+    "Cancelled", "CancelledError", "Client", "Closest", "Code", "Committed", "connect", "Contact", "Contacts",
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
-    "FailedPreconditionError", "Internal", "InternalError", "InvalidArgument", "InvalidArgumentError",
+    "FailedPreconditionError", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
     "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "Patience", "PermissionDenied",
     "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "Security",
     "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "StepCounts",

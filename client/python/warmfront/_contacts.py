@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ._topology import Topology
 from ._wire import Malformed, fields
-from .answer import Committed, Contact, Contacts, Kind, MaxStep, Status
+from .answer import Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status
 from .errors import InternalError, WarmfrontError, class_of
 from .v1 import step_pb2
 
@@ -27,6 +27,9 @@ _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     5: ("weights", "<f8", (4,)),
     6: ("normal", "<f8", (3,)),
     7: ("points", "<f8", (2, 3)),
+    8: ("squared_distance", "<f8", ()),
+    9: ("closest", "u1", ()),
+    10: ("direction", "<f8", (3,)),
 }
 _ALWAYS = ("kind", "status", "v", "toi")
 
@@ -86,6 +89,9 @@ def _parse_columns(view: memoryview) -> Columns:
         if number not in _COLUMNS or not isinstance(value, memoryview):
             continue
         name, dtype, shape = _COLUMNS[number]
+        kinds = columns.get("kind")  # which the daemon writes first
+        if name == "v" and kinds is not None and len(kinds) > 0 and kinds[0] == Kind.EDGE_FACE:
+            shape = (5,)
         size = int(np.dtype(dtype).itemsize * np.prod(shape, dtype=int))
         if len(value) % size:
             raise malformed(f"column {name} of {len(value)} bytes")
@@ -94,10 +100,13 @@ def _parse_columns(view: memoryview) -> Columns:
         rows = len(columns.get("kind", ()))
         if any(len(column) != rows for column in columns.values()) or any(name not in columns for name in _ALWAYS):
             raise malformed("columns of unequal length")
-        if (columns["kind"] > 1).any():
+        kinds = columns["kind"]
+        if (kinds > 2).any() or ((kinds == 2).any() and not (kinds == 2).all()):
             raise malformed("a contact of unknown kind")
         if ((columns["status"] < 1) | (columns["status"] > 4)).any():
             raise malformed("a contact of unknown status")
+        if "closest" in columns and (columns["closest"] > 3).any():
+            raise malformed("closest features of unknown kind")
     return columns
 
 
@@ -119,6 +128,12 @@ def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional
     if rows != last.summary.rows:
         raise malformed(f"{rows} of {last.summary.rows} contacts")
     return Contacts(last.frame, summary=last.summary, topology=topology, **joined)  # type: ignore[arg-type]
+
+
+def intersections_of(contacts: Contacts, summary: Any) -> Intersections:
+    """Of the rows of edges and faces, and their v1.StepSummary."""
+    v = contacts.v if len(contacts) > 0 else np.empty((0, 5), "<u4")
+    return Intersections(contacts.frame, summary.ef, v[:, :2], v[:, 2:], contacts.statistics)
 
 
 def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:

@@ -6,15 +6,15 @@ from __future__ import annotations
 import time
 from typing import Optional, Union
 
-from ._contacts import AnswerPart, error_from, finish, max_step_of, up_to
+from ._contacts import AnswerPart, error_from, finish, intersections_of, max_step_of, up_to
 from ._frame import Request, SentCommit
 from ._resume import Link, TimeUp
-from .answer import Committed, Contacts, MaxStep
+from .answer import Committed, Contacts, Intersections, MaxStep
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InternalError, UnavailableError,
                      UnimplementedError, WarmfrontError, lost_session, other_state)
 from .v1 import step_pb2
 
-Answer = Union[Contacts, MaxStep, Committed]
+Answer = Union[Contacts, MaxStep, Committed, Intersections]
 
 
 class Exchange:
@@ -48,7 +48,8 @@ class Exchange:
     def submit(self, request: Request) -> None:
         """After the checks."""
         self._link.unanswered.append(request)
-        self._link.may_commit = not request.counts
+        if request.counts or request.is_trial:
+            self._link.may_commit = request.is_trial
         self.send()
 
     def next_answer(self) -> Answer:
@@ -89,7 +90,7 @@ class Exchange:
         answer left it. The daemon stops what it is about."""
         link = self._link
         link.drop_stream()
-        if any(request.kind != "commit" for request in link.unanswered):
+        if any(request.is_trial or request.kind == "step" for request in link.unanswered):
             link.trial = None
         link.may_commit = link.trial is not None
         link.unanswered.clear()
@@ -131,8 +132,8 @@ class Exchange:
             return None
         # The frame is due in this session: a copy that answered it otherwise, or expects another, is none of it.
         out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == link.header.first_frame + 1
-        # So is one that does not know the trial that this commit is of.
-        trial_lost = (request.kind == "commit" and link.trial is not None and link.echo is None and link.echo_error is None
+        # So is one that does not know the trial that this is about.
+        trial_lost = (request.needs_trial and link.trial is not None and link.echo is None and link.echo_error is None
                       and response.error.frame == request.number and isinstance(error, FailedPreconditionError))
         if other_state(error) or out_of_order or trial_lost:
             link.resume(AbortedError(error.message, reason="STATE_CHANGED"))
@@ -148,9 +149,9 @@ class Exchange:
             link.echo = None
             link.echo_error = error
             return None
-        if request.kind == "commit" and link.echo_error is not None:
+        if request.needs_trial and link.echo_error is not None:
             error = link.echo_error
-        if request.kind != "commit" or isinstance(error, FailedPreconditionError):
+        if request.is_trial or request.kind == "step" or (request.needs_trial and isinstance(error, FailedPreconditionError)):
             link.trial = None
         self._answered()
         if request.kind == "commit" and not link.unanswered:
@@ -206,7 +207,10 @@ class Exchange:
         contacts = finish(parts, asked, link.state.topology())
         if request.counts:
             link.state.take(request)
-        link.trial = None if request.counts else (request, contacts)
+        if request.counts or request.is_trial:
+            link.trial = None if request.counts else (request, contacts)
+        if request.kind == "intersections":
+            return intersections_of(contacts, parts[-1].summary)
         return max_step_of(contacts, parts[-1].summary) if request.kind == "max_step" else contacts
 
     def _answered(self) -> None:

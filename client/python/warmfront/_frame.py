@@ -67,6 +67,16 @@ class SentFrame:
         """Whether its answer moves the session to its number."""
         return self.kind == "step"
 
+    @property
+    def is_trial(self) -> bool:
+        """Whether it may be committed."""
+        return self.question.is_trial
+
+    @property
+    def needs_trial(self) -> bool:
+        """Whether it is about the last trial."""
+        return self.question.of_trial_end
+
     def positions(self) -> Bytes:
         """All of them; a view if they are in one message."""
         return self.bytes_of(_POSITIONS)
@@ -99,6 +109,8 @@ class SentCommit:
 
     kind: QuestionKind = "commit"
     counts = True
+    is_trial = False
+    needs_trial = True
 
     def __init__(self, number: int, fraction: float) -> None:
         self.number = number

@@ -10,13 +10,18 @@ from .errors import InvalidArgumentError
 from .options import ContactField, Options, Report, Tier
 from .v1 import step_pb2
 
-QuestionKind = Literal["step", "trial", "max_step", "commit"]
+QuestionKind = Literal["step", "trial", "max_step", "commit", "proximity", "intersections"]
+#: The state that a question without a motion is asked of.
+Where = Literal["base", "trial_end"]
 
 _KINDS = {
     "step": step_pb2.Question.KIND_STEP,
     "trial": step_pb2.Question.KIND_TRIAL,
     "max_step": step_pb2.Question.KIND_MAX_STEP,
+    "proximity": step_pb2.Question.KIND_PROXIMITY,
+    "intersections": step_pb2.Question.KIND_INTERSECTIONS,
 }
+_WHERES = {"base": step_pb2.Question.WHERE_BASE, "trial_end": step_pb2.Question.WHERE_TRIAL_END}
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,12 @@ class Question:
     kind: QuestionKind
     content: bytes = b""
     fields: Optional[tuple[str, ...]] = None
+    of_trial_end: bool = False
+
+    @property
+    def is_trial(self) -> bool:
+        """Whether its motion may be committed."""
+        return self.kind in ("trial", "max_step")
 
 # Without options, as question_of() makes them.
 _PLAIN: dict[str, Question] = {
@@ -46,11 +57,12 @@ def question_of(
     fields: Optional[Collection[ContactField]] = None,
     max_contacts: Optional[int] = None,
     leave_out_overlaps: bool = False,
+    where: Optional[Where] = None,
     keep_distance: Optional[float] = None,
 ) -> Question:
     """InvalidArgumentError for what the contract has no word for, and for what does not go together."""
     # Most questions: a step of a small scene takes no longer than reading all options.
-    given = (tier, tolerance, min_separation, report, fields, max_contacts, keep_distance)
+    given = (tier, tolerance, min_separation, report, fields, max_contacts, where, keep_distance)
     if kind in _PLAIN and not leave_out_overlaps and all(option is None for option in given):
         return _PLAIN[kind]
     if kind not in _KINDS:
@@ -59,6 +71,10 @@ def question_of(
         raise InvalidArgumentError("max_step: it tells the first contact alone; give no report and no fields")
     if leave_out_overlaps and kind != "max_step":
         raise InvalidArgumentError(f"leave_out_overlaps: it is of max_step alone, and not of a {kind}")
+    of_state = kind in ("proximity", "intersections")
+    if where is not None and not (of_state and where in _WHERES):
+        raise InvalidArgumentError(f"where: {where!r} is none of {', '.join(_WHERES)}" if of_state else
+                                   f"where: it is of proximity and intersections alone, and not of a {kind}")
     if keep_distance is not None and kind != "max_step":
         raise InvalidArgumentError(f"keep_distance: it is of max_step alone, and not of a {kind}")
     options = Options(tier=tier, tolerance=tolerance, min_separation=min_separation, report=report, max_contacts=max_contacts,
@@ -69,6 +85,8 @@ def question_of(
         message.fields.SetInParent()  # none of them is an answer too
     if leave_out_overlaps:
         message.leave_out_overlaps = True
+    if where is not None:
+        message.where = _WHERES[where]
     if keep_distance is not None:
         message.keep_distance = share_of(keep_distance)
     # A step without more to say is what daemons took before there were questions.
@@ -77,7 +95,7 @@ def question_of(
     columns: Optional[tuple[str, ...]] = () if kind == "max_step" else None
     if fields is not None:
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
-    return Question(kind, message.SerializeToString(), columns)
+    return Question(kind, message.SerializeToString(), columns, where == "trial_end")
 
 
 def share_of(keep_distance: float) -> float:

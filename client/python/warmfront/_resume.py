@@ -212,9 +212,9 @@ class Link:
         self.sent = 0
         self.partial = []
         self.draining = False
-        commits = len(self.unanswered) > 0 and self.unanswered[0].kind == "commit"
+        needed = len(self.unanswered) > 0 and self.unanswered[0].needs_trial
         self.echo = None
-        if commits and not self._ahead and self.trial is not None:
+        if needed and not self._ahead and self.trial is not None:
             self.echo = self.trial[0].asked(question_of("trial", report="count"), self.chunk_bytes)
         self.echo_sent = False
         self.echo_error = None

@@ -20,12 +20,22 @@ class Kind(enum.IntEnum):
 
     VERTEX_FACE = 0
     EDGE_EDGE = 1
+    EDGE_FACE = 2  #: of intersections alone
+
+
+class Closest(enum.IntEnum):
+    """Values of `Contacts.closest`: which features of the two have the closest points."""
+
+    VERTEX_VERTEX = 0
+    EDGE_VERTEX = 1
+    EDGE_EDGE = 2
+    FACE_VERTEX = 3
 
 
 class Status(enum.IntEnum):
     """Values of `Contacts.status`."""
 
-    HIT = 1  #: proved: they meet
+    HIT = 1  #: proved: they meet; of `proximity()`, they are within the distance
     POSSIBLE = 2  #: within tolerance; neither a meeting nor a miss could be proved
     OVERLAP_AT_START = 3  #: not provably apart at t = 0; toi is 0
     BUDGET = 4  #: the test's budget ended; toi is the earliest time not excluded
@@ -101,6 +111,27 @@ class Contact:
     toi: float
 
 
+@dataclass(frozen=True, eq=False)
+class Intersections:
+    """Edges and faces without a common vertex that meet; `len()` of it is how many are listed, `bool()` whether there are any.
+
+    frame: number of the next one. count: how many meet; with report "any" 1 where any do, without the list. edges (k, 2)
+    uint32: vertices of the edge; faces (k, 3) uint32: of the face. Sorted by the scene's edge and face.
+    """
+
+    frame: int
+    count: int
+    edges: npt.NDArray[np.uint32]
+    faces: npt.NDArray[np.uint32]
+    statistics: Statistics
+
+    def __len__(self) -> int:
+        return len(self.edges)
+
+    def __bool__(self) -> bool:
+        return self.count > 0
+
+
 @dataclass(frozen=True)
 class MaxStep:
     """How far a motion may go; `float()` of it is the fraction.
@@ -142,13 +173,15 @@ class Contacts:
 
     kind (k) uint8: `Kind`. status (k) uint8: `Status`. v (k, 4) uint32: the vertex, then the face's three; or edge a's
     two, then edge b's two. toi (k) float64 in [0, 1], in steps: never later than the first time of contact (in tier
-    "fast", an estimate of it).
+    "fast", an estimate of it). Of `proximity()` the instant that was asked about: 0, or 1 at a trial's end.
     Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
     at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges, towards the side that
-    the vertex or first edge comes from; points (k, 2, 3) float64, the closest points in the scene's length unit.
-    `normal` is the features' own: with a separation it differs, by up to a right angle and more, from the direction between
-    the closest points if one of these lies on the face's rim or at an edge's end. Use `points[:, 0] - points[:, 1]` to push
-    two things apart, and the normal only where the points coincide.
+    the vertex or first edge comes from; points (k, 2, 3) float64, the closest points in the scene's length unit; direction
+    (k, 3) float64, unit, from the second of these to the first, zero where they touch; squared_distance (k) float64, of
+    these points; closest (k) uint8: `Closest`, which features they are on, where weights are exactly 0 for the others.
+    `normal` is the features' own: with a separation it differs, by up to a right angle and more, from `direction` if a
+    closest point lies on the face's rim or at an edge's end. Use the direction to push two things apart, and the normal only
+    where they touch.
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
     frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and
@@ -170,6 +203,9 @@ class Contacts:
         weights: Optional[npt.NDArray[np.float64]],
         normal: Optional[npt.NDArray[np.float64]],
         points: Optional[npt.NDArray[np.float64]],
+        direction: Optional[npt.NDArray[np.float64]],
+        squared_distance: Optional[npt.NDArray[np.float64]],
+        closest: Optional[npt.NDArray[np.uint8]],
         summary: Any,
         topology: Optional[Topology] = None,
     ) -> None:
@@ -182,6 +218,9 @@ class Contacts:
         self.weights = weights
         self.normal = normal
         self.points = points
+        self.direction = direction
+        self.squared_distance = squared_distance
+        self.closest = closest
         self.vf: int = summary.vf
         self.ee: int = summary.ee
         self.possible: int = summary.possible

@@ -9,19 +9,19 @@ from typing import Any, Literal, Optional
 from .errors import InvalidArgumentError
 
 Tier = Literal["fast", "certified", "exact"]
-Report = Literal["all", "earliest", "count", "candidates"]
+Report = Literal["all", "earliest", "count", "candidates", "any"]
 FrontMode = Literal["none", "paper", "warm"]
 BoundsKind = Literal["aabb", "kdop18", "auto"]
-ContactField = Literal["weights", "normal", "points"]
+ContactField = Literal["weights", "normal", "points", "direction", "squared_distance", "closest"]
 
 # The wire's enums list these names in this order, after UNSPECIFIED.
 _CHOICES: dict[str, tuple[str, ...]] = {
     "tier": ("fast", "certified", "exact"),
-    "report": ("all", "earliest", "count", "candidates"),
+    "report": ("all", "earliest", "count", "candidates", "any"),
     "front": ("none", "paper", "warm"),
     "bounds": ("aabb", "kdop18", "auto"),
 }
-_FIELDS = ("weights", "normal", "points")
+_FIELDS = ("weights", "normal", "points", "direction", "squared_distance", "closest")
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,15 @@ class Options:
         which decides touching; the exact tier reports these and no others. Default 0.
     report: "all" contacts (default), only those of the "earliest" time of the step, only the "count", or "candidates":
         every pair whose moving bounds overlap, untested (status BUDGET; toi is when they first do). With a
-        min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these.
+        min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these. "any" is of
+        `Session.intersections()` alone.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
     find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.
     explain: step an all-deformable scene beside: `Contacts.all_deformable` tells what the scene's model saves.
     max_contacts: a step with more fails with ResourceExhaustedError.
     fields: what else to tell of a contact, see `Contacts`; what is not asked for is neither computed nor sent. "normal" is
-        the face's or both edges' own: the direction between the closest points is the difference of "points".
+        the face's or both edges' own, "direction" that between the closest points.
     """
 
     tier: Optional[Tier] = None

@@ -24,9 +24,9 @@ import numpy.typing as npt
 from ._background import Background
 from ._exchange import Answer, Exchange
 from ._frame import Request, SentCommit
-from ._question import Question, QuestionKind, fraction_of, question_of
+from ._question import Question, QuestionKind, Where, fraction_of, question_of
 from ._resume import Link, TimeUp
-from .answer import Committed, Contacts, MaxStep
+from .answer import Committed, Contacts, Intersections, MaxStep
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, UnimplementedError,
                      WarmfrontError, may_resume)
 from .info import SessionInfo
@@ -57,7 +57,7 @@ class Session:
 
     It is one warm state and many questions: `step()` moves it along a motion and tells the contacts; `trial()` and
     `max_step()` tell what a motion would meet, and how far it may go, and leave it where it is; `commit()` moves it along the
-    last of these. They wait; `submit()` and `next_answer()` have several on the way; `submit_trial()` and its like are futures,
+    last of these; `proximity()` tells what is near, `intersections()` what is tangled. They wait; `submit()` and `next_answer()` have several on the way; `submit_trial()` and its like are futures,
     `trial_async()` and its like are for asyncio.
 
     It keeps the scene, the positions last answered and what is unanswered, so that it can be created again: when the
@@ -216,6 +216,52 @@ class Session:
         assert isinstance(answer, MaxStep)
         return answer
 
+    def proximity(
+        self,
+        distance: float,
+        *,
+        where: Where = "base",
+        tier: Optional[Tier] = None,
+        report: Optional[Report] = None,
+        fields: Optional[Collection[ContactField]] = None,
+        max_contacts: Optional[int] = None,
+        timeout: Optional[float] = None,
+    ) -> Contacts:
+        """All vertex-face and edge-edge pairs without a common vertex that are within a distance (scene length unit) of each
+        other, where the session is or, with where="trial_end", where the last trial or max_step would take it.
+
+        Tier "exact" decides the distance exactly; "certified" (and "fast", which counts as it) misses none, and may tell pairs
+        up to 2^-19 of their size beyond the distance (status POSSIBLE). The columns are those of a step; the useful fields are
+        "squared_distance", "weights", "direction" and "closest". report: "all" or "count".
+
+        The session stays where it is, and `commit()` still takes the last trial. Errors and timeout as in `trial()`;
+        FailedPreconditionError for the end of a trial that there is not.
+        """
+        question = question_of("proximity", tier=tier, min_separation=distance, report=report, fields=fields,
+                               max_contacts=max_contacts, where=where)
+        answer = self._ask(Motion(), question, timeout)
+        assert isinstance(answer, Contacts)
+        return answer
+
+    def intersections(
+        self,
+        *,
+        where: Where = "base",
+        report: Optional[Report] = None,
+        max_contacts: Optional[int] = None,
+        timeout: Optional[float] = None,
+    ) -> Intersections:
+        """All edges and faces without a common vertex that meet where the session is or, with where="trial_end", where the last
+        trial or max_step would take it: by exact arithmetic, coplanar and degenerate ones included.
+
+        report: "all", "count", or "any", which ends at the first. Neighbours that fold onto each other along a common edge
+        have no such pair. Else as `proximity()`.
+        """
+        question = question_of("intersections", report=report, max_contacts=max_contacts, where=where)
+        answer = self._ask(Motion(), question, timeout)
+        assert isinstance(answer, Intersections)
+        return answer
+
     def commit(self, fraction: float = 1.0, *, timeout: Optional[float] = None) -> Committed:
         """Moves the session along the last trial (or max_step), up to a fraction of its way in [0, 1]: to X + fraction * (Y -
         X) in float64, each operation rounded once, then rounded to the session's dtype, where X is where each vertex was, or
@@ -239,6 +285,7 @@ class Session:
         kind: QuestionKind = "step",
         fraction: float = 1.0,
         leave_out_overlaps: bool = False,
+        where: Optional[Where] = None,
         keep_distance: Optional[float] = None,
         tier: Optional[Tier] = None,
         tolerance: Optional[float] = None,
@@ -248,7 +295,8 @@ class Session:
         max_contacts: Optional[int] = None,
     ) -> int:
         """Sends the next question without waiting for its answer, which `next_answer()` takes, and returns its frame's number:
-        a "step", "trial", "max_step" or "commit" (which takes a fraction and nothing else), with the arguments of these. The
+        a "step", "trial", "max_step", "commit" (which takes a fraction and nothing else), "proximity" (which takes the
+        distance as min_separation) or "intersections", both without a motion, with the arguments of these. The
         arrays are free to be changed afterwards. A trial that is to be committed may itself be unanswered.
 
         InvalidArgumentError where something does not fit the scene; FailedPreconditionError when `window` frames are
@@ -259,12 +307,14 @@ class Session:
             if kind == "commit":
                 if not motion.empty or leave_out_overlaps or any(
                         option is not None for option in
-                        (tier, tolerance, min_separation, report, fields, max_contacts, keep_distance)):
+                        (tier, tolerance, min_separation, report, fields, max_contacts, where, keep_distance)):
                     raise InvalidArgumentError("commit: it takes the last trial as it is; give a fraction and nothing else")
                 return self._submit(None, question_of("step"), fraction_of(fraction))
             question = question_of(kind, tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
                                    fields=fields, max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps,
-                                   keep_distance=keep_distance)
+                                   where=where, keep_distance=keep_distance)
+            if kind in ("proximity", "intersections") and not motion.empty:
+                raise InvalidArgumentError(f"{kind}: it moves nothing; make the motion a trial, and ask where=\"trial_end\"")
             return self._submit(motion, question)
 
     def next_answer(self) -> Any:
@@ -296,6 +346,14 @@ class Session:
         """`max_step()` as a future, see `submit_step()`."""
         return self._background.submit(self.max_step, positions, **arguments)
 
+    def submit_proximity(self, distance: float, **arguments: Any) -> Future[Contacts]:
+        """`proximity()` as a future, see `submit_step()`."""
+        return self._background.submit(self.proximity, distance, **arguments)
+
+    def submit_intersections(self, **arguments: Any) -> Future[Intersections]:
+        """`intersections()` as a future, see `submit_step()`."""
+        return self._background.submit(self.intersections, **arguments)
+
     def submit_commit(self, fraction: float = 1.0, **arguments: Any) -> Future[Committed]:
         """`commit()` as a future, see `submit_step()`."""
         return self._background.submit(self.commit, fraction, **arguments)
@@ -311,6 +369,14 @@ class Session:
     async def max_step_async(self, positions: Any = None, **arguments: Any) -> MaxStep:
         """`max_step()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_max_step(positions, **arguments))
+
+    async def proximity_async(self, distance: float, **arguments: Any) -> Contacts:
+        """`proximity()` for asyncio, see `submit_step()`."""
+        return await asyncio.wrap_future(self.submit_proximity(distance, **arguments))
+
+    async def intersections_async(self, **arguments: Any) -> Intersections:
+        """`intersections()` for asyncio, see `submit_step()`."""
+        return await asyncio.wrap_future(self.submit_intersections(**arguments))
 
     async def commit_async(self, fraction: float = 1.0, **arguments: Any) -> Committed:
         """`commit()` for asyncio, see `submit_step()`."""

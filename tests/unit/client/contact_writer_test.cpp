@@ -100,15 +100,24 @@ TEST(ContactWriter, FieldsAskedForFollow) {
   geometry.weights = {1, 0.25, 0.25, 0.5};
   geometry.normal = {0, 0, 1};
   geometry.points = {1, 2, 3, 4, 5, 6};
+  geometry.direction = {0, 1, 0};
+  geometry.squared_distance = 0.25;
+  geometry.closest = ClosestFeatures::kFaceVertex;
   const std::vector<ContactGeometry> both(2, geometry);
   for (const char* name : {"c.csv", "c.jsonl", "c.vtp"}) {
-    auto writer = open_contact_writer(folder.file(name), {.weights = true, .normal = true, .points = true});
+    auto writer = open_contact_writer(folder.file(name), {.weights = true,
+                                                          .normal = true,
+                                                          .points = true,
+                                                          .direction = true,
+                                                          .squared_distance = true,
+                                                          .closest = true});
     ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts, both).ok());
     ASSERT_TRUE(writer.value()->close().ok());
   }
-  EXPECT_THAT(folder.read("c.csv"),
-              HasSubstr("toi,status,w0,w1,w2,w3,nx,ny,nz,ax,ay,az,bx,by,bz\n1,vf,5,1,2,3,"
-                        "0.10000000000000001,hit,1,0.25,0.25,0.5,0,0,1,1,2,3,4,5,6\n"));
+  EXPECT_THAT(
+      folder.read("c.csv"),
+      HasSubstr("toi,status,w0,w1,w2,w3,nx,ny,nz,ax,ay,az,bx,by,bz,dx,dy,dz,squared_distance,closest\n"
+                "1,vf,5,1,2,3,0.10000000000000001,hit,1,0.25,0.25,0.5,0,0,1,1,2,3,4,5,6,0,1,0,0.25,fv\n"));
   std::istringstream lines(folder.read("c.jsonl"));
   std::string line;
   std::getline(lines, line);
@@ -116,7 +125,12 @@ TEST(ContactWriter, FieldsAskedForFollow) {
   EXPECT_EQ(object["weights"], nlohmann::json::parse("[1, 0.25, 0.25, 0.5]"));
   EXPECT_EQ(object["normal"], nlohmann::json::parse("[0, 0, 1]"));
   EXPECT_EQ(object["points"], nlohmann::json::parse("[[1, 2, 3], [4, 5, 6]]"));
-  EXPECT_THAT(folder.read("c_000001.vtp"), HasSubstr("Name=\"point_b\" NumberOfComponents=\"3\""));
+  EXPECT_EQ(object["direction"], nlohmann::json::parse("[0, 1, 0]"));
+  EXPECT_EQ(object["squared_distance"], 0.25);
+  EXPECT_EQ(object["closest"], "fv");
+  const std::string vtp = folder.read("c_000001.vtp");
+  EXPECT_THAT(vtp, HasSubstr("Name=\"point_b\" NumberOfComponents=\"3\""));
+  EXPECT_THAT(vtp, HasSubstr("Name=\"closest\""));
 }
 
 TEST(ContactWriter, UnknownExtensionsAndUnwritableFilesFail) {

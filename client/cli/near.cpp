@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verb `near`: see near.h.
+#include "client/cli/near.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/contact_fields.h"
+#include "client/cli/exit_codes.h"
+#include "client/cli/states.h"
+#include "client/io/contact_writer.h"
+#include "client/io/file.h"
+#include "engine/contact_hash.h"
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The arguments as given.
+struct Arguments {
+  StateArguments states;
+  double distance = 0;
+  bool of_diagonal = false;
+  std::string tier{to_string(ColliderOptions{}.tier)};
+  bool count = false;
+  std::vector<std::string> fields;
+  std::string contacts_file;
+  std::string json_file;
+};
+
+/// One frame's answer.
+struct NearFrame {
+  std::uint64_t frame;
+  std::uint64_t vf;
+  std::uint64_t ee;
+  std::uint64_t possible;
+  std::optional<double> least;  ///< distance, of the pairs that are listed
+  double ms;
+};
+
+Status check_usage(const Arguments& arguments) {
+  if (!(arguments.distance >= 0 && std::isfinite(arguments.distance)))
+    return invalid_argument("--distance: give a finite length >= 0");
+  if (arguments.count && !arguments.contacts_file.empty())
+    return invalid_argument("--count lists no pairs for --contacts; leave one of them out");
+  if (!arguments.fields.empty() && arguments.contacts_file.empty())
+    return invalid_argument("--fields are of --contacts, which is not given");
+  if (!arguments.contacts_file.empty() && !is_contact_file_name(arguments.contacts_file))
+    return invalid_argument("--contacts " + arguments.contacts_file +
+                            ": give a .csv, .jsonl or .vtp file, or -");
+  if (Status status =
+          check_one_stdout({{"--json", arguments.json_file}, {"--contacts", arguments.contacts_file}});
+      !status)
+    return status;
+  return arguments.states.check();
+}
+
+/// Of the box around all positions.
+double diagonal(const Positions& positions) {
+  std::array<double, 3> least{};
+  std::array<double, 3> greatest{};
+  std::visit(
+      [&](auto values) {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          const auto x = static_cast<double>(values[i]);
+          least[i % 3] = i < 3 ? x : std::min(least[i % 3], x);
+          greatest[i % 3] = i < 3 ? x : std::max(greatest[i % 3], x);
+        }
+      },
+      positions);
+  return std::hypot(greatest[0] - least[0], greatest[1] - least[1], greatest[2] - least[2]);
+}
+
+/// Asks the session about every frame, and writes what it answers.
+class Listing {
+ public:
+  Listing(const Arguments& arguments, double distance, ContactFields fields,
+          std::unique_ptr<ContactWriter> writer)
+      : distance_(distance), wanted_(fields), writer_(std::move(writer)) {
+    question_.tier = parse_tier(arguments.tier).value();
+    if (arguments.count) question_.report = Report::kCount;
+    if (!arguments.count) fields.squared_distance = true;
+    question_.fields = fields;
+  }
+
+  Status look(AnySession& session, std::uint64_t number, const Positions& at) {
+    const auto start = std::chrono::steady_clock::now();
+    const Result<Answer> answer = session.proximity(distance_, Where::kBase, question_);
+    const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
+    if (!answer) return answer.error();
+    const ContactTable& table = answer.value().contacts;
+    NearFrame frame{number, answer.value().vf, answer.value().ee, answer.value().possible, {}, ms.count()};
+    if (table.size() > 0) frame.least = std::sqrt(*std::ranges::min_element(table.squared_distance));
+    frames_.push_back(frame);
+    hash_.begin_step(table.size());
+    for (std::size_t i = 0; i < table.size(); ++i)
+      hash_.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
+    return writer_ ? writer_->write(number, at, at, records_of(table), geometry_of(table)) : Status{};
+  }
+
+  Status close() { return writer_ ? writer_->close() : Status{}; }
+
+  const std::vector<NearFrame>& frames() const { return frames_; }
+  std::string hash() const { return hash_.hex(); }
+
+ private:
+  static std::vector<ContactRecord> records_of(const ContactTable& table) {
+    std::vector<ContactRecord> records;
+    records.reserve(table.size());
+    for (std::size_t i = 0; i < table.size(); ++i)
+      records.push_back({table.kind[i], table.status[i], table.vertices[i], table.toi[i]});
+    return records;
+  }
+  std::vector<ContactGeometry> geometry_of(const ContactTable& table) const {
+    std::vector<ContactGeometry> geometry(wanted_.any() ? table.size() : 0);
+    for (std::size_t i = 0; i < geometry.size(); ++i) geometry[i] = table.geometry(i);
+    return geometry;
+  }
+
+  double distance_;
+  QuestionOptions question_;
+  ContactFields wanted_;
+  std::unique_ptr<ContactWriter> writer_;
+  std::vector<NearFrame> frames_;
+  ContactHash hash_;
+};
+
+Json format_json(const Arguments& arguments, double distance, const Listing& listing) {
+  Json frames = Json::array();
+  for (const NearFrame& frame : listing.frames())
+    frames.push_back({{"frame", frame.frame},
+                      {"vf", frame.vf},
+                      {"ee", frame.ee},
+                      {"possible", frame.possible},
+                      {"least_distance", frame.least ? Json(*frame.least) : Json(nullptr)},
+                      {"ms", frame.ms}});
+  Json root{{"tier", arguments.tier}, {"distance", distance}};
+  if (!arguments.count) root["contacts_hash"] = listing.hash();
+  root["frames"] = std::move(frames);
+  return root;
+}
+
+void print_frame(const NearFrame& frame) {
+  char least[32] = "-";
+  if (frame.least) std::snprintf(least, sizeof least, "%.6g", *frame.least);
+  std::printf("%8" PRIu64 " %10" PRIu64 " %10" PRIu64 " %10" PRIu64 " %14s %10.3f\n", frame.frame, frame.vf,
+              frame.ee, frame.possible, least, frame.ms);
+  std::fflush(stdout);
+}
+
+int near(const Arguments& arguments) {
+  if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
+  if (Status status = check_writable(std::array{arguments.json_file}); !status)
+    return failure(status.error().message);
+  States states;
+  if (const std::optional<int> failed = states.open(arguments.states)) return *failed;
+  const double distance =
+      arguments.of_diagonal ? arguments.distance * diagonal(states.positions()) : arguments.distance;
+  const ContactFields fields = fields_named(arguments.fields);
+  std::unique_ptr<ContactWriter> writer;
+  if (!arguments.contacts_file.empty()) {
+    Result<std::unique_ptr<ContactWriter>> made = open_contact_writer(arguments.contacts_file, fields);
+    if (!made) return failure(made.error().message);
+    writer = std::move(made).value();
+  }
+  Listing listing(arguments, distance, fields, std::move(writer));
+  const bool table = arguments.json_file != "-" && arguments.contacts_file != "-";
+  if (table)
+    std::printf("%8s %10s %10s %10s %14s %10s\n", "frame", "vf", "ee", "possible", "least distance", "ms");
+  const int looked = states.each([&](AnySession& session) -> Status {
+    Status status = listing.look(session, states.number(), states.positions());
+    if (status && table) print_frame(listing.frames().back());
+    return status;
+  });
+  if (looked != kExitOk) return looked;
+  if (Status status = listing.close(); !status) return failure(status.error().message);
+  if (!arguments.json_file.empty()) {
+    const std::string text = format_json(arguments, distance, listing).dump(1) + "\n";
+    if (Status status = write_text(arguments.json_file, text); !status)
+      return failure(status.error().message);
+  }
+  if (table) {
+    std::printf("within %.9g: %zu frames", distance, listing.frames().size());
+    if (!arguments.count) std::printf(", contacts hash %s", listing.hash().c_str());
+    std::printf("\n");
+  }
+  return finish_output();
+}
+
+}  // namespace
+
+Verb add_near(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  add_state_arguments(app, a.states);
+  app.add_option("--distance", a.distance, "List the pairs within this distance, in the scene's unit")
+      ->required();
+  app.add_flag("--of-diagonal", a.of_diagonal,
+               "--distance is a share of the diagonal of the first frame's bounding box");
+  app.add_option("--tier", a.tier,
+                 "Certified misses no pair, and may list some by a rounding farther apart; exact decides the "
+                 "distance exactly")
+      ->check(CLI::IsMember({"certified", "exact"}))
+      ->capture_default_str();
+  app.add_flag("--count", a.count, "Count the pairs and list none");
+  add_fields_option(app, a.fields);
+  app.add_option("--contacts", a.contacts_file,
+                 "Write the pairs: .csv, .jsonl, or .vtp (one file per frame, and a .pvd that lists them); - "
+                 "for stdout, as CSV and without other output")
+      ->type_name("FILE");
+  app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, without other output")
+      ->type_name("FILE");
+  return [arguments] { return near(*arguments); };
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/elementary/proximity.h"
+
+#include <array>
+
+#include "engine/elementary/closest.h"
+#include "engine/elementary/distance_below.h"
+#include "engine/elementary/exact.h"
+#include "engine/elementary/exact_near.h"
+
+namespace warmfront {
+namespace {
+
+// The primitives as they stand at an instant, as a motion that does not move.
+class Standing {
+ public:
+  Standing(const FeatureVertices& features, Instant at) : features_{features.kind, {}} {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const VertexMotion& vertex = *features.vertex[k];
+      vertices_[k].t0 = vertices_[k].t1 = at == Instant::kStart ? vertex.t0 : vertex.t1;
+      features_.vertex[k] = &vertices_[k];
+    }
+  }
+  Standing(const Standing&) = delete;
+  Standing& operator=(const Standing&) = delete;
+
+  const FeatureVertices& features() const { return features_; }
+
+ private:
+  std::array<VertexMotion, 4> vertices_;
+  FeatureVertices features_;
+};
+
+enum class Near { kNo, kYes, kUnknown };
+
+// What doubles tell.
+Near nearness(const Query& query, double reach) {
+  if (query.size == 0) return Near::kYes;
+  Window window;
+  if (!trim_by_kdop(query, window)) return Near::kNo;
+  const Vec3 closest = closest_direction(query, 0);
+  // From points that are in the primitives up to 2^-44.
+  if (norm(closest) * (1 + 0x1p-50) + 0x1p-44 <= query.separation * (1 - 0x1p-48)) return Near::kYes;
+  if (separated_times(query, normalised(closest)).any) return Near::kNo;
+  return distance_below(query, 0) > query.separation * (1 + 0x1p-40) + reach ? Near::kNo : Near::kUnknown;
+}
+
+}  // namespace
+
+Verdict proximity_test(const FeatureVertices& features, Instant at, const ElementaryOptions& options,
+                       ElementaryCounts& counts) {
+  // Nearer than this beyond the distance, for a pair of size 1, distance_below() may not tell.
+  constexpr double kReach = 0x1p-21;
+  const double toi = at == Instant::kStart ? 0 : 1;
+  const Standing standing(features, at);
+  const Query query = Query::prepare(standing.features(), options.min_separation);
+  const Near near = nearness(query, options.tier == Tier::kExact ? 0 : kReach);
+  if (near == Near::kNo) return {};
+  if (near == Near::kYes) return {true, ContactStatus::kHit, toi};
+  if (options.tier != Tier::kExact) return {true, ContactStatus::kPossible, toi};
+  const Verdict exact =
+      options.min_separation > 0
+          ? exact_near_test(standing.features(), options.min_separation, 1, counts.exact_tests)
+          : exact_test(standing.features(), 1, counts.exact_tests);
+  return exact.contact ? Verdict{true, ContactStatus::kHit, toi} : Verdict{};
+}
+
+}  // namespace warmfront

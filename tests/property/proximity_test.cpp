@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proximity: the elementary test against the oracle for separations on the torture families, with distances
+// of every size and an ulp around the true one; and the collider against brute force over all pairs of
+// features, on random scenes, warm and cold, whatever front, bounds and threads, between trials and commits
+// that it does not disturb.
+#include "engine/elementary/proximity.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "engine/collider.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/near_oracle.h"
+#include "tests/support/near_torture.h"
+#include "tests/support/scenes.h"
+#include "tests/support/torture.h"
+#include "tests/support/workers.h"
+
+namespace warmfront {
+namespace {
+
+using testing::FeatureCase;
+using testing::near_truth;
+
+// The primitives as they stand at an end of a motion.
+FeatureCase standing(const FeatureCase& query, Instant at) {
+  FeatureCase still = query;
+  for (VertexMotion& vertex : still.vertices)
+    (at == Instant::kStart ? vertex.t1 : vertex.t0) = at == Instant::kStart ? vertex.t0 : vertex.t1;
+  return still;
+}
+
+// The distance plus what the certified tier may report beyond it.
+double with_excess(const FeatureVertices& features, double distance) {
+  double size = 0;
+  const int of_a = features.kind == ContactKind::kVertexFace ? 1 : 2;
+  for (int i = 0; i < of_a; ++i) {
+    for (int j = of_a; j < 4; ++j) {
+      for (int axis = 0; axis < 3; ++axis)
+        size = std::max(size, std::fabs(features.vertex[j]->t0[axis] - features.vertex[i]->t0[axis]));
+    }
+  }
+  return std::min(distance + 0x1p-19 * size * (1 + 0x1p-20) + 0x1p-1070, std::numeric_limits<double>::max());
+}
+
+Verdict proximity(const FeatureVertices& features, Instant at, Tier tier, double distance) {
+  ElementaryCounts counts;
+  return proximity_test(features, at, {.tier = tier, .min_separation = distance}, counts);
+}
+
+// Returns whether they are near.
+bool expect_truth(const FeatureCase& query, Instant at, double distance) {
+  const FeatureCase still = standing(query, at);
+  const bool near = near_truth(still.features(), distance).contact;
+  const double toi = at == Instant::kStart ? 0 : 1;
+
+  const Verdict exact = proximity(query.features(), at, Tier::kExact, distance);
+  EXPECT_EQ(exact.contact, near);
+  const Verdict certified = proximity(query.features(), at, Tier::kCertified, distance);
+  for (const Verdict& verdict : {exact, certified}) {
+    EXPECT_TRUE(!verdict.contact || verdict.toi == toi);
+  }
+  EXPECT_TRUE(!exact.contact || exact.status == ContactStatus::kHit);
+  if (near) {
+    EXPECT_TRUE(certified.contact);
+  } else if (certified.contact) {
+    EXPECT_EQ(certified.status, ContactStatus::kPossible);
+    EXPECT_TRUE(near_truth(still.features(), with_excess(still.features(), distance)).contact);
+  }
+  return near;
+}
+
+TEST(ProximityTorture, EveryFamilyAtEveryDistance) {
+  int near = 0;
+  int far = 0;
+  const auto look = [&](std::string_view name, const FeatureCase& query, double distance) {
+    for (const Instant at : {Instant::kStart, Instant::kEnd}) {
+      for (const double d : {distance, std::nextafter(distance, 0.0), std::nextafter(distance, 1e308)}) {
+        SCOPED_TRACE(std::string(name) + " " + to_text(testing::NearCase{query, d}));
+        (expect_truth(query, at, d) ? near : far) += 1;
+        ASSERT_FALSE(::testing::Test::HasFailure());
+      }
+    }
+  };
+  std::mt19937_64 random(2026);
+  for (const testing::NearFamily& family : testing::near_families()) {
+    for (int trial = 0; trial < 60; ++trial) {
+      const auto kind = trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
+      const testing::NearCase made = family.make(random, kind);
+      ASSERT_NO_FATAL_FAILURE(look(family.name, made.query, made.separation));
+    }
+  }
+  for (const testing::TortureFamily& family : testing::torture_families()) {
+    for (int trial = 0; trial < 60; ++trial) {
+      const auto kind = trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
+      const FeatureCase query = family.make(random, kind);
+      const double distance = trial % 10 == 9 ? 0 : testing::any_separation(random, query);
+      ASSERT_NO_FATAL_FAILURE(look(family.name, query, distance));
+    }
+  }
+  EXPECT_GT(near, 500);
+  EXPECT_GT(far, 500);
+}
+
+std::mt19937_64 draw_random() {
+  return std::mt19937_64(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
+}
+
+double draw_distance(std::mt19937_64& random) {
+  constexpr std::array kDistances{0.0, 0.003, 0.02, 0.1, 0.5};
+  return kDistances[random() % kDistances.size()];
+}
+
+// All pairs within the distance at the positions, as the tier tells them.
+std::vector<Contact> brute_force_near(const Scene& scene, const std::vector<double>& x, Tier tier,
+                                      double distance, double toi) {
+  const std::vector<VertexMotion> vertices = testing::motion_between(x, x);
+  std::vector<Contact> near;
+  testing::for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const FeatureVertices features = testing::features_of(scene, vertices, kind, a, b);
+    const Verdict verdict = proximity(features, Instant::kStart, tier, distance);
+    if (tier == Tier::kExact) RC_ASSERT(verdict.contact == near_truth(features, distance).contact);
+    if (verdict.contact) near.push_back({kind, verdict.status, a, b, toi});
+  });
+  return near;
+}
+
+ColliderOptions draw_options(std::mt19937_64& random) {
+  ColliderOptions options;
+  options.tier = static_cast<Tier>(random() % 3);
+  options.front = static_cast<FrontMode>(random() % 3);
+  options.bounds = static_cast<BoundsKind>(random() % 3);
+  options.leaf_size = random() % 2 == 0 ? 64 : 1;
+  options.lazy_front = random() % 4 != 0;
+  if (options.tier != Tier::kFast && random() % 3 == 0) options.min_separation = 0.05;
+  return options;
+}
+
+Collider make(const testing::RandomScene& made, const std::vector<double>& x,
+              const ColliderOptions& options) {
+  return Collider::create(made.scene, std::span<const double>(x), options, testing::workers()).value();
+}
+
+std::vector<Contact> list(const Result<StepResult>& result) {
+  if (!result) RC_FAIL(result.error().message);
+  return {result.value().contacts.begin(), result.value().contacts.end()};
+}
+
+RC_GTEST_PROP(Proximity, EqualsBruteForceAndDisturbsNothing, ()) {
+  std::mt19937_64 random = draw_random();
+  const testing::RandomScene made = testing::random_scene(random);
+  const ColliderOptions options = draw_options(random);
+  std::vector<double> x = made.positions;
+  Collider asked = make(made, x, options);
+  Collider beside = make(made, x, options);  // is never asked for proximity
+  const auto ask = [&](Where where, const std::vector<double>& at) {
+    QuestionOptions question;
+    if (random() % 2 == 0) question.tier = random() % 2 == 0 ? Tier::kExact : Tier::kCertified;
+    const Tier tier = question.tier.value_or(options.tier) == Tier::kExact ? Tier::kExact : Tier::kCertified;
+    const double distance = draw_distance(random);
+    const std::vector<Contact> truth =
+        brute_force_near(*made.scene, at, tier, distance, where == Where::kBase ? 0 : 1);
+    for (int repetition = random() % 2 == 0 ? 1 : 2; repetition > 0; --repetition)
+      RC_ASSERT(list(asked.proximity(distance, where, question)) == truth);
+    question.report = Report::kCount;
+    const StepResult counted = asked.proximity(distance, where, question).value();
+    RC_ASSERT(counted.vf + counted.ee == truth.size());
+    RC_ASSERT(counted.contacts.empty());
+  };
+  for (int k = 0; k < 4; ++k) {
+    if (random() % 2 == 0) ask(Where::kBase, x);
+    const std::vector<double> y = testing::random_motion(random, *made.scene, x);
+    const std::span<const double> there = y;
+    if (random() % 3 == 0) {
+      RC_ASSERT(list(asked.step(there)) == list(beside.step(there)));
+      x = y;
+    } else {
+      RC_ASSERT(list(asked.trial(there)) == list(beside.trial(there)));
+      if (random() % 2 == 0) ask(Where::kTrialEnd, y);
+      if (random() % 2 == 0) ask(Where::kBase, x);
+      if (random() % 2 == 0) ask(Where::kTrialEnd, y);
+      if (random() % 2 == 0) {
+        const double fraction = random() % 2 == 0 ? 1 : 0.375;
+        const CommitResult of_asked = asked.commit(fraction).value();
+        const CommitResult of_beside = beside.commit(fraction).value();
+        RC_ASSERT(of_asked.vf == of_beside.vf);
+        RC_ASSERT(of_asked.ee == of_beside.ee);
+        RC_ASSERT(of_asked.earliest_toi == of_beside.earliest_toi);
+      }
+      x = beside.positions();
+    }
+    RC_ASSERT(asked.positions() == x);
+    RC_ASSERT(asked.self_check().ok());
+  }
+}
+
+TEST(Proximity, RefusesWhatItCannotAnswer) {
+  const auto scene = testing::make_scene(4, testing::tetrahedron());
+  const std::vector<double> x{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::span<const double> still = x;
+  Collider collider = Collider::create(scene, still, {}, testing::workers()).value();
+  const auto code = [](const auto& result) {
+    return result.ok() ? std::nullopt : std::optional(result.error().code);
+  };
+  EXPECT_EQ(code(collider.proximity(0.1, Where::kTrialEnd)), ErrorCode::kFailedPrecondition);
+  EXPECT_EQ(code(collider.proximity(-1)), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(code(collider.proximity(std::numeric_limits<double>::quiet_NaN())), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(code(collider.proximity(0.1, Where::kBase, {.report = Report::kEarliest})),
+            ErrorCode::kInvalidArgument);
+  EXPECT_EQ(code(collider.ask(Frame(still), {QuestionKind::kProximity})), ErrorCode::kInvalidArgument);
+  // No proximity makes a trial that could be committed, and no refusal forgets one.
+  ASSERT_TRUE(collider.proximity(0.1).ok());
+  EXPECT_EQ(code(collider.commit()), ErrorCode::kFailedPrecondition);
+  ASSERT_TRUE(collider.trial(still).ok());
+  EXPECT_EQ(code(collider.proximity(-1, Where::kTrialEnd)), ErrorCode::kInvalidArgument);
+  EXPECT_TRUE(collider.proximity(0.1, Where::kTrialEnd).ok());
+  EXPECT_TRUE(collider.commit().ok());
+  EXPECT_EQ(code(collider.proximity(0.1, Where::kTrialEnd)), ErrorCode::kFailedPrecondition);
+}
+
+}  // namespace
+}  // namespace warmfront

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs `near` and `tangled`: the same pairs in this process and behind a daemon, as files tell them, and
+// their misuse.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "client/cli/exit_codes.h"
+#include "tests/unit/client/command.h"
+#include "tests/unit/client/temporary_folder.h"
+#include "tests/unit/server/local_daemon.h"
+
+namespace warmfront::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr const char* kScene = "'builtin:cloth-ball?triangles=1000&frames=9'";
+
+Json report(const std::string& arguments) {
+  const Outcome outcome = run(std::string("near ") + kScene + " --json - " + arguments, "2>/dev/null");
+  EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+  return Json::parse(outcome.out);
+}
+
+TEST(CliNear, HasTheSameAnswersInThisProcessAndBehindADaemon) {
+  test::LocalDaemon daemon;
+  for (const char* how : {"--distance 0.05", "--distance 0.02 --of-diagonal --tier exact", "--distance 0"}) {
+    const Json here = report(how), there = report(std::string(how) + " --server " + daemon.address());
+    EXPECT_EQ(here["contacts_hash"], there["contacts_hash"]) << how;
+    ASSERT_EQ(here["frames"].size(), 9U);
+    for (std::size_t k = 0; k < 9; ++k)
+      for (const char* what : {"frame", "vf", "ee", "possible", "least_distance"})
+        EXPECT_EQ(here["frames"][k][what], there["frames"][k][what]) << how;
+  }
+}
+
+TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
+  const Json json = report("--distance 0.05");
+  EXPECT_THAT(keys(json), ElementsAre("tier", "distance", "contacts_hash", "frames"));
+  EXPECT_THAT(keys(json["frames"][0]), ElementsAre("frame", "vf", "ee", "possible", "least_distance", "ms"));
+  const Json counted = report("--distance 0.05 --count");
+  EXPECT_THAT(keys(counted), ElementsAre("tier", "distance", "frames"));
+  for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(json["frames"][k]["vf"], counted["frames"][k]["vf"]);
+}
+
+TEST(CliNear, ListsThePairsWithTheirDistances) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run(std::string("near ") + kScene + " --distance 0.05 --frames 4:8 --contacts " + folder.file("c.csv") +
+          " --fields squared_distance,closest --json " + folder.file("c.json"));
+  ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
+  std::istringstream lines(folder.read("c.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi,status,squared_distance,closest");
+  std::uint64_t rows = 0;
+  while (std::getline(lines, line)) {
+    ++rows;
+    const std::size_t last = line.rfind(','), before = line.rfind(',', last - 1);
+    EXPECT_LE(std::sqrt(std::stod(line.substr(before + 1))), 0.05 * (1 + 1e-5));
+    EXPECT_THAT((std::array{"vv", "ev", "ee", "fv"}), ::testing::Contains(line.substr(last + 1)));
+  }
+  std::uint64_t told = 0;
+  const Json json = Json::parse(folder.read("c.json"));
+  for (const Json& frame : json["frames"])
+    told += frame["vf"].get<std::uint64_t>() + frame["ee"].get<std::uint64_t>();
+  EXPECT_EQ(json["frames"].size(), 5U);
+  EXPECT_EQ(rows, told);
+  EXPECT_GT(rows, 0U);
+}
+
+TEST(CliNear, TakesOneMesh) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(run(std::string("scene cloth-ball --triangles 1000 --frames 2 --out ") + folder.file("s")).code,
+            kExitOk);
+  const Outcome outcome = run("near " + folder.file("s/mesh.ply") + " --distance 0.05");
+  EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("1 frames"));
+}
+
+TEST(CliNear, MisuseIsSaidInOneLine) {
+  for (const char* wrong :
+       {"", "--distance -1", "--distance nan", "--distance 1 --tier fast", "--distance 1 --fields closest",
+        "--distance 1 --count --contacts c.csv", "--distance 1 --contacts c.txt",
+        "--distance 1 --contacts - --json -", "--distance 1 --threads 2 --server unix:/tmp/none"}) {
+    const Outcome outcome = run(std::string("near ") + kScene + " " + wrong);
+    EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
+    EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;
+  }
+  EXPECT_EQ(run("near /nonexistent --distance 1").code, kExitFailed);
+}
+
+constexpr const char* kCrossing =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.25 0.25 -1\nv 0.25 0.25 1\nv 3 3 0.5\nf 1 2 3\nf 4 5 6\n";
+constexpr const char* kApart =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.25 0.25 2\nv 0.25 0.25 1\nv 3 3 0.5\nf 1 2 3\nf 4 5 6\n";
+
+class CliTangled : public ::testing::Test {
+ protected:
+  CliTangled() {
+    folder_.write("crossing.obj", kCrossing);
+    folder_.write("apart.obj", kApart);
+  }
+  Outcome tangled(const std::string& arguments) const { return run("tangled " + arguments, "2>/dev/null"); }
+  std::string crossing() const { return folder_.file("crossing.obj"); }
+  std::string apart() const { return folder_.file("apart.obj"); }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(CliTangled, SaysWhatMeetsWhereAndEndsSo) {
+  const Outcome both = tangled(apart() + " " + crossing());
+  EXPECT_EQ(both.code, kExitNo);
+  EXPECT_THAT(both.out, HasSubstr("edge 3-4 meets face 0-1-2 near (0.25, 0.25, 0)"));
+  EXPECT_THAT(both.out, HasSubstr("1 of 2 frames tangled"));
+  const Outcome one = tangled(apart());
+  EXPECT_EQ(one.code, kExitOk);
+  EXPECT_THAT(one.out, HasSubstr("0 of 1 frame tangled"));
+  EXPECT_EQ(tangled(crossing() + " --any").code, kExitNo);
+  EXPECT_EQ(tangled("'builtin:cloth-ball?triangles=1000&frames=9'").code, kExitOk);
+}
+
+TEST_F(CliTangled, HasTheSameAnswersInThisProcessAndBehindADaemon) {
+  test::LocalDaemon daemon;
+  for (const char* how : {"--json -", "--pairs -", "--json - --any"}) {
+    const std::string arguments = apart() + " " + crossing() + " " + how;
+    Outcome here = tangled(arguments), there = tangled(arguments + " --server " + daemon.address());
+    EXPECT_EQ(here.code, kExitNo);
+    EXPECT_EQ(there.code, kExitNo);
+    if (std::string(how).starts_with("--json")) {
+      Json first = Json::parse(here.out), second = Json::parse(there.out);
+      EXPECT_THAT(keys(first), ElementsAre("tangled_frames", "frames"));
+      for (Json* json : {&first, &second})
+        for (Json& frame : (*json)["frames"]) frame.erase("ms");
+      EXPECT_EQ(first, second);
+    } else {
+      EXPECT_EQ(here.out, there.out);
+      EXPECT_EQ(here.out, "frame,e0,e1,f0,f1,f2,x,y,z\n1,3,4,0,1,2,0.25,0.25,0\n");
+    }
+  }
+}
+
+TEST_F(CliTangled, MisuseIsSaidInOneLine) {
+  for (const char* wrong : {"--any --pairs p.csv", "--pairs - --json -", "--frames 1", "--bodies none"}) {
+    const Outcome outcome = run("tangled " + apart() + " " + wrong);
+    EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
+    EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;
+  }
+  EXPECT_EQ(tangled("/nonexistent").code, kExitFailed);
+}
+
+TEST_F(CliTangled, DetectWarnsOfATangledStart) {
+  const std::string warning = "frame 0 is tangled";
+  const Outcome warned = run("detect " + crossing() + " " + apart());
+  EXPECT_EQ(warned.code, kExitOk);
+  EXPECT_THAT(warned.out, HasSubstr(warning));
+  EXPECT_THAT(warned.out, HasSubstr("edge 3-4 meets face 0-1-2 near (0.25, 0.25, 0)"));
+  EXPECT_THAT(run("detect " + apart() + " " + crossing()).out, ::testing::Not(HasSubstr(warning)));
+}
+
+}  // namespace
+}  // namespace warmfront::client
