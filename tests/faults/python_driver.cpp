@@ -102,7 +102,7 @@ json told(const QuestionOptions& options) {
 json question_of(const StepOperation& operation) {
   json question = told(operation.options);
   if (operation.leave_out_overlaps) question["leave_out_overlaps"] = true;
-  if (options.keep_distance) question["keep_distance"] = *options.keep_distance;
+  if (operation.options.keep_distance) question["keep_distance"] = *operation.options.keep_distance;
   return question;
 }
 
@@ -159,6 +159,7 @@ client::Answer answer_of(const json& reply) {
   answer.contacts = {from_hex<ContactKind>(reply.at("kind")),
                      from_hex<ContactStatus>(reply.at("status")),
                      from_hex<std::array<std::uint32_t, 4>>(reply.at("v")),
+                     {},  // no intersections are driven
                      from_hex<double>(reply.at("toi")),
                      from_hex<std::array<double, 4>>(reply.at("weights")),
                      from_hex<std::array<double, 3>>(reply.at("normal")),
