@@ -229,8 +229,6 @@ int detect(Arguments arguments) {
       arguments.substeps > 1 ? Positions(widen(steps.value().end(), wide)) : steps.value().end();
   Result<SceneDescription> scene = with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
   if (!scene) return failure(scene.error().message);
-  if (Status status = warn_if_tangled(scene.value(), first, range.first); !status)
-    return failure(status.error().message);
   FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
   ColliderOptions local = arguments.options;
   local.explain = false;  // Explanation has its own stepper
@@ -258,6 +256,8 @@ int detect(Arguments arguments) {
   Result<DetectOutputs> outputs = DetectOutputs::open(arguments.files, arguments.options.fields,
                                                       arguments.inputs.front(), scene.value(), steps.value());
   if (!outputs) return failure(outputs.error().message);
+  if (Status status = warn_if_tangled(scene.value(), first, range.first); !status)
+    return failure(status.error().message);
 
   DetectReport report;
   report.vertices = input.scene().vertex_count;

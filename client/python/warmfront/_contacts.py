@@ -31,6 +31,7 @@ _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     9: ("closest", "u1", ()),
     10: ("direction", "<f8", (3,)),
 }
+_EDGE_FACE = 2  # the kind of all rows of intersections, which have five vertices
 _ALWAYS = ("kind", "status", "v", "toi")
 
 Columns = dict[str, npt.NDArray[Any]]
@@ -90,7 +91,7 @@ def _parse_columns(view: memoryview) -> Columns:
             continue
         name, dtype, shape = _COLUMNS[number]
         kinds = columns.get("kind")  # which the daemon writes first
-        if name == "v" and kinds is not None and len(kinds) > 0 and kinds[0] == Kind.EDGE_FACE:
+        if name == "v" and kinds is not None and len(kinds) > 0 and kinds[0] == _EDGE_FACE:
             shape = (5,)
         size = int(np.dtype(dtype).itemsize * np.prod(shape, dtype=int))
         if len(value) % size:
@@ -101,7 +102,7 @@ def _parse_columns(view: memoryview) -> Columns:
         if any(len(column) != rows for column in columns.values()) or any(name not in columns for name in _ALWAYS):
             raise malformed("columns of unequal length")
         kinds = columns["kind"]
-        if (kinds > 2).any() or ((kinds == 2).any() and not (kinds == 2).all()):
+        if (kinds > 1).any() and not (kinds == _EDGE_FACE).all():
             raise malformed("a contact of unknown kind")
         if ((columns["status"] < 1) | (columns["status"] > 4)).any():
             raise malformed("a contact of unknown status")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, Optional
+from typing import Literal, Optional, get_args
 
 from .errors import InvalidArgumentError
 from .options import ContactField, Options, Report, Tier
@@ -66,7 +66,7 @@ def question_of(
     if kind in _PLAIN and not leave_out_overlaps and all(option is None for option in given):
         return _PLAIN[kind]
     if kind not in _KINDS:
-        raise InvalidArgumentError(f"kind: {kind!r} is none of {', '.join([*_KINDS, 'commit'])}")
+        raise InvalidArgumentError(f"kind: {kind!r} is none of {', '.join(get_args(QuestionKind))}")
     if kind == "max_step" and (report is not None or fields is not None):
         raise InvalidArgumentError("max_step: it tells the first contact alone; give no report and no fields")
     if leave_out_overlaps and kind != "max_step":

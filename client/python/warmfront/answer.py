@@ -20,7 +20,6 @@ class Kind(enum.IntEnum):
 
     VERTEX_FACE = 0
     EDGE_EDGE = 1
-    EDGE_FACE = 2  #: of intersections alone
 
 
 class Closest(enum.IntEnum):

@@ -141,7 +141,8 @@ TEST_P(AccountsHoldTest, AStepIsLimitedToItsShare) {
   wanted.mutable_fields()->set_points(GetParam());
   const auto options = server::options_from(wanted, limits);
   ASSERT_TRUE(options.ok());
-  const std::size_t row = options.value().fields.any() ? 2 * (2 * 24 + 104) + 2 * 130 : 2 * (2 * 24) + 2 * 26;
+  const std::size_t row =
+      options.value().fields.any() ? 2 * (3 * 24 + 2 * 144) + 2 * 134 : 2 * (3 * 24) + 2 * 30;
   EXPECT_LE(options.value().max_contacts * row, limits.max_session_bytes / 2);
   EXPECT_GT((options.value().max_contacts + 1) * row, limits.max_session_bytes / 2);
 }
