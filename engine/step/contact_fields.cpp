@@ -2,6 +2,7 @@
 #include "engine/step/contact_fields.h"
 
 #include <array>
+#include <vector>
 
 #include "engine/elementary/contact_geometry.h"
 #include "engine/parallel/stoppable_loops.h"
@@ -9,7 +10,9 @@
 namespace warmfront {
 
 void compute_contact_fields(Core& core, StopSignal stop) {
-  auto& [contacts, geometry] = core.found();
+  FoundPairs& found = core.found();
+  const std::vector<Contact>& contacts = found.contacts;
+  std::vector<ContactGeometry>& geometry = found.geometry;
   geometry.clear();
   if (!core.options.fields.any()) return;
   geometry.resize(contacts.size());
