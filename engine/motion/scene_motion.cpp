@@ -134,7 +134,7 @@ Status SceneMotion::set_poses(std::span<const BodyPose> poses) {
 }
 
 void SceneMotion::hold(double local_length) {
-  held_ = std::max(held_, local_length);
+  held_ = local_length;
   take_magnitude();
 }
 

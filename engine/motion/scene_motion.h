@@ -102,7 +102,7 @@ class SceneMotion {
   void place(std::uint32_t part, StopSignal stop = {});
 
   const Motion& vertices() const { return motion_; }
-  /// The magnitude of every step holds this local length, too.
+  /// The magnitude of every step holds this local length, too, and no longer the one before.
   void hold(double local_length);
 
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(parts_.size()); }

@@ -27,6 +27,7 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
     : scene(std::move(the_scene)),
       options(the_options),
       asked_separation(the_options.min_separation),
+      plain_separation(the_options.min_separation),
       bounds_separation(the_options.min_separation),
       workers(std::move(the_workers)),
       motion(modelled, to_doubles(positions, stop), stop),
@@ -47,6 +48,11 @@ double Core::widen_bounds(double separation) {
   bounds_separation = separation;
   motion.hold(local.to_local(separation));
   return more / 2;
+}
+
+void Core::narrow_bounds(double separation) {
+  bounds_separation = separation;
+  motion.hold(motion.vertices().frame().to_local(separation));
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {

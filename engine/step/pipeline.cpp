@@ -184,6 +184,7 @@ class PipelineWith final : public Pipeline {
     arranged_ = false;
     kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
     if (core.keep.share > 0) take_widest_separation(core, stop);
+    narrow_bounds(core);
     const bool shorter = is_question() && longest_.contains_motion(core, trees_.magnitude(), stop);
     return shorter ? run_shorter(core, stop, statistics, timer) : run_stages(core, stop, statistics, timer);
   }
@@ -194,6 +195,19 @@ class PipelineWith final : public Pipeline {
     if (widest > core.bounds_separation) bounds_widened(core.widen_bounds(widest));
     if (widest != core.asked_separation) options_changed(core);
     core.options.min_separation = core.asked_separation = widest;
+  }
+
+  // Bounds that were widened for pairs that keep distances are narrowed where this question needs much less:
+  // everything is near everything else in them. Budgets that were granted in wide bounds stay: two nodes are
+  // farther apart by narrow ones.
+  void narrow_bounds(Core& core) {
+    const double needed = std::max(core.options.min_separation, core.plain_separation);
+    const double spare = core.keep.share > 0 ? 8 : 1;  // the next one may need more again
+    if (!(core.bounds_separation > spare * needed)) return;
+    core.narrow_bounds(needed);
+    longest_.forget();
+    near_.forget();
+    trees_.forget_bounds();
   }
 
   // The stages of a question, in order.

@@ -386,8 +386,6 @@ TEST(WarmQuestions, AllocateNothing) {
     ask("trial", [&] { return collider.trial(Doubles(y)); });
     ask("a shorter trial", [&] { return collider.trial(Doubles(half)); });
     ask("max_step", [&] { return collider.max_step(Doubles(y)); });
-    ask("max_step that keeps a distance",
-        [&] { return collider.max_step(Doubles(y), true, {.keep_distance = 0.5}); });
     ask("trial of what max_step saw", [&] { return collider.trial(Doubles(half)); });
     ask("commit", [&] { return collider.commit(1); });
     ask("step", [&] {
@@ -397,6 +395,27 @@ TEST(WarmQuestions, AllocateNothing) {
     });
   }
   EXPECT_GT(contacts, 100u);
+}
+
+// As long as nothing else is asked, the bounds that pairs need to keep their distances stay as they are.
+TEST(WarmQuestions, ThatKeepDistancesAllocateNothing) {
+  HostileScene scene = stacked_sheets(3, 8, BodyKind::kDeformable);
+  std::vector<double> y = scene.positions;
+  scene.positions = spread(scene);  // from where all come together
+  Collider collider = make(scene, {.bounds = BoundsKind::kKDop18, .find_rigid = false});
+  int cut_short = 0;
+  for (int k = 0; k < 12; ++k) {
+    y[7] += 1e-3;
+    const bool warm = k >= 4;
+    for (const double share : {0.5, 0.25}) {
+      const FailingAllocations failing(warm ? 0 : -1);
+      const auto far = collider.max_step(Doubles(y), true, {.keep_distance = share});
+      ASSERT_TRUE(far.ok());
+      ASSERT_FALSE(warm && FailingAllocations::met()) << "allocates in round " << k;
+      cut_short += far.value().fraction < 1 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(cut_short, 0);
 }
 
 // What a session is charged is no less than what the allocator holds for it, and not half as much again.
