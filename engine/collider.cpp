@@ -16,7 +16,8 @@ namespace warmfront {
 namespace {
 
 constexpr std::string_view kNoTrial =
-    "no trial was answered since the last step, commit or change of the scene; ask for a trial first";
+    "no trial was answered since the last step, commit or change of the scene; ask for a trial or max_step "
+    "first";
 
 Error was_cancelled() {
   return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
