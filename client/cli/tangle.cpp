@@ -35,7 +35,14 @@ Status warn_if_tangled(const SceneDescription& description, const Positions& pos
       Collider::create(std::make_shared<const Scene>(std::move(scene).value()), positions,
                        {.front = FrontMode::kNone}, std::make_shared<Workers>(0));
   if (!collider) return collider.error();
-  const Result<StepResult> meeting = collider.value().intersections();
+  constexpr std::size_t kMost = 100'000;  // a scene in one point has as many as pairs of features
+  const Result<StepResult> meeting = collider.value().intersections(Where::kBase, {.max_contacts = kMost});
+  if (!meeting && meeting.error().code == ErrorCode::kResourceExhausted) {
+    std::fprintf(stderr,
+                 "warmfront: frame %" PRIu64 " is tangled: more than %zu pairs of edges and faces meet\n",
+                 number, kMost);
+    return {};
+  }
   if (!meeting) return meeting.error();
   if (meeting.value().ef == 0) return {};
   const EdgeFace first = collider.value().scene().edge_face_vertices_of(meeting.value().contacts.front());

@@ -22,8 +22,8 @@ std::array<double, 3> place_of(const EdgeFace& pair, const Positions& at);
 std::string describe(const EdgeFace& pair, const Positions& at);
 
 /// Says on stderr if edges meet faces in frame `number`, which is at `positions`, and where the first does:
-/// what begins tangled has contacts from its start on. Asks in this process, with one thread per core. Fails
-/// as Scene::create() and Collider::create() do.
+/// what begins tangled has contacts from its start on. Of very many it says only that. Asks in this process,
+/// with one thread per core. Fails as Scene::create() and Collider::create() do.
 Status warn_if_tangled(const SceneDescription& scene, const Positions& positions, std::uint64_t number);
 
 }  // namespace warmfront::client

@@ -157,6 +157,18 @@ TEST_F(CliTangled, MisuseIsSaidInOneLine) {
   EXPECT_EQ(tangled("/nonexistent").code, kExitFailed);
 }
 
+TEST_F(CliTangled, DetectStepsThroughWhatHasTooManyToList) {
+  std::string one_place;
+  for (int triangle = 0; triangle < 300; ++triangle) one_place += "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (int v = 1; v <= 900; v += 3)
+    one_place += "f " + std::to_string(v) + " " + std::to_string(v + 1) + " " + std::to_string(v + 2) + "\n";
+  folder_.write("heap.obj", one_place);
+  const std::string heap = folder_.file("heap.obj");
+  const Outcome warned = run("detect " + heap + " " + heap + " --report count");
+  EXPECT_EQ(warned.code, kExitOk) << warned.out;
+  EXPECT_THAT(warned.out, HasSubstr("frame 0 is tangled: more than 100000 pairs of edges and faces meet\n"));
+}
+
 TEST_F(CliTangled, DetectWarnsOfATangledStart) {
   const std::string warning = "frame 0 is tangled";
   const Outcome warned = run("detect " + crossing() + " " + apart());
