@@ -51,7 +51,8 @@ struct Thickening {
   Thickening(const LocalTransform& frame, double min_separation, double magnitude, double radius = 0) {
     // A ball adds its own rounding to that of its vertices. A diagonal sums what two coordinates are off by.
     const double margin = ((radius > 0 ? 2 : 1) * 0x1p-44 + 2 * kBesideTheWay) * magnitude;
-    const double separation = 0.5 * frame.to_local(min_separation) + frame.to_local(radius);
+    const double separation =
+        0.5 * frame.to_local(min_separation) * (1 + 0x1p-40) + frame.to_local(radius);
     for (int k = 0; k < 18; ++k) lane[k] = (k % 9 < 3 ? separation : kSqrt2Up * separation) + margin;
   }
 };
@@ -75,8 +76,8 @@ WARMFRONT_INLINE void bounds_of(const VertexMotion& vertex, const LocalTransform
 // Computes the PointBounds of a vertex at one end of the step.
 class PointMaker {
  public:
-  PointMaker(const LocalTransform& frame, double min_separation, double magnitude) : to_local_(frame) {
-    const double thickening = Thickening(frame, min_separation, magnitude).lane[0];
+  PointMaker(const LocalTransform& frame, double magnitude) : to_local_(frame) {
+    const double thickening = Thickening(frame, 0, magnitude).lane[0];
     // The added terms far exceed the rounding of the margin, and of float32 where its exponent range ends.
     const double more = thickening * (1 + 0x1p-20) + 0x1p-126;
     thickening_ = more < kFloatMax ? static_cast<float>(more) : std::numeric_limits<float>::infinity();
@@ -142,19 +143,30 @@ void reaches_of(const MovingPoints& points, int end, double* reach) {
 
 }  // namespace
 
-PointBounds point_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,
-                         double magnitude) {
+PointBounds point_bounds(const VertexMotion& vertex, const LocalTransform& frame, double magnitude) {
   PointBounds bounds;
   constexpr MotionState kAny = 0;
-  point_bounds({&vertex, 1}, {&kAny, 1}, frame, min_separation, magnitude, Known::kNothing, &bounds);
+  point_bounds({&vertex, 1}, {&kAny, 1}, frame, magnitude, Known::kNothing, &bounds);
   return bounds;
 }
 
 void point_bounds(std::span<const VertexMotion> vertices, std::span<const MotionState> states,
-                  const LocalTransform& frame, double min_separation, double magnitude, Known known,
-                  PointBounds* bounds) {
-  points_of_all(vertices, states, PointMaker(frame, min_separation, magnitude), known, bounds);
+                  const LocalTransform& frame, double magnitude, Known known, PointBounds* bounds) {
+  points_of_all(vertices, states, PointMaker(frame, magnitude), known, bounds);
 }
+
+template <class Bounds>
+Bounds thickened(Bounds bounds, const LocalTransform& frame, double min_separation) {
+  constexpr std::size_t kAxes = Bounds::kAxes;
+  const double separation = 0.5 * frame.to_local(min_separation) * (1 + 0x1p-40);
+  if (!(separation > 0)) return bounds;
+  for (std::size_t k = 0; k < bounds.lane.size(); ++k)
+    bounds.lane[k] =
+        round_down(double{bounds.lane[k]} - (k % kAxes < 3 ? separation : kSqrt2Up * separation));
+  return bounds;
+}
+template Aabb thickened(Aabb, const LocalTransform&, double);
+template KDop18 thickened(KDop18, const LocalTransform&, double);
 
 // Outside the frame's range, bounds contain everything: slower, never wrong.
 KDop18 moving_bounds(const VertexMotion& vertex, const LocalTransform& frame, double min_separation,

@@ -22,9 +22,9 @@ WARMFRONT_INLINE Feature merged(const Feature& a, const Feature& b) {
 
 // Sets `bit` in some lane when some axis separates a and b.
 template <class When>
-WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, std::int32_t bit,
-                                 Int8& marks) {
-  marks |= (Int8)(gap(open, a.at0, a.at1, b.at0, b.at1) > 0.0F) & bit;
+WARMFRONT_INLINE void mark_apart(When open, const Feature& a, const Feature& b, const Float8& width,
+                                 std::int32_t bit, Int8& marks) {
+  marks |= (Int8)(gap(open, a.at0, a.at1, b.at0, b.at1, width) > 0.0F) & bit;
 }
 
 // The ends along the ninth axis.
@@ -51,7 +51,7 @@ WARMFRONT_INLINE Feature face(const TriangleBounds& t) {
 }
 
 // Does the ninth axis separate two triangles?
-WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleBounds& g) {
+WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleBounds& g, float width) {
   const auto ends = [](const TriangleBounds& triangle, std::size_t t) {
     SlabEnds<float> all = ninth(*triangle.vertex[0], t);
     for (int i = 1; i < 3; ++i) {
@@ -64,15 +64,18 @@ WARMFRONT_INLINE bool apart_along_ninth(const TriangleBounds& f, const TriangleB
   const SlabEnds<float> f1 = ends(f, 1);
   const SlabEnds<float> g0 = ends(g, 0);
   const SlabEnds<float> g1 = ends(g, 1);
-  return ((f0.lower + g0.upper > 0) & (f1.lower + g1.upper > 0)) |
-         ((f0.upper + g0.lower > 0) & (f1.upper + g1.lower > 0));
+  return ((f0.lower + g0.upper > width) & (f1.lower + g1.upper > width)) |
+         ((f0.upper + g0.lower > width) & (f1.upper + g1.lower > width));
 }
 
 // Bits, as in overlapping_features(), of the feature pairs whose bounds are apart. For the first eight axes a
 // lane is an axis and the loop runs over pairs; for the ninth a lane is a pair. Branchless: which features a
 // pair of triangles owns is nearly random.
 template <class When>
-WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f, const TriangleBounds& g) {
+WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f, const TriangleBounds& g,
+                                              const Width& width) {
+  const Float8 widths = eight_axes(width);
+  const Float8 along_ninth = Float8{} + width.diagonal;
   const Feature vf[3] = {feature(*f.vertex[0]), feature(*f.vertex[1]), feature(*f.vertex[2])};
   const Feature vg[3] = {feature(*g.vertex[0]), feature(*g.vertex[1]), feature(*g.vertex[2])};
   const Feature ef[3] = {merged(vf[0], vf[1]), merged(vf[1], vf[2]), merged(vf[2], vf[0])};
@@ -81,9 +84,9 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
   const Feature face_g = merged(eg[0], vg[2]);
   Int8 marks{};
   for (int i = 0; i < 3; ++i) {
-    mark_apart(open, vf[i], face_g, 1 << i, marks);
-    mark_apart(open, vg[i], face_f, 8 << i, marks);
-    for (int j = 0; j < 3; ++j) mark_apart(open, ef[i], eg[j], 64 << (3 * i + j), marks);
+    mark_apart(open, vf[i], face_g, widths, 1 << i, marks);
+    mark_apart(open, vg[i], face_f, widths, 8 << i, marks);
+    for (int j = 0; j < 3; ++j) mark_apart(open, ef[i], eg[j], widths, 64 << (3 * i + j), marks);
   }
 
   // Lanes of ninth_of_features() for feature pairs 0-7 and 8-14.
@@ -97,67 +100,68 @@ WARMFRONT_INLINE std::uint32_t features_apart(When open, const TriangleBounds& f
       return EightAxes{__builtin_shuffle(ninth.lower, to), __builtin_shuffle(ninth.upper, to)};
     };
     marks |= (Int8)(gap(open, spread(of_f[0], kOfF[half]), spread(of_f[1], kOfF[half]),
-                        spread(of_g[0], kOfG[half]), spread(of_g[1], kOfG[half])) > 0.0F) &
+                        spread(of_g[0], kOfG[half]), spread(of_g[1], kOfG[half]), along_ninth) > 0.0F) &
              kBit[half];
   }
   return ored(marks);
 }
 
 WARMFRONT_TARGET_CLONES
-bool triangles_overlap(const TriangleBounds& f, const TriangleBounds& g) {
+bool triangles_overlap(const TriangleBounds& f, const TriangleBounds& g, const Width& width) {
   const Feature a = face(f);
   const Feature b = face(g);
-  const auto apart = (Int8)(gap(Throughout{}, a.at0, a.at1, b.at0, b.at1) > 0.0F);
-  return !any(apart) && !apart_along_ninth(f, g);
+  const auto apart = (Int8)(gap(Throughout{}, a.at0, a.at1, b.at0, b.at1, eight_axes(width)) > 0.0F);
+  return !any(apart) && !apart_along_ninth(f, g, width.diagonal);
 }
 
 }  // namespace
 
 WARMFRONT_TARGET_CLONES
-bool overlap(const Aabb& a, const Aabb& b) {
-  return meet(a, b);
+bool overlap(const Aabb& a, const Aabb& b, const Width& width) {
+  return meet(a, b, width);
 }
 
 WARMFRONT_TARGET_CLONES
-bool overlap(const KDop18& a, const KDop18& b) {
-  return meet(a, b);
+bool overlap(const KDop18& a, const KDop18& b, const Width& width) {
+  return meet(a, b, width);
 }
 
 template <>
-bool overlap<KDop18>(const TriangleBounds& f, const TriangleBounds& g) {
-  return triangles_overlap(f, g);
+bool overlap<KDop18>(const TriangleBounds& f, const TriangleBounds& g, const Width& width) {
+  return triangles_overlap(f, g, width);
 }
 
 template <>
-bool overlap<Aabb>(const TriangleBounds& f, const TriangleBounds& g) {
+bool overlap<Aabb>(const TriangleBounds& f, const TriangleBounds& g, const Width& width) {
   const auto face = [](const TriangleBounds& t) {
     Aabb bounds = narrow<Aabb>(bounds_of(*t.vertex[0]));
     bounds.merge(narrow<Aabb>(bounds_of(*t.vertex[1])));
     bounds.merge(narrow<Aabb>(bounds_of(*t.vertex[2])));
     return bounds;
   };
-  return overlap(face(f), face(g));
+  return overlap(face(f), face(g), width);
 }
 
 WARMFRONT_TARGET_CLONES
-float separation(const Aabb& a, const Aabb& b, GapAt at) {
-  return at == GapAt::kEnd ? gap_at<Aabb::kEnd>(a, b) : gap_at<0>(a, b);
+float separation(const Aabb& a, const Aabb& b, GapAt at, const Width& width) {
+  return at == GapAt::kEnd ? gap_at<Aabb::kEnd>(a, b, width) : gap_at<0>(a, b, width);
 }
 
 WARMFRONT_TARGET_CLONES
-float separation(const KDop18& a, const KDop18& b, GapAt at) {
-  return at == GapAt::kEnd ? gap_at<KDop18::kEnd>(a, b) : gap_at<0>(a, b);
-}
-
-WARMFRONT_TARGET_CLONES
-std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted) {
-  return wanted & ~features_apart(Throughout{}, f, g);
+float separation(const KDop18& a, const KDop18& b, GapAt at, const Width& width) {
+  return at == GapAt::kEnd ? gap_at<KDop18::kEnd>(a, b, width) : gap_at<0>(a, b, width);
 }
 
 WARMFRONT_TARGET_CLONES
 std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted,
-                                   float until) {
-  return wanted & ~features_apart(Until{until}, f, g);
+                                   const Width& width) {
+  return wanted & ~features_apart(Throughout{}, f, g, width);
+}
+
+WARMFRONT_TARGET_CLONES
+std::uint32_t overlapping_features(const TriangleBounds& f, const TriangleBounds& g, std::uint32_t wanted,
+                                   float until, const Width& width) {
+  return wanted & ~features_apart(Until{until, width.diagonal}, f, g, width);
 }
 
 }  // namespace warmfront

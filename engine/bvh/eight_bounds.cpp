@@ -230,7 +230,7 @@ WARMFRONT_INLINE EightOverlaps all_pairs(Open open, const Rebased<Bounds>& over,
   const std::int16_t nearest = least(gap);
   return {bytes_of(to_test), bytes_of(unsure),
           nearest == kFarthest ? std::numeric_limits<float>::max()
-                               : static_cast<float>(nearest) * between.unit[kGapAt == GapAt::kEnd ? 1 : 0]};
+                               : static_cast<float>(nearest) * between.unit[kGapAt == GapAt::kEnd ? 1 : 0] + between.lacks};
 }
 
 template <class Bounds, class Pairs>
@@ -309,13 +309,13 @@ EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDo
 }
 
 WARMFRONT_TARGET_CLONES
-GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b) {
-  return GridPair<Aabb>::of(a, b);
+GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b, const Width& width) {
+  return GridPair<Aabb>::of(a, b, width);
 }
 
 WARMFRONT_TARGET_CLONES
-GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b) {
-  return GridPair<KDop18>::of(a, b);
+GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b, const Width& width) {
+  return GridPair<KDop18>::of(a, b, width);
 }
 
 }  // namespace warmfront

@@ -94,9 +94,9 @@ void rebase(const EightBounds<KDop18>& a, const GridPair<KDop18>& between, Rebas
 
 /// All slots of block a, converted as `over`, against all of block `b`, except the pairs in `excluded`, bit 8
 /// i + j for slot i of a and slot j of b. `whole_b` bounds b as a whole, null when a and b are one block.
-/// `between` relates a's leaf to b's. Returns the pairs whose moving bounds overlap, where an empty slot
-/// counts as its block's first (Bvh); `gap` is the distance at `gap_at` of the nearest two, as separation()
-/// measures it, or less; not positive when some overlap then. Only the part of the step up to the time
+/// `between` relates a's leaf to b's. Returns the pairs whose moving bounds are within its width of each other,
+/// where an empty slot counts as its block's first (Bvh); `gap` is the distance at `gap_at` of the nearest two,
+/// as separation() measures it, or less; not positive when some overlap then. Only the part of the step up to the time
 /// `until` counts; 1 or more: all of it.
 EightOverlaps primitive_overlaps(const Rebased<Aabb>& over, const EightBounds<Aabb>& b,
                                  const GridPair<Aabb>& between, const OneOfLeaf* whole_b,
@@ -112,7 +112,7 @@ struct BlockCounts {
   std::uint32_t b;
   bool same;
 };
-/// The same for the blocks of two leaves. The gap is that of the nearest two that do not overlap.
+/// The same for the blocks of two leaves. The gap is that of the nearest two that are not within the width.
 EightOverlaps block_overlaps(const EightBounds<Aabb>& a, const EightBounds<Aabb>& b, BlockCounts counts,
                              const GridPair<Aabb>& between, OneOfLeaf whole_b, float until,
                              GapAt gap_at = GapAt::kEnd);
@@ -120,8 +120,8 @@ EightOverlaps block_overlaps(const EightBounds<KDop18>& a, const EightBounds<KDo
                              const GridPair<KDop18>& between, OneOfLeaf whole_b, float until,
                              GapAt gap_at = GapAt::kEnd);
 
-/// The relation between the numbers of two leaves.
-GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b);
-GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b);
+/// The relation between the numbers of two leaves, for a question of this width.
+GridPair<Aabb> grid_pair(const LeafGrid<Aabb>& a, const LeafGrid<Aabb>& b, const Width& width = {});
+GridPair<KDop18> grid_pair(const LeafGrid<KDop18>& a, const LeafGrid<KDop18>& b, const Width& width = {});
 
 }  // namespace warmfront

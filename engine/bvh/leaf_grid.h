@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "engine/bounds/kdop.h"
+#include "engine/bounds/width.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {
@@ -102,14 +103,17 @@ struct LeafGrid {
 
 /// The relation between the numbers of leaf a and of leaf b. By end and axis, a pair of 16-bit numbers, the
 /// low half first: the offsets to add to (a's upper end + b's lower end) and to (a's lower end + b's upper
-/// end), so that the sum is a lower bound of the gap with b above a, and with a above b, in common units.
+/// end), so that the sum is a lower bound of the gap with b above a, and with a above b, in common units, less
+/// the question's width.
 template <class Bounds>
 struct GridPair {
   std::array<std::int32_t, std::size_t{2} * Bounds::kAxes> offset;
-  /// The numbers are first shifted right by this, by end; 0 for one of the leaves.
+  /// The numbers are first shifted right by this, by end; 0 for one of the leaves, unless the width is large.
   std::array<std::int32_t, 2> shift_a;
   std::array<std::int32_t, 2> shift_b;
   std::array<float, 2> unit;  ///< lengths of the common units
+  /// What a sum, halved for a diagonal, lacks at least of the gap itself: from below.
+  float lacks = 0;
   /// LeafGrid::begin_at_1 of a and of b: available before their blocks have arrived from memory.
   std::uint32_t begin_at_1_of_a;
   std::uint32_t begin_at_1_of_b;
@@ -117,26 +121,51 @@ struct GridPair {
   /// Largest gap; and its negative, below which two leaves' numbers cannot be apart.
   static constexpr float kMost = 8176;
   static constexpr float kLeast = -8176;
-  /// A gap is at most this many units below the float32 bounds' gap: five roundings.
-  static constexpr int kSlack = 5;
+  /// The same where a width was subtracted: so a gap that a leaf's numbers cannot close is still negative
+  /// without the width.
+  static constexpr float kLeastOfWidth = kLeast - 4112;
+  /// No width is more than 2^this units.
+  static constexpr int kWidthBits = 12;
+  /// A gap is at most this many units below the float32 bounds' gap: six roundings.
+  static constexpr int kSlack = 6;
 
-  WARMFRONT_INLINE static GridPair of(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b) {
+  WARMFRONT_INLINE static GridPair of(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b,
+                                      const Width& width) {
+    if (width.none()) return made<false>(a, b, width);
+    return made<true>(a, b, width);
+  }
+
+  template <bool kWide>
+  WARMFRONT_INLINE static GridPair made(const LeafGrid<Bounds>& a, const LeafGrid<Bounds>& b,
+                                        const Width& width) {
     using Grid = LeafGrid<Bounds>;
     GridPair pair;
     pair.begin_at_1_of_a = a.begin_at_1;
     pair.begin_at_1_of_b = b.begin_at_1;
+    if (kWide) pair.lacks = 0.5F * width.diagonal * (1 - 0x1p-22F);
     for (std::size_t t = 0; t < 2; ++t) {
       const auto& at = a.end[t];
       const auto& bt = b.end[t];
-      const int common = std::max(at.exponent, bt.exponent);
+      int common = std::max(at.exponent, bt.exponent);
+      if (kWide) common = std::max(common, std::ilogb(width.diagonal) + 1 - kWidthBits);
       pair.shift_a[t] = std::min(common - at.exponent, 15);
       pair.shift_b[t] = std::min(common - bt.exponent, 15);
       pair.unit[t] = Grid::power(common);
       const float scale = Grid::power(-common);
       for (std::size_t k = 0; k < Grid::kAxes; ++k) {
-        const float d = (bt.origin[k] - at.origin[k]) * scale;
-        const std::int32_t above = whole_below(d);
-        const std::int32_t below = whole_below(-d);
+        std::int32_t above;
+        std::int32_t below;
+        if constexpr (kWide) {
+          // In double, since two large numbers may nearly cancel.
+          const double d = (double{bt.origin[k]} - double{at.origin[k]}) * double{scale};
+          const double beyond = double{k < 3 ? width.straight : width.diagonal} * double{scale};
+          above = whole_below(d - beyond);
+          below = whole_below(-d - beyond);
+        } else {
+          const float d = (bt.origin[k] - at.origin[k]) * scale;
+          above = whole_below(d);
+          below = whole_below(-d);
+        }
         pair.offset[t * Grid::kAxes + k] = (below << 16) | (above & 0xffff);
       }
     }
@@ -150,8 +179,17 @@ struct GridPair {
   static_assert(LeafGrid<Bounds>::kNever + kMost + LeafGrid<Bounds>::kReach < 0);
   static_assert(kLeast + 2 * LeafGrid<Bounds>::kReach < 0);
   static_assert(2 * LeafGrid<Bounds>::kNever + kLeast > -0x1p15F);
+  // Those of kNever have the largest unit there is: their offsets are a few units.
+  static_assert(kLeastOfWidth - 2 * (LeafGrid<Bounds>::kReach + 1) > -0x1p15F);
+  static_assert(kLeastOfWidth + 2 * (LeafGrid<Bounds>::kReach + 1) + (1 << kWidthBits) < 0);
 
  private:
+  // The same of a difference less a width: neither is far beyond the clamp, so that x is off by 2^-38 at most.
+  WARMFRONT_INLINE static std::int32_t whole_below(double x) {
+    constexpr std::int32_t kBase = 16384;
+    const double clamped = x < kLeastOfWidth ? double{kLeastOfWidth} : (x < kMost ? x : double{kMost});
+    return static_cast<std::int32_t>(clamped + (kBase - 0x1p-30)) - kBase;
+  }
   // An integer below x, clamped.
   WARMFRONT_INLINE static std::int32_t whole_below(float x) {
     return grid_floor(x < kLeast ? kLeast : (x < kMost ? x : kMost));

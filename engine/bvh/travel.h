@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/bounds/width.h"
+
 namespace warmfront {
 
 /// Where a node has gone, and how much its bounds (or a leaf's vertices) have moved otherwise, added up over
@@ -46,9 +48,19 @@ inline std::uint32_t slack(double magnitude) {
   return magnitude < 0x1p20 ? static_cast<std::uint32_t>(0x1p-19 * magnitude * 0x1p26) + 64 : kMost;
 }
 
+/// What a question keeps in hand of every budget: the slack of two nodes together, and its width. A budget may
+/// be used up along a diagonal, of whose width half counts.
+inline std::uint32_t reserve(std::uint32_t slack_of_two, const Width& width) {
+  constexpr std::uint32_t kAll = 1U << 30;  // more than any budget
+  const std::uint32_t of_width =
+      width.none() ? 0 : units(std::max(width.straight, 0.5F * width.diagonal));
+  return std::min(slack_of_two + of_width, kAll);
+}
+
 }  // namespace travel
 
-/// A promise that two nodes stay apart until their motion has used it up.
+/// A promise that two nodes do not meet until their motion has used it up; and that they stay a width apart
+/// until it has used up all but that.
 struct TravelBudget {
   std::array<float, 3> offset{};  ///< between the centres when it was granted
   std::uint32_t expiry = 0;       ///< what both have wandered by then, and the gap on top
@@ -64,11 +76,11 @@ struct TravelBudget {
   /// Nothing is promised any more.
   void spend(const NodeTravel& a, const NodeTravel& b) { *this = grant(a, b, 0); }
 
-  /// Must they be tested again in this step? The promise holds at the end of the step, and on the way if it
+  /// Must they be tested again in this step, by a question with this reserve()? The promise holds at the end of the step, and on the way if it
   /// did at the start, since what both have moved apart by is largest at one of the two.
-  bool exhausted(const NodeTravel& a, const NodeTravel& b, std::uint32_t slack) const {
+  bool exhausted(const NodeTravel& a, const NodeTravel& b, std::uint32_t reserve) const {
     const auto left = static_cast<std::int32_t>(expiry - a.wandered - b.wandered);
-    const auto usable = static_cast<float>(left - static_cast<std::int32_t>(slack));
+    const auto usable = static_cast<float>(left - static_cast<std::int32_t>(reserve));
     const auto lasts = [&](int k) {  // false, too, for what is not a number
       return std::fabs((a.centre[k] - b.centre[k]) - offset[k]) * travel::kUnits < usable;
     };

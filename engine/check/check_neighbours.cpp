@@ -23,15 +23,16 @@ bool same_lists(const NeighbourChunk& x, const NeighbourChunk& y) {
 template <class Bounds>
 class Ends {
  public:
-  Ends(const Bvh<Bounds>& tree, const Scene& scene, std::span<const PointBounds> vertex_bounds)
-      : tree_(tree), scene_(scene), vertex_bounds_(vertex_bounds) {}
+  Ends(const Bvh<Bounds>& tree, const Scene& scene, std::span<const PointBounds> vertex_bounds,
+       const Width& width)
+      : tree_(tree), scene_(scene), vertex_bounds_(vertex_bounds), width_(width) {}
 
   bool apart(const NeighbourPair& pair) const {
     const std::uint64_t excluded = sharing_pairs(tree_.leaves.corners[pair.a], tree_.leaves.corners[pair.b]) |
                                    tree_.no_pairs(pair.a, pair.b);
     for (std::uint64_t bits = ~excluded; bits != 0; bits &= bits - 1) {
       const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
-      if (overlap(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8))) return false;
+      if (overlap(bounds(pair.a, bit / 8), bounds(pair.b, bit % 8), width_)) return false;
     }
     return true;
   }
@@ -50,6 +51,7 @@ class Ends {
   const Bvh<Bounds>& tree_;
   const Scene& scene_;
   std::span<const PointBounds> vertex_bounds_;
+  const Width width_;
 };
 
 }  // namespace
@@ -57,10 +59,11 @@ class Ends {
 template <class Bounds>
 std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bounds>& tree,
                               const Scene& scene, std::span<const PointBounds> vertex_bounds,
-                              std::uint64_t turn, StopSignal stop) {
+                              const Width& width, std::uint64_t turn, StopSignal stop) {
   if (!std::ranges::equal(kept, list_neighbours(tree, stop), same_lists))
     return "does not list the neighbouring blocks";
-  const Ends<Bounds> ends(tree, scene, vertex_bounds);
+  const Ends<Bounds> ends(tree, scene, vertex_bounds, width);
+  const std::uint32_t reserve = travel::reserve(2 * tree.travel.slack, width);
   std::atomic<std::uint64_t> wrong{0};  // one more than the last wrong block found; 0: none
   const auto check = [&](std::size_t turns) {
     const std::size_t c = turns * kBudgetTurns + turn % kBudgetTurns;
@@ -69,8 +72,8 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
     stop.check();
     for (const NeighbourPair& pair : kept[c].pairs) {
       paced.check();
-      const bool lasts = !pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b],
-                                                2 * tree.travel.slack);
+      const bool lasts =
+          !pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], reserve);
       if (lasts && !ends.apart(pair)) wrong = std::uint64_t{pair.a} + 1;
     }
   };
@@ -80,8 +83,10 @@ std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bo
 }
 
 template std::string broken_neighbours(std::span<const NeighbourChunk>, const Bvh<Aabb>&, const Scene&,
-                                       std::span<const PointBounds>, std::uint64_t, StopSignal);
+                                       std::span<const PointBounds>, const Width&, std::uint64_t,
+                                       StopSignal);
 template std::string broken_neighbours(std::span<const NeighbourChunk>, const Bvh<KDop18>&, const Scene&,
-                                       std::span<const PointBounds>, std::uint64_t, StopSignal);
+                                       std::span<const PointBounds>, const Width&, std::uint64_t,
+                                       StopSignal);
 
 }  // namespace warmfront

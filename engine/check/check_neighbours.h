@@ -15,12 +15,12 @@
 namespace warmfront {
 
 /// The first fault, or an empty string: `kept` must list the neighbours of `tree`, and those with budget left
-/// must be apart at the end of the step. Checks the budgets of one chunk in kBudgetTurns, rotating with
+/// must be apart by more than `width` at the end of the step. Checks the budgets of one chunk in kBudgetTurns, rotating with
 /// `turn`. Parallel. Throws Stopped when told to stop.
 template <class Bounds>
 std::string broken_neighbours(std::span<const NeighbourChunk> kept, const Bvh<Bounds>& tree,
                               const Scene& scene, std::span<const PointBounds> vertex_bounds,
-                              std::uint64_t turn, StopSignal stop = {});
+                              const Width& width, std::uint64_t turn, StopSignal stop = {});
 inline constexpr std::uint64_t kBudgetTurns = 16;
 
 }  // namespace warmfront

@@ -92,7 +92,7 @@ class SelfCheck {
       const auto v = static_cast<std::uint32_t>(i);
       const Motion& motion = core_.motion.vertices();
       const PointBounds bounds =
-          point_bounds(motion.vertices()[v], motion.frame(), core_.bounds_separation, kept_.magnitude);
+          point_bounds(motion.vertices()[v], motion.frame(), kept_.magnitude);
       if (!(core_.vertex_bounds[v] == bounds))
         found_.report(ErrorCode::kDataLoss,
                       "vertex " + std::to_string(number_of(core_.topology->numbering.given(NewVertex{v}))) +
@@ -297,7 +297,7 @@ class SelfCheck {
     if (!segment.with_itself() || !kept_.front->neighbours().listed(part)) return;
     const std::string wrong =
         broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[part], core_.topology->scene,
-                          core_.vertex_bounds, kept_.turn, kept_.stop);
+                          core_.vertex_bounds, kept_.width, kept_.turn, kept_.stop);
     if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
   }
 
@@ -336,7 +336,8 @@ class SelfCheck {
   void check_chunk(const FrontSegment& segment, const FrontChunk& chunk) {
     if (found_) return;
     kept_.stop.check();
-    const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b]);
+    const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b], GapAt::kEnd,
+                                 kept_.width);
     const Bvtt bvtt = trees.bvtt();
     std::uint64_t tests = 0;
     for (const FrontPair& pair : chunk.pairs) {

@@ -49,19 +49,19 @@ ChunkAction action_of(const FrontChunk& chunk, const TreePair<Bounds>& trees, bo
   return clean && !prune && answers == Answers::kReuse ? ChunkAction::kReuse : ChunkAction::kUpdate;
 }
 
-/// A pair of a chunk that is updated.
+/// A pair of a chunk that is updated. `wider` than the question before: what was apart may be within its width.
 enum class PairAction : std::uint8_t {
-  kReuse,  ///< neither node changed: hand over its stored answers
+  kReuse,  ///< neither node changed, nor what is near: hand over its stored answers
   kSkip,   ///< its budget lasts: its nodes are still apart
   kTest,   ///< test its bounds, and open it or hand it over where they overlap
 };
 template <class Bounds>
-PairAction action_of(const FrontPair& pair, const TreePair<Bounds>& trees, bool lazy, Answers answers) {
-  const bool clean = (trees.state(pair.nodes) & kChanged) == 0;
+PairAction action_of(const FrontPair& pair, const TreePair<Bounds>& trees, bool lazy, bool wider,
+                     Answers answers) {
+  const bool clean = !wider && (trees.state(pair.nodes) & kChanged) == 0;
   if (clean && (answers == Answers::kReuse || !trees.bvtt().is_leaf(pair.nodes))) return PairAction::kReuse;
-  const bool lasts =
-      lazy && !pair.budget.exhausted(trees.a.travel.nodes[pair.nodes.a], trees.b.travel.nodes[pair.nodes.b],
-                                     trees.a.travel.slack + trees.b.travel.slack);
+  const bool lasts = lazy && !pair.budget.exhausted(trees.a.travel.nodes[pair.nodes.a],
+                                                    trees.b.travel.nodes[pair.nodes.b], trees.reserve());
   return lasts ? PairAction::kSkip : PairAction::kTest;
 }
 
@@ -73,9 +73,10 @@ enum class NeighbourAction : std::uint8_t {
   kTestStore,  ///< nothing moved: test those without a budget, store the answers
   kReuse,      ///< nothing moved: hand over the stored answers
 };
-inline NeighbourAction action_of(const NeighbourChunk& chunk, const NodeSet& changed, Answers answers) {
+inline NeighbourAction action_of(const NeighbourChunk& chunk, const NodeSet& changed, bool wider,
+                                 Answers answers) {
   if (chunk.nodes.meets(changed)) return NeighbourAction::kTest;
-  if (!chunk.may_have_contacts) return NeighbourAction::kSkip;
+  if (!chunk.may_have_contacts && !wider) return NeighbourAction::kSkip;
   if (answers == Answers::kForget) return NeighbourAction::kTestAgain;
   return answers == Answers::kReuse && chunk.at_rest.known ? NeighbourAction::kReuse
                                                            : NeighbourAction::kTestStore;

@@ -84,7 +84,7 @@ class ChunkUpdate {
   bool run(FrontChunk& chunk) {
     KeptReader kept(chunk.kept);
     for (std::size_t i = 0; i < chunk.pairs.size(); ++i) {
-      switch (action_of(chunk.pairs[i], trees_, how_.lazy, answers_)) {
+      switch (action_of(chunk.pairs[i], trees_, how_.lazy, how_.wider, answers_)) {
         case PairAction::kReuse:
           ++counts_.rested;
           if (const KeptAnswers::OfPair* answers = kept.of(static_cast<std::uint32_t>(i))) {
@@ -203,14 +203,15 @@ class ChunkUpdate {
     push({pair, grant(pair, folded_gap_)});
   }
 
-  // Siblings are neighbours in the front, so the last answer often serves again.
+  // Siblings are neighbours in the front, so the last answer often serves again. What a wider question will
+  // have to open again is not folded.
   float parent_gap(const NodePair& pair) {
     if (Bvtt::is_root(pair)) return -1;
     const NodePair above = bvtt_.parent(pair);
     if (bvtt_.is_self(above)) return -1;
     if (!(above == last_parent_)) {
       last_parent_ = above;
-      last_gap_ = trees_.gap(above, counts_.bv_tests);
+      last_gap_ = trees_.gap(above, counts_.bv_tests, how_.fold_width);
     }
     return last_gap_;
   }

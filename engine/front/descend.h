@@ -18,9 +18,11 @@ struct TreePair {
   const Bvh<Bounds>& b;
 
   GapAt gap_at;  ///< where gaps are measured, and budgets begin
+  Width width;   ///< within which nodes count as overlapping
 
-  TreePair(const Bvh<Bounds>& the_a, const Bvh<Bounds>& the_b, GapAt the_end = GapAt::kEnd)
-      : a(the_a), b(the_b), gap_at(the_end) {}
+  TreePair(const Bvh<Bounds>& the_a, const Bvh<Bounds>& the_b, GapAt the_end = GapAt::kEnd,
+           const Width& the_width = {})
+      : a(the_a), b(the_b), gap_at(the_end), width(the_width) {}
 
   Bvtt bvtt() const { return {a.shape, b.shape, &a == &b}; }
   /// Union of the two nodes' states.
@@ -31,10 +33,15 @@ struct TreePair {
   }
   /// As separation(). A node overlaps itself by definition (an empty leaf's bounds would say no).
   float gap(const NodePair& pair, std::uint64_t& bv_tests) const {
+    return gap(pair, bv_tests, width);
+  }
+  float gap(const NodePair& pair, std::uint64_t& bv_tests, const Width& within) const {
     if (&a == &b && pair.a == pair.b) return -1;
     ++bv_tests;
-    return separation(a.nodes[pair.a], b.nodes[pair.b], gap_at);
+    return separation(a.nodes[pair.a], b.nodes[pair.b], gap_at, within);
   }
+  /// What is kept in hand of a pair's budget.
+  std::uint32_t reserve() const { return travel::reserve(a.travel.slack + b.travel.slack, width); }
 };
 
 /// Traverses from `from`, whose gap is known. In depth-first order, `terminal` is called with each pair that

@@ -113,7 +113,7 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
   constexpr double kShare = 1.0 / 256;
   constexpr double kLeastCost = 32;
   const auto pair_of = [&](const FrontSegment& s) {
-    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b], how.gap_at);
+    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b], how.gap_at, how.width);
   };
   double cost = 0;
   PacedStop paced(how.stop, 256);
@@ -181,13 +181,13 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   how.stop.check();
   FrontSegment& segment = segments_[work.segment];
   const PartPair& parts = segment.parts;
-  const TreePair<Bounds> pair(trees[parts.a], trees[parts.b], how.gap_at);
+  const TreePair<Bounds> pair(trees[parts.a], trees[parts.b], how.gap_at, how.width);
   switch (work.kind) {
     case Work::kReuse:
       for (const FrontChunk& chunk : segment.chunks) reuse(chunk, sink, how.stop);
       break;
     case Work::kNeighbours:
-      run_neighbours(pair.a, parts.a, neighbours_.of(parts.a)[work.chunk], sink, work.answers);
+      run_neighbours(pair.a, parts.a, neighbours_.of(parts.a)[work.chunk], sink, how.wider, work.answers);
       break;
     case Work::kBuild:
     case Work::kUpdate:
@@ -244,10 +244,10 @@ void Front<Bounds>::test_subtree(std::uint32_t part, std::uint32_t subtree, Leaf
 
 template <class Bounds>
 void Front<Bounds>::run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk,
-                                   LeafPairSink& sink, Answers answers) {
+                                   LeafPairSink& sink, bool wider, Answers answers) {
   if (answers != Answers::kReuse) chunk.at_rest = {};
   const RestAnswer& stored = chunk.at_rest.answer;
-  switch (action_of(chunk, tree.motion.changed, answers)) {
+  switch (action_of(chunk, tree.motion.changed, wider, answers)) {
     case NeighbourAction::kTest:
       return test_moved(part, chunk, sink);
     case NeighbourAction::kSkip:
@@ -321,19 +321,21 @@ void Front<Bounds>::drop_answers() {
 }
 
 template <class Bounds>
-void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees) noexcept {
+void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees, const Width& width) noexcept {
   for (FrontSegment& segment : segments_) {
-    const Bvh<Bounds>& a = trees[segment.parts.a];
-    const Bvh<Bounds>& b = trees[segment.parts.b];
+    const TreePair<Bounds> pair_of(trees[segment.parts.a], trees[segment.parts.b], GapAt::kEnd, width);
+    const Bvh<Bounds>& a = pair_of.a;
+    const Bvh<Bounds>& b = pair_of.b;
     if (a.travel.nodes.empty() || b.travel.nodes.empty()) continue;
+    const std::uint32_t reserve = pair_of.reserve();
     for (FrontChunk& chunk : segment.chunks) {
       for (FrontPair& pair : chunk.pairs) {
         const NodeTravel& at_a = a.travel.nodes[pair.nodes.a];
         const NodeTravel& at_b = b.travel.nodes[pair.nodes.b];
-        if (pair.budget.exhausted(at_a, at_b, a.travel.slack + b.travel.slack)) pair.budget.spend(at_a, at_b);
+        if (pair.budget.exhausted(at_a, at_b, reserve)) pair.budget.spend(at_a, at_b);
       }
     }
-    if (segment.with_itself()) neighbours_.settle(segment.parts.a, a.travel.blocks, 2 * a.travel.slack);
+    if (segment.with_itself()) neighbours_.settle(segment.parts.a, a.travel.blocks, reserve);
   }
 }
 

@@ -25,6 +25,9 @@ struct FrontUpdate {
   bool lazy = false;   ///< do not look at pairs whose budget lasts
   bool record = true;  ///< keep the front
   Answers answers = Answers::kReuse;  ///< what becomes of those of stationary leaf pairs
+  Width width = {};       ///< within which bounds count as overlapping
+  Width fold_width = {};  ///< pairs are folded where an ancestor is farther apart than this: no less than `width`
+  bool wider = false;     ///< `width` is more than that of the update before
   /// Of the neighbours listed, those within subtrees that changed in this step were tested already, by
   /// test_subtree().
   bool subtrees_tested = false;
@@ -90,10 +93,10 @@ class Front {
   /// different subtrees.
   void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
 
-  /// Everything stands where the last trial took it, or part of the way there, and `trees` have travelled so
-  /// far. Budgets were granted where the trial began: those that are used up here are spent for good,
-  /// wherever the next motion leads. O(pairs).
-  void settle(std::span<const Bvh<Bounds>> trees) noexcept;
+  /// The next motion begins where everything stands now, as far as `trees` have travelled, and questions about
+  /// it have this width at most: budgets that do not last for that here are spent for good, wherever the
+  /// motion leads, since a budget tells of where motions begin only that it lasted there. O(pairs).
+  void settle(std::span<const Bvh<Bounds>> trees, const Width& width) noexcept;
 
   /// Forgets the front.
   void clear();
@@ -133,7 +136,7 @@ class Front {
   void update(const Work& work, const TreePair<Bounds>& trees, LeafPairSink& sink, const FrontUpdate& how);
   void reuse(const FrontChunk& chunk, LeafPairSink& sink, StopSignal stop);
   void run_neighbours(const Bvh<Bounds>& tree, std::uint32_t part, NeighbourChunk& chunk, LeafPairSink& sink,
-                      Answers answers);
+                      bool wider, Answers answers);
   void forget(FrontSegment& segment);
   // Puts the scratch's pairs into `chunk`, unless all chunks together hold more than they may.
   void store(FrontChunk& chunk);

@@ -16,7 +16,7 @@ namespace warmfront {
 /// What is learnt of a leaf pair.
 struct LeafGap {
   /// How far apart at t = 1 the nearest two of their primitives are that share no vertex, as separation()
-  /// measures it; not positive when some of them overlap then.
+  /// measures it, or less; not positive when some of them overlap then.
   float gap;
   /// Some of their primitives share a vertex: so the leaves overlap in every step.
   bool adjacent;

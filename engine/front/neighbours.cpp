@@ -27,9 +27,9 @@ struct Columns {
   }
 };
 
-// TravelBudget::spent() of four pairs, a bit each: the same operations on the same numbers.
+// TravelBudget::exhausted() of four pairs, a bit each: the same operations on the same numbers.
 WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, const NodeTravel* travel,
-                                                 std::uint32_t slack) {
+                                                 std::uint32_t reserve) {
   static_assert(sizeof(TravelBudget) == sizeof(Float4) && sizeof(NodeTravel) == sizeof(Float4));
   Float4 offset[4];  // the fourth lane is none
   UInt4 left[4];     // the fourth lane is what is left of the gap, the others are nothing
@@ -42,7 +42,7 @@ WARMFRONT_INLINE std::uint32_t exhausted_of_four(const NeighbourPair* pairs, con
   }
   const Columns offsets(offset[0], offset[1], offset[2], offset[3]);
   const Columns lefts(left[0], left[1], left[2], left[3]);
-  const Float4 usable = __builtin_convertvector((Int4)(lefts.of[3] - slack), Float4);
+  const Float4 usable = __builtin_convertvector((Int4)(lefts.of[3] - reserve), Float4);
   Int4 lasts = Int4{} - 1;
   for (int k = 0; k < 3; ++k) lasts &= (Int4)(magnitude(offsets.of[k]) * travel::kUnits < usable);
   const Int4 bits = ~lasts & Int4{1, 2, 4, 8};
@@ -65,11 +65,11 @@ std::size_t bytes_of(std::span<const NeighbourChunk> chunks) {
 
 WARMFRONT_TARGET_CLONES
 std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const NodeTravel> travel,
-                           std::uint32_t slack, std::uint32_t* due) {
+                           std::uint32_t reserve, std::uint32_t* due) {
   std::size_t count = 0;
   std::uint32_t n = 0;
   for (; n + 4 <= pairs.size(); n += 4) {
-    const std::uint32_t exhausted = exhausted_of_four(&pairs[n], travel.data(), slack);
+    const std::uint32_t exhausted = exhausted_of_four(&pairs[n], travel.data(), reserve);
     for (std::uint32_t i = 0; i < 4; ++i) {
       due[count] = n + i;
       count += (exhausted >> i) & 1;
@@ -77,7 +77,7 @@ std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const
   }
   for (; n < pairs.size(); ++n) {
     due[count] = n;
-    count += pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], slack) ? 1 : 0;
+    count += pairs[n].budget.exhausted(travel[pairs[n].a], travel[pairs[n].b], reserve) ? 1 : 0;
   }
   return count;
 }
@@ -158,12 +158,12 @@ void Neighbours::forget_answers() {
 }
 
 void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_travel,
-                        std::uint32_t slack) noexcept {
+                        std::uint32_t reserve) noexcept {
   for (NeighbourChunk& chunk : of(part)) {
     for (NeighbourPair& pair : chunk.pairs) {
       const NodeTravel& at_a = block_travel[pair.a];
       const NodeTravel& at_b = block_travel[pair.b];
-      if (!pair.budget.exhausted(at_a, at_b, slack)) continue;
+      if (!pair.budget.exhausted(at_a, at_b, reserve)) continue;
       pair.budget.spend(at_a, at_b);
       chunk.may_have_contacts = true;
       chunk.at_rest.known = false;

@@ -36,7 +36,8 @@ struct NeighbourChunk {
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
   NodeSet nodes;  ///< all leaves
-  /// Some pair has no budget: there may be something to tell of it even when nothing moves.
+  /// Some pair's budget does not last for the width of the last question: there may be something to tell of it
+  /// even when nothing moves.
   bool may_have_contacts = true;
   /// What was found when nothing moved, which holds in every step until a leaf changes.
   struct AtRest {
@@ -54,9 +55,9 @@ struct NeighbourChunk {
 };
 
 /// Puts the places in `pairs` of those whose budget is spent into `due`, which has room for all; returns how
-/// many. `travel` is by block, `slack` that of two.
+/// many. `travel` is by block, `reserve` as travel::reserve() says.
 std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const NodeTravel> travel,
-                           std::uint32_t slack, std::uint32_t* due);
+                           std::uint32_t reserve, std::uint32_t* due);
 
 /// All pairs of blocks that have a place in `tree.leaves.shared`, with budgets that are spent; none where the
 /// tree keeps no travel of blocks. First a chunk for each subtree (TreeShape::subtree_of()), of the pairs
@@ -86,8 +87,8 @@ class Neighbours {
   void clear();
   /// Forgets what was found of neighbours that do not move.
   void forget_answers();
-  /// Everything stands where the last trial took it: see Front::settle().
-  void settle(std::uint32_t part, std::span<const NodeTravel> block_travel, std::uint32_t slack) noexcept;
+  /// See Front::settle().
+  void settle(std::uint32_t part, std::span<const NodeTravel> block_travel, std::uint32_t reserve) noexcept;
 
   /// Bytes of the lists, and of these with what is kept of neighbours that do not move: both are the same for
   /// any number of threads.

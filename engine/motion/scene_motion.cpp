@@ -133,11 +133,6 @@ Status SceneMotion::set_poses(std::span<const BodyPose> poses) {
   return {};
 }
 
-void SceneMotion::hold(double local_length) {
-  held_ = local_length;
-  take_magnitude();
-}
-
 // Local: what the ball of a part at a pose reaches.
 double SceneMotion::reach_at(const ReferenceShape& shape, const Pose& pose) const {
   const double reach =
@@ -146,7 +141,7 @@ double SceneMotion::reach_at(const ReferenceShape& shape, const Pose& pose) cons
 }
 
 void SceneMotion::take_magnitude() {
-  double reach = held_;
+  double reach = 0;
   for (const Part& part : parts_) {
     if (part.kind != BodyKind::kRemoved) reach = std::max({reach, part.reach_at_start, part.range.reach});
   }

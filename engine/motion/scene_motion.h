@@ -102,8 +102,6 @@ class SceneMotion {
   void place(std::uint32_t part, StopSignal stop = {});
 
   const Motion& vertices() const { return motion_; }
-  /// The magnitude of every step holds this local length, too, and no longer the one before.
-  void hold(double local_length);
 
   std::uint32_t part_count() const { return static_cast<std::uint32_t>(parts_.size()); }
   /// The part that a vertex is in; in either numbers, since new ones stay within the part.
@@ -186,7 +184,6 @@ class SceneMotion {
   const Renumbering* numbering_ = nullptr;
   std::vector<std::uint8_t> named_;  // by vertex: a frame has named it; all zero between checks
   std::vector<std::uint8_t> given_;  // by part: how the frame gives it
-  double held_ = 0;                  // see hold()
   double magnitude_before_ = 0;      // the step that has begun
   std::uint64_t steps_ = 0;          // committed
   std::uint64_t begun_ = 0;          // whether or not they were committed

@@ -23,6 +23,7 @@ class BlockPairs {
     scene_ = &input.scene;
     vertex_bounds_ = input.vertex_bounds;
     gap_at_ = input.gap_at;
+    width_ = input.width;
   }
 
   /// The next blocks belong to leaves of these hierarchies, related by `between`, which must outlive their
@@ -78,13 +79,14 @@ class BlockPairs {
       const auto [a, b, c] = primitive_vertices(*scene_, primitive);
       return TriangleBounds{{&vertex_bounds_[a], &vertex_bounds_[b], &vertex_bounds_[c]}};
     };
-    return overlap<Bounds>(bounds(p), bounds(q));
+    return overlap<Bounds>(bounds(p), bounds(q), width_);
   }
 
   PairTester& tester_;
   const Scene* scene_ = nullptr;
   std::span<const PointBounds> vertex_bounds_;
   GapAt gap_at_ = GapAt::kEnd;
+  Width width_;
   const GridPair<Bounds>* between_ = nullptr;
   std::uint64_t always_empty_ = 0;                // in all blocks of these hierarchies
   const EightBounds<Bounds>* rebased_ = nullptr;  // the block that `over_` was computed from

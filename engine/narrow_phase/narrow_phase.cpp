@@ -42,6 +42,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     scene_ = &input.scene;
     stop_ = input.stop;
     gap_at_ = input.gap_at;
+    width_ = input.width;
     tester.begin(input, shared);
     blocks_.begin(input);
   }
@@ -66,7 +67,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const NodeId leaf_b = leaves.b - b.shape.first_leaf();
     const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
     const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
-    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b]);
+    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b], width_);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.leaves.grids[leaf_b]);
     blocks_.begin_leaves(a, b, between);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
@@ -111,15 +112,17 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const Bvh<Bounds>& tree = trees_[part];
     const std::span<const NodeTravel> travel = tree.travel.blocks;
     const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
+    const std::uint32_t reserve = travel::reserve(2 * tree.travel.slack, width_);
     due_.resize(chunk.pairs.size());
-    due_.resize(due_neighbours(chunk.pairs, travel, 2 * tree.travel.slack, due_.data()));
+    due_.resize(due_neighbours(chunk.pairs, travel, reserve, due_.data()));
     chunk.may_have_contacts = false;
     auto due = due_.cbegin();
     for (const NeighbourChunk::Leaves& leaves : chunk.leaves) {
       if (due == due_.cend()) break;
       if (*due >= leaves.end) continue;
       stop_.check();
-      const GridPair<Bounds> between = grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b]);
+      const GridPair<Bounds> between =
+          grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b], width_);
       const EightBounds<Bounds>& wide_b = tree.leaves.wide[leaves.b];
       const std::uint32_t first_b = tree.leaves.blocks_of[leaves.b].begin;
       blocks_.begin_leaves(tree, tree, between);
@@ -132,7 +135,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         const float gap =
             blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
         pair.budget = TravelBudget::grant(granted_at[pair.a], granted_at[pair.b], gap);
-        chunk.may_have_contacts |= !(gap > 0);
+        chunk.may_have_contacts |= !(gap > width_.straight);
       }
     }
   }
@@ -185,6 +188,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   const Scene* scene_ = nullptr;
   StopSignal stop_;
   GapAt gap_at_ = GapAt::kEnd;
+  Width width_;
   std::uint64_t step_ = 0;
   Blocks blocks_{tester};
   std::vector<std::uint32_t> due_;

@@ -43,6 +43,7 @@ struct NarrowPhaseInput {
   /// Where its share is not 0, each pair has a separation of its own, of which options.min_separation is none
   /// too small.
   KeepDistance keep = {};
+  Width width = {};  ///< of options.min_separation: what bounds must be apart by
 
   /// Pairs and kept contacts that are noted; where there are more, test_met() does not serve.
   static constexpr std::size_t kMostMet = std::size_t{1} << 18;

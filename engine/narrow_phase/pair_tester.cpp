@@ -64,7 +64,7 @@ void PairTester::met_pair(Primitive p, Primitive q) {
       const Face& face = input_->scene.faces()[primitive];
       return bounds_of(face[0], face[1], face[2]);
     };
-    if (!overlap<KDop18>(bounds(p), bounds(q))) return;
+    if (!overlap<KDop18>(bounds(p), bounds(q), input_->width)) return;
   }
   primitive_pair(p, q);
 }
@@ -108,7 +108,7 @@ void PairTester::filter_faces() {
   if (count == 0) return;
   for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
   const bool by_distance = input_->options.report != Report::kCandidates;
-  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds,
+  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds, input_->width,
                                                             certified_reach(input_->options.tolerance))
                                           : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
@@ -128,7 +128,8 @@ void PairTester::edge_face_pairs(std::uint32_t f, std::uint32_t g) {
 void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
   const Edge& edge = input_->scene.edges()[e];
   const Face& face = input_->scene.faces()[f];
-  if (overlap<KDop18>(bounds_of(edge[0], edge[1], edge[1]), bounds_of(face[0], face[1], face[2])))
+  if (overlap<KDop18>(bounds_of(edge[0], edge[1], edge[1]), bounds_of(face[0], face[1], face[2]),
+                      input_->width))
     push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
 }
 
@@ -165,8 +166,8 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
   const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
   const float latest = until();
   const std::uint32_t wanted = owned | perhaps;
-  std::uint32_t bits = latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest)
-                                  : overlapping_features(bounds(face_f), bounds(face_g), wanted);
+  std::uint32_t bits = latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, input_->width)
+                                  : overlapping_features(bounds(face_f), bounds(face_g), wanted, input_->width);
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
@@ -194,7 +195,7 @@ TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint
 
 void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
   const Face& face = input_->scene.faces()[f];
-  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2])))
+  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2]), input_->width))
     push(vertex_face(input_->scene, {v, f}));
 }
 
@@ -207,7 +208,7 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
   ++output_.counts.orphan_tests;
   const Edge& a = input_->scene.edges()[ids.a];
   const Edge& b = input_->scene.edges()[ids.b];
-  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1])))
+  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1]), input_->width))
     push(edge_edge(input_->scene, ids));
 }
 

@@ -12,10 +12,10 @@ using Eight3 = Lanes3<Float8>;
 // Eight pairs of triangles, by end of the step and corner, relative to the first corner.
 struct Corners {
   Eight3 at[2][6];
-  Float8 margin{};  // sum of the vertex margins of both triangles
+  Float8 margin{};  // sum of the vertex margins of both triangles and the width
   Float8 size{};    // the largest coordinate
 
-  WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points) {
+  WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points, float width) {
     Float8 most[2]{};
     for (std::size_t t = 0; t < 2; ++t) {
       Eight3 origin{};
@@ -28,7 +28,7 @@ struct Corners {
         most[k / 3] = greater(p.margin, most[k / 3]);
       }
     }
-    margin = most[0] + most[1];
+    margin = most[0] + most[1] + width;
   }
 };
 
@@ -95,8 +95,9 @@ WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
 
 WARMFRONT_TARGET_CLONES
 std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
-                              double reach) {
-  return bits_of(certainly_apart(Corners(pairs, points), static_cast<float>(4.001 * reach)));
+                              const Width& width, double reach) {
+  return bits_of(
+      certainly_apart(Corners(pairs, points, width.straight), static_cast<float>(4.001 * reach)));
 }
 
 }  // namespace warmfront

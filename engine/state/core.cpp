@@ -27,8 +27,6 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
     : scene(std::move(the_scene)),
       options(the_options),
       asked_separation(the_options.min_separation),
-      plain_separation(the_options.min_separation),
-      bounds_separation(the_options.min_separation),
       workers(std::move(the_workers)),
       motion(modelled, to_doubles(positions, stop), stop),
       model(modelled, stop) {
@@ -37,22 +35,8 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
   workers->run([&] {
     topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones, stop);
     motion.renumber(topology->numbering, 0, stop);
-    motion.hold(motion.vertices().frame().to_local(options.min_separation));
     take(make_parts(modelled, *scene, true, stop));
   });
-}
-
-double Core::widen_bounds(double separation) {
-  const LocalTransform& local = motion.vertices().frame();
-  const double more = local.to_local(separation) - local.to_local(bounds_separation);
-  bounds_separation = separation;
-  motion.hold(local.to_local(separation));
-  return more / 2;
-}
-
-void Core::narrow_bounds(double separation) {
-  bounds_separation = separation;
-  motion.hold(motion.vertices().frame().to_local(separation));
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {

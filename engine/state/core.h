@@ -56,19 +56,11 @@ struct Core {
   /// Bytes held, the scene included.
   std::size_t memory_bytes() const;
 
-  /// Bounds serve questions of this minimum separation and less from now on. Returns by how much they are
-  /// wider on each side, a local length; see PartTrees::widen().
-  double widen_bounds(double separation);
-  /// The same for narrower bounds: whatever was made with the wide ones is to be made again.
-  void narrow_bounds(double separation);
-
   std::shared_ptr<const Scene> scene;  // in the numbers first given; all below it is in those of topology
   ColliderOptions options;             // of the question in hand; between questions the session's
   KeepDistance keep;                   // of the question in hand: where it is asked, options.min_separation
                                        // is the widest separation of any pair
   double asked_separation = 0;         // the minimum separation of the last question
-  double plain_separation = 0;         // the largest one for all pairs that was asked for
-  double bounds_separation = 0;        // that bounds are made for: that, or more where `keep` takes more
   std::shared_ptr<Workers> workers;
   SceneMotion motion;
   CollisionModel model;

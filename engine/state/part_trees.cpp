@@ -81,8 +81,7 @@ void PartTrees<Bounds>::bound_vertices(Core& core, std::uint32_t part, Known kno
   const RangeMotion& range = core.motion.range(part);
   const auto bound = [&](std::size_t begin, std::size_t end) {
     point_bounds(motion.vertices().subspan(begin, end - begin), motion.states().subspan(begin, end - begin),
-                 motion.frame(), core.bounds_separation, magnitude_, known,
-                 core.vertex_bounds.data() + begin);
+                 motion.frame(), magnitude_, known, core.vertex_bounds.data() + begin);
   };
   if (range.listed && known != Known::kNothing) {
     for (const std::uint32_t v : range.changed) bound(v, v + 1);
@@ -121,15 +120,26 @@ void PartTrees<Bounds>::take_base(std::uint32_t part) {
   Bvh<Bounds>& tree = trees_[part];
   Base& base = bases_[part];
   if (from_ == From::kStart && base.of == base_) {
-    if (!std::exchange(base.left, false)) return;
-    std::ranges::copy(tree.travel.base_nodes, tree.travel.nodes.begin());
-    std::ranges::copy(tree.travel.base_blocks, tree.travel.blocks.begin());
+    return_to_base(part);
   } else if (trial_) {
     base.of = base_;
     if (!std::exchange(base.left, false)) return;
     tree.travel.base_nodes.assign(tree.travel.nodes.begin(), tree.travel.nodes.end());
     tree.travel.base_blocks.assign(tree.travel.blocks.begin(), tree.travel.blocks.end());
   }
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::return_to_base(std::uint32_t part) {
+  if (bases_[part].of != base_ || !std::exchange(bases_[part].left, false)) return;
+  TreeTravel& travel = trees_[part].travel;
+  std::ranges::copy(travel.base_nodes, travel.nodes.begin());
+  std::ranges::copy(travel.base_blocks, travel.blocks.begin());
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::return_to_base() {
+  for (std::uint32_t p = 0; p < trees_.size(); ++p) return_to_base(p);
 }
 
 // With f in (0, 1) and d and w what a node's points are displaced by, d in common and within w of that: at f
@@ -173,25 +183,11 @@ void PartTrees<Bounds>::forget_bounds_of_moved() {
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::widen(double more) {
-  const std::uint32_t units = travel::units(static_cast<float>(more));
-  for (std::uint32_t p = 0; p < trees_.size(); ++p) {
-    Bvh<Bounds>& tree = trees_[p];
-    for (auto* travels :
-         {&tree.travel.nodes, &tree.travel.blocks, &tree.travel.base_nodes, &tree.travel.base_blocks}) {
-      for (NodeTravel& travel : *travels)
-        travel.wandered += std::min(units + tree.travel.slack, travel::kMost);
-    }
-  }
-  forget_bounds();
-}
-
-template <class Bounds>
 bool PartTrees<Bounds>::wait(Core& core, std::uint32_t part, ApartParts* apart, bool rebuild) {
   const SceneMotion& motion = core.motion;
   const auto root = [&](const auto&... what) {
     return narrow<Bounds>(
-        moving_bounds(what..., motion.vertices().frame(), core.bounds_separation, magnitude_));
+        moving_bounds(what..., motion.vertices().frame(), held_separation_, magnitude_));
   };
   if (core.model.is_removed(part)) {
     states_[part] = 0;

@@ -40,9 +40,10 @@ class PartTrees {
   void bound_vertices(Core& core, StopSignal stop);
   /// After such trials: what moved in that motion gets all bounds anew in the next step.
   void forget_bounds_of_moved();
-  /// Bounds are wider by `more` (local length) on each side from now on: all are made anew, and budgets are
-  /// shorter by as much.
-  void widen(double more);
+  /// Roots have half this separation (scene units) on each side from the next refit on.
+  void hold(double separation) { held_separation_ = separation; }
+  /// Travel is that of where the next motion begins: what a trial added to it is taken back.
+  void return_to_base();
   /// Parts without a hierarchy get one; with `rebuild` those that are tested against themselves, and were
   /// not, learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and
   /// is good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
@@ -67,8 +68,9 @@ class PartTrees {
   Refit<Bounds> begin_refit(Core& core, std::uint32_t part, StopSignal stop);
   void finish_refit(std::uint32_t part, const Refit<Bounds>& refit);
   /// The part's root is that of its hierarchy, which was refit.
-  void take_root(std::uint32_t part) {
-    if (!trees_[part].nodes.empty()) roots_[part] = trees_[part].nodes[0];
+  void take_root(const Core& core, std::uint32_t part) {
+    if (trees_[part].nodes.empty()) return;
+    roots_[part] = thickened(trees_[part].nodes[0], core.motion.vertices().frame(), held_separation_);
   }
   /// After all parts were refit, or wait.
   void all_placed() { unseen_.clear(); }
@@ -88,7 +90,8 @@ class PartTrees {
   void clear() { trees_.clear(); }
 
   std::span<const Bvh<Bounds>> trees() const { return trees_; }    ///< by part
-  std::span<const Bounds> roots() const { return roots_; }         ///< by part: what holds it in this step
+  /// By part: what holds it in this step, with the separation on each side.
+  std::span<const Bounds> roots() const { return roots_; }
   std::span<const MotionState> states() const { return states_; }  ///< by part
   std::span<const std::int64_t> refit_in() const { return refit_in_; }  ///< by part: the step of its bounds
   std::int64_t step() const { return step_; }
@@ -101,6 +104,7 @@ class PartTrees {
   static constexpr std::int64_t kNever = -1;
 
   void take_base(std::uint32_t part);
+  void return_to_base(std::uint32_t part);
   MotionState unseen(std::uint32_t part) const {
     return part < unseen_.size() ? unseen_[part] : MotionState{0};
   }
@@ -122,6 +126,7 @@ class PartTrees {
   };
   std::vector<Base> bases_;
   double magnitude_ = 0;
+  double held_separation_ = 0;
   std::int64_t step_ = 0;
   std::int64_t base_ = 0;  // where motions begin: one for all trials from there
   From from_ = From::kEnd;

@@ -36,7 +36,6 @@ class AutoPipeline final : public Pipeline {
     pipeline_->commit(core, fraction, rounding);
   }
   void options_changed(Core& core) override { pipeline_->options_changed(core); }
-  void bounds_widened(double more) override { pipeline_->bounds_widened(more); }
   void parts_changed() override { pipeline_->parts_changed(); }
   BoundsKind bounds() const override { return pipeline_->bounds(); }
   Status self_check(const Core& core, StopSignal stop) override { return pipeline_->self_check(core, stop); }

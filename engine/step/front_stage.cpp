@@ -33,6 +33,9 @@ FrontState FrontStage<Bounds>::update(std::span<const Bvh<Bounds>> trees, std::s
                   .lazy = lazy,
                   .record = keep,
                   .answers = answers(options),
+                  .width = input.width,
+                  .fold_width = input.fold_width,
+                  .wider = input.wider,
                   .subtrees_tested = true,
                   .gap_at = input.gap_at,
                   .max_bytes = options.max_front_bytes,
@@ -60,6 +63,7 @@ std::uint64_t FrontStage<Bounds>::traverse(std::span<const Bvh<Bounds>> trees, s
                  {.prune = false,
                   .record = false,
                   .answers = Answers::kForget,
+                  .width = input.width,
                   .gap_at = input.gap_at,
                   .max_bytes = 0,
                   .stop = input.stop});

@@ -24,6 +24,9 @@ inline bool retests(const ColliderOptions& options) {
 struct FrontInput {
   const ColliderOptions& options;
   GapAt gap_at;  ///< where the next motion begins, for which budgets are granted now
+  Width width;   ///< as FrontUpdate says
+  Width fold_width;
+  bool wider;
   StopSignal stop;
 };
 

@@ -54,7 +54,9 @@ bool LongestTrial::serves(const ColliderOptions& now, const KeepDistance& keep) 
   const bool same_answer = same_reach && now.report == asked_.report &&
                            now.leave_out_overlaps == asked_.leave_out_overlaps && keep == keep_ &&
                            now.pair_test == asked_.pair_test && now.instant == asked_.instant;
-  return (same_reach || !found_.left_out) && (same_answer || !found_.kept);
+  // Of a narrower one not all was met that a wider one asks about.
+  return now.min_separation <= asked_.min_separation && (same_reach || !found_.left_out) &&
+         (same_answer || !found_.kept);
 }
 
 }  // namespace warmfront

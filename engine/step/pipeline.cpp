@@ -11,6 +11,7 @@
 #include "engine/check/self_check.h"
 #include "engine/narrow_phase/narrow_phase.h"
 #include "engine/state/part_trees.h"
+#include "engine/step/asked_widths.h"
 #include "engine/step/bodies_within.h"
 #include "engine/step/contact_fields.h"
 #include "engine/step/front_stage.h"
@@ -67,6 +68,7 @@ class PipelineWith final : public Pipeline {
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
     attempt.done(kind);
+    if (kind == Kind::kStep) widths_.step_taken();
     if (!result.statistics.part_of_trial) {
       front_.done();
       longest_.looked_until(core.options.report == Report::kEarliest ? result.earliest_toi.value_or(1) : 1);
@@ -80,7 +82,7 @@ class PipelineWith final : public Pipeline {
     const double of_longest = beside ? fraction * longest_.fraction() : fraction;
     longest_.forget();
     if (of_longest < 1 || beside) trees_.shorten(of_longest, beside);
-    if (of_longest > 0) front_.front().settle(trees_.trees());
+    if (of_longest > 0) front_.front().settle(trees_.trees(), local_width(core, widths_.commit()));
     if (fraction == 1 && !beside) return;
     core.rigid_parts.lose_track();
     near_.forget();  // rounding may put parts where no motion that was looked at goes
@@ -91,17 +93,6 @@ class PipelineWith final : public Pipeline {
     near_.forget();
     core.rigid_parts.undo();
     OrphanStage::forget_answers(core);
-  }
-
-  void bounds_widened(double more) override {
-    // Budgets hold little more than that, and what nodes wander wraps around.
-    constexpr double kMost = 1;
-    longest_.forget();
-    if (!(more < kMost)) {
-      front_.lose(Rebuild::kDecayed);
-      near_.forget();
-    }
-    trees_.widen(more);
   }
 
   void parts_changed() override {
@@ -119,7 +110,8 @@ class PipelineWith final : public Pipeline {
     core.workers->run([&] {
       status = warmfront::self_check<Bounds>(
           {core, trees_.trees(), trees_.roots(), trees_.refit_in(), trees_.step(), near_.pairs(),
-           near_.apart_pairs(), front ? &front_.front() : nullptr, trees_.magnitude(), self_checks_++, stop});
+           near_.apart_pairs(), front ? &front_.front() : nullptr, trees_.magnitude(), width_, self_checks_++,
+           stop});
     });
     return status;
   }
@@ -184,7 +176,7 @@ class PipelineWith final : public Pipeline {
     arranged_ = false;
     kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
     if (core.keep.share > 0) take_widest_separation(core, stop);
-    narrow_bounds(core);
+    take_width(core);
     const bool shorter = is_question() && longest_.contains_motion(core, trees_.magnitude(), stop);
     return shorter ? run_shorter(core, stop, statistics, timer) : run_stages(core, stop, statistics, timer);
   }
@@ -192,22 +184,28 @@ class PipelineWith final : public Pipeline {
   // What leaves out pairs by their distance goes by it from here on.
   void take_widest_separation(Core& core, StopSignal stop) {
     const double widest = widest_separation(core, stop);
-    if (widest > core.bounds_separation) bounds_widened(core.widen_bounds(widest));
     if (widest != core.asked_separation) options_changed(core);
     core.options.min_separation = core.asked_separation = widest;
   }
 
-  // Bounds that were widened for pairs that keep distances are narrowed where this question needs much less:
-  // everything is near everything else in them. Budgets that were granted in wide bounds stay: two nodes are
-  // farther apart by narrow ones.
-  void narrow_bounds(Core& core) {
-    const double needed = std::max(core.options.min_separation, core.plain_separation);
-    const double spare = core.keep.share > 0 ? 8 : 1;  // the next one may need more again
-    if (!(core.bounds_separation > spare * needed)) return;
-    core.narrow_bounds(needed);
-    longest_.forget();
+  // Which parts are near each other, and how far the front is opened, goes by the widest of the last questions:
+  // what one of these needs is not dropped because the others do not.
+  void take_width(const Core& core) {
+    const double held = widths_.held();
+    widths_.begin(core.options.min_separation);
+    width_ = local_width(core, core.options.min_separation);
+    fold_width_ = local_width(core, widths_.held());
+    if (widths_.held() == held) return;
+    trees_.hold(widths_.held());
     near_.forget();
-    trees_.forget_bounds();
+  }
+
+  static Width local_width(const Core& core, double separation) {
+    return Width::of(core.motion.vertices().frame().to_local(separation));
+  }
+
+  FrontInput front_input(const Core& core, StopSignal stop) const {
+    return {core.options, gap_at(), width_, fold_width_, widths_.wider(), stop};
   }
 
   // The stages of a question, in order.
@@ -232,7 +230,7 @@ class PipelineWith final : public Pipeline {
       statistics.front_state = traverse_in_blocks(core, refit, input, counts.bv_tests);
     } else {
       statistics.front_state = front_.update(trees_.trees(), near_.pairs(), narrow_,
-                                             {core.options, gap_at(), stop}, new_hierarchy);
+                                             front_input(core, stop), new_hierarchy);
       counts.bv_tests += front_.front().counts().bv_tests;
     }
     trees_.take_looseness();
@@ -288,6 +286,11 @@ class PipelineWith final : public Pipeline {
     }
     trees_.begin_step(core.motion.from(), is_question());
     front_.front().begin_step();
+    if (widths_.unsettled()) {
+      trees_.return_to_base();
+      front_.front().settle(trees_.trees(), width_);
+      widths_.settle();
+    }
     forget_outliers(core);
     core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, &bodies_within,
                           is_question(), stop);
@@ -313,7 +316,8 @@ class PipelineWith final : public Pipeline {
             stop,
             gap_at(),
             note_met,
-            core.keep};
+            core.keep,
+            width_};
   }
 
   // Budgets hold what rounding could hide at the largest magnitude since they were granted. When that is
@@ -346,7 +350,7 @@ class PipelineWith final : public Pipeline {
     while (near_.next_block(core, trees_, bv_tests, input.stop)) {
       refit.refit_near(near_.pairs());
       bv_tests +=
-          front_.traverse(trees_.trees(), near_.pairs(), narrow_, {core.options, gap_at(), input.stop});
+          front_.traverse(trees_.trees(), near_.pairs(), narrow_, front_input(core, input.stop));
     }
     return state;
   }
@@ -382,6 +386,8 @@ class PipelineWith final : public Pipeline {
 
   // Of the question in hand.
   Kind kind_ = Kind::kStep;
+  Width width_;
+  Width fold_width_;
   bool arranged_ = false;  // its hierarchies are there
 
   // What stays from question to question, stage by stage.
@@ -391,6 +397,7 @@ class PipelineWith final : public Pipeline {
   NarrowPhase<Bounds> narrow_;
   OrphanStage orphans_;
   LongestTrial longest_;
+  AskedWidths widths_;
   std::uint64_t self_checks_ = 0;
 };
 

@@ -30,8 +30,6 @@ class Pipeline {
   virtual void commit(Core& core, double fraction, Rounding rounding) noexcept = 0;
   /// core.options are others than in the last step, in what they say of contacts.
   virtual void options_changed(Core& core) = 0;
-  /// core.bounds_separation has grown by `more`, a local length.
-  virtual void bounds_widened(double more) = 0;
   /// Parts were added or changed: which are near each other is found anew.
   virtual void parts_changed() = 0;
   /// The kind that the next step uses.

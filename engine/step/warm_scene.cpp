@@ -65,9 +65,6 @@ Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderO
                                   StopSignal stop, const AcceptStep& accept) {
   if (Status status = validate(given); !status) return status.error();
   const ColliderOptions options = decided(given);
-  core.plain_separation = std::max(core.plain_separation, options.min_separation);
-  if (options.min_separation > core.bounds_separation)
-    pipeline->bounds_widened(core.widen_bounds(options.min_separation));
   if (!ask_alike(options, asked)) pipeline->options_changed(core);
   asked = options;
   struct Restored {

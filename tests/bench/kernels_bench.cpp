@@ -137,7 +137,7 @@ void planes_between_triangles(benchmark::State& state) {
     EightTrianglePairs pairs;
     std::ranges::copy(a.vertex, pairs.vertex.begin());
     std::ranges::copy(b.vertex, pairs.vertex.begin() + 3);
-    return triangles_apart(pairs, bounds, certified_reach(1e-6));
+    return triangles_apart(pairs, bounds, {}, certified_reach(1e-6));
   });
 }
 BENCHMARK(planes_between_triangles);
@@ -148,7 +148,7 @@ void bounds_of_vertices(benchmark::State& state) {
   const std::vector<MotionState> states(vertices.size(), kChanged);
   std::vector<PointBounds> bounds(vertices.size());
   for (auto _ : state) {
-    point_bounds(vertices, states, motion.frame(), 0, motion.magnitude(), Known::kOlder, bounds.data());
+    point_bounds(vertices, states, motion.frame(), motion.magnitude(), Known::kOlder, bounds.data());
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * vertices.size()));

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What questions about a state take, over a recorded sequence: what is near, within shares of the first
 // frame's diagonal, and what is tangled; from cold, after whole and tenth steps, and again while nothing
-// moved. Prints medians of one run, and passes no verdict.
+// moved; and the loop of a solver, who asks for what is near, how far it may go, and moves, each beside the
+// others and alone. Prints medians of one run, and passes no verdict.
 //   state_bench FOLDER [FRAMES [THREADS [SHARE...]]]   a folder with mesh.ply and frames.pc2; 10 frames from
 //   the middle, 1 thread, and shares 0.001 and 0.01 unless given
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +40,12 @@ double diagonal(const std::vector<float>& x) {
 
 struct Medians {
   double cold, step, whole, tenth, again, pairs;
+};
+
+/// What a solver's loop takes, question by question; without a distance it does not ask for what is near, and
+/// without `moves` not how far it may go.
+struct Loop {
+  double near, far, commit;
 };
 
 class Bench {
@@ -86,6 +94,29 @@ class Bench {
     return {median(cold), median(step), median(whole), median(tenth), median(again), median(pairs)};
   }
 
+  Loop loop(std::optional<double> distance, bool moves) {
+    std::vector<double> near, far, commit;
+    const auto timed = [](std::vector<double>& to, auto&& work) {
+      const auto start = Clock::now();
+      if (!work()) std::abort();
+      to.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    };
+    Collider warm = at(sequence_.read(first_));
+    for (int f = first_ + 1; f <= first_ + frames_; ++f) {
+      const std::vector<float> y = sequence_.read(f);
+      const Frame to{std::span<const float>(y)};
+      timed(near, [&] { return !distance || warm.proximity(*distance, Where::kBase).ok(); });
+      if (!moves) {
+        timed(commit, [&] { return warm.step(to, nullptr, {}, {.report = Report::kCount}).ok(); });
+        continue;
+      }
+      timed(far, [&] { return warm.max_step(to, true).ok(); });
+      timed(commit, [&] { return warm.commit().ok(); });
+    }
+    if (!moves) far = {0};
+    return {median(near), median(far), median(commit)};
+  }
+
  private:
   Collider at(const std::vector<float>& x) const {
     return Collider::create(scene_, std::span<const float>(x), {}, workers_).value();
@@ -102,6 +133,11 @@ void print(const char* what, const Medians& m) {
   const double a_pair = m.pairs > 0 ? 1e6 / m.pairs : 0;
   std::printf("| %-22s | %9.0f | %9.3f | %9.3f | %9.3f | %9.4f | %6.0f | %6.0f | %8.3f |\n", what, m.pairs,
               m.cold, m.whole, m.tenth, m.again, m.cold * a_pair, m.whole * a_pair, m.step);
+}
+
+void print(double share, const Loop& together, const Loop& near, const Loop& far) {
+  std::printf("| %-22g | %9.3f | %9.3f | %9.3f | %9.3f | %9.3f |\n", share, near.near, together.near, far.far,
+              together.far, together.commit);
 }
 
 int run(const char* folder, int frames, int threads, const std::vector<double>& shares) {
@@ -126,6 +162,12 @@ int run(const char* folder, int frames, int threads, const std::vector<double>& 
   }
   print("tangled",
         bench.measure([](Collider& collider) { return collider.intersections().value().contacts.size(); }));
+  std::printf("| %-22s | %9s | %9s | %9s | %9s | %9s |\n", "loop within", "near", "in loop", "max_step",
+              "in loop", "commit");
+  for (const double share : shares) {
+    const double distance = share * bench.diagonal_of_first();
+    print(share, bench.loop(distance, true), bench.loop(distance, false), bench.loop({}, true));
+  }
   return 0;
 }
 

@@ -107,7 +107,7 @@ class Hierarchy {
   }
 
   void refit_with(Known known, std::vector<PointBounds>& bounds, Bvh<Bounds>& tree) const {
-    point_bounds(motion_.vertices(), motion_.states(), motion_.frame(), 0, magnitude_, known, bounds.data());
+    point_bounds(motion_.vertices(), motion_.states(), motion_.frame(), magnitude_, known, bounds.data());
     refit<Bounds>({*scene_, bounds, motion_.states(), range_, magnitude_, known}, tree,
                   &tree == &bvh ? then : nullptr);
   }

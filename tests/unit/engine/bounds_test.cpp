@@ -28,9 +28,8 @@ KDop18 bounds_of(std::span<const VertexMotion> vertices, std::initializer_list<i
   return bounds;
 }
 
-PointBounds point_of(std::span<const VertexMotion> vertices, int v, const LocalTransform& frame,
-                     double separation) {
-  return point_bounds(vertices[v], frame, separation, least_magnitude(vertices, frame, separation));
+PointBounds point_of(std::span<const VertexMotion> vertices, int v, const LocalTransform& frame) {
+  return point_bounds(vertices[v], frame, least_magnitude(vertices, frame, 0));
 }
 
 // "No answer depends on the hierarchy" requires this: pairs that float bounds, in any frame, call disjoint
@@ -65,9 +64,10 @@ TEST(MovingBounds, RejectNothingThatTheCascadeWouldNot) {
     const bool apart = !overlap(bounds_of(vertices, {0, 1}, motion.frame(), separation),
                                 bounds_of(vertices, {2, 3}, motion.frame(), separation));
     PointBounds points[4];
-    for (int v = 0; v < 4; ++v) points[v] = point_of(vertices, v, motion.frame(), separation);
-    const bool points_apart =
-        !overlap<KDop18>({{&points[0], &points[1], &points[1]}}, {{&points[2], &points[3], &points[3]}});
+    for (int v = 0; v < 4; ++v) points[v] = point_of(vertices, v, motion.frame());
+    const Width width = Width::of(motion.frame().to_local(separation));
+    const bool points_apart = !overlap<KDop18>({{&points[0], &points[1], &points[1]}},
+                                               {{&points[2], &points[3], &points[3]}}, width);
     // Points' bounds are the wider ones, by little.
     ASSERT_TRUE(apart || !points_apart) << "trial " << trial;
     if (!apart) continue;
@@ -100,7 +100,8 @@ TEST(PointBounds, FeaturesOverlapAsTheirBoundsDo) {
     const auto vertices = motion_between(x0, x1);
     const double separation = trial % 3 == 0 ? 0.05 : 0.0;
     PointBounds points[6];
-    for (int v = 0; v < 6; ++v) points[v] = point_of(vertices, v, motion.frame(), separation);
+    for (int v = 0; v < 6; ++v) points[v] = point_of(vertices, v, motion.frame());
+    const Width width = Width::of(motion.frame().to_local(separation));
     const TriangleBounds f{{&points[0], &points[1], &points[2]}};
     const TriangleBounds g{{&points[3], &points[4], &points[5]}};
     const auto merged = [&](std::initializer_list<int> which) {
@@ -108,14 +109,15 @@ TEST(PointBounds, FeaturesOverlapAsTheirBoundsDo) {
       for (const int v : which) bounds.merge(bounds_of(points[v]));
       return bounds;
     };
-    const bool overlapping = overlap(merged({0, 1, 2}), merged({3, 4, 5}));
+    const bool overlapping = overlap(merged({0, 1, 2}), merged({3, 4, 5}), width);
     met += overlapping;
-    ASSERT_EQ(overlap<KDop18>(f, g), overlapping) << trial;
-    ASSERT_EQ(overlap<Aabb>(f, g), overlap(narrow<Aabb>(merged({0, 1, 2})), narrow<Aabb>(merged({3, 4, 5}))))
+    ASSERT_EQ(overlap<KDop18>(f, g, width), overlapping) << trial;
+    ASSERT_EQ(overlap<Aabb>(f, g, width),
+              overlap(narrow<Aabb>(merged({0, 1, 2})), narrow<Aabb>(merged({3, 4, 5})), width))
         << trial;
-    const std::uint32_t features = overlapping_features(f, g, 0x7fff);
+    const std::uint32_t features = overlapping_features(f, g, 0x7fff, width);
     const auto expect = [&](int bit, const KDop18& a, const KDop18& b) {
-      ASSERT_EQ((features >> bit) & 1U, overlap(a, b) ? 1U : 0U) << trial << " bit " << bit;
+      ASSERT_EQ((features >> bit) & 1U, overlap(a, b, width) ? 1U : 0U) << trial << " bit " << bit;
     };
     for (int i = 0; i < 3; ++i) {
       expect(i, merged({i}), merged({3, 4, 5}));
@@ -158,7 +160,7 @@ TEST(MovingBounds, HoldTheMotionAtAnyScaleAndOffset) {
         const KDop18 bounds =
             moving_bounds(vertices[v], motion.frame(), 0, least_magnitude(vertices, motion.frame(), 0));
         // Beyond a point's range, its bounds are unbounded.
-        const KDop18 of_point = bounds_of(point_of(vertices, v, motion.frame(), 0));
+        const KDop18 of_point = bounds_of(point_of(vertices, v, motion.frame()));
         for (const float lane : of_point.lane) ASSERT_FALSE(std::isnan(lane) || lane > 1e38F);
         for (std::size_t k = 0; k < 3; ++k) {
           for (const std::size_t end : {std::size_t{0}, std::size_t{KDop18::kEnd}}) {

@@ -73,7 +73,7 @@ struct Kept {
     const auto& parts = core.topology->parts;
     const Motion& motion = core.motion.vertices();
     for (std::size_t v = 0; v < core.vertex_bounds.size(); ++v)
-      core.vertex_bounds[v] = point_bounds(motion.vertices()[v], motion.frame(), 0, motion.magnitude());
+      core.vertex_bounds[v] = point_bounds(motion.vertices()[v], motion.frame(), motion.magnitude());
     const bool first = trees.empty();
     trees.resize(parts.size());
     roots.resize(parts.size());
@@ -98,7 +98,7 @@ struct Kept {
     Status status;
     core.workers->run([&] {
       status = self_check<Bounds>(
-          {core, trees, roots, refit_in, 0, near, apart, &front, core.motion.vertices().magnitude(), 0});
+          {core, trees, roots, refit_in, 0, near, apart, &front, core.motion.vertices().magnitude(), Width(), 0});
     });
     return status;
   }
@@ -277,7 +277,7 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
         }
         const std::string wrong =
             broken_neighbours<TypeParam>(k.front.neighbours().of(0), k.trees[0], k.core.topology->scene,
-                                         k.core.vertex_bounds, kBudgetTurns);
+                                         k.core.vertex_bounds, Width(), kBudgetTurns);
         EXPECT_THAT(wrong, HasSubstr("and a neighbour as apart"));
         pairs(k).clear();
       },
