@@ -15,8 +15,7 @@ namespace warmfront {
 
 /// Options of one question; what is absent is as the collider was created with. Ranges as ColliderOptions
 /// says. An answer never depends on what was asked before. A question whose options differ from those of the
-/// one before tests again what is stationary; one with the largest min_separation so far remakes all bounds
-/// once, and bounds stay that wide.
+/// one before tests again what is stationary.
 struct QuestionOptions {
   std::optional<Tier> tier = std::nullopt;
   std::optional<double> tolerance = std::nullopt;
