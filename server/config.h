@@ -38,6 +38,7 @@ struct Config {
   Limits limits;
   std::size_t transport_memory_bytes = std::size_t{1} << 30;  ///< gRPC's ResourceQuota: messages in transit
   std::uint32_t max_metadata_bytes = 16 << 10;                ///< headers of a call
+  std::uint32_t max_connections_per_address = 512;            ///< of TCP; 0: as many as there are files
   std::chrono::milliseconds drain_timeout = std::chrono::seconds(30);
 };
 

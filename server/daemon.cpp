@@ -108,20 +108,29 @@ std::shared_ptr<grpc::ServerCredentials> encrypted_by(const TlsFiles& files) {
   return TlsServerCredentials(options);
 }
 
-/// One line for those that were ended since `seen`, which is brought up to date: whoever floods the daemon
-/// does not flood its log.
-void log_connections_ended(Log& log, std::array<std::uint64_t, Http2Guard::kVerdicts>& seen) {
-  const auto now = connections_ended();
+struct ConnectionCounts {
+  std::array<std::uint64_t, Http2Guard::kVerdicts> ended = connections_ended();
+  std::uint64_t refused = connections_refused();
+};
+
+/// One line for those that were ended since `seen`, and one for those that were refused; `seen` is brought up
+/// to date. Whoever floods the daemon does not flood its log.
+void log_connections(Log& log, ConnectionCounts& seen) {
+  const ConnectionCounts counts;
+  const auto& now = counts.ended;
   std::string reasons;
   std::uint64_t count = 0;
   for (std::size_t i = 0; i < now.size(); ++i) {
-    if (now[i] == seen[i]) continue;
-    count += now[i] - seen[i];
+    if (now[i] == seen.ended[i]) continue;
+    count += now[i] - seen.ended[i];
     if (!reasons.empty()) reasons.push_back(' ');
     reasons.append(Http2Guard::kNames[i]);
   }
   if (count > 0) log.write(LogLevel::kWarning, "connections_ended", {{"count", count}, {"reason", reasons}});
-  seen = now;
+  if (counts.refused > seen.refused)
+    log.write(LogLevel::kWarning, "connections_refused",
+              {{"count", counts.refused - seen.refused}, {"reason", "max-connections-per-address"}});
+  seen = counts;
 }
 
 /// How often to look for what has outlived `timeout`, so that it does by a quarter at most.
@@ -324,8 +333,8 @@ Result<std::unique_ptr<Daemon>> Daemon::start(const Config& wanted, Log& log) {
   });
   impl->memory = std::make_unique<Ticker>(
       kGlanceAtProcess, [&log, &metrics = impl->context.metrics, free_memory = FreeMemory(),
-                         ended = connections_ended()]() mutable {
-        log_connections_ended(log, ended);
+                         counts = ConnectionCounts()]() mutable {
+        log_connections(log, counts);
         const std::size_t bytes = give_back_free_memory(free_memory);
         if (bytes == 0) return;
         metrics.memory_given_back += bytes;

@@ -81,7 +81,8 @@ int main(int argc, char** argv) {
   // Later than the daemon itself ends calls that it has begun: it tells the client.
   guard_connections({.max_metadata_bytes = config.max_metadata_bytes,
                      .max_streams = config.limits.max_streams_per_connection,
-                     .first_message = config.limits.upload_timeout * 3 / 2 + std::chrono::seconds(1)});
+                     .first_message = config.limits.upload_timeout * 3 / 2 + std::chrono::seconds(1)},
+                    config.max_connections_per_address);
   auto daemon = Daemon::start(config, log);
   if (!daemon) {
     log.write(LogLevel::kError, "failed", {{"reason", daemon.error().message}});

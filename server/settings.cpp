@@ -250,6 +250,9 @@ std::vector<Setting> table() {
             "Memory for messages in transit, over all connections"),
       count("max-streams-per-connection", &Limits::max_streams_per_connection, {.least = 1},
             "Calls at once on one connection; our clients open another for more", "max-streams"),
+      count("max-connections-per-address", &Config::max_connections_per_address, {.least = 0},
+            "TCP connections at once from one address (of IPv6, its first 64 bits), and a tenth of that to "
+            "begin a second; 0: any number, for daemons behind a proxy that counts them"),
       count("max-metadata-bytes", &Config::max_metadata_bytes, {.least = 1024, .most = 1 << 20},
             "Headers of a call, in bytes"),
       duration("drain-timeout", &Config::drain_timeout,

@@ -179,6 +179,9 @@ std::string metrics_text(const Metrics& metrics, const Gauges& gauges) {
   f.counters("warmfront_connections_ended_total",
              "Connections that were ended for what their clients sent as HTTP/2, by what was wrong", "reason",
              std::span(Http2Guard::kNames).subspan(1), std::span(std::as_const(ended)).subspan(1));
+  f.counter("warmfront_connections_refused_total",
+            "Connections refused, since their address had as many as --max-connections-per-address allows",
+            static_cast<double>(connections_refused()));
   f.gauge_if(gauges.certificate_expiry != 0, "warmfront_certificate_expiry_timestamp_seconds",
              "When the certificate that serves expires, the first of its chain, since the epoch",
              static_cast<double>(gauges.certificate_expiry));

@@ -103,8 +103,15 @@ void refuse_connections_left_waiting() {
 
 extern "C" int accept4(int listener, sockaddr* address, socklen_t* length, int flags) {
   using namespace warmfront::server;
+  const auto guarded = [&](int connection) {
+    sockaddr_storage peer;
+    socklen_t bytes = sizeof peer;
+    auto* const to = reinterpret_cast<sockaddr*>(&peer);
+    if (getpeername(connection, to, &bytes) != 0) peer.ss_family = AF_UNSPEC;
+    return guard_connection(connection, to, bytes);
+  };
   int connection = accept_now(listener, address, length, flags);
-  while (connection >= 0 && !guard_connection(connection)) {
+  while (connection >= 0 && !guarded(connection)) {
     close(connection);
     connection = accept_now(listener, address, length, flags);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// recvmsg() and SSL_read() with a look at what came. Thread safety as stated in the header.
+// recvmsg() and SSL_read() with a look at what came; close(), with which a connection's guard goes. Thread safety as stated in the header.
 #include "server/process/guarded_receive.h"
 
 #include <dlfcn.h>
@@ -15,8 +15,11 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <utility>
+
+#include "server/process/peers.h"
 
 namespace warmfront::server {
 namespace {
@@ -25,32 +28,45 @@ std::atomic<bool> guarding{false};
 Http2Guard::Bounds guard_bounds;  // set before `guarding`
 int ssl_index = -1;               // likewise
 std::array<std::atomic<std::uint64_t>, Http2Guard::kVerdicts> ended{};
+std::atomic<std::uint64_t> refused{0};
+Peers* peers = nullptr;  // as guard_bounds; never deleted, threads of gRPC use it until the process is gone
 
-/// Guards by file number, in pages that are made when they are first needed and kept. A guard is made when
-/// its connection is accepted, used by the one thread at a time that gRPC reads a connection on, and deleted
-/// when the connection ends or its number is accepted again.
-class Guards {
+struct Connection {
+  Http2Guard guard;
+  Peers::Place place;
+};
+
+/// Connections by file number, in pages that are made when they are first needed and kept. One is made when
+/// it is accepted, used by the one thread at a time that gRPC reads a connection on, and deleted when nothing
+/// more comes, or when its file is closed.
+class Connections {
  public:
-  bool make(int file) noexcept {
-    std::atomic<Http2Guard*>* place = find(file, true);
-    auto* guard = place == nullptr ? nullptr : new (std::nothrow) Http2Guard(guard_bounds);
-    if (guard == nullptr) return false;
-    delete place->exchange(guard, std::memory_order_acq_rel);
+  bool make(int file, Peers::Place place_of_peer) noexcept {
+    std::atomic<Connection*>* place = find(file, true);
+    auto* made = place == nullptr
+                     ? nullptr
+                     : new (std::nothrow) Connection{Http2Guard(guard_bounds), std::move(place_of_peer)};
+    if (made == nullptr) return false;
+    delete place->exchange(made, std::memory_order_acq_rel);
     return true;
   }
-  Http2Guard* get(int file) noexcept {
-    const std::atomic<Http2Guard*>* place = find(file, false);
-    return place == nullptr ? nullptr : place->load(std::memory_order_acquire);
+  Http2Guard* guard(int file) noexcept {
+    const std::atomic<Connection*>* place = find(file, false);
+    Connection* const one = place == nullptr ? nullptr : place->load(std::memory_order_acquire);
+    return one == nullptr ? nullptr : &one->guard;
   }
   void drop(int file) noexcept {
-    if (std::atomic<Http2Guard*>* place = find(file, false)) delete place->exchange(nullptr);
+    std::atomic<Connection*>* const place = find(file, false);
+    // Most files are no connections.
+    if (place != nullptr && place->load(std::memory_order_relaxed) != nullptr)
+      delete place->exchange(nullptr, std::memory_order_acq_rel);
   }
 
  private:
   static constexpr std::size_t kPage = 1024, kPages = 1024;
-  using Page = std::array<std::atomic<Http2Guard*>, kPage>;
+  using Page = std::array<std::atomic<Connection*>, kPage>;
 
-  std::atomic<Http2Guard*>* find(int file, bool make) noexcept {
+  std::atomic<Connection*>* find(int file, bool make) noexcept {
     const auto number = static_cast<std::size_t>(file);
     if (file < 0 || number >= kPage * kPages) return nullptr;
     std::atomic<Page*>& place = pages_[number / kPage];
@@ -65,7 +81,7 @@ class Guards {
   std::array<std::atomic<Page*>, kPages> pages_{};
 };
 
-Guards guards;  // constant initialisation: there before the first thread, and used until the last is gone
+Connections connections;  // constant initialisation: there before the first thread, and used until the last is gone
 
 /// Whether gRPC may have these bytes; counts the connection when it is the first time that it may not.
 bool passes(Http2Guard& guard, std::span<const std::uint8_t> bytes) {
@@ -176,14 +192,22 @@ Http2Guard* guard_of(SSL* ssl) {
 
 }  // namespace
 
-void guard_connections(const Http2Guard::Bounds& bounds) {
+void guard_connections(const Http2Guard::Bounds& bounds, std::uint32_t most_per_address) {
   guard_bounds = bounds;
+  peers = new Peers(most_per_address);
   ssl_index = SSL_get_ex_new_index(0, nullptr, nullptr, nullptr, &free_guard);
   guarding.store(true, std::memory_order_release);
 }
 
-bool guard_connection(int connection) noexcept {
-  return !guarding.load(std::memory_order_acquire) || guards.make(connection);
+bool guard_connection(int connection, const sockaddr* address, socklen_t length) noexcept {
+  if (!guarding.load(std::memory_order_acquire)) return true;
+  std::optional<Peers::Place> place = peers->enter(address, length);
+  if (!place) refused.fetch_add(1, std::memory_order_relaxed);
+  return place && connections.make(connection, std::move(*place));
+}
+
+std::uint64_t connections_refused() {
+  return refused.load();
 }
 
 std::array<std::uint64_t, Http2Guard::kVerdicts> connections_ended() {
@@ -198,7 +222,7 @@ extern "C" ssize_t recvmsg(int file, msghdr* message, int flags) {
   using namespace warmfront::server;
   if (!guarding.load(std::memory_order_acquire) || (flags & (MSG_ERRQUEUE | MSG_PEEK)) != 0)
     return receive_message(file, message, flags);
-  Http2Guard* guard = guards.get(file);
+  Http2Guard* guard = connections.guard(file);
   if (guard == nullptr) return receive_message(file, message, flags);
   std::size_t put = 0;
   const ssize_t came = guard->has_silent_calls() && message->msg_iovlen <= Places::kMost
@@ -207,13 +231,21 @@ extern "C" ssize_t recvmsg(int file, msghdr* message, int flags) {
   if (came <= 0) {
     const int error = errno;
     // gRPC reads no more from it.
-    if (came == 0 || (error != EAGAIN && error != EINTR)) guards.drop(file);
+    if (came == 0 || (error != EAGAIN && error != EINTR)) connections.drop(file);
     errno = error;
     return came;
   }
   if (passes(*guard, *message, static_cast<std::size_t>(came), put)) return came;
   shutdown(file, SHUT_RDWR);  // the client hears of it at once, whatever gRPC does
   return 0;
+}
+
+// gRPC closes a connection once nobody reads from it: also one that the daemon ended, or whose client vanished.
+// Weak: a test has one of its own.
+extern "C" [[gnu::weak]] int close(int file) {
+  using namespace warmfront::server;
+  if (guarding.load(std::memory_order_acquire)) connections.drop(file);
+  return static_cast<int>(syscall(SYS_close, file));
 }
 
 extern "C" int SSL_read(SSL* ssl, void* buffer, int size) {

@@ -60,23 +60,6 @@ Http2Guard::Http2Guard(const Bounds& bounds, Now now)
       empty_data_(1000, 100, now()),
       others_(100, 10, now()) {}
 
-bool Http2Guard::Bucket::take(std::uint32_t count, Now now) {
-  if (left_ >= count) {
-    left_ -= count;
-    return true;
-  }
-  // The clock is asked when there is nothing left only.
-  const Clock::time_point time = now();
-  const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(time - filled_).count();
-  const auto more = std::min<std::uint64_t>(
-      burst_, static_cast<std::uint64_t>(std::max<std::int64_t>(passed, 0)) * per_second_ / 1000);
-  if (more > 0) filled_ = time;
-  left_ += static_cast<std::uint32_t>(more);
-  if (left_ < count) return false;
-  left_ -= count;
-  return true;
-}
-
 Http2Guard::Verdict Http2Guard::receive(std::span<const std::uint8_t> bytes) {
   if (verdict_ != kGood || bytes.empty()) return verdict_;
   if (state_ == State::kPreface && !read_preface(bytes)) return verdict_;

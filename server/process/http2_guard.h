@@ -28,7 +28,8 @@
 //    last.
 // 8. Before the client has acknowledged the settings, gRPC knows no bound on calls at once: it begins no more
 //    than may be at once, or than RFC 9113 advises to allow.
-// Each is per connection: how many connections there are is bounded by the files that the daemon may open.
+// Each is per connection: how many connections an address has is bounded by peers.h, and how many there are
+// by the files that the daemon may open.
 #pragma once
 
 #include <array>
@@ -37,14 +38,15 @@
 #include <cstdint>
 #include <span>
 
+#include "server/process/bucket.h"
 #include "server/process/silent_calls.h"
 
 namespace warmfront::server {
 
 class Http2Guard {
  public:
-  using Clock = std::chrono::steady_clock;
-  using Now = Clock::time_point (*)();
+  using Clock = Bucket::Clock;
+  using Now = Bucket::Now;
 
   /// What was wrong; kGood: nothing so far.
   enum Verdict : std::uint8_t {
@@ -100,18 +102,6 @@ class Http2Guard {
   bool encrypted() const { return state_ == State::kEncrypted; }
 
  private:
-  /// So many at once, and so many a second.
-  class Bucket {
-   public:
-    Bucket(std::uint32_t burst, std::uint32_t per_second, Clock::time_point now)
-        : burst_(burst), per_second_(per_second), left_(burst), filled_(now) {}
-    bool take(std::uint32_t count, Now now);
-
-   private:
-    std::uint32_t burst_, per_second_, left_;
-    Clock::time_point filled_;
-  };
-
   enum class State : std::uint8_t { kPreface, kEncrypted, kFrame, kPayload, kPriority, kFields, kMessage };
   /// Within a field of a header block: at its first byte, in an integer's further bytes, at a string's first
   /// byte, in a string.

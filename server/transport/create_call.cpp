@@ -10,6 +10,7 @@
 #include "server/transport/convert.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
+#include "server/transport/heavy.h"
 #include "server/transport/reaction.h"
 #include "server/transport/stream_codec.h"
 #include "server/units.h"
@@ -58,22 +59,48 @@ void CreateCall::OnDone() {
   self.reset();
 }
 
-void CreateCall::OnReadDone(bool ok) {
-  react([&] { read_done(ok); },
-        [&](grpc::Status status) {
-          const MutexLock lock(mutex_);
-          fail_locked(std::move(status));
-        });
+template <class Work>
+void CreateCall::guarded(Work work) noexcept {
+  react(std::move(work), [&](grpc::Status status) {
+    const MutexLock lock(mutex_);
+    fail_locked(std::move(status));
+  });
 }
 
-void CreateCall::read_done(bool ok) {
+void CreateCall::OnReadDone(bool ok) {
+  guarded([&] {
+    {
+      const MutexLock lock(mutex_);
+      last_moved_ = std::chrono::steady_clock::now();
+      handling_ = true;
+    }
+    static const MessageLayout& layout = MessageLayout::of(*v1::CreateSessionRequest::descriptor());
+    if (!ok) return upload_ended();
+    if (!is_heavy(incoming_, layout, Strings::kCopied)) return take(parse());
+    context_.runner.post(
+        [call = shared_from_this()] { call->guarded([&] { call->take(call->parse()); }); }, Lane::kLong, std::shared_ptr<Share>(tenant_, &tenant_->share));
+  });
+}
+
+Outcome<Parsed<v1::CreateSessionRequest>> CreateCall::parse() {
+  grpc::ByteBuffer message;
+  message.Swap(&incoming_);
+  return parse_message<v1::CreateSessionRequest>(context_.parsing, std::move(message), "CreateSession");
+}
+
+void CreateCall::take(const Outcome<Parsed<v1::CreateSessionRequest>>& parsed) {
   const MutexLock lock(mutex_);
-  if (state_ != State::kUploading) return;  // it was ended meanwhile
+  handling_ = false;
   last_moved_ = std::chrono::steady_clock::now();
-  if (ok) {
-    if (std::optional<Fault> fault = add()) return fail_locked(refused(*fault));
-    return StartRead(&incoming_);
-  }
+  if (state_ != State::kUploading) return;  // it was ended meanwhile
+  if (!parsed) return fail_locked(refused(parsed.fault()));
+  if (std::optional<Fault> fault = add(parsed.value().message)) return fail_locked(refused(*fault));
+  StartRead(&incoming_);
+}
+
+void CreateCall::upload_ended() {
+  const MutexLock lock(mutex_);
+  if (state_ != State::kUploading) return;
   if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
   if (std::optional<Fault> fault = upload_->complete()) return fail_locked(refused(*fault));
   // Building takes some ten times as long as a step.
@@ -98,14 +125,14 @@ void CreateCall::end(const Fault& fault) {
 
 void CreateCall::end_if_quiet(const Fault& fault, std::chrono::milliseconds quiet) {
   const MutexLock lock(mutex_);
-  if (state_ == State::kUploading && std::chrono::steady_clock::now() - last_moved_ >= quiet)
+  if (state_ == State::kUploading && !handling_ && std::chrono::steady_clock::now() - last_moved_ >= quiet)
     fail_locked(status_of(fault));
 }
 
 void CreateCall::enforce_timeouts(std::chrono::steady_clock::time_point now) {
   const auto stalled = [&] {
     const MutexLock lock(mutex_);
-    return now - last_moved_ >= context_.limits.write_stall_timeout;
+    return !handling_ && now - last_moved_ >= context_.limits.write_stall_timeout;
   };
   if (now - began_ >= context_.limits.upload_timeout)
     end({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
@@ -160,12 +187,7 @@ void CreateCall::give_back() {
   recording_.reset();
 }
 
-std::optional<Fault> CreateCall::add() {
-  const Outcome<Parsed<v1::CreateSessionRequest>> parsed =
-      parse_message<v1::CreateSessionRequest>(context_.parsing, incoming_, "CreateSession");
-  incoming_.Clear();
-  if (!parsed) return parsed.fault();
-  const v1::CreateSessionRequest& message = parsed.value().message;
+std::optional<Fault> CreateCall::add(const v1::CreateSessionRequest& message) {
   if (std::optional<Fault> fault = upload_->add(message)) return fault;
   // Place and memory are taken before the bulk of the upload, so that a full daemon does not let it all come
   // in.

@@ -17,6 +17,7 @@
 #include "server/session/store.h"
 #include "server/transport/context.h"
 #include "server/transport/session_recording.h"
+#include "server/transport/stream_codec.h"
 #include "server/transport/upload.h"
 #include "warmfront/v1/session.pb.h"
 
@@ -47,8 +48,13 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
  private:
   CreateCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response);
 
-  void read_done(bool ok);
-  std::optional<Fault> add();
+  /// What is thrown in `work` ends the call.
+  template <class Work>
+  void guarded(Work work) noexcept;
+  Outcome<Parsed<v1::CreateSessionRequest>> parse();
+  void take(const Outcome<Parsed<v1::CreateSessionRequest>>& parsed);
+  void upload_ended();
+  std::optional<Fault> add(const v1::CreateSessionRequest& message);
   std::optional<Fault> reserve();
   /// Takes its turn on the runner.
   void build(Lane lane);
@@ -94,7 +100,8 @@ class CreateCall final : public grpc::ServerReadReactor<grpc::ByteBuffer>,
     kFinished
   } state_ WARMFRONT_GUARDED_BY(mutex_) = State::kUploading;
   std::chrono::steady_clock::time_point last_moved_ WARMFRONT_GUARDED_BY(mutex_) = began_;
-  std::optional<Gate::Ticket> ticket_;  // while it is uploaded
+  bool handling_ WARMFRONT_GUARDED_BY(mutex_) = false;  // a message that came
+  std::optional<Gate::Ticket> ticket_;                  // while it is uploaded
   std::optional<Fault> given_up_by_daemon_ WARMFRONT_GUARDED_BY(mutex_);
   std::optional<Upload> upload_;
   std::shared_ptr<Account> account_;

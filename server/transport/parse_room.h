@@ -15,9 +15,9 @@
 
 namespace warmfront::server {
 
-/// A message takes its place before it is parsed, and gives it back when what it became is gone. Only
-/// reactions hold places, for as long as they run, and none holds two: who waits for one waits for work that
-/// goes on.
+/// A message takes its place before it is parsed, and gives it back when what it became is gone. Only who
+/// parses and handles a message holds a place, on a thread, and none holds two: who waits for one waits for
+/// work that goes on.
 class ParseRoom {
  public:
   /// Honest messages are made of strings, which become no more than they were, and of lists of bodies, which

@@ -7,6 +7,7 @@
 #include <grpcpp/impl/codegen/proto_utils.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -92,8 +93,9 @@ const MessageLayout& layout_locked(Layouts& all, const Descriptor& type) WARMFRO
 
 class Walk {
  public:
-  Walk(CodedInputStream& in, std::size_t total, std::size_t enough)
-      : in_(in), total_(total), enough_(enough) {}
+  /// Stops above `enough` bytes of memory, and after `most_fields`.
+  Walk(CodedInputStream& in, std::size_t total, std::size_t enough, std::size_t most_fields = SIZE_MAX)
+      : in_(in), total_(total), enough_(enough), fields_left_(most_fields) {}
 
   /// Of a message's fields up to the current limit, or to the end of group `group`. False to stop: enough,
   /// or no message.
@@ -103,7 +105,8 @@ class Walk {
       const auto number = static_cast<std::size_t>(tag >> 3);
       constexpr Field kNotKnown{};
       const Field& field = type != nullptr && number < type->fields.size() ? type->fields[number] : kNotKnown;
-      if (number == 0) return false;
+      if (number == 0 || fields_left_ == 0) return false;
+      --fields_left_;
       if ((tag & 7) == kEndGroup) return group != 0 && static_cast<int>(number) == group;
       if (!one(field, tag & 7, static_cast<int>(number), depth)) return false;
     }
@@ -111,6 +114,7 @@ class Walk {
   }
 
   std::size_t bytes() const { return bytes_; }
+  bool out_of_fields() const { return fields_left_ == 0; }
   std::size_t left() const {
     return total_ - std::min(total_, static_cast<std::size_t>(in_.CurrentPosition()));
   }
@@ -148,6 +152,7 @@ class Walk {
     switch (field.kind) {
       case Field::Kind::kMessage: {
         if (!add(field.message->object_bytes + (field.repeated ? kPointer : 0))) return false;
+        if (length == 0) return depth < kDeepest;  // the most that there can be: no need of a limit
         const auto outer = in_.PushLimit(length);
         const bool whole = fields(field.message, 0, depth + 1);
         in_.PopLimit(outer);
@@ -166,7 +171,7 @@ class Walk {
 
   CodedInputStream& in_;
   const std::size_t total_, enough_;
-  std::size_t bytes_ = 0;
+  std::size_t bytes_ = 0, fields_left_;
 };
 
 }  // namespace
@@ -187,6 +192,16 @@ std::size_t parsed_size(const grpc::ByteBuffer& bytes, const MessageLayout& type
   const bool whole = walk.fields(&type, 0, 1);
   // The parser may go on a little longer than the walk did, and make one more object.
   return type.object_bytes + walk.bytes() + (whole ? 0 : (walk.left() + 2) * (type.most_per_byte + 1));
+}
+
+bool has_more_fields(const grpc::ByteBuffer& bytes, const MessageLayout& type, std::size_t most) {
+  grpc::ByteBuffer same = bytes;
+  grpc::ProtoBufferReader reader(&same);
+  if (!reader.status().ok()) return false;
+  CodedInputStream in(&reader);
+  Walk walk(in, bytes.Length(), SIZE_MAX, most + 1);
+  walk.fields(&type, 0, 1);
+  return walk.out_of_fields();
 }
 
 }  // namespace warmfront::server

@@ -40,4 +40,8 @@ class MessageLayout {
 /// protobuf itself goes, which is 100.
 std::size_t parsed_size(const grpc::ByteBuffer& bytes, const MessageLayout& type, std::size_t enough);
 
+/// Whether they have more fields than `most`, those of messages within them included, as far as they are a
+/// message of that type. Looks at no more than so many.
+bool has_more_fields(const grpc::ByteBuffer& bytes, const MessageLayout& type, std::size_t most);
+
 }  // namespace warmfront::server

@@ -7,12 +7,16 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <cstddef>
+#include <string>
+#include <type_traits>
 #include <utility>
 
 #include "proto/byte_buffer.h"
 #include "server/transport/context.h"
 #include "server/transport/reaction.h"
 #include "server/transport/stream_codec.h"
+#include "warmfront/v1/collision_service.pb.h"
 
 namespace warmfront::server {
 
@@ -24,12 +28,24 @@ struct Received {
   Request message;
 };
 
+/// A request of ids and flags is no longer than this, and is parsed at once, in the reaction.
+inline constexpr std::size_t kMostOfSmall = std::size_t{64} << 10;
+template <class Request>
+inline constexpr bool kIsSmall =
+    !std::is_same_v<Request, v1::StepRequest> && !std::is_same_v<Request, v1::ChangeSceneRequest>;
+
 /// `principal` as told by the guard: its fault wins, and then no byte is looked at. INVALID_ARGUMENT for
-/// bytes that are no message; `method` names them. Fails as ParseRoom::enter() does too.
+/// bytes that are no message, and for more of them than such a request can need; `method` names them. Fails
+/// as ParseRoom::enter() does too.
 template <class Request>
 Outcome<Received<Request>> receive_from(Outcome<Principal> principal, Context& context,
                                         const grpc::ByteBuffer& bytes, const char* method) {
   if (!principal) return principal.fault();
+  if (kIsSmall<Request> && bytes.Length() > kMostOfSmall)
+    return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                 std::string(method) + ": a message of " + std::to_string(bytes.Length()) +
+                     " bytes, where ids and flags are expected; send at most " +
+                     std::to_string(kMostOfSmall)};
   Outcome<Parsed<Request>> parsed = parse_message<Request>(context.parsing, bytes, method);
   if (!parsed) return parsed.fault();
   auto& [place, message] = parsed.value();

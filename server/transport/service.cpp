@@ -12,6 +12,7 @@
 #include "server/transport/create_call.h"
 #include "server/transport/delete_session.h"
 #include "server/transport/errors.h"
+#include "server/transport/heavy.h"
 #include "server/transport/raw_unary.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
@@ -87,20 +88,18 @@ class CollisionService final : public Base {
                                         grpc::ByteBuffer* response) override {
     return found<v1::ChangeSceneRequest>(
         *call, *request, "ChangeScene",
-        [&](std::shared_ptr<Session> session, const auto& message) -> grpc::ServerUnaryReactor* {
+        [this, response](CancellableCall& reactor, std::shared_ptr<Session> session, const auto& message) {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-          if (!begun) return finish(call, context_.refuse(begun.fault()));
+          if (!begun) return finish_call(reactor, context_.refuse(begun.fault()));
           Outcome<ChangeOrder> order = change_order_from(message, session->dtype());
-          if (!order) return finish(call, context_.refuse(order.fault()));
+          if (!order) return finish_call(reactor, context_.refuse(order.fault()));
           // Shared, because a std::function must be copyable; released after the reactor was finished.
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-          auto call_made = std::make_unique<CancellableCall>();
-          CancellableCall* reactor = call_made.get();
-          order.value().given_up = reactor->given_up();
+          order.value().given_up = reactor.given_up();
           auto [before, done] = recorded(recording_of(*session), message, session->account(),
-                                         [&context = context_, reactor, response, session,
+                                         [&context = context_, &reactor, response, session,
                                           in_flight](const Outcome<SessionState>& state) {
-                                           answer(*reactor, [&] {
+                                           answer(reactor, [&] {
                                              if (!state) return context.refuse(state.fault());
                                              v1::ChangeSceneResponse reply;
                                              *reply.mutable_session() = to_proto(*session);
@@ -110,7 +109,6 @@ class CollisionService final : public Base {
                                            });
                                          });
           session->change(std::move(order).value(), std::move(done), std::move(before));
-          return call_made.release();
         });
   }
 
@@ -118,15 +116,13 @@ class CollisionService final : public Base {
                                          grpc::ByteBuffer* response) override {
     return found<v1::CheckSessionRequest>(
         *call, *request, "CheckSession",
-        [&](const std::shared_ptr<Session>& session, const auto&) -> grpc::ServerUnaryReactor* {
+        [this, response](CancellableCall& reactor, const std::shared_ptr<Session>& session, const auto&) {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
-          if (!begun) return finish(call, context_.refuse(begun.fault()));
+          if (!begun) return finish_call(reactor, context_.refuse(begun.fault()));
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
-          auto call_made = std::make_unique<CancellableCall>();
-          CancellableCall* reactor = call_made.get();
           session->check(
-              [&context = context_, reactor, response, in_flight](const Outcome<std::string>& outcome) {
-                answer(*reactor, [&] {
+              [&context = context_, &reactor, response, in_flight](const Outcome<std::string>& outcome) {
+                answer(reactor, [&] {
                   if (!outcome) return context.refuse(outcome.fault());
                   v1::CheckSessionResponse reply;
                   reply.set_found(outcome.value());
@@ -134,17 +130,28 @@ class CollisionService final : public Base {
                   return grpc::Status::OK;
                 });
               },
-              reactor->given_up());
-          return call_made.release();
+              reactor.given_up());
         });
   }
 
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                  grpc::ByteBuffer* response) override {
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      const auto received = receive<v1::StepRequest>(context_, *call, *request, "Step");
-      if (!received) return finish(call, context_.refuse(received.fault()));
-      return StepCall::start(context_, find(*call, received.value()), received.value().message, *response);
+      static const MessageLayout& layout = MessageLayout::of(*v1::StepRequest::descriptor());
+      Outcome<Principal> principal = context_.guard.identify(*call);
+      if (!principal) return finish(call, context_.refuse(principal.fault()));
+      return StepCall::start(
+          context_, is_heavy(*request, layout, Strings::kCopied),
+          context_.tenants.of(principal.value().name),
+          [this, call, request, principal]() -> Outcome<StepCall::Request> {
+            auto received = receive_from<v1::StepRequest>(principal, context_, *request, "Step");
+            if (!received) return received.fault();
+            Outcome<std::shared_ptr<Session>> session = find(*call, received.value());
+            if (!session) return session.fault();
+            return StepCall::Request{std::move(received.value().place), std::move(session).value(),
+                                     std::move(received.value().message)};
+          },
+          *response);
     });
   }
 
@@ -190,16 +197,37 @@ class CollisionService final : public Base {
         context_, call, response, [&] { return receive<Request>(context_, call, request, method); }, fill);
   }
 
-  /// A method of a session that is answered later; `begin` takes it from here, and returns the reactor.
+  /// A method of a session that is answered later; `begin` takes it from here, and the reactor with it. A heavy
+  /// request is parsed in its principal's turn.
   template <class Request, class Begin>
   grpc::ServerUnaryReactor* found(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
                                   const char* method, Begin begin) {
     return unary(call, [&]() -> grpc::ServerUnaryReactor* {
-      const auto received = receive<Request>(context_, call, request, method);
-      if (!received) return finish(&call, context_.refuse(received.fault()));
-      Outcome<std::shared_ptr<Session>> session = find(call, received.value());
-      if (!session) return finish(&call, context_.refuse(session.fault()));
-      return begin(std::move(session).value(), received.value().message);
+      Outcome<Principal> principal = context_.guard.identify(call);
+      if (!principal) return finish(&call, context_.refuse(principal.fault()));
+      auto made = std::make_unique<CancellableCall>();
+      CancellableCall& reactor = *made;
+      const auto failed = [&reactor](grpc::Status status) { finish_call(reactor, std::move(status)); };
+      const auto work = [this, &reactor, &call, &request, method, principal, begin, failed] {
+        react(
+            [&] {
+              const auto received = receive_from<Request>(principal, context_, request, method);
+              if (!received) return failed(context_.refuse(received.fault()));
+              Outcome<std::shared_ptr<Session>> session = find(call, received.value());
+              if (!session) return failed(context_.refuse(session.fault()));
+              begin(reactor, std::move(session).value(), received.value().message);
+            },
+            failed);
+      };
+      static const MessageLayout& layout = MessageLayout::of(*Request::descriptor());
+      if (kIsSmall<Request> || !is_heavy(request, layout, Strings::kCopied)) {
+        work();
+      } else {
+        std::shared_ptr<Tenant> tenant = context_.tenants.of(principal.value().name);
+        Share& share = tenant->share;
+        context_.runner.post(work, Lane::kLong, std::shared_ptr<Share>(std::move(tenant), &share));
+      }
+      return made.release();
     });
   }
 

@@ -21,20 +21,28 @@ constexpr std::size_t kRestBytes = 1024;
 
 }  // namespace
 
-StepCall* StepCall::start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
-                          const v1::StepRequest& request, grpc::ByteBuffer& response) {
+StepCall* StepCall::start(Context& context, bool heavy, std::shared_ptr<Tenant> tenant,
+                          std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response) {
   yield_to_steps(context.runner.backlog());
   auto* call = new StepCall(context, response);
+  const auto failed = [call](grpc::Status status) { finish_call(*call, std::move(status)); };
   react(
       [&] {
-        if (!session) return finish_call(*call, context.refuse(session.fault()));
-        Outcome<Lifecycle::Call> begun = context.lifecycle.begin();
-        if (!begun) return finish_call(*call, context.refuse(begun.fault()));
-        call->in_flight_.emplace(std::move(begun).value());
-        call->step(*session.value(), request);
+        if (!heavy) return call->step(receive());
+        Share& share = tenant->share;
+        context.runner.post([call, failed, receive] { react([&] { call->step(receive()); }, failed); },
+                            Lane::kLong, std::shared_ptr<Share>(std::move(tenant), &share));
       },
-      [call](grpc::Status status) { finish_call(*call, std::move(status)); });
+      failed);
   return call;
+}
+
+void StepCall::step(const Outcome<Request>& request) {
+  if (!request) return finish_call(*this, context_.refuse(request.fault()));
+  Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
+  if (!begun) return finish_call(*this, context_.refuse(begun.fault()));
+  in_flight_.emplace(std::move(begun).value());
+  step(*request.value().session, request.value().message);
 }
 
 void StepCall::step(Session& session, const v1::StepRequest& request) {

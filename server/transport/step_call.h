@@ -6,6 +6,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -19,10 +20,17 @@ namespace warmfront::server {
 /// When its client gives up or its deadline passes, a frame that waits or is being computed is left undone.
 class StepCall final : public grpc::ServerUnaryReactor {
  public:
-  /// Lives until gRPC calls OnDone(). `context` outlives it; `request` is used until start() returns,
-  /// `response` lives as long as the call.
-  static StepCall* start(Context& context, const Outcome<std::shared_ptr<Session>>& session,
-                         const v1::StepRequest& request, grpc::ByteBuffer& response);
+  struct Request {
+    ParseRoom::Place place;
+    std::shared_ptr<Session> session;
+    v1::StepRequest message;
+  };
+
+  /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as the call, and so does
+  /// what `receive` uses. That returns the request; where it is `heavy`, it does so on a thread of the
+  /// runner, in the turn of `tenant`.
+  static StepCall* start(Context& context, bool heavy, std::shared_ptr<Tenant> tenant,
+                         std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response);
 
   void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }
   void OnDone() override { delete this; }
@@ -30,6 +38,7 @@ class StepCall final : public grpc::ServerUnaryReactor {
  private:
   explicit StepCall(Context& context, grpc::ByteBuffer& response) : context_(context), response_(response) {}
 
+  void step(const Outcome<Request>& request);
   void step(Session& session, const v1::StepRequest& request);
   void respond(const Answer& answer);
 
@@ -38,7 +47,7 @@ class StepCall final : public grpc::ServerUnaryReactor {
   grpc::ByteBuffer& response_;
   const std::shared_ptr<std::atomic<bool>> given_up_ = std::make_shared<std::atomic<bool>>(false);
 
-  // Used by start(), and given back when the call is done.
+  // Used by step(), and given back when the call is done.
   std::optional<Lifecycle::Call> in_flight_;
 
   // Used by whoever answers: the response, on the session's account.

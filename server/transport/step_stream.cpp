@@ -10,6 +10,7 @@
 #include "server/transport/call_tag.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/heavy.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
 #include "server/transport/session_recording.h"
@@ -79,17 +80,27 @@ void StepStream::fail(grpc::Status status, StreamEvent::Kind how) noexcept {
 }
 
 void StepStream::OnReadDone(bool ok) {
-  react([&] { read_done(ok); },
-        [this](grpc::Status status) { fail(std::move(status), Happened::kHandlingFailed); });
+  yield_to_steps(context_.runner.backlog());
+  handling([&] {
+    {
+      const MutexLock lock(mutex_);
+      happened_locked(Happened::kReadDone);
+      last_moved_ = Clock::now();
+    }
+    static const MessageLayout& layout = MessageLayout::of(*v1::StreamStepsRequest::descriptor());
+    if (!ok || !is_heavy(incoming_, layout, Strings::kLeftInPlace)) return handle_read(ok);
+    // Nothing is read, and the call is not finished, until it has been handled.
+    context_.runner.post([self = shared_from_this()] { self->handling([&] { self->handle_read(true); }); },
+                         Lane::kLong, std::shared_ptr<Share>(tenant_, &tenant_->share));
+  });
 }
 
-void StepStream::read_done(bool ok) {
-  yield_to_steps(context_.runner.backlog());
-  {
-    const MutexLock lock(mutex_);
-    happened_locked(Happened::kReadDone);
-    last_moved_ = Clock::now();
-  }
+template <class Work>
+void StepStream::handling(Work work) noexcept {
+  react(std::move(work), [this](grpc::Status status) { fail(std::move(status), Happened::kHandlingFailed); });
+}
+
+void StepStream::handle_read(bool ok) {
   if (!ok) {
     half_closed();
   } else if (const Outcome<StreamRequest> request = read_request(incoming_, context_.parsing); request) {

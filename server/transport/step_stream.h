@@ -73,7 +73,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   void begin();
 
-  // What a message asks for. Called by OnReadDone() only, without the lock.
+  // What a message asks for. Called for one at a time, without the lock.
   void handle(const StreamRequest& request);
   void attach(const v1::Attach& request);
   void take(const StreamRequest& request);
@@ -87,7 +87,10 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   /// What is thrown in `work`, a reaction or a reply, ends the stream, and nothing more is delivered.
   template <class Work>
   void guarded(Work work) noexcept;
-  void read_done(bool ok);
+  /// The same of a message that is handled.
+  template <class Work>
+  void handling(Work work) noexcept;
+  void handle_read(bool ok);
   void fail(grpc::Status status, StreamEvent::Kind how = StreamEvent::Kind::kFailed) noexcept;
 
   // With the lock held.

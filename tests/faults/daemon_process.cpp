@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <sstream>
@@ -78,7 +79,9 @@ int DaemonProcess::port_after(const std::string& marker) const {
 void DaemonProcess::start() {
   std::vector<std::string> arguments{WARMFRONTD,    "--listen",           socket(), "--listen",
                                      "127.0.0.1:0", "--log-format",       "json",   "--threads",
-                                     "2",           "--transport-memory", "64MiB"};
+                                     "2"};
+  if (std::ranges::count(flags_, "--transport-memory") == 0)
+    arguments.insert(arguments.end(), {"--transport-memory", "64MiB"});
   for (const std::string& flag : flags_) arguments.push_back(flag);
   std::vector<std::string> environment = environment_;
   for (char** variable = environ; *variable != nullptr; ++variable) environment.emplace_back(*variable);
@@ -127,13 +130,18 @@ void DaemonProcess::terminate() const {
   kill(pid_, SIGTERM);
 }
 
+// A thread that waits for a signal does not block it meanwhile: any thread that blocks it inherited that from
+// the first, before which there is only one.
 bool DaemonProcess::hears(int signal) const {
-  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
-  std::string word, mask;
-  while (status >> word) {
-    if (word != "SigBlk:" && word != "SigCgt:") continue;
-    status >> mask;
-    if ((std::stoull(mask, nullptr, 16) >> (signal - 1) & 1U) != 0) return true;
+  std::error_code gone;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid_) + "/task", gone)) {
+    std::ifstream status(task.path() / "status");
+    std::string word, mask;
+    while (status >> word) {
+      if (word != "SigBlk:" && word != "SigCgt:") continue;
+      status >> mask;
+      if ((std::stoull(mask, nullptr, 16) >> (signal - 1) & 1U) != 0) return true;
+    }
   }
   return false;
 }
@@ -141,6 +149,12 @@ bool DaemonProcess::hears(int signal) const {
 void DaemonProcess::kill_hard() {
   kill(pid_, SIGKILL);
   wait();
+}
+
+bool DaemonProcess::running() const {
+  siginfo_t state{};
+  return pid_ > 0 && waitid(P_PID, static_cast<id_t>(pid_), &state, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         state.si_pid == 0;
 }
 
 int DaemonProcess::wait() {

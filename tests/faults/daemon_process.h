@@ -45,6 +45,8 @@ class DaemonProcess {
   /// SIGTERM, after the process has installed its handler: before that it would be killed.
   void terminate() const;
   void kill_hard();
+  /// False once it has ended, also by itself.
+  bool running() const;
   /// The exit status as waitpid() gives it; -1 when the process does not end in time.
   int wait();
 

@@ -2,12 +2,23 @@
 // The fixture of the fault table. Thread safety as stated in the header.
 #include "tests/faults/fault_table.h"
 
+#include <sys/wait.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <thread>
 #include <utility>
 
 namespace warmfront::test {
+namespace {
+
+double percentile(const std::vector<double>& sorted, std::size_t percent) {
+  return sorted[(sorted.size() - 1) * percent / 100];
+}
+
+}  // namespace
 
 void FaultTable::begin(std::vector<std::string> flags, std::vector<std::string> environment,
                        std::string log) {
@@ -19,7 +30,7 @@ void FaultTable::begin(std::vector<std::string> flags, std::vector<std::string> 
 }
 
 void FaultTable::begin_untouched() {
-  ASSERT_EQ(health_at_start(), 1);
+  ASSERT_EQ(health_at_start(), 1) << daemon_->log();
   v1::SessionHeader wanted = header(kUntouched);
   wanted.set_first_frame(untouched_frame_);
   ASSERT_TRUE(create(wanted, faces(), frame(untouched_frame_)).ok());
@@ -47,6 +58,42 @@ void FaultTable::step_untouched() {
   ++untouched_frame_;
 }
 
+std::vector<double> FaultTable::time_steps(int count, const std::function<bool()>& enough) {
+  std::vector<double> took;
+  for (int i = 0; (i < count || !enough()) && !HasFatalFailure(); ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    step_untouched();
+    took.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::ranges::sort(took);
+  return took;
+}
+
+void FaultTable::steps_alone() {
+  alone_ = time_steps(1000);
+  print_steps("nothing", alone_);
+}
+
+void FaultTable::steps_beside(const char* what, int count, const std::function<bool()>& enough) {
+  const std::vector<double> took = time_steps(count, enough);
+  print_steps(what, took);
+  const char* const budget = std::getenv("WARMFRONT_P99_BUDGET");
+  if (budget == nullptr || alone_.empty() || took.empty()) return;
+  EXPECT_LE(percentile(took, 99) / percentile(alone_, 99), std::stod(budget)) << what;
+}
+
+void FaultTable::print_steps(const char* what, const std::vector<double>& took) const {
+  if (took.empty()) return;
+  std::printf("%s: %zu steps beside it, p50 %.2f ms, p99 %.2f ms, worst %.1f ms; %.1f MiB resident", what,
+              took.size(), percentile(took, 50), percentile(took, 99), took.back(),
+              static_cast<double>(daemon_->resident_bytes()) / kMiB);
+  if (!alone_.empty() && &took != &alone_)
+    std::printf("; p50 %.2f, p99 %.2f times that beside nothing", percentile(took, 50) / percentile(alone_, 50),
+                percentile(took, 99) / percentile(alone_, 99));
+  std::printf("\n");
+}
+
 void FaultTable::TearDown() {
   if (IsSkipped()) return;
   // As in step_untouched().
@@ -62,9 +109,13 @@ void FaultTable::TearDown() {
       "given back\n",
       static_cast<double>(resident_before_) / kMiB, static_cast<double>(at_worst) / kMiB,
       static_cast<double>(now) / kMiB, static_cast<double>(later) / kMiB);
-  if (kSanitized) return;
-  EXPECT_LE(at_worst, allowed_peak_);
-  EXPECT_LE(later, allowed_growth_);
+  if (!kSanitized) {
+    EXPECT_LE(at_worst, allowed_peak_);
+    EXPECT_LE(later, allowed_growth_);
+  }
+  daemon_->terminate();
+  const int status = daemon_->wait();
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM is heard: exit status " << status;
 }
 
 std::size_t FaultTable::more_than_before(std::size_t bytes) const {
@@ -81,22 +132,23 @@ std::size_t FaultTable::growth_once_within(std::size_t allowed) const {
 }
 
 int FaultTable::health_at_start() {
-  int answer = health();
-  for (int i = 0; i < 3000 && answer != 1; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    answer = health();
+  int answer = -1;
+  for (int i = 0; i < 3000 && answer != 1 && daemon_->running(); ++i) {
+    answer = health(std::chrono::seconds(1));
+    if (answer != 1) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return answer;
 }
 
-int FaultTable::health() {
+int FaultTable::health(std::chrono::seconds patience) {
   // Its messages are simple enough to write here: field 1 of the request is the name, field 1 of the answer
   // the status.
   std::string request = "\x0a ";
   request += "warmfront.v1.CollisionService";
   request[1] = static_cast<char>(request.size() - 2);
   const grpc::Slice slice(request);
-  Context context;
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + patience);
   context.set_wait_for_ready(true);
   grpc::CompletionQueue queue;
   grpc::GenericStub stub(channel_);
@@ -119,7 +171,9 @@ grpc::Status FaultTable::raw_call(const std::string& method, const std::vector<s
   Context context;
   if (compressed) context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
   grpc::CompletionQueue queue;
-  grpc::GenericStub stub(channel_);
+  // Strangers have connections of their own.
+  grpc::GenericStub stub(channel_to(daemon_->socket()));
+  context.set_wait_for_ready(true);
   const auto call = stub.PrepareCall(&context, "/warmfront.v1.CollisionService/" + method, &queue);
   const auto wait = [&queue] {
     void* tag = nullptr;

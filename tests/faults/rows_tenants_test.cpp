@@ -91,20 +91,6 @@ class FaultTableTenants : public FaultTable {
     std::thread thread_;
   };
 
-  /// Steps the untouched session so often; how long the steps took is printed.
-  void steps_beside(const char* what, int count) {
-    std::vector<double> took;
-    for (int i = 0; i < count && !HasFatalFailure(); ++i) {
-      const auto start = std::chrono::steady_clock::now();
-      step_untouched();
-      took.push_back(Milliseconds(std::chrono::steady_clock::now() - start).count());
-    }
-    std::ranges::sort(took);
-    std::printf("%s: %zu steps beside it, p50 %.2f ms, p99 %.2f ms, worst %.1f ms; %.1f MiB resident\n", what,
-                took.size(), took[took.size() / 2], took[took.size() * 99 / 100], took.back(),
-                static_cast<double>(daemon_->resident_bytes()) / kMiB);
-  }
-
   /// A session at rest apart, of which the step to all in one place does not end for minutes.
   std::string create_greedy(int number, int triangles = 20'000) {
     HostileScene scene = testing::flat_grid(static_cast<int>(std::sqrt(triangles / 2.0)));
@@ -126,7 +112,7 @@ class FaultTableTenants : public FaultTable {
 };
 
 TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeStopped) {
-  steps_beside("nothing", 1000);
+  steps_alone();
   std::vector<std::unique_ptr<Stepping>> greedy;
   for (int i = 0; i < 3; ++i) {
     const std::string collapsed = create_greedy(i);
@@ -186,6 +172,7 @@ TEST_F(FaultTableTenants, Row30_TenThousandBodiesInOnePlace) {
     for (std::size_t v = 0; v < scene.positions.size() / 3; ++v)
       scene.positions[3 * v] += 3.0 * static_cast<double>(v / 3);
     ASSERT_TRUE(create(header_of(scene, id_of(0)), faces_of(scene), bytes_of(scene.positions)).ok());
+    steps_alone();
     {
       Stepping greedy(*stub_, id_of(0), 1, collapsed);
       steps_beside(
@@ -201,6 +188,7 @@ TEST_F(FaultTableTenants, Row30_TenThousandBodiesInOnePlace) {
 
 TEST_F(FaultTableTenants, Row30_AFanIsMadeInNoTimeOrRefused) {
   const HostileScene fan = testing::fan(9'990);
+  steps_alone();
   std::thread attacker([&] {
     const grpc::Status made = create(header_of(fan, id_of(0)), faces_of(fan), bytes_of(fan.positions));
     std::printf("a fan of 9,990 triangles: %s\n", made.ok() ? "made" : made.error_message().c_str());
@@ -222,6 +210,7 @@ TEST_F(FaultTableTenants, Row30_AThousandChangesThatChangeNothing) {
     change.set_index(0);
     change.mutable_body()->set_vertex_count(large.description.vertex_count);
   }
+  steps_alone();
   std::thread attacker([&] {
     const auto began = std::chrono::steady_clock::now();
     Context context;

@@ -46,8 +46,8 @@ struct Context : grpc::ClientContext {
 
 class BareClient {
  public:
-  /// Calls go to `address` from now on, over a connection of their own.
-  void connect(const std::string& address) {
+  /// A connection of its own.
+  static std::shared_ptr<grpc::Channel> channel_to(const std::string& address) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     // A daemon that was just started is found at once.
@@ -55,7 +55,12 @@ class BareClient {
     arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
     // How long connecting may take: other tests keep the machine busy.
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
-    channel_ = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+    return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  }
+
+  /// Calls go to `address` from now on.
+  void connect(const std::string& address) {
+    channel_ = channel_to(address);
     stub_ = v1::CollisionService::NewStub(channel_);
   }
 
