@@ -172,7 +172,7 @@ grpc::Status FaultTable::raw_call(const std::string& method, const std::vector<s
   if (compressed) context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
   grpc::CompletionQueue queue;
   // Strangers have connections of their own.
-  grpc::GenericStub stub(channel_to(daemon_->socket()));
+  grpc::GenericStub stub(channel_to(address_));
   context.set_wait_for_ready(true);
   const auto call = stub.PrepareCall(&context, "/warmfront.v1.CollisionService/" + method, &queue);
   const auto wait = [&queue] {

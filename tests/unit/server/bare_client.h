@@ -60,6 +60,7 @@ class BareClient {
 
   /// Calls go to `address` from now on.
   void connect(const std::string& address) {
+    address_ = address;
     channel_ = channel_to(address);
     stub_ = v1::CollisionService::NewStub(channel_);
   }
@@ -170,6 +171,7 @@ class BareClient {
   }
 
   const MovingGrids grids_{6};
+  std::string address_;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::CollisionService::Stub> stub_;
 };
