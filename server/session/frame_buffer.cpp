@@ -25,8 +25,8 @@ FrameBuffer::FrameBuffer(Dtype dtype, const Scene& scene)
   const std::size_t bodies = scene.bodies().size();
   most_ = {4 * bodies,           3 * number * vertices, 4 * bodies,
            12 * number * bodies, 4 * vertices,          3 * number * vertices};
-  // A frame that takes more than all positions is better sent as these.
-  expected_ = positions_.expected_bytes() + (8 + 12 * number) * bodies;
+  // Whoever names each vertex and each body once is understood, though all positions would take less.
+  expected_ = positions_.expected_bytes() + 4 * vertices + (8 + 12 * number) * bodies;
 }
 
 Status FrameBuffer::fail(std::string message) {
@@ -60,7 +60,8 @@ Status FrameBuffer::append(const MovedPiece& piece) {
     received_ += pieces[field].size();
   }
   if (received_ > expected_)
-    return fail("moved: at least " + bytes_of(received_) + ", more than all positions take; send these");
+    return fail("moved: at least " + bytes_of(received_) + ", more than all vertices and bodies take, each named once: " + bytes_of(expected_) +
+                "; send positions instead");
   return {};
 }
 

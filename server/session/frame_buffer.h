@@ -47,7 +47,7 @@ class FrameBuffer {
   /// Takes what arrived into the digest, once complete.
   void add_to(StateDigest& digest) const;
   /// The bytes that arrived.
-  std::size_t bytes() const { return whole_ ? expected_ : received_; }
+  std::size_t bytes() const { return whole_ ? positions_.expected_bytes() : received_; }
   /// The most bytes that the frame may have.
   std::size_t expected_bytes() const { return expected_; }
   std::size_t memory_bytes() const;

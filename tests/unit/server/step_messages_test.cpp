@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <numeric>
 #include <random>
 
 #include "client/lib/frame_message.h"
 #include "client/lib/scene_state.h"
 #include "server/session/frame_buffer.h"
 #include "server/transport/stream_codec.h"
+#include "tests/unit/server/moving_grids.h"
 
 namespace warmfront::server {
 namespace {
@@ -164,6 +166,25 @@ TEST(PositionBufferTest, PiecesTogetherAreTheSameAsOneByOne) {
     EXPECT_TRUE(buffer == whole);
     EXPECT_FALSE(buffer.append(all.first(1)).ok()) << "it is full";
   }
+}
+
+// In a small scene that takes more bytes than all positions; in this process such a frame is a frame too.
+TEST(FrameBufferTest, EachVertexNamedOnceIsUnderstoodAndNoMoreIs) {
+  const test::MovingGrids grids(2);
+  const auto scene = Scene::create(grids.scene());
+  ASSERT_TRUE(scene);
+  const std::uint32_t count = scene.value().vertex_count();
+  std::vector<std::uint32_t> each(count);
+  std::iota(each.begin(), each.end(), 0U);
+  const std::vector<double> positions = grids.positions(1);
+  const std::string_view vertices(reinterpret_cast<const char*>(each.data()), 4 * each.size());
+  const std::string_view rows(reinterpret_cast<const char*>(positions.data()), 8 * positions.size());
+  server::FrameBuffer buffer(server::Dtype::kFloat64, scene.value());
+  EXPECT_TRUE(buffer.append({.vertices = vertices, .vertex_positions = rows}).ok());
+  ASSERT_TRUE(buffer.complete(scene.value()).ok());
+  EXPECT_EQ(buffer.view().vertices.size(), count);
+  EXPECT_LE(buffer.bytes(), buffer.expected_bytes());
+  EXPECT_FALSE(buffer.append({.vertices = "once more"}).ok());
 }
 
 TEST(SceneStateTest, LaterRequestsDoNotWriteToAFramesPositions) {
