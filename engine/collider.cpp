@@ -165,6 +165,11 @@ Result<StepResult> Collider::proximity(double distance, Where where, const Quest
   return ask(Frame(), Question::proximity(distance, where, options), cancelled, accept);
 }
 
+Result<StepResult> Collider::vertex_distances(double distance, Where where, const QuestionOptions& options,
+                                              const std::atomic<bool>* cancelled, const AcceptStep& accept) {
+  return ask(Frame(), Question::vertex_distances(distance, where, options), cancelled, accept);
+}
+
 Result<StepResult> Collider::trial(const Frame& frame, const QuestionOptions& options,
                                    const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
   return impl_->trial(frame, {QuestionKind::kTrial, options}, StopSignal(cancelled), accept);

@@ -61,7 +61,7 @@ class Collider {
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
   /// All vertex-face and edge-edge pairs without a common vertex that are within `distance` (scene units,
   /// finite, >= 0) of each other where everything is, or at the end of the last trial: rows as step()'s, with
-  /// toi 0 or 1, of Report::kAll or kCount. Tier exact decides the distance exactly; certified (which tier
+  /// toi 0 or 1, of Report::kAll or kCount (kVertexDistances: see vertex_distances()). Tier exact decides the distance exactly; certified (which tier
   /// fast is here) misses none and may hold pairs up to 2^-19 of the pair's size beyond it. A second question
   /// for the same pairs costs nothing while nothing moves. Leaves all positions and the last trial as
   /// they are, whether or not it succeeds. kFailedPrecondition for a trial's end without a trial; else fails
@@ -69,6 +69,16 @@ class Collider {
   Result<StepResult> proximity(double distance, Where where = Where::kBase,
                                const QuestionOptions& options = {},
                                const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
+  /// How far each vertex is from anything, at most `distance`: a proximity() question whose answer is
+  /// StepResult::vertex_distances, and no row of it is kept, so that it takes O(n) memory however many pairs are
+  /// near. The distances are proved in both tiers, lower bounds: within 2^-19 of a pair's size of its own
+  /// distance, and far nearer unless the pair is degenerate. A vertex that is displaced by less than half of its
+  /// bound, as all others are, meets nothing: what methods that bound displacements ask for (Chen et al. 2025,
+  /// "Offset Geometric Contact"). Fails as proximity().
+  Result<StepResult> vertex_distances(double distance, Where where = Where::kBase,
+                                      const QuestionOptions& options = {},
+                                      const std::atomic<bool>* cancelled = nullptr,
+                                      const AcceptStep& accept = {});
   /// All edges and faces without a common vertex that meet where everything is, or at the end of the last
   /// trial, by exact arithmetic on the given doubles, coplanar and degenerate ones included: rows of kind
   /// edge-face, sorted by (edge, face), StepResult::ef their number. Report::kAll, kCount, or kAny (stop at

@@ -27,8 +27,21 @@ void ContactHash::add(ContactKind kind, ContactStatus status, const std::array<s
 void ContactHash::add_step(const Scene& scene, std::span<const Contact> contacts) {
   begin_step(contacts.size());
   for (const Contact& contact : contacts) {
-    add(contact.kind, contact.status, scene.vertices_of(contact), contact.toi);
+    if (contact.kind == ContactKind::kEdgeFace)
+      add_edge_face(contact.status, scene.edge_face_vertices_of(contact), contact.toi);
+    else
+      add(contact.kind, contact.status, scene.vertices_of(contact), contact.toi);
   }
+}
+
+void ContactHash::add_edge_face(ContactStatus status, const std::array<std::uint32_t, 5>& vertices,
+                                double toi) {
+  add(ContactKind::kEdgeFace, status, {vertices[0], vertices[1], vertices[2], vertices[3]}, toi);
+  mix(vertices[4]);
+}
+
+void ContactHash::add_distances(std::span<const double> distances) {
+  for (const double distance : distances) mix(std::bit_cast<std::uint64_t>(distance));
 }
 
 std::string ContactHash::hex() const {

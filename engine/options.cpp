@@ -20,11 +20,12 @@ constexpr Names<FrontMode, 3> kFronts{
     {{FrontMode::kNone, "none"}, {FrontMode::kPaper, "paper"}, {FrontMode::kWarm, "warm"}}};
 constexpr Names<BoundsKind, 3> kBounds{
     {{BoundsKind::kAabb, "aabb"}, {BoundsKind::kKDop18, "kdop18"}, {BoundsKind::kAuto, "auto"}}};
-constexpr Names<Report, 5> kReports{{{Report::kAll, "all"},
+constexpr Names<Report, 6> kReports{{{Report::kAll, "all"},
                                      {Report::kEarliest, "earliest"},
                                      {Report::kCount, "count"},
                                      {Report::kCandidates, "candidates"},
-                                     {Report::kAny, "any"}}};
+                                     {Report::kAny, "any"},
+                                     {Report::kVertexDistances, "vertex-distances"}}};
 
 template <class T, std::size_t N>
 std::string_view name_of(const Names<T, N>& names, T value) {
@@ -100,6 +101,9 @@ Status validate(const ColliderOptions& options) {
   }
   if (options.report == Report::kAny && options.pair_test != PairTest::kIntersection) {
     return invalid_argument("report: \"any\" is of intersections; use \"all\" or \"count\"");
+  }
+  if (options.report == Report::kVertexDistances && options.pair_test != PairTest::kProximity) {
+    return invalid_argument("report: \"vertex-distances\" is of proximity; use \"all\" or \"count\"");
   }
   if (options.min_separation > 0 && options.tier == Tier::kFast) {
     return invalid_argument(

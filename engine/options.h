@@ -42,6 +42,8 @@ enum class Report : std::uint8_t {
   kCandidates,
   /// Of intersections: whether there is any, which ends the search: their number is 0 or 1, without the list.
   kAny,
+  /// Of proximity: how near each vertex is to anything, without the list; see StepResult::vertex_distances.
+  kVertexDistances,
 };
 
 /// What is asked of each pair of features. Set by the question (question.h): a collider is created with
@@ -82,8 +84,8 @@ struct ColliderOptions {
   /// Do not report what is within the separation (or not provably apart) at t = 0, ContactStatus
   /// kOverlapAtStart: it is counted in StepResult::overlaps_at_start alone.
   bool leave_out_overlaps = false;
-  /// The question, and the instant of one without a motion: kProximity with report kAll or kCount,
-  /// kIntersection with these and kAny.
+  /// The question, and the instant of one without a motion: kProximity with report kAll, kCount or
+  /// kVertexDistances, kIntersection with the first two and kAny.
   PairTest pair_test = PairTest::kMotion;
   Instant instant = Instant::kStart;
   /// Of Collider::max_step() alone, from its own options: see QuestionOptions::keep_distance.

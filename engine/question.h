@@ -61,6 +61,13 @@ struct Question {
     return question;
   }
 
+  /// How far is each vertex from anything, at most `distance`? A proximity question.
+  static Question vertex_distances(double distance, Where where, const QuestionOptions& options) {
+    Question question = proximity(distance, where, options);
+    question.options.report = Report::kVertexDistances;
+    return question;
+  }
+
   /// Which edges meet which faces?
   static Question intersections(Where where, const QuestionOptions& options) {
     return {QuestionKind::kIntersections, options, false, where};

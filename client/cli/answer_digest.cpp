@@ -13,8 +13,13 @@ AnswerDigest digest_of(const Answer& answer) {
   ContactHash hash;
   const ContactTable& table = answer.contacts;
   hash.begin_step(table.size());
-  for (std::size_t i = 0; i < table.size(); ++i)
-    hash.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table.kind[i] == ContactKind::kEdgeFace)
+      hash.add_edge_face(table.status[i], table.edge_faces[i], table.toi[i]);
+    else
+      hash.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
+  }
+  hash.add_distances(answer.vertex_distances);
   return {answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
 }
 

@@ -37,6 +37,7 @@ struct Arguments {
   bool count = false;
   std::vector<std::string> fields;
   std::string contacts_file;
+  std::string distances_file;
   std::string json_file;
 };
 
@@ -60,8 +61,9 @@ Status check_usage(const Arguments& arguments) {
   if (!arguments.contacts_file.empty() && !is_contact_file_name(arguments.contacts_file))
     return invalid_argument("--contacts " + arguments.contacts_file +
                             ": give a .csv, .jsonl or .vtp file, or -");
-  if (Status status =
-          check_one_stdout({{"--json", arguments.json_file}, {"--contacts", arguments.contacts_file}});
+  if (Status status = check_one_stdout({{"--json", arguments.json_file},
+                                        {"--contacts", arguments.contacts_file},
+                                        {"--vertex-distances", arguments.distances_file}});
       !status)
     return status;
   return arguments.states.check();
@@ -137,6 +139,40 @@ class Listing {
   ContactHash hash_;
 };
 
+/// Writes how far each vertex is from anything, frame by frame.
+class DistanceFile {
+ public:
+  static Result<DistanceFile> create(const std::string& path) {
+    Result<OutputFile> file = OutputFile::create(path);
+    if (!file) return file.error();
+    file.value().write("frame,vertex,distance\n");
+    return DistanceFile(std::move(file).value());
+  }
+
+  Status look(AnySession& session, std::uint64_t number, double distance, const QuestionOptions& question) {
+    const Result<Answer> answer = session.vertex_distances(distance, Where::kBase, question);
+    if (!answer) return answer.error();
+    const std::vector<double>& distances = answer.value().vertex_distances;
+    std::string lines;
+    for (std::size_t v = 0; v < distances.size(); ++v) {
+      lines.append(std::to_string(number)).append(",").append(std::to_string(v)).append(",");
+      append_round_trip(lines, distances[v]);
+      lines += '\n';
+      if (lines.size() <= kBlock && v + 1 < distances.size()) continue;
+      file_.write(lines);
+      lines.clear();
+    }
+    return file_.flush();
+  }
+  Status close() { return file_.close(); }
+
+ private:
+  explicit DistanceFile(OutputFile file) : file_(std::move(file)) {}
+
+  static constexpr std::size_t kBlock = std::size_t{1} << 16;
+  OutputFile file_;
+};
+
 Json format_json(const Arguments& arguments, double distance, const Listing& listing) {
   Json frames = Json::array();
   for (const NearFrame& frame : listing.frames())
@@ -175,17 +211,30 @@ int near(const Arguments& arguments) {
     if (!made) return failure(made.error().message);
     writer = std::move(made).value();
   }
+  std::optional<DistanceFile> distances;
+  if (!arguments.distances_file.empty()) {
+    Result<DistanceFile> made = DistanceFile::create(arguments.distances_file);
+    if (!made) return failure(made.error().message);
+    distances.emplace(std::move(made).value());
+  }
   Listing listing(arguments, distance, fields, std::move(writer));
-  const bool table = arguments.json_file != "-" && arguments.contacts_file != "-";
+  const bool table =
+      arguments.json_file != "-" && arguments.contacts_file != "-" && arguments.distances_file != "-";
   if (table)
     std::printf("%8s %10s %10s %10s %14s %10s\n", "frame", "vf", "ee", "possible", "least distance", "ms");
   const int looked = states.each([&](AnySession& session) -> Status {
     Status status = listing.look(session, states.number(), states.positions());
+    if (status && distances)
+      status = distances->look(session, states.number(), distance,
+                               {.tier = parse_tier(arguments.tier).value()});
     if (status && table) print_frame(listing.frames().back());
     return status;
   });
   if (looked != kExitOk) return looked;
   if (Status status = listing.close(); !status) return failure(status.error().message);
+  if (distances) {
+    if (Status status = distances->close(); !status) return failure(status.error().message);
+  }
   if (!arguments.json_file.empty()) {
     const std::string text = format_json(arguments, distance, listing).dump(1) + "\n";
     if (Status status = write_text(arguments.json_file, text); !status)
@@ -219,6 +268,10 @@ Verb add_near(CLI::App& app) {
   app.add_option("--contacts", a.contacts_file,
                  "Write the pairs: .csv, .jsonl, or .vtp (one file per frame, and a .pvd that lists them); - "
                  "for stdout, as CSV and without other output")
+      ->type_name("FILE");
+  app.add_option("--vertex-distances", a.distances_file,
+                 "Write how far each vertex is from anything, at most --distance, as CSV: frame, vertex, "
+                 "distance; - for stdout, without other output")
       ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, without other output")
       ->type_name("FILE");

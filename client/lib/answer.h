@@ -82,6 +82,8 @@ struct Answer {
   ContactTable contacts;               ///< empty for Report::kCount, and of a commit
   /// Left out by a question that leaves them out.
   std::uint64_t overlaps_at_start = 0;
+  /// Of vertex_distances(), by vertex; see StepResult.
+  std::vector<double> vertex_distances = {};
   std::optional<CommitResult> commit;  ///< of a commit, which has nothing else to tell
   StepStatistics statistics;
   std::optional<AllDeformable> all_deformable;  ///< with options.explain

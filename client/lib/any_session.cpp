@@ -59,6 +59,7 @@ Result<Answer> AnySession::Local::ask(const Frame& moved, const Question& questi
   answer.earliest_toi = step.earliest_toi;
   answer.overlaps_at_start = step.overlaps_at_start;
   answer.contacts = columns_of(step, collider.scene(), merged(collider.options(), question).fields);
+  answer.vertex_distances.assign(step.vertex_distances.begin(), step.vertex_distances.end());
   answer.statistics = step.statistics;
   if (step.all_deformable) answer.all_deformable.emplace(AllDeformable{*step.all_deformable});
   if (question.kind == QuestionKind::kStep) ++frame;
@@ -88,6 +89,11 @@ Result<MaxStep> AnySession::max_step(const Frame& frame, bool leave_out_overlaps
 Result<Answer> AnySession::proximity(double distance, Where where, const QuestionOptions& options) {
   if (auto* remote = std::get_if<Session>(&held_)) return remote->proximity(distance, where, options);
   return std::get<Local>(held_).ask(Frame(), Question::proximity(distance, where, options));
+}
+
+Result<Answer> AnySession::vertex_distances(double distance, Where where, const QuestionOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->vertex_distances(distance, where, options);
+  return std::get<Local>(held_).ask(Frame(), Question::vertex_distances(distance, where, options));
 }
 
 Result<Answer> AnySession::intersections(Where where, const QuestionOptions& options) {

@@ -35,6 +35,8 @@ class AnySession {
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {});
   Result<Answer> proximity(double distance, Where where = Where::kBase, const QuestionOptions& options = {});
+  Result<Answer> vertex_distances(double distance, Where where = Where::kBase,
+                                  const QuestionOptions& options = {});
   Result<Answer> intersections(Where where = Where::kBase, const QuestionOptions& options = {});
   Result<CommitResult> commit(double fraction = 1);
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);

@@ -127,6 +127,10 @@ Result<Answer> Session::proximity(double distance, Where where, const QuestionOp
   return impl_->ask(Frame(), Question::proximity(distance, where, options));
 }
 
+Result<Answer> Session::vertex_distances(double distance, Where where, const QuestionOptions& options) {
+  return impl_->ask(Frame(), Question::vertex_distances(distance, where, options));
+}
+
 Result<Answer> Session::intersections(Where where, const QuestionOptions& options) {
   return impl_->ask(Frame(), Question::intersections(where, options));
 }

@@ -88,6 +88,10 @@ class Session {
   /// trial to be committed. Fails as trial() does, and with kFailedPrecondition for the end of a trial that
   /// there is not.
   Result<Answer> proximity(double distance, Where where = Where::kBase, const QuestionOptions& options = {});
+  /// How far is each vertex from anything, at most `distance`? As Collider::vertex_distances(); fails as
+  /// proximity().
+  Result<Answer> vertex_distances(double distance, Where where = Where::kBase,
+                                  const QuestionOptions& options = {});
   /// Which edges meet which faces? As Collider::intersections(); kInvalidArgument for options that it does
   /// not have (all but report and max_contacts), else fails as proximity().
   Result<Answer> intersections(Where where = Where::kBase, const QuestionOptions& options = {});

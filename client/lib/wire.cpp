@@ -89,8 +89,18 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
   return {};
 }
 
+Status append_part(const v1::StepAnswer& message, Answer& answer) {
+  if (message.vertex_distances().size() % sizeof(double) != 0)
+    return malformed("distances of " + std::to_string(message.vertex_distances().size()) + " bytes");
+  append(message.vertex_distances(), answer.vertex_distances);
+  return append_columns(message.contacts(), answer.contacts);
+}
+
 Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   const v1::StepSummary& summary = message.summary();
+  if (summary.distances() != answer.vertex_distances.size())
+    return malformed(std::to_string(answer.vertex_distances.size()) + " of " +
+                     std::to_string(summary.distances()) + " distances");
   if (summary.rows() != answer.contacts.size())
     return malformed(std::to_string(answer.contacts.size()) + " of " + std::to_string(summary.rows()) +
                      " contacts");

@@ -27,7 +27,10 @@ SessionInfo session_info_from(const v1::SessionInfo& message);
 
 /// Appends the rows. kInternal when the columns' lengths differ, or a value is not in its enum.
 Status append_columns(const v1::ContactColumns& message, ContactTable& contacts);
-/// Everything except the contacts. kInternal when the summary's row count differs from `answer.contacts`.
+/// Appends what a part of an answer lists. kInternal as append_columns(), and for distances that are none.
+Status append_part(const v1::StepAnswer& message, Answer& answer);
+/// Everything except what is listed. kInternal when the summary's counts differ from that of the rows or
+/// distances.
 Status finish_answer(const v1::StepAnswer& message, Answer& answer);
 /// Why a call or a frame failed.
 struct RemoteError {

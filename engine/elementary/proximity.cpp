@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/elementary/proximity.h"
 
+#include <algorithm>
 #include <array>
 
 #include "engine/elementary/closest.h"
@@ -45,7 +46,28 @@ Near nearness(const Query& query, double reach) {
   return distance_below(query, 0) > query.separation * (1 + 0x1p-40) + reach ? Near::kNo : Near::kUnknown;
 }
 
+// How far a direction keeps all gaps beyond the origin, in the query's units.
+//
+// Error bound as that of separated_times(): a dot product, of values with one rounding, is off by less than 24 u
+// |w|_max for gaps below 1, and the norm by a few u of itself; |w|_max <= norm(w).
+double kept_along(const Query& query, const Vec3& direction) {
+  const double length = norm(direction);
+  if (!(length > 0)) return 0;
+  double least = dot(direction, query.gaps[0].t0);
+  for (int k = 1; k < query.gap_count; ++k) least = std::min(least, dot(direction, query.gaps[k].t0));
+  return least / length * (1 - 0x1p-48) - 48 * kUnit;
+}
+
 }  // namespace
+
+double least_distance(const FeatureVertices& given, Instant at, double most) {
+  const Standing standing(given, at);
+  const Query query = Query::prepare(standing.features(), most);
+  if (query.size == 0) return 0;
+  const double below =
+      std::max({0.0, distance_below(query, 0), kept_along(query, normalised(closest_direction(query, 0)))});
+  return std::min(most, query.unscaled(below));
+}
 
 Verdict proximity_test(const FeatureVertices& features, Instant at, const ElementaryOptions& options,
                        ElementaryCounts& counts) {

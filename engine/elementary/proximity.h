@@ -19,4 +19,10 @@ namespace warmfront {
 Verdict proximity_test(const FeatureVertices& features, Instant at, const ElementaryOptions& options,
                        ElementaryCounts& counts);
 
+/// A lower bound of the distance between the primitives as they stand at `at`, in the scene's unit; at most
+/// `most` (>= 0) and at least 0. Short of the distance by less than 2^-19 of the pair's size, and by some 2^-46 of
+/// it where doubles find the direction between the closest points. Degenerate primitives included. Proof:
+/// README.md, "Proximity".
+double least_distance(const FeatureVertices& features, Instant at, double most);
+
 }  // namespace warmfront

@@ -124,6 +124,11 @@ double Query::scaled(double length) const {
   return std::min(PowerOfTwo(exponent)(length * prescale) * (1 + 0x1p-50) + 0x1p-1022, 0x1p100);
 }
 
+double Query::unscaled(double length) const {
+  const double x = PowerOfTwo(-exponent)(length * (1 - 0x1p-50)) / prescale;
+  return x < 0x1p-1000 ? std::max(0.0, x - 0x1p-1073) : x;  // two roundings where it is denormal
+}
+
 SeparatedTimes separated_times(const Query& query, const Vec3& direction) {
   std::array<double, 4> p0;
   std::array<double, 4> p1;

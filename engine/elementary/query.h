@@ -49,6 +49,8 @@ struct Query {
   static Query prepare(const FeatureVertices& features, double min_separation);
   /// A length >= 0 in the query's units, rounded up: 0 for 0. For a query of positive size.
   double scaled(double length) const;
+  /// The other way, rounded down.
+  double unscaled(double length) const;
 };
 
 /// All times at which one direction separates.

@@ -44,6 +44,9 @@ struct NarrowPhaseInput {
   /// too small.
   KeepDistance keep = {};
   Width width = {};  ///< of options.min_separation: what bounds must be apart by
+  /// Of Report::kVertexDistances, by given vertex: the distance asked about, and then less where something is
+  /// nearer. Written by all threads, each number atomically.
+  std::span<double> vertex_distances = {};
 
   /// Pairs and kept contacts that are noted; where there are more, test_met() does not serve.
   static constexpr std::size_t kMostMet = std::size_t{1} << 18;

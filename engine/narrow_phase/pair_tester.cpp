@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -279,9 +280,26 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
 void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
   const ElementaryOptions elementary = elementary_options();
   ElementaryCounts counts;
-  for (const FeaturePair& pair : pairs)
-    take_verdict(pair, proximity_test(features_of(pair), input_->options.instant, elementary, counts));
+  const Instant instant = input_->options.instant;
+  const bool by_vertex = input_->options.report == Report::kVertexDistances;
+  for (const FeaturePair& pair : pairs) {
+    const Verdict verdict = proximity_test(features_of(pair), instant, elementary, counts);
+    if (by_vertex && verdict.contact)
+      lower_distances(pair, least_distance(features_of(pair), instant, elementary.min_separation));
+    take_verdict(pair, verdict);
+  }
   output_.counts.exact_tests += counts.exact_tests;
+}
+
+// Only pairs that the test reports count, so that no distance depends on what was looked at.
+void PairTester::lower_distances(const FeaturePair& pair, double distance) {
+  for (const std::uint32_t v : pair.vertices) {
+    const std::atomic_ref<double> least(
+        input_->vertex_distances[number_of(input_->numbering.given(NewVertex{v}))]);
+    double now = least.load(std::memory_order_relaxed);
+    while (distance < now && !least.compare_exchange_weak(now, distance, std::memory_order_relaxed)) {
+    }
+  }
 }
 
 void PairTester::test_intersections(std::span<const FeaturePair> pairs) {
@@ -353,7 +371,7 @@ void PairTester::report(const Contact& contact) {
       shared_->contacts.fetch_add(1, std::memory_order_relaxed) >= input_->options.max_contacts)
     throw TooManyContacts();
   if (recorder_ != nullptr) recorder_->push_back(contact);
-  if (wanted == Report::kCount) return;
+  if (wanted == Report::kCount || wanted == Report::kVertexDistances) return;
   if (wanted == Report::kEarliest) {
     double earliest = shared_->earliest.load(std::memory_order_relaxed);
     while (contact.toi < earliest &&

@@ -119,6 +119,7 @@ class PairTester {
   void test_features();
   void run_cascade(std::span<const FeaturePair> pairs);
   void test_proximity(std::span<const FeaturePair> pairs);
+  void lower_distances(const FeaturePair& pair, double distance);
   void test_intersections(std::span<const FeaturePair> pairs);
   ElementaryOptions elementary_options() const;
   // The same where each pair has a separation of its own.

@@ -23,9 +23,11 @@ namespace warmfront {
 struct FoundPairs {
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;  ///< of these, when asked for
+  std::vector<double> vertex_distances;   ///< by given vertex, instead of these
 
   std::size_t memory_bytes() const {
-    return contacts.capacity() * sizeof(Contact) + geometry.capacity() * sizeof(ContactGeometry);
+    return contacts.capacity() * sizeof(Contact) + geometry.capacity() * sizeof(ContactGeometry) +
+           vertex_distances.capacity() * sizeof(double);
   }
 };
 

@@ -15,9 +15,10 @@
 namespace warmfront {
 
 /// Is what was found of stationary leaf pairs not used again? For Report::kEarliest later contacts were left
-/// out of it, for kAny all but one.
+/// out of it, for kAny all but one, and kVertexDistances keeps none.
 inline bool retests(const ColliderOptions& options) {
-  return options.report == Report::kEarliest || options.report == Report::kAny;
+  return options.report == Report::kEarliest || options.report == Report::kAny ||
+         options.report == Report::kVertexDistances;
 }
 
 /// Of one question.

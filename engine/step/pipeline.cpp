@@ -10,6 +10,7 @@
 
 #include "engine/check/self_check.h"
 #include "engine/narrow_phase/narrow_phase.h"
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/state/part_trees.h"
 #include "engine/step/asked_widths.h"
 #include "engine/step/bodies_within.h"
@@ -65,6 +66,7 @@ class PipelineWith final : public Pipeline {
     const FoundPairs& found = core.found();
     result.contacts = found.contacts;
     result.geometry = found.geometry;
+    if (core.options.report == Report::kVertexDistances) result.vertex_distances = found.vertex_distances;
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
     attempt.done(kind);
@@ -177,6 +179,7 @@ class PipelineWith final : public Pipeline {
     kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
     if (core.keep.share > 0) take_widest_separation(core, stop);
     take_width(core);
+    begin_vertex_distances(core, stop);
     const bool shorter = is_question() && longest_.contains_motion(core, trees_.magnitude(), stop);
     return shorter ? run_shorter(core, stop, statistics, timer) : run_stages(core, stop, statistics, timer);
   }
@@ -186,6 +189,13 @@ class PipelineWith final : public Pipeline {
     const double widest = widest_separation(core, stop);
     if (widest != core.asked_separation) options_changed(core);
     core.options.min_separation = core.asked_separation = widest;
+  }
+
+  void begin_vertex_distances(Core& core, StopSignal stop) {
+    if (core.options.report != Report::kVertexDistances) return;
+    std::vector<double>& distances = core.found().vertex_distances;
+    distances.clear();
+    lengthen(distances, core.scene->vertex_count(), core.options.min_separation, stop);
   }
 
   // Which parts are near each other, and how far the front is opened, goes by the widest of the last questions:
@@ -303,7 +313,7 @@ class PipelineWith final : public Pipeline {
     longest_.remember(core, {.left_out = left_out, .kept = narrow_.met_kept()}, stop);
   }
 
-  NarrowPhaseInput narrow_input(const Core& core, StopSignal stop, bool note_met) const {
+  NarrowPhaseInput narrow_input(Core& core, StopSignal stop, bool note_met) const {
     return {core.topology->scene,
             core.topology->numbering,
             core.topology->ownership,
@@ -317,7 +327,8 @@ class PipelineWith final : public Pipeline {
             gap_at(),
             note_met,
             core.keep,
-            width_};
+            width_,
+            core.found().vertex_distances};
   }
 
   // Budgets hold what rounding could hide at the largest magnitude since they were granted. When that is

@@ -27,7 +27,7 @@ struct Counterpart<Tier> {
 template <>
 struct Counterpart<Report> {
   using Type = v1::Report;
-  static constexpr int kLast = v1::REPORT_ANY;
+  static constexpr int kLast = v1::REPORT_VERTEX_DISTANCES;
 };
 template <>
 struct Counterpart<FrontMode> {
@@ -90,7 +90,8 @@ static_assert(to_proto(Report::kAll) == v1::REPORT_ALL &&
               to_proto(Report::kEarliest) == v1::REPORT_EARLIEST &&
               to_proto(Report::kCount) == v1::REPORT_COUNT &&
               to_proto(Report::kCandidates) == v1::REPORT_CANDIDATES &&
-              to_proto(Report::kAny) == v1::REPORT_ANY);
+              to_proto(Report::kAny) == v1::REPORT_ANY &&
+              to_proto(Report::kVertexDistances) == v1::REPORT_VERTEX_DISTANCES);
 static_assert(to_proto(FrontMode::kNone) == v1::FRONT_MODE_NONE &&
               to_proto(FrontMode::kPaper) == v1::FRONT_MODE_PAPER &&
               to_proto(FrontMode::kWarm) == v1::FRONT_MODE_WARM);

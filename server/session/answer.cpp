@@ -17,6 +17,7 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   answer.earliest_toi = result.earliest_toi;
   answer.overlaps_at_start = result.overlaps_at_start;
   answer.statistics = result.statistics;
+  answer.vertex_distances.assign(result.vertex_distances.begin(), result.vertex_distances.end());
   const std::size_t rows = result.contacts.size();
   answer.kind.reserve(rows);
   answer.status.reserve(rows);
@@ -59,7 +60,8 @@ std::size_t bytes_per_row(const ContactFields& fields) {
 }  // namespace
 
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields) {
-  return result.contacts.size() * (bytes_per_row(fields) + (result.ef > 0 ? Answer::kMoreOfEdgeFace : 0));
+  return result.contacts.size() * (bytes_per_row(fields) + (result.ef > 0 ? Answer::kMoreOfEdgeFace : 0)) +
+         result.vertex_distances.size_bytes();
 }
 
 std::size_t held_per_contact(const ContactFields& fields) {

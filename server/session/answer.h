@@ -51,6 +51,8 @@ struct Answer {
   std::vector<std::array<double, 3>> direction;
   std::vector<double> squared_distance;
   std::vector<std::uint8_t> closest;
+  /// Of a question for distances by vertex, which has no rows.
+  std::vector<double> vertex_distances;
   /// On the session's account for as long as anyone has the answer: the session, or a stream that sends it.
   Holding memory;
 
@@ -63,7 +65,9 @@ struct Answer {
            (direction.empty() ? 0 : 24) + (squared_distance.empty() ? 0 : 8) + (closest.empty() ? 0 : 1) +
            (edge_faces.empty() ? 0 : kMoreOfEdgeFace);
   }
-  std::size_t contact_bytes() const { return rows() * bytes_per_row(); }
+  std::size_t contact_bytes() const {
+    return rows() * bytes_per_row() + vertex_distances.size() * sizeof(double);
+  }
 
   static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< of the columns that are always there
   static constexpr std::size_t kMoreOfEdgeFace = 4;            ///< five vertices instead of four

@@ -228,6 +228,7 @@ v1::StepSummary summary_of(const Answer& answer) {
   summary.set_possible(answer.possible);
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
   summary.set_rows(answer.rows());
+  summary.set_distances(answer.vertex_distances.size());
   *summary.mutable_statistics() = to_proto(answer.statistics);
   if (answer.all_deformable) {
     v1::AllDeformable& all = *summary.mutable_all_deformable();
@@ -258,6 +259,10 @@ void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1
   if (!answer.squared_distance.empty())
     set_bytes(*columns.mutable_squared_distance(), answer.squared_distance, first, count);
   if (!answer.closest.empty()) set_bytes(*columns.mutable_closest(), answer.closest, first, count);
+}
+
+void fill_distances(const Answer& answer, std::size_t first, std::size_t count, std::string& bytes) {
+  set_bytes(bytes, answer.vertex_distances, first, count);
 }
 
 }  // namespace warmfront::server

@@ -64,5 +64,7 @@ v1::StepSummary summary_of(const Answer& answer);
 
 /// Rows [first, first + count) of the answer.
 void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1::ContactColumns& columns);
+/// `count` distances of vertices from `first` on.
+void fill_distances(const Answer& answer, std::size_t first, std::size_t count, std::string& bytes);
 
 }  // namespace warmfront::server

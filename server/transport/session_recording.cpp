@@ -20,9 +20,14 @@ void set_outcome(v1::RecordedOutcome& outcome, const Fault& fault) {
 std::uint64_t hash_of(const Answer& answer) {
   ContactHash hash;
   hash.begin_step(answer.rows());
-  for (std::size_t i = 0; i < answer.rows(); ++i)
-    hash.add(static_cast<ContactKind>(answer.kind[i]), static_cast<ContactStatus>(answer.status[i]),
-             answer.vertices[i], answer.toi[i]);
+  for (std::size_t i = 0; i < answer.rows(); ++i) {
+    const auto status = static_cast<ContactStatus>(answer.status[i]);
+    if (!answer.edge_faces.empty())
+      hash.add_edge_face(status, answer.edge_faces[i], answer.toi[i]);
+    else
+      hash.add(static_cast<ContactKind>(answer.kind[i]), status, answer.vertices[i], answer.toi[i]);
+  }
+  hash.add_distances(answer.vertex_distances);
   return hash.value();
 }
 

@@ -82,6 +82,8 @@ void StepCall::respond(const Answer& answer) {
   v1::StepResponse response;
   response.set_frame(answer.frame);
   fill_columns(answer, 0, answer.rows(), *response.mutable_contacts());
+  if (!answer.vertex_distances.empty())
+    fill_distances(answer, 0, answer.vertex_distances.size(), *response.mutable_vertex_distances());
   *response.mutable_summary() = summary_of(answer);
   response_ = serialize(response);
   response_bytes_.set(response_.Length());

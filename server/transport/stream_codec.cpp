@@ -126,15 +126,20 @@ Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room) {
 
 AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)
     : answer_(std::move(answer)),
-      rows_per_chunk_(std::max<std::size_t>(chunk_bytes / answer_->bytes_per_row(), 1)) {}
+      items_(by_vertex() ? answer_->vertex_distances.size() : answer_->rows()),
+      items_per_chunk_(std::max<std::size_t>(
+          chunk_bytes / (by_vertex() ? sizeof(double) : answer_->bytes_per_row()), 1)) {}
 
 grpc::ByteBuffer AnswerChunks::next() {
-  const std::size_t count = std::min(rows_per_chunk_, answer_->rows() - first_);
-  const bool last = first_ + count == answer_->rows();
+  const std::size_t count = std::min(items_per_chunk_, items_ - first_);
+  const bool last = first_ + count == items_;
   v1::StreamStepsResponse response;
   v1::StepAnswer& part = *response.mutable_answer();
   part.set_frame(answer_->frame);
-  fill_columns(*answer_, first_, count, *part.mutable_contacts());
+  if (by_vertex())
+    fill_distances(*answer_, first_, count, *part.mutable_vertex_distances());
+  else
+    fill_columns(*answer_, first_, count, *part.mutable_contacts());
   if (last) {
     part.set_last(true);
     *part.mutable_summary() = summary_of(*answer_);

@@ -55,7 +55,7 @@ struct StreamRequest {
 /// as ParseRoom::enter() does too.
 Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room);
 
-/// An answer in chunks of at most `chunk_bytes` of contacts (at least one row each), the last one marked and
+/// An answer in chunks of at most `chunk_bytes` of contacts or distances (at least one each), the last one marked and
 /// with the summary; each is encoded when it is taken. An answer without rows is one chunk. Used by one
 /// thread at a time.
 class AnswerChunks {
@@ -69,8 +69,12 @@ class AnswerChunks {
   std::size_t answer_bytes() const { return answer_->memory_bytes(); }
 
  private:
+  // Does it tell of vertices, and has no rows?
+  bool by_vertex() const { return !answer_->vertex_distances.empty(); }
+
   std::shared_ptr<const Answer> answer_;
-  std::size_t rows_per_chunk_;
+  std::size_t items_;
+  std::size_t items_per_chunk_;
   std::size_t first_ = 0;
   bool done_ = false;
 };

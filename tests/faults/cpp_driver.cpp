@@ -76,7 +76,8 @@ class CppDriver final : public SessionDriver {
     return number.ok() ? Status() : Status(number.error());
   }
   Result<client::Answer> proximity(const testing::NearOperation& near) override {
-    return session_->proximity(near.distance, near.where, near.options);
+    return near.tangled ? session_->intersections(near.where, near.options)
+                        : session_->proximity(near.distance, near.where, near.options);
   }
   bool asks() const override { return true; }
   Result<CommitResult> commit(double fraction) override { return session_->commit(fraction); }

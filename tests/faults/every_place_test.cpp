@@ -375,6 +375,12 @@ Script trials() {
   script.operations.emplace_back(posed(1, shifted(0, 0, 0.2)));
   script.operations.emplace_back(NearOperation{0.5, Where::kBase, {}});
   script.operations.emplace_back(NearOperation{0.1, Where::kBase, told});
+  const QuestionOptions by_vertex{.report = Report::kVertexDistances};
+  script.operations.emplace_back(NearOperation{0.4, Where::kBase, by_vertex});
+  script.operations.emplace_back(NearOperation{0, Where::kBase, {}, true});
+  script.operations.emplace_back(both);
+  script.operations.emplace_back(NearOperation{0, Where::kTrialEnd, {.report = Report::kAny}, true});
+  script.operations.emplace_back(NearOperation{0.2, Where::kTrialEnd, by_vertex});
   return script;
 }
 

@@ -155,11 +155,13 @@ client::Answer answer_of(const json& reply) {
   answer.vf = reply.at("vf");
   answer.ee = reply.at("ee");
   answer.possible = reply.at("possible");
+  answer.ef = reply.value("ef", std::uint64_t{0});
+  answer.vertex_distances = from_hex<double>(reply.value("vertex_distances", ""));
   if (reply.contains("earliest_toi")) answer.earliest_toi = from_hex<double>(reply.at("earliest_toi")).at(0);
   answer.contacts = {from_hex<ContactKind>(reply.at("kind")),
                      from_hex<ContactStatus>(reply.at("status")),
                      from_hex<std::array<std::uint32_t, 4>>(reply.at("v")),
-                     {},  // no intersections are driven
+                     from_hex<std::array<std::uint32_t, 5>>(reply.value("edge_faces", "")),
                      from_hex<double>(reply.at("toi")),
                      from_hex<std::array<double, 4>>(reply.at("weights")),
                      from_hex<std::array<double, 3>>(reply.at("normal")),
@@ -231,6 +233,7 @@ class PythonDriver final : public SessionDriver {
   }
   Result<client::Answer> proximity(const testing::NearOperation& near) override {
     json question = told(near.options);
+    if (near.tangled) question["tangled"] = true;
     question["where"] = near.where == Where::kTrialEnd ? "trial_end" : "base";
     const Result<json> reply =
         ask("proximity", {{"distance", hex(&near.distance, 1)}, {"question", std::move(question)}});

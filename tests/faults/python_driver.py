@@ -49,7 +49,7 @@ def hex_of(number):
     return np.float64(number).tobytes().hex()
 
 
-def told(answer):
+def told(answer, answer_toi=0.0):
     if isinstance(answer, warmfront.MaxStep):
         # As the trial that it is, of which it tells the first contact.
         first = answer.first
@@ -65,6 +65,16 @@ def told(answer):
         if answer.earliest_toi is not None:
             result["earliest_toi"] = hex_of(answer.earliest_toi)
         return result
+    if isinstance(answer, warmfront.Intersections):
+        # Rows of an edge and a face, whose kind, status and time are always the same: `toi` is put in by the asker.
+        k = len(answer)
+        columns = {name: "" for name in COLUMNS}
+        columns.update(kind="02" * k, status="01" * k, toi=hex_of(answer_toi) * k)
+        return {"frame": answer.frame, "vf": 0, "ee": 0, "ef": answer.count, "possible": 0, **columns,
+                "edge_faces": np.hstack([answer.edges, answer.faces]).astype("<u4").tobytes().hex()}
+    if isinstance(answer, warmfront.VertexDistances):
+        return {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible,
+                **{name: "" for name in COLUMNS}, "vertex_distances": answer.distances.tobytes().hex()}
     result = {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible}
     if answer.earliest_toi is not None:
         result["earliest_toi"] = hex_of(answer.earliest_toi)
@@ -98,6 +108,12 @@ class Driver:
         # Of these, proximity() takes what has a meaning there.
         if "tolerance" in question:
             del question["tolerance"]
+        if question.pop("tangled", False):
+            return told(self.session.intersections(**question), 1.0 if question["where"] == "trial_end" else 0.0)
+        if question.get("report") == "vertex-distances":
+            del question["report"]
+            question.pop("max_contacts", None)
+            return told(self.session.vertex_distances(array(request["distance"], "<f8")[0], **question))
         return told(self.session.proximity(array(request["distance"], "<f8")[0], **question))
 
     def commit(self, request):

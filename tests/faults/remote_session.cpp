@@ -22,7 +22,8 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 
 std::string difference(const client::Answer& answer, const Outcome& expected, const Scene& scene,
                        const ContactFields& fields) {
-  if (answer.vf != expected.vf || answer.ee != expected.ee || answer.possible != expected.possible)
+  if (answer.vf != expected.vf || answer.ee != expected.ee || answer.ef != expected.ef ||
+      answer.possible != expected.possible)
     return "vf " + std::to_string(answer.vf) + ", ee " + std::to_string(answer.ee) + ", possible " +
            std::to_string(answer.possible) + " where " + to_string(expected) + " is expected";
   if (answer.earliest_toi != expected.earliest_toi) return "another earliest_toi";
@@ -31,7 +32,10 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
     const Contact& contact = expected.contacts[i];
     table.kind.push_back(contact.kind);
     table.status.push_back(contact.status);
-    table.vertices.push_back(scene.vertices_of(contact));
+    if (contact.kind == ContactKind::kEdgeFace)
+      table.edge_faces.push_back(scene.edge_face_vertices_of(contact));
+    else
+      table.vertices.push_back(scene.vertices_of(contact));
     table.toi.push_back(contact.toi);
     if (fields.weights) table.weights.push_back(expected.geometry[i].weights);
     if (fields.normal) table.normal.push_back(expected.geometry[i].normal);
@@ -41,8 +45,10 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
     if (fields.closest) table.closest.push_back(expected.geometry[i].closest);
   }
   const client::ContactTable& given = answer.contacts;
-  if (given.kind != table.kind || given.status != table.status || given.vertices != table.vertices)
+  if (given.kind != table.kind || given.status != table.status || given.vertices != table.vertices ||
+      given.edge_faces != table.edge_faces)
     return "other contacts";
+  if (!same_bits(answer.vertex_distances, expected.vertex_distances)) return "other distances";
   if (!same_bits(given.toi, table.toi)) return "other times";
   const bool same_fields =
       same_bits(given.weights, table.weights) && same_bits(given.normal, table.normal) &&
@@ -181,8 +187,7 @@ std::string RemoteSession::near(const testing::NearOperation& operation, const A
     return name + ": " + answer->error().message;
   }
   if (!expected.done()) return name + ": answered, and it is wrong";
-  const ContactFields fields =
-      merged(options_, Question::proximity(operation.distance, operation.where, operation.options)).fields;
+  const ContactFields fields = merged(options_, operation.question()).fields;
   const std::string differs =
       difference(answer->value(), expected, Scene::create(state_.scene).value(), fields);
   return differs.empty() ? "" : name + ": " + differs;

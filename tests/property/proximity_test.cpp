@@ -35,8 +35,8 @@ FeatureCase standing(const FeatureCase& query, Instant at) {
   return still;
 }
 
-// The distance plus what the certified tier may report beyond it.
-double with_excess(const FeatureVertices& features, double distance) {
+// The largest coordinate difference between their vertices.
+double size_of(const FeatureVertices& features) {
   double size = 0;
   const int of_a = features.kind == ContactKind::kVertexFace ? 1 : 2;
   for (int i = 0; i < of_a; ++i) {
@@ -45,12 +45,32 @@ double with_excess(const FeatureVertices& features, double distance) {
         size = std::max(size, std::fabs(features.vertex[j]->t0[axis] - features.vertex[i]->t0[axis]));
     }
   }
-  return std::min(distance + 0x1p-19 * size * (1 + 0x1p-20) + 0x1p-1070, std::numeric_limits<double>::max());
+  return size;
+}
+
+// The distance plus what the certified tier may report beyond it.
+double with_excess(const FeatureVertices& features, double distance) {
+  return std::min(distance + 0x1p-19 * size_of(features) * (1 + 0x1p-20) + 0x1p-1070,
+                  std::numeric_limits<double>::max());
 }
 
 Verdict proximity(const FeatureVertices& features, Instant at, Tier tier, double distance) {
   ElementaryCounts counts;
   return proximity_test(features, at, {.tier = tier, .min_separation = distance}, counts);
+}
+
+// A lower bound of the distance, and not far below it.
+void expect_bound(const FeatureCase& query, Instant at, double most) {
+  const FeatureCase still = standing(query, at);
+  const double bound = least_distance(query.features(), at, most);
+  EXPECT_TRUE(bound >= 0 && bound <= most) << bound;
+  if (bound > 0) {
+    EXPECT_FALSE(near_truth(still.features(), std::nextafter(bound, 0.0)).contact) << bound;
+  }
+  const double above = bound + 0x1p-19 * size_of(still.features()) + 0x1p-1070;
+  if (bound < most && above < std::numeric_limits<double>::max()) {
+    EXPECT_TRUE(near_truth(still.features(), above).contact) << bound;
+  }
 }
 
 // Returns whether they are near.
@@ -83,6 +103,7 @@ TEST(ProximityTorture, EveryFamilyAtEveryDistance) {
       for (const double d : {distance, std::nextafter(distance, 0.0), std::nextafter(distance, 1e308)}) {
         SCOPED_TRACE(std::string(name) + " " + to_text(testing::NearCase{query, d}));
         (expect_truth(query, at, d) ? near : far) += 1;
+        expect_bound(query, at, d);
         ASSERT_FALSE(::testing::Test::HasFailure());
       }
     }
@@ -107,6 +128,21 @@ TEST(ProximityTorture, EveryFamilyAtEveryDistance) {
   EXPECT_GT(far, 500);
 }
 
+// Where the direction between the closest points is clear, the bound is as good as doubles are.
+TEST(ProximityTorture, BoundsOfPlainPairsAreTight) {
+  std::mt19937_64 random(7);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  for (int trial = 0; trial < 2000; ++trial) {
+    FeatureCase query(trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge,
+                      std::array<VertexMotion, 4>{});
+    for (VertexMotion& vertex : query.vertices) {
+      for (int axis = 0; axis < 3; ++axis) vertex.t0[axis] = vertex.t1[axis] = uniform();
+    }
+    const double bound = least_distance(query.features(), Instant::kStart, 10);
+    EXPECT_TRUE(near_truth(query.features(), bound * (1 + 0x1p-30) + 0x1p-42).contact) << trial;
+  }
+}
+
 std::mt19937_64 draw_random() {
   return std::mt19937_64(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
 }
@@ -128,6 +164,21 @@ std::vector<Contact> brute_force_near(const Scene& scene, const std::vector<doub
     if (verdict.contact) near.push_back({kind, verdict.status, a, b, toi});
   });
   return near;
+}
+
+// By vertex the least of the bounds of all pairs that are reported.
+std::vector<double> brute_force_distances(const Scene& scene, const std::vector<double>& x, Tier tier,
+                                          double distance) {
+  const std::vector<VertexMotion> vertices = testing::motion_between(x, x);
+  std::vector<double> least(scene.vertex_count(), distance);
+  testing::for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const FeatureVertices features = testing::features_of(scene, vertices, kind, a, b);
+    if (!proximity(features, Instant::kStart, tier, distance).contact) return;
+    const double bound = least_distance(features, Instant::kStart, distance);
+    for (const std::uint32_t v : scene.vertices_of({kind, ContactStatus::kHit, a, b, 0}))
+      least[v] = std::min(least[v], bound);
+  });
+  return least;
 }
 
 ColliderOptions draw_options(std::mt19937_64& random) {
@@ -171,6 +222,14 @@ RC_GTEST_PROP(Proximity, EqualsBruteForceAndDisturbsNothing, ()) {
     const StepResult counted = asked.proximity(distance, where, question).value();
     RC_ASSERT(counted.vf + counted.ee == truth.size());
     RC_ASSERT(counted.contacts.empty());
+    RC_ASSERT(counted.vertex_distances.empty());
+    question.report.reset();
+    question.max_contacts = 1;  // no row is kept
+    const StepResult distances = asked.vertex_distances(distance, where, question).value();
+    RC_ASSERT(std::vector(distances.vertex_distances.begin(), distances.vertex_distances.end()) ==
+              brute_force_distances(*made.scene, at, tier, distance));
+    RC_ASSERT(distances.vf + distances.ee == truth.size());
+    RC_ASSERT(distances.contacts.empty());
   };
   for (int k = 0; k < 4; ++k) {
     if (random() % 2 == 0) ask(Where::kBase, x);

@@ -12,6 +12,7 @@
 
 #include "engine/elementary/candidate.h"
 #include "engine/elementary/contact_geometry.h"
+#include "engine/elementary/edge_face.h"
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
@@ -140,18 +141,23 @@ Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options)
     outcome.earliest_toi = std::min(outcome.earliest_toi.value_or(2), contact.toi);
   if (options.report == Report::kEarliest)
     std::erase_if(contacts, [&](const Contact& contact) { return contact.toi > *outcome.earliest_toi; });
-  if (options.report != Report::kCount && contacts.size() > options.max_contacts) {
+  const bool lists = options.report != Report::kCount && options.report != Report::kVertexDistances &&
+                     options.report != Report::kAny;
+  if (lists && contacts.size() > options.max_contacts) {
     Outcome refused;
     refused.kind = Outcome::Kind::kRefused;
     refused.error = {ErrorCode::kResourceExhausted, "max_contacts"};
     return refused;
   }
   for (const Contact& contact : contacts) {
-    (contact.kind == ContactKind::kVertexFace ? outcome.vf : outcome.ee) += 1;
+    (contact.kind == ContactKind::kVertexFace ? outcome.vf
+     : contact.kind == ContactKind::kEdgeEdge ? outcome.ee
+                                              : outcome.ef) += 1;
     outcome.possible +=
         contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   }
-  if (options.report != Report::kCount) outcome.contacts = std::move(contacts);
+  if (options.report == Report::kAny) outcome.ef = std::min<std::uint64_t>(outcome.ef, 1);
+  if (lists) outcome.contacts = std::move(contacts);
   return outcome;
 }
 
@@ -327,6 +333,28 @@ std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
   return contacts;
 }
 
+// All edges and faces of what may meet that do, and share no vertex.
+std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, const Scene& made,
+                                             std::span<const VertexMotion> vertices, Instant at) {
+  std::vector<Contact> meeting;
+  std::uint64_t exact_tests = 0;
+  for (std::uint32_t e = 0; e < made.edge_count(); ++e) {
+    for (std::uint32_t f = 0; f < made.face_count(); ++f) {
+      const Edge& edge = made.edges()[e];
+      const Face& face = made.faces()[f];
+      const auto in_face = [&](std::uint32_t v) { return std::ranges::find(face, v) != face.end(); };
+      if (in_face(edge[0]) || in_face(edge[1])) continue;
+      if (!may_meet(scene, made.body_of_vertex()[edge[0]], made.body_of_vertex()[face[0]])) continue;
+      const EdgeFaceVertices five{&vertices[edge[0]], &vertices[edge[1]], &vertices[face[0]],
+                                  &vertices[face[1]], &vertices[face[2]]};
+      if (edge_meets_face(five, at, exact_tests))
+        meeting.push_back(
+            {ContactKind::kEdgeFace, ContactStatus::kHit, e, f, at == Instant::kStart ? 0.0 : 1.0});
+    }
+  }
+  return meeting;
+}
+
 void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices) {
   for (const Contact& contact : outcome.contacts) {
     const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
@@ -376,13 +404,19 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
 }
 
 Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOptions& of_session) const {
-  const ColliderOptions options =
-      merged(of_session, Question::proximity(near.distance, near.where, near.options));
+  const Question question = near.question();
+  if (const Status valid = validate(question.kind, near.options); !valid) return refusal(valid);
+  const ColliderOptions options = merged(of_session, question);
   if (const Status valid = validate(options); !valid) return refusal(valid);
   const Scene made = Scene::create(scene).value();
   const bool at_end = near.where == Where::kTrialEnd;
   const std::vector<VertexMotion> vertices =
       motion_between(positions, at_end ? target_of(*this, *trial) : positions);
+  if (near.tangled) {
+    Outcome outcome = answer_of(meeting_edges_and_faces(scene, made, vertices, options.instant), options);
+    outcome.earliest_toi.reset();
+    return outcome;
+  }
   ElementaryCounts counts;
   Outcome outcome = answer_of(found_by(scene, made, vertices,
                                        [&](const FeatureVertices& features) {
@@ -391,6 +425,21 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
                                        }),
                               options);
   outcome.earliest_toi.reset();
+  if (options.report == Report::kVertexDistances) {
+    outcome.vertex_distances.assign(made.vertex_count(), near.distance);
+    ColliderOptions all = options;
+    all.report = Report::kAll;
+    all.max_contacts = ~std::size_t{0};
+    const auto reported = found_by(scene, made, vertices, [&](const FeatureVertices& features) {
+      return proximity_test(features, options.instant, elementary_options(all), counts);
+    });
+    for (const Contact& pair : reported) {
+      const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
+      const double bound = least_distance(features, options.instant, near.distance);
+      for (const std::uint32_t v : made.vertices_of(pair))
+        outcome.vertex_distances[v] = std::min(outcome.vertex_distances[v], bound);
+    }
+  }
   if (options.fields.any()) describe(outcome, made, vertices);
   return outcome;
 }
@@ -493,6 +542,14 @@ NearOperation draw_near(Draws& draws, const AcceptedState& state) {
   if (state.trial && draws.below(2) == 0) near.where = Where::kTrialEnd;
   near.options = draw_question(draws, state);
   near.options.min_separation.reset();
+  near.tangled = draws.below(3) == 0;
+  if (near.tangled) {
+    near.options = {.report = near.options.report, .max_contacts = near.options.max_contacts};
+    if (draws.below(3) == 0) near.options.report = Report::kAny;
+  } else if (draws.below(3) == 0) {
+    near.options.report = Report::kVertexDistances;
+    near.options.fields.reset();
+  }
   return near;
 }
 

@@ -59,7 +59,9 @@ class Call {
               return of(collider.commit(commit.fraction, commit.rounding));
             },
             [&](const NearOperation& near) -> Answer {
-              Result<StepResult> result = collider.proximity(near.distance, near.where, near.options, flag);
+              Result<StepResult> result =
+                  near.tangled ? collider.intersections(near.where, near.options, flag)
+                               : collider.proximity(near.distance, near.where, near.options, flag);
               if (!result) return {std::move(result.error()), std::nullopt};
               return {std::nullopt, std::move(result).value()};
             },
@@ -113,10 +115,13 @@ Outcome outcome_of(Call::Answer&& answer) {
   } else if (answer.step) {
     outcome.vf = answer.step->vf;
     outcome.ee = answer.step->ee;
+    outcome.ef = answer.step->ef;
     outcome.possible = answer.step->possible;
     outcome.earliest_toi = answer.step->earliest_toi;
     outcome.contacts.assign(answer.step->contacts.begin(), answer.step->contacts.end());
     outcome.geometry.assign(answer.step->geometry.begin(), answer.step->geometry.end());
+    outcome.vertex_distances.assign(answer.step->vertex_distances.begin(),
+                                    answer.step->vertex_distances.end());
   }
   return outcome;
 }

@@ -81,8 +81,11 @@ std::string to_string(const Operation& operation) {
           },
           [](const CommitOperation& commit) { return "commit(" + std::to_string(commit.fraction) + ")"; },
           [](const NearOperation& near) {
-            return "proximity(" + std::to_string(near.distance) +
-                   (near.where == Where::kTrialEnd ? ", at the trial's end)" : ")");
+            const bool by_vertex = near.options.report == Report::kVertexDistances;
+            const std::string of = near.tangled ? "intersections("
+                                   : (by_vertex ? "vertex_distances(" : "proximity(") +
+                                         std::to_string(near.distance);
+            return of + (near.where == Where::kTrialEnd ? ", at the trial's end)" : ")");
           },
           [](const CheckOperation&) { return std::string("self_check()"); },
           [](const ForgetOperation&) { return std::string("forget_warmth()"); },
@@ -93,7 +96,8 @@ std::string to_string(const Operation& operation) {
 std::string to_string(const Outcome& outcome) {
   if (outcome.kind == Outcome::Kind::kOutOfMemory) return "out of memory";
   if (outcome.kind == Outcome::Kind::kRefused) return "refused: " + outcome.error.message;
-  return "done, vf " + std::to_string(outcome.vf) + ", ee " + std::to_string(outcome.ee) + ", possible " +
+  return "done, vf " + std::to_string(outcome.vf) + ", ee " + std::to_string(outcome.ee) + ", ef " +
+         std::to_string(outcome.ef) + ", possible " +
          std::to_string(outcome.possible) + ", " + std::to_string(outcome.contacts.size()) + " contacts";
 }
 
@@ -102,10 +106,13 @@ std::string difference(const Outcome& was, const Outcome& expected) {
                          (was.kind != Outcome::Kind::kRefused || was.error.code == expected.error.code);
   const bool same_earliest = was.earliest_toi.has_value() == expected.earliest_toi.has_value() &&
                              (!was.earliest_toi || same_bits(*was.earliest_toi, *expected.earliest_toi));
-  if (!same_kind || was.vf != expected.vf || was.ee != expected.ee || was.possible != expected.possible)
+  if (!same_kind || was.vf != expected.vf || was.ee != expected.ee || was.ef != expected.ef ||
+      was.possible != expected.possible)
     return to_string(was) + " where " + to_string(expected) + " is expected";
   if (!same_earliest) return "another earliest_toi";
   if (std::string text = difference("contacts", was.contacts, expected.contacts); !text.empty()) return text;
+  if (!std::ranges::equal(was.vertex_distances, expected.vertex_distances, same_bits))
+    return "vertex_distances differ";
   return difference("geometry", was.geometry, expected.geometry);
 }
 

@@ -49,10 +49,16 @@ struct CommitOperation {
   Rounding rounding = Rounding::kFloat64;
 };
 /// Which pairs are near? A question without a motion.
+/// Of a state: what is near, by pairs or (Report::kVertexDistances) by vertex, or what is tangled.
 struct NearOperation {
   double distance = 0;
   Where where = Where::kBase;
   QuestionOptions options;
+  bool tangled = false;  ///< intersections(), without a distance
+
+  Question question() const {
+    return tangled ? Question::intersections(where, options) : Question::proximity(distance, where, options);
+  }
 };
 struct CheckOperation {};
 struct ForgetOperation {};
@@ -69,10 +75,12 @@ struct Outcome {
   // Of a step or a question.
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
+  std::uint64_t ef = 0;
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;
+  std::vector<double> vertex_distances;
 
   bool done() const { return kind == Kind::kDone; }
   bool refused(ErrorCode code) const { return kind == Kind::kRefused && error.code == code; }

@@ -30,6 +30,7 @@ class EngineTarget final : public ReplayTarget {
     const StepResult& answer = result.value();
     ContactHash hash;
     hash.add_step(collider_.scene(), answer.contacts);
+    hash.add_distances(answer.vertex_distances);
     return AnswerDigest{answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
   }
 

@@ -47,8 +47,7 @@ class RemoteTarget final : public ReplayTarget {
     for (v1::StreamStepsResponse response; stream_->read(response, deadline()) == Event::kDone;) {
       if (response.has_error()) return remote_error_from(response.error().status()).error;
       if (!response.has_answer()) continue;  // it drains: what was sent is answered still
-      if (Status appended = append_columns(response.answer().contacts(), answer.contacts); !appended)
-        return appended.error();
+      if (Status appended = append_part(response.answer(), answer); !appended) return appended.error();
       if (!response.answer().last()) continue;
       if (Status finished = finish_answer(response.answer(), answer); !finished) return finished.error();
       return digest_of(answer);

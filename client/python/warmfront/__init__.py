@@ -16,7 +16,7 @@ canonical code (`NotFoundError`, ...; the names without "Error" are the same). C
 """
 from .answer import (
     AllDeformable, Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, StageTimes, Statistics, Status,
-    StepCounts,
+    StepCounts, VertexDistances,
 )
 from .client import Client, connect
 from .errors import (
@@ -41,5 +41,5 @@ __all__ = [
     "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "Security",
     "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "StepCounts",
     "Timeouts", "Unauthenticated", "UnauthenticatedError", "Unavailable", "UnavailableError",
-    "Unimplemented", "UnimplementedError", "WarmfrontError",
+    "Unimplemented", "UnimplementedError", "VertexDistances", "WarmfrontError",
 ]

@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from ._topology import Topology
 from ._wire import Malformed, fields
-from .answer import Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status
+from .answer import Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status, VertexDistances
 from .errors import InternalError, WarmfrontError, class_of
 from .v1 import step_pb2
 
 # Of v1.StreamStepsResponse and v1.StepAnswer.
 _ANSWER = 1
-_FRAME, _CONTACTS, _LAST, _SUMMARY = 1, 2, 3, 4
+_FRAME, _CONTACTS, _LAST, _SUMMARY, _DISTANCES = 1, 2, 3, 4, 5
 # Of v1.ContactColumns: name, type, shape of a row.
 _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     1: ("kind", "u1", ()),
@@ -45,6 +45,7 @@ class AnswerPart:
     columns: Columns = dataclass_field(default_factory=dict)
     last: bool = False
     summary: Any = None  # step_pb2.StepSummary
+    distances: Optional[npt.NDArray[np.float64]] = None  # of vertices, and a view, too
 
 
 def malformed(what: str) -> InternalError:
@@ -81,6 +82,10 @@ def _parse_answer(view: memoryview) -> AnswerPart:
             part.last = bool(value)
         elif number == _SUMMARY and isinstance(value, memoryview):
             part.summary.MergeFromString(bytes(value))
+        elif number == _DISTANCES and isinstance(value, memoryview):
+            if len(value) % 8:
+                raise malformed(f"distances of {len(value)} bytes")
+            part.distances = np.frombuffer(value, "<f8")
     return part
 
 
@@ -129,6 +134,16 @@ def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional
     if rows != last.summary.rows:
         raise malformed(f"{rows} of {last.summary.rows} contacts")
     return Contacts(last.frame, summary=last.summary, topology=topology, **joined)  # type: ignore[arg-type]
+
+
+def vertex_distances_of(parts: Sequence[AnswerPart], contacts: Contacts) -> VertexDistances:
+    """Of all parts of an answer by vertex, and what it says besides. Raises InternalError when some are missing."""
+    filled = [part.distances for part in parts if part.distances is not None]
+    distances = filled[0] if len(filled) == 1 else np.concatenate([np.empty(0, "<f8"), *filled])
+    if len(distances) != parts[-1].summary.distances:
+        raise malformed(f"{len(distances)} of {parts[-1].summary.distances} distances")
+    distances.flags.writeable = False
+    return VertexDistances(contacts.frame, distances, contacts.vf, contacts.ee, contacts.possible, contacts.statistics)
 
 
 def intersections_of(contacts: Contacts, summary: Any) -> Intersections:

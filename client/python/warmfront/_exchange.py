@@ -6,15 +6,15 @@ from __future__ import annotations
 import time
 from typing import Optional, Union
 
-from ._contacts import AnswerPart, error_from, finish, intersections_of, max_step_of, up_to
+from ._contacts import AnswerPart, error_from, finish, intersections_of, max_step_of, up_to, vertex_distances_of
 from ._frame import Request, SentCommit
 from ._resume import Link, TimeUp
-from .answer import Committed, Contacts, Intersections, MaxStep
+from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InternalError, UnavailableError,
                      UnimplementedError, WarmfrontError, lost_session, other_state)
 from .v1 import step_pb2
 
-Answer = Union[Contacts, MaxStep, Committed, Intersections]
+Answer = Union[Contacts, MaxStep, Committed, Intersections, VertexDistances]
 
 
 class Exchange:
@@ -209,6 +209,8 @@ class Exchange:
             link.state.take(request)
         if request.counts or request.is_trial:
             link.trial = None if request.counts else (request, contacts)
+        if request.question.by_vertex:
+            return vertex_distances_of(parts, contacts)
         if request.kind == "intersections":
             return intersections_of(contacts, parts[-1].summary)
         return max_step_of(contacts, parts[-1].summary) if request.kind == "max_step" else contacts

@@ -33,6 +33,7 @@ class Question:
     content: bytes = b""
     fields: Optional[tuple[str, ...]] = None
     of_trial_end: bool = False
+    by_vertex: bool = False  # answered by a number a vertex
 
     @property
     def is_trial(self) -> bool:
@@ -95,7 +96,7 @@ def question_of(
     columns: Optional[tuple[str, ...]] = () if kind == "max_step" else None
     if fields is not None:
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
-    return Question(kind, message.SerializeToString(), columns, where == "trial_end")
+    return Question(kind, message.SerializeToString(), columns, where == "trial_end", report == "vertex-distances")
 
 
 def share_of(keep_distance: float) -> float:

@@ -131,6 +131,28 @@ class Intersections:
         return self.count > 0
 
 
+@dataclass(frozen=True, eq=False)
+class VertexDistances:
+    """How far each vertex is from anything; `numpy.asarray()` of it, and its `distances`, are (n) float64, read-only.
+
+    frame: number of the next one. distances: by vertex, in the scene's length unit; see `Session.vertex_distances()`. vf, ee,
+    possible: as of `Contacts`, how many pairs are within the distance that was asked about.
+    """
+
+    frame: int
+    distances: npt.NDArray[np.float64]
+    vf: int
+    ee: int
+    possible: int
+    statistics: Statistics
+
+    def __len__(self) -> int:
+        return len(self.distances)
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> npt.NDArray[Any]:
+        return np.array(self.distances, dtype) if copy else np.asarray(self.distances, dtype)
+
+
 @dataclass(frozen=True)
 class MaxStep:
     """How far a motion may go; `float()` of it is the fraction.

@@ -9,7 +9,7 @@ from typing import Any, Literal, Optional
 from .errors import InvalidArgumentError
 
 Tier = Literal["fast", "certified", "exact"]
-Report = Literal["all", "earliest", "count", "candidates", "any"]
+Report = Literal["all", "earliest", "count", "candidates", "any", "vertex-distances"]
 FrontMode = Literal["none", "paper", "warm"]
 BoundsKind = Literal["aabb", "kdop18", "auto"]
 ContactField = Literal["weights", "normal", "points", "direction", "squared_distance", "closest"]
@@ -17,7 +17,7 @@ ContactField = Literal["weights", "normal", "points", "direction", "squared_dist
 # The wire's enums list these names in this order, after UNSPECIFIED.
 _CHOICES: dict[str, tuple[str, ...]] = {
     "tier": ("fast", "certified", "exact"),
-    "report": ("all", "earliest", "count", "candidates", "any"),
+    "report": ("all", "earliest", "count", "candidates", "any", "vertex-distances"),
     "front": ("none", "paper", "warm"),
     "bounds": ("aabb", "kdop18", "auto"),
 }
@@ -36,7 +36,7 @@ class Options:
     report: "all" contacts (default), only those of the "earliest" time of the step, only the "count", or "candidates":
         every pair whose moving bounds overlap, untested (status BUDGET; toi is when they first do). With a
         min_separation, pairs nearer than it at a step's start have time 0, and "earliest" reports only these. "any" is of
-        `Session.intersections()` alone.
+        `Session.intersections()` alone, "vertex-distances" of `Session.vertex_distances()`.
     front, bounds, normal_cones, lazy_front, leaf_size, rebuild_after_stalled_steps, rebuild_every_steps,
         max_front_bytes: speed and memory only; the contacts are the same. See proto/warmfront/v1/options.proto.
     find_bodies, find_rigid, separate_parts: what the daemon finds by itself, on unless False; the contacts are the same.

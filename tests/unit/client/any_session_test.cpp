@@ -46,6 +46,7 @@ class AnySessionTest : public ::testing::Test {
     EXPECT_TRUE(both[1].is_remote());
     std::size_t contacts = 0;
     int cut_short = 0;
+    std::ptrdiff_t nearer = 0;
     for (std::uint64_t k = 1; k <= 12; ++k) {
       const std::vector<Number> there = at<Number>(k);
       const Frame frame{std::span<const Number>(there)};
@@ -60,6 +61,13 @@ class AnySessionTest : public ::testing::Test {
         contacts += a.value().contacts.size();
       };
       same(both[0].trial(frame), both[1].trial(frame));
+      for (const Where where : {Where::kBase, Where::kTrialEnd}) {
+        const auto a = both[0].vertex_distances(0.3, where), b = both[1].vertex_distances(0.3, where);
+        same(a, b);
+        EXPECT_EQ(a.value().vertex_distances.size(), grids_.scene().vertex_count);
+        EXPECT_EQ(a.value().vertex_distances, b.value().vertex_distances);
+        nearer += std::ranges::count_if(a.value().vertex_distances, [](double d) { return d < 0.3; });
+      }
       const auto here = both[0].max_step(frame, true, {.min_separation = 0.01});
       const auto far = both[1].max_step(frame, true, {.min_separation = 0.01});
       ASSERT_TRUE(here.ok() && far.ok());
@@ -83,6 +91,7 @@ class AnySessionTest : public ::testing::Test {
     }
     EXPECT_GT(contacts, 50U);
     EXPECT_GT(cut_short, 6);
+    EXPECT_GT(nearer, 100);
   }
 
   test::LocalDaemon daemon_;

@@ -49,6 +49,34 @@ TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(json["frames"][k]["vf"], counted["frames"][k]["vf"]);
 }
 
+TEST(CliNear, WritesHowFarEachVertexIsFromAnything) {
+  test::LocalDaemon daemon;
+  const TemporaryFolder folder;
+  const auto written = [&](const std::string& name, const std::string& arguments) {
+    const Outcome outcome = run(std::string("near ") + kScene + " --distance 0.05 --frames 4:6 --count " +
+                                arguments + " --vertex-distances " + folder.file(name));
+    EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+    return folder.read(name);
+  };
+  const std::string here = written("here.csv", "");
+  EXPECT_EQ(here, written("there.csv", "--server " + daemon.address()));
+  std::istringstream lines(here);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "frame,vertex,distance");
+  int near = 0, far = 0;
+  while (std::getline(lines, line)) {
+    const double distance = std::stod(line.substr(line.rfind(',') + 1));
+    EXPECT_TRUE(distance >= 0 && distance <= 0.05) << line;
+    ++(distance < 0.05 ? near : far);
+  }
+  EXPECT_GT(near, 100);
+  EXPECT_GT(far, 100);
+  const Outcome twice =
+      run(std::string("near ") + kScene + " --distance 0.05 --json - --vertex-distances -", "2>&1");
+  EXPECT_EQ(twice.code, kExitUsage) << twice.out;
+}
+
 TEST(CliNear, ListsThePairsWithTheirDistances) {
   const TemporaryFolder folder;
   const Outcome outcome =

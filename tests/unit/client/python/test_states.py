@@ -74,6 +74,35 @@ def test_edges_and_faces_that_meet(client):
         assert session.intersections(report="count").count == meeting.count
 
 
+def test_how_far_each_vertex_is_from_anything(client, cloth):
+    d = 0.02
+    with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
+        rows = session.proximity(d, fields=["squared_distance"])
+        told = session.vertex_distances(d)
+        expected = np.full(len(cloth.frames[30]), d)
+        np.minimum.at(expected, rows.v, np.minimum(np.sqrt(rows.squared_distance), d)[:, None])
+        assert len(told) == len(expected) and (told.vf, told.ee) == (rows.vf, rows.ee) and told.vf > 0
+        distances = np.asarray(told)
+        assert (distances <= expected * (1 + 1e-12)).all() and np.allclose(distances, expected, rtol=0, atol=1e-6)
+        assert not told.distances.flags.writeable and told.statistics.counts.elementary_tests > 0
+        session.trial(cloth.frames[31])
+        end = session.vertex_distances(d, where="trial_end", tier="exact")
+        session.submit(kind="proximity", min_separation=d, report="vertex-distances", where="trial_end", tier="exact")
+        assert bits_of(session.next_answer()) == bits_of(end) and bits_of(end) != bits_of(told)
+        assert bits_of(session.submit_vertex_distances(d).result()) == bits_of(told)
+        assert bits_of(asyncio.run(session.vertex_distances_async(d))) == bits_of(told)
+        session.commit()
+        assert bits_of(session.vertex_distances(d, tier="exact")) == bits_of(end)
+        with pytest.raises(InvalidArgumentError, match="vertex_distances"):
+            session.proximity(d, report="vertex-distances")
+        with pytest.raises(InvalidArgumentError, match="report"):
+            session.intersections(report="vertex-distances")
+
+
+def bits_of(told):
+    return told.distances.tobytes()
+
+
 def test_one_after_the_other_as_futures_and_for_asyncio(client, cloth):
     async def ask(session):
         return await session.proximity_async(0.02), await session.intersections_async(report="any")
