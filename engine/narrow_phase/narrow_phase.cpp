@@ -315,17 +315,12 @@ void NarrowPhase<Bounds>::test_orphans(std::span<OrphanBlocks* const> parts, boo
 }
 
 template <class Bounds>
-void NarrowPhase<Bounds>::test_adjacent_edge_faces(std::span<const FeatureRange> parts) {
-  constexpr std::size_t kAtOnce = 256;
-  for (const FeatureRange& part : parts) {
-    for_pieces(part.first_edge, part.end_edge, kAtOnce, impl_->input->stop,
-               [&](std::size_t first, std::size_t end) {
-                 PairTester& tester = impl_->local_sink().tester;
-                 for (std::size_t e = first; e < end; ++e)
-                   tester.edge_against_adjacent_faces(static_cast<std::uint32_t>(e));
-               });
-  }
-  flush();
+void NarrowPhase<Bounds>::test_edge_face_orphans(std::span<const FeatureIds> orphans) {
+  constexpr std::size_t kAtOnce = 512;
+  for_pieces(0, orphans.size(), kAtOnce, impl_->input->stop, [&](std::size_t first, std::size_t end) {
+    PairTester& tester = impl_->local_sink().tester;
+    for (std::size_t i = first; i < end; ++i) tester.orphan_ef(orphans[i]);
+  });
 }
 
 /// Contacts that are copied between two looks at the stop flag.

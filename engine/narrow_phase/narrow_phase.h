@@ -94,9 +94,9 @@ class NarrowPhase final : public LeafPairSinks {
   /// By the threads' clocks: their time since the last call, or begin(), summed.
   StageSeconds take_times();
 
-  /// Of intersections: tests the edges of parts against faces to which all faces along the edge are adjacent.
-  /// Parallel.
-  void test_adjacent_edge_faces(std::span<const FeatureRange> parts);
+  /// Of intersections: tests edges and faces that no pair of faces offers, edge_face_orphans() of a part. Parallel;
+  /// flush() must follow.
+  void test_edge_face_orphans(std::span<const FeatureIds> orphans);
   /// Tests the orphan sets of parts, in parallel. With `retest`, also those whose vertices have not changed
   /// since their last test.
   void test_orphans(std::span<OrphanBlocks* const> parts, bool retest);

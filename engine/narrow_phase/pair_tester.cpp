@@ -134,28 +134,6 @@ void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
     push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
 }
 
-// Such a face contains the vertex of the first face along the edge that is not the edge's.
-void PairTester::edge_against_adjacent_faces(std::uint32_t e) {
-  const Scene& scene = input_->scene;
-  const Edge& edge = scene.edges()[e];
-  const auto along = scene.edge_faces()[e];
-  const auto of_edge = [&](std::uint32_t v) { return v == edge[0] || v == edge[1]; };
-  const Face& first = scene.faces()[along.front()];
-  const auto opposite = std::ranges::find_if_not(first, of_edge);
-  if (opposite == first.end())
-    return;  // a face that repeats an index: what it is adjacent to shares a vertex
-  for (std::uint32_t previous = ~0U; const std::uint32_t f : scene.vertex_faces()[*opposite]) {
-    if (std::exchange(previous, f) == f) continue;  // a face that repeats the vertex
-    const Face& face = scene.faces()[f];
-    if (has_vertex(face, edge[0]) || has_vertex(face, edge[1])) continue;
-    const bool all =
-        std::ranges::all_of(along, [&](std::uint32_t h) { return adjacent(scene.faces()[h], face); });
-    if (!all) continue;
-    ++output_.counts.orphan_tests;
-    edge_against_face(e, f);
-  }
-}
-
 void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
   const Scene& scene = input_->scene;
   const Face& face_f = scene.faces()[f];
@@ -203,6 +181,11 @@ void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
 void PairTester::orphan_vf(const FeatureIds& ids) {
   ++output_.counts.orphan_tests;
   vertex_against_face(ids.a, ids.b);
+}
+
+void PairTester::orphan_ef(const FeatureIds& ids) {
+  ++output_.counts.orphan_tests;
+  edge_against_face(ids.a, ids.b);
 }
 
 void PairTester::orphan_ee(const FeatureIds& ids) {

@@ -42,9 +42,7 @@ class PairTester {
   /// Elementary tests of the orphan sets; ids as in Orphans.
   void orphan_vf(const FeatureIds& ids);
   void orphan_ee(const FeatureIds& ids);
-
-  /// An edge against the faces without a common vertex to which all faces along it are adjacent.
-  void edge_against_adjacent_faces(std::uint32_t edge);
+  void orphan_ef(const FeatureIds& ids);
 
   /// Contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are.
   float until() const;

@@ -109,6 +109,23 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
   }
 }
 
+// Such a face contains the vertex of the first face along the edge that is not the edge's.
+void faces_of_edge(const Scene& scene, std::uint32_t e, std::vector<FeatureIds>& found) {
+  const Edge& edge = scene.edges()[e];
+  const auto along = scene.edge_faces()[e];
+  const Face& first = scene.faces()[along.front()];
+  const auto of_edge = [&](std::uint32_t v) { return v == edge[0] || v == edge[1]; };
+  const auto opposite = std::ranges::find_if_not(first, of_edge);
+  if (opposite == first.end())
+    return;  // a face that repeats an index: what it is adjacent to shares a vertex
+  for (const std::uint32_t f : scene.vertex_faces()[*opposite]) {
+    const Face& face = scene.faces()[f];
+    if (has_vertex(face, edge[0]) || has_vertex(face, edge[1])) continue;
+    if (std::ranges::all_of(along, [&](std::uint32_t h) { return adjacent(scene.faces()[h], face); }))
+      found.push_back({e, f});
+  }
+}
+
 // Runs `of_each` for all ids of a range and returns the results, sorted, without duplicates. Works range by
 // range, so that the peak memory is little more than the result.
 template <class OfEach>
@@ -142,6 +159,11 @@ std::vector<FeatureIds> gather(std::uint32_t first, std::uint32_t end, StopSigna
 }
 
 }  // namespace
+
+std::vector<FeatureIds> edge_face_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
+  return gather(range.first_edge, range.end_edge, stop,
+                [&](std::uint32_t e, auto& found) { faces_of_edge(scene, e, found); });
+}
 
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop) {
   return {gather(range.first_vertex, range.end_vertex, stop,

@@ -39,6 +39,12 @@ inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;
 /// Workers::run(). O(sum over edges of (faces around its first face's vertices)): quadratic in the degree of
 /// a hub vertex, as is the result. Throws Stopped when told to stop.
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
+/// Of questions that ask which edges meet which faces, the same: edges in `range` and faces without a common
+/// vertex to which all faces along the edge are adjacent, (edge, face), sorted. O(sum over edges of the faces
+/// around one vertex).
+std::vector<FeatureIds> edge_face_orphans(const Scene& scene, const FeatureRange& range,
+                                          StopSignal stop = {});
+
 inline Orphans enumerate_orphans(const Scene& scene) {
   return enumerate_orphans(scene, whole(scene));
 }

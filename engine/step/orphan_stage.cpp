@@ -16,11 +16,24 @@ void OrphanStage::take_parts(Core& core) {
   }
 }
 
-void OrphanStage::take_edges(const Core& core) {
-  edges_.clear();
-  for (std::uint32_t p = 0; p < core.topology->parts.size(); ++p) {
-    if (!core.model.is_removed(p) && core.tests_itself(p)) edges_.push_back(core.topology->parts[p].features);
+std::span<const std::uint32_t> OrphanStage::take_edge_faces(const Core& core, StopSignal stop) {
+  edge_faces_.resize(core.topology->parts.size());
+  testing_.clear();
+  for (std::uint32_t p = 0; p < edge_faces_.size(); ++p) {
+    if (core.model.is_removed(p) || !core.tests_itself(p)) continue;
+    testing_.push_back(p);
+    if (edge_faces_[p].known) continue;
+    edge_faces_[p].orphans =
+        edge_face_orphans(core.topology->scene, core.topology->parts[p].features, stop);
+    edge_faces_[p].known = true;
   }
+  return testing_;
+}
+
+std::size_t OrphanStage::memory_bytes() const {
+  std::size_t bytes = held_bytes(parts_, edge_faces_, testing_);
+  for (const EdgeFaces& part : edge_faces_) bytes += held_bytes(part.orphans);
+  return bytes;
 }
 
 void OrphanStage::forget_answers(Core& core) noexcept {

@@ -4,9 +4,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/narrow_phase/narrow_phase.h"
+#include "engine/scene/orphans.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/state/core.h"
 
@@ -15,13 +18,14 @@ namespace warmfront {
 class OrphanStage {
  public:
   /// Tests those of all parts that are tested against themselves, in parallel; of intersections, where an
-  /// edge and a face are the pair, those that are found around each edge. `retest`: also those whose vertices
+  /// edge and a face are the pair, those of edges and faces, which the first such question enumerates. `retest`: also those whose vertices
   /// have not changed since their last test. Throws what narrow.test_orphans() throws.
   template <class Bounds>
-  void run(Core& core, NarrowPhase<Bounds>& narrow, bool retest) {
+  void run(Core& core, NarrowPhase<Bounds>& narrow, bool retest, StopSignal stop) {
     if (core.options.pair_test == PairTest::kIntersection) {
-      take_edges(core);
-      narrow.test_adjacent_edge_faces(edges_);
+      for (const std::uint32_t part : take_edge_faces(core, stop))
+        narrow.test_edge_face_orphans(edge_faces_[part].orphans);
+      narrow.flush();
     } else {
       take_parts(core);
       narrow.test_orphans(parts_, retest);
@@ -31,14 +35,24 @@ class OrphanStage {
   /// What was found of unchanged vertices does not hold.
   static void forget_answers(Core& core) noexcept;
 
-  std::size_t memory_bytes() const { return held_bytes(parts_, edges_); }
+  /// Parts were added or changed.
+  void forget_edge_faces() noexcept { edge_faces_.clear(); }
+
+  std::size_t memory_bytes() const;
 
  private:
   void take_parts(Core& core);
-  void take_edges(const Core& core);
+  // The parts that are tested against themselves, whose edge-face orphans are known then; valid until the next
+  // call.
+  std::span<const std::uint32_t> take_edge_faces(const Core& core, StopSignal stop);
 
+  struct EdgeFaces {
+    bool known = false;
+    std::vector<FeatureIds> orphans;
+  };
   std::vector<OrphanBlocks*> parts_;
-  std::vector<FeatureRange> edges_;  // of parts whose edges are tested against faces
+  std::vector<EdgeFaces> edge_faces_;   // by part
+  std::vector<std::uint32_t> testing_;  // as take_edge_faces() returned
 };
 
 }  // namespace warmfront

@@ -98,6 +98,7 @@ class PipelineWith final : public Pipeline {
   }
 
   void parts_changed() override {
+    orphans_.forget_edge_faces();
     longest_.forget();
     near_.forget();
   }
@@ -281,7 +282,7 @@ class PipelineWith final : public Pipeline {
 
   // The last stages: the orphan sets, and collecting what was found.
   NarrowPhaseOutput answer(Core& core, StopSignal stop, StepTimer& timer) {
-    orphans_.run(core, narrow_, retests(core.options));
+    orphans_.run(core, narrow_, retests(core.options), stop);
     timer.add(&StageTimes::adjacent);
     const NarrowPhaseOutput output = narrow_.finish(core.found().contacts);
     compute_contact_fields(core, stop);
