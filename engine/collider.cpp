@@ -281,6 +281,12 @@ Status Collider::change_body(std::uint32_t index, Body body, const std::atomic<b
   return change(std::move(changes), cancelled);
 }
 
+Status Collider::change_filters(PairFilters filters, const std::atomic<bool>* cancelled) {
+  std::vector<SceneChange> changes;
+  changes.emplace_back(ChangeFilters{std::move(filters)});
+  return change(std::move(changes), cancelled);
+}
+
 Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
                         std::size_t* failed) try {
   impl_->forget_answers();

@@ -9,12 +9,15 @@
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/connectivity.h"
 #include "engine/scene/description_checks.h"
+#include "engine/scene/held_bytes.h"
 
 namespace warmfront {
 
 Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
   if (Status status = check_faces(description, stop); !status) return status.error();
   if (Status status = check_bodies(description, stop); !status) return status.error();
+  if (Status status = check_filters(description.filters, description.vertex_count, stop); !status)
+    return status.error();
   if (could_never_touch(description))
     return Error{ErrorCode::kUnimplemented,
                  "faces: none over " + std::to_string(description.vertex_count) +
@@ -48,7 +51,14 @@ Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
       if (mesh.vertex_faces[v].empty()) mesh.isolated_vertices.push_back(static_cast<std::uint32_t>(v));
   });
   if (Status status = scene.take_bodies(description, stop); !status) return status.error();
+  if (description.filters.any())
+    scene.filters_ = std::make_shared<const PairFilters>(std::move(description.filters));
   return scene;
+}
+
+const PairFilters& Scene::filters() const {
+  static const PairFilters none;
+  return filters_ != nullptr ? *filters_ : none;
 }
 
 Status Scene::take_bodies(SceneDescription& description, StopSignal stop) {
@@ -113,7 +123,8 @@ std::size_t Scene::memory_bytes() const {
          mesh_->edge_faces.memory_bytes() +
          (mesh_->isolated_vertices.capacity() + mesh_->body_of_vertex.capacity()) * sizeof(std::uint32_t) +
          bodies_.capacity() * sizeof(Body) + name_bytes_ +
-         excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]);
+         excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]) +
+         held_bytes(filters().rest_positions, filters().excluded_vertex_pairs, filters().patches);
 }
 
 }  // namespace warmfront

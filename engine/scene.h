@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/pair_filters.h"
 #include "engine/result.h"
 #include "engine/stop.h"
 
@@ -65,6 +66,8 @@ struct SceneDescription {
   std::vector<Body> bodies;
   /// Pairs of bodies, by index, that are not tested against each other.
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs = {};
+  /// Pairs of features that do not count.
+  PairFilters filters = {};
 };
 
 /// A body to be added to a scene: its faces number its own vertices from 0.
@@ -82,7 +85,11 @@ struct ChangeBody {
   std::uint32_t index;  ///< may be a body added by an earlier change of the same list
   Body body;            ///< its range is ignored and stays
 };
-using SceneChange = std::variant<AddBody, ChangeBody>;
+/// Other filters in place of all that there are.
+struct ChangeFilters {
+  PairFilters filters;  ///< of all vertices, with those of bodies added by earlier changes of the same list
+};
+using SceneChange = std::variant<AddBody, ChangeBody, ChangeFilters>;
 
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in original numbers
@@ -100,20 +107,22 @@ class Scene {
   Scene() = default;
 
   /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, bodies overlap or
-  /// leave a gap, a face joins two bodies, or a group, mask or excluded pair has no effect; and with
+  /// leave a gap, a face joins two bodies, a group, mask or excluded pair has no effect, or filters are of
+  /// other vertices or out of range; and with
   /// kUnimplemented when nothing could ever touch: vertices without any face, unless bodies are declared, so
   /// that faces can be added later. O((n + m) log m). Throws Stopped when told to stop, as do all functions
   /// that take a StopSignal.
   static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
   /// The scene with one more body, whose vertices, faces and edges come after all others; existing numbers do
-  /// not change. Fails as create() does, and with kFailedPrecondition for a scene without declared bodies.
+  /// not change. Fails as create() does, and with kFailedPrecondition for a scene without declared bodies, and
+  /// one with PairFilters::near_at_rest, for which with_changes() has the body's positions.
   /// O(n + m), and O(k log k) for a body of k faces.
   Result<Scene> with_body(BodyAddition addition) const;
   /// The scene with these changes in order, all or none: as with_body() and with_body_changed(), and with
   /// kInvalidArgument for a change of a removed body. Moves the changes' content out, except positions, which
-  /// it ignores. `failed`: index of the change that caused the error. O(n + m) at most once, however many
-  /// bodies are added.
+  /// it looks at for the rest shape alone. `failed`: index of the change that caused the error. O(n + m) at
+  /// most once, however many bodies are added.
   Result<Scene> with_changes(std::span<SceneChange> changes, std::size_t& failed, StopSignal stop = {}) const;
   /// The scene with these bodies instead of its own, and no excluded pairs. Fails as create() does.
   Result<Scene> with_bodies(std::vector<Body> bodies, StopSignal stop = {}) const;
@@ -138,6 +147,8 @@ class Scene {
   /// The bodies as declared; empty when they default to the connected components.
   std::span<const Body> bodies() const { return bodies_; }
   std::span<const std::array<std::uint32_t, 2>> excluded_pairs() const { return excluded_pairs_; }
+  /// What does not count, of all vertices.
+  const PairFilters& filters() const;
   std::uint32_t body_count() const { return mesh_->body_count; }
   /// The body of each vertex.
   std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
@@ -183,6 +194,7 @@ class Scene {
   std::vector<Body> bodies_;
   std::size_t name_bytes_ = 0;  // of `bodies_`
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs_;
+  std::shared_ptr<const PairFilters> filters_;  // shared by copies; null: none
 };
 
 /// A range of vertices and of edges, for example of a body.

@@ -2,6 +2,8 @@
 // A scene with bodies added and changed.
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
@@ -32,6 +34,18 @@ void join(std::vector<T>& to, const auto& meshes, StopSignal stop, List&& list, 
       }
     });
   }
+}
+
+// Are these a rest shape of a body that is added?
+Status check_rest_shape(const Body& body, std::span<const double> positions, const std::string& where,
+                        StopSignal stop) {
+  if (positions.empty())
+    return Error{ErrorCode::kFailedPrecondition,
+                 where + ": the scene's filters have near_at_rest; give the body's positions with it"};
+  const PairFilters of_body{.near_at_rest = 1, .rest_positions = {positions.begin(), positions.end()}};
+  const Status status = check_filters(of_body, body.vertex_count, stop);
+  if (status) return {};
+  return Error{status.error().code, where + ": " + status.error().message};
 }
 
 }  // namespace
@@ -118,7 +132,11 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
   meshes.reserve(1 + additions);
   std::uint64_t vertices = vertex_count();
   std::uint64_t faces = face_count();
-  const auto add = [&](BodyAddition& addition) -> Status {
+  std::optional<PairFilters> filters;  // where they change
+  const auto changed_filters = [&]() -> PairFilters& {
+    return filters ? *filters : filters.emplace(this->filters());
+  };
+  const auto add = [&](BodyAddition& addition, std::span<const double> positions) -> Status {
     const std::string where = name_of(scene.bodies_.size());
     if (bodies_.empty())
       return Error{ErrorCode::kFailedPrecondition,
@@ -134,6 +152,13 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
     faces += added.value().face_count();
     if (vertices + faces > 0x3fffffff)
       return invalid_argument(where + ": the scene would have more than 2^30 - 1 faces and vertices");
+    const PairFilters& before = filters ? *filters : this->filters();
+    if (before.near_at_rest > 0) {
+      if (Status status = check_rest_shape(addition.body, positions, where, stop); !status)
+        return status.error();
+    }
+    if (before.near_at_rest > 0 || !before.patches.empty())
+      changed_filters().append_body(addition.body.vertex_count, positions);
     meshes.push_back(added.value().mesh_);
     scene.name_bytes_ += addition.body.name.size();
     scene.bodies_.push_back(std::move(addition.body));
@@ -142,7 +167,13 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
   for (failed = 0; failed < changes.size(); ++failed) {
     stop.check();
     if (auto* added = std::get_if<AddBody>(&changes[failed])) {
-      if (Status status = add(added->addition); !status) return status.error();
+      if (Status status = add(added->addition, added->positions); !status) return status.error();
+      continue;
+    }
+    if (auto* other = std::get_if<ChangeFilters>(&changes[failed])) {
+      if (Status status = check_filters(other->filters, static_cast<std::uint32_t>(vertices), stop); !status)
+        return status.error();
+      filters = std::move(other->filters);
       continue;
     }
     auto& [index, body] = std::get<ChangeBody>(changes[failed]);
@@ -151,6 +182,8 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
     if (Status status = scene.change(index, std::move(body)); !status) return status.error();
   }
   if (additions > 0) scene.mesh_ = joined(meshes, stop);
+  if (filters)
+    scene.filters_ = filters->any() ? std::make_shared<const PairFilters>(*std::move(filters)) : nullptr;
   return scene;
 }
 

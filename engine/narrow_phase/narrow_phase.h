@@ -17,6 +17,7 @@
 #include "engine/parallel/stage_clock.h"
 #include "engine/scene/orphans.h"
 #include "engine/scene/ownership.h"
+#include "engine/scene/pair_filter.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
 #include "engine/statistics.h"
@@ -30,6 +31,7 @@ struct NarrowPhaseInput {
   const Scene& scene;
   const Renumbering& numbering;  ///< contacts are reported in given numbers
   const Ownership& ownership;
+  const PairFilter& filter;
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step
   std::span<const VertexMotion> vertices;

@@ -16,6 +16,7 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/narrow_phase/coplanarity_filter.h"
+#include "engine/narrow_phase/rest_filter.h"
 #include "engine/narrow_phase/separation_filter.h"
 #include "engine/scene/adjacency.h"
 
@@ -71,11 +72,21 @@ void PairTester::met_pair(Primitive p, Primitive q) {
 }
 
 void PairTester::primitive_pair(Primitive p, Primitive q) {
+  std::uint32_t left_out = 0;
+  if (input_->filter.any() && ((p | q) & kPoint) == 0) {
+    // As face_pair() orders them.
+    left_out = input_->filter.left_out(input_->scene.faces()[std::min(p, q)],
+                                       input_->scene.faces()[std::max(p, q)]);
+    if (left_out == PairFilter::kAll) {
+      ++output_.counts.triangle_pairs_filtered;
+      return;
+    }
+  }
   if (input_->note_met && room_to_note(1)) met_.pairs.push_back({p, q});
   const bool point_p = (p & kPoint) != 0;
   const bool point_q = (q & kPoint) != 0;
   if (!point_p && !point_q) {
-    face_pair(p, q);
+    face_pair(std::min(p, q), std::max(p, q), left_out);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
     return;  // a point has no edge
   } else if (!point_p) {
@@ -85,9 +96,8 @@ void PairTester::primitive_pair(Primitive p, Primitive q) {
   }
 }
 
-void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
+void PairTester::face_pair(std::uint32_t f, std::uint32_t g, std::uint32_t left_out) {
   const Scene& scene = input_->scene;
-  if (g < f) std::swap(f, g);
   const Face& face_f = scene.faces()[f];
   const Face& face_g = scene.faces()[g];
   const std::uint32_t patch = input_->patches.of_face[f];
@@ -96,7 +106,7 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g) {
     return;
   }
   ++output_.counts.triangle_pairs;
-  faces_[face_pairs_] = {f, g};
+  faces_[face_pairs_] = {f, g, left_out};
   for (int k = 0; k < 3; ++k) {
     corners_.vertex[k][face_pairs_] = face_f[k];
     corners_.vertex[k + 3][face_pairs_] = face_g[k];
@@ -113,8 +123,9 @@ void PairTester::filter_faces() {
                                                             certified_reach(input_->options.tolerance))
                                           : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
-    const auto [f, g] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
-    input_->options.pair_test == PairTest::kIntersection ? edge_face_pairs(f, g) : feature_pairs(f, g);
+    const auto [f, g, left_out] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
+    input_->options.pair_test == PairTest::kIntersection ? edge_face_pairs(f, g)
+                                                         : feature_pairs(f, g, left_out);
   }
 }
 
@@ -134,7 +145,7 @@ void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
     push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
 }
 
-void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
+void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out) {
   const Scene& scene = input_->scene;
   const Face& face_f = scene.faces()[f];
   const Face& face_g = scene.faces()[g];
@@ -150,14 +161,16 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g) {
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
-    if (feature < 3) {
-      push(vertex_face(scene, {face_f[feature], g}));
+    if ((bits & -bits & left_out) != 0) {
+      ++output_.counts.feature_pairs_filtered;
+    } else if (feature < 3) {
+      push_unless_at_rest(vertex_face(scene, {face_f[feature], g}));
     } else if (feature < 6) {
-      push(vertex_face(scene, {face_g[feature - 3], f}));
+      push_unless_at_rest(vertex_face(scene, {face_g[feature - 3], f}));
     } else {
       const auto [a, b] =
           std::minmax(scene.face_edges()[f][(feature - 6) / 3], scene.face_edges()[g][(feature - 6) % 3]);
-      push(edge_edge(scene, {a, b}));
+      push_unless_at_rest(edge_edge(scene, {a, b}));
     }
   }
 }
@@ -197,6 +210,24 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
 }
 
 void PairTester::push(const FeaturePair& pair) {
+  if (input_->filter.any()) {
+    const std::span<const std::uint32_t> vertices(pair.vertices);
+    const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+    std::span<const std::uint32_t> of_b = vertices.subspan(of_a);
+    if (pair.kind == ContactKind::kEdgeFace) of_b = input_->scene.faces()[pair.b];
+    if (input_->filter.leaves_out(vertices.first(of_a), of_b)) {
+      ++output_.counts.feature_pairs_filtered;
+      return;
+    }
+  }
+  push_unless_at_rest(pair);
+}
+
+void PairTester::push_unless_at_rest(const FeaturePair& pair) {
+  if (input_->filter.rest_distance() > 0 && is_near_at_rest(input_->filter, input_->scene, pair)) {
+    ++output_.counts.feature_pairs_filtered;
+    return;
+  }
   ++output_.counts.elementary_tests;
   block_.push(pair);
   if (block_.full()) test_features();

@@ -107,10 +107,11 @@ class PairTester {
     output_.add(before);
   }
 
-  void face_pair(std::uint32_t f, std::uint32_t g);
+  // `left_out`: the pairs of their features that filters leave out.
+  void face_pair(std::uint32_t f, std::uint32_t g, std::uint32_t left_out);
   // Continues with the pending face pairs that no plane separates.
   void filter_faces();
-  void feature_pairs(std::uint32_t f, std::uint32_t g);
+  void feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out);
   void edge_face_pairs(std::uint32_t f, std::uint32_t g);
   void edge_against_face(std::uint32_t edge, std::uint32_t face);
   // Tests the block's pairs and empties it.
@@ -127,6 +128,8 @@ class PairTester {
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   void push(const FeaturePair& pair);
+  // The same of a pair that no excluded vertices leave out.
+  void push_unless_at_rest(const FeaturePair& pair);
   // Is there room for so many more?
   bool room_to_note(std::size_t more);
   void report(const Contact& contact);
@@ -138,7 +141,12 @@ class PairTester {
   MetPairs met_;
   NarrowPhaseOutput output_;
   StageClock clock_;
-  std::array<std::array<std::uint32_t, 2>, 8> faces_;  // pending face pairs
+  struct FacePair {
+    std::uint32_t f;
+    std::uint32_t g;
+    std::uint32_t left_out;  // of their features
+  };
+  std::array<FacePair, 8> faces_;  // pending
   std::size_t face_pairs_ = 0;
   EightTrianglePairs corners_;  // their corners
   FeatureBlock block_;

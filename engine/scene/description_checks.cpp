@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/description_checks.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace warmfront {
 
 Status check_faces(const SceneDescription& description, StopSignal stop) {
@@ -77,6 +80,45 @@ Status check_bodies(const SceneDescription& description, StopSignal stop) {
       return invalid_argument(where + ": body " + std::to_string(a) +
                               " with itself; switch its self_collision off instead");
   }
+  return {};
+}
+
+Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop) {
+  const std::string where = "filters.";
+  const auto of_vertices = [&](const std::string& field, std::size_t values, std::size_t each) {
+    return invalid_argument(where + field + ": " + std::to_string(values) + " values where " +
+                            std::to_string(each * vertex_count) + " are expected (" + std::to_string(each) +
+                            " for each of " + std::to_string(vertex_count) + " vertices)");
+  };
+  if (filters.within_edges > PairFilters::kMostEdges)
+    return invalid_argument(where + "within_edges: is " + std::to_string(filters.within_edges) +
+                            ", and may be 0 to " + std::to_string(PairFilters::kMostEdges));
+  if (!(filters.near_at_rest >= 0) || !std::isfinite(filters.near_at_rest))
+    return invalid_argument(where + "near_at_rest: is " + std::to_string(filters.near_at_rest) +
+                            "; give a finite length, or 0 for none");
+  if (filters.near_at_rest == 0 && !filters.rest_positions.empty())
+    return invalid_argument(where + "rest_positions: has no effect while near_at_rest is 0; leave it out");
+  if (filters.near_at_rest > 0 && filters.rest_positions.size() != std::size_t{3} * vertex_count)
+    return of_vertices("rest_positions", filters.rest_positions.size(), 3);
+  PacedStop paced(stop);
+  for (std::size_t i = 0; i < filters.rest_positions.size(); ++i) {
+    paced.check();
+    if (!std::isfinite(filters.rest_positions[i]))
+      return invalid_argument(where + "rest_positions[" + std::to_string(i / 3) + "]." + "xyz"[i % 3] +
+                              ": is not finite; coordinates must be");
+  }
+  for (std::size_t i = 0; i < filters.excluded_vertex_pairs.size(); ++i) {
+    paced.check();
+    const auto [a, b] = filters.excluded_vertex_pairs[i];
+    const auto pair = [&] { return where + "excluded_vertex_pairs[" + std::to_string(i) + "]: vertex "; };
+    if (std::max(a, b) >= vertex_count)
+      return invalid_argument(pair() + std::to_string(std::max(a, b)) + " is not in [0, " +
+                              std::to_string(vertex_count) + ")");
+    if (a == b)
+      return invalid_argument(pair() + std::to_string(a) + " with itself has no effect; leave it out");
+  }
+  if (!filters.patches.empty() && filters.patches.size() != vertex_count)
+    return of_vertices("patches", filters.patches.size(), 1);
   return {};
 }
 

@@ -29,6 +29,9 @@ Status check_body(const Body& body, const std::string& where);
 /// All bodies, with their ranges, and the excluded pairs.
 Status check_bodies(const SceneDescription& description, StopSignal stop);
 
+/// Filters of a scene of so many vertices.
+Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop);
+
 /// No face joins two bodies.
 Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,
                              StopSignal stop);

@@ -40,7 +40,8 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
-  Parts parts{CollisionModel(modelled, stop), 0, {}, topology_sum, orphans_sum};
+  Parts parts{CollisionModel(modelled, stop), {}, 0, {}, topology_sum, orphans_sum};
+  parts.filter = make_filter(given.filters(), parts.model, stop);
   if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
   parts.excluded_pairs = parts.model.excluded_pairs(stop);
   // Room that is not needed after all does no harm.
@@ -64,8 +65,19 @@ Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool ext
   return parts;
 }
 
+PairFilter Core::make_filter(const PairFilters& filters, const CollisionModel& of_parts,
+                             StopSignal stop) const {
+  if (!filters.any()) return {};
+  std::vector<FeatureRange> themselves;
+  for (std::uint32_t p = 0; p < topology->parts.size(); ++p) {
+    if (of_parts.self_collision(p)) themselves.push_back(topology->parts[p].features);
+  }
+  return {filters, themselves, topology->numbering, topology->scene, stop};
+}
+
 void Core::take(Parts parts) noexcept {
   model = std::move(parts.model);
+  filter = std::move(parts.filter);
   rigid_parts.take(model);
   excluded_pairs = parts.excluded_pairs;
   for (std::uint32_t p = 0; p < orphans.size(); ++p) {
@@ -84,7 +96,7 @@ std::size_t Core::memory_bytes() const {
   constexpr std::size_t kRoundedUp = 512;
   std::size_t bytes = scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
                       vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() +
-                      near.memory_bytes() + rigid_parts.memory_bytes() + model.memory_bytes() +
+                      near.memory_bytes() + rigid_parts.memory_bytes() + model.memory_bytes() + filter.memory_bytes() +
                       orphans.capacity() * sizeof(orphans[0]) + patch_culled.capacity() +
                       topology->parts.size() * kRoundedUp;
   for (const auto& of_part : orphans) {

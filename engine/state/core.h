@@ -15,6 +15,7 @@
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
 #include "engine/scene/collision_model.h"
+#include "engine/scene/pair_filter.h"
 #include "engine/state/rigid_parts.h"
 
 namespace warmfront {
@@ -42,6 +43,7 @@ struct Core {
   /// is another one than take() last knew. Throws Stopped when told to stop.
   struct Parts {
     CollisionModel model;
+    PairFilter filter;
     std::uint64_t excluded_pairs;
     std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
     std::uint64_t topology_sum;
@@ -49,6 +51,8 @@ struct Core {
   };
   Parts make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop);
   void take(Parts parts) noexcept;
+  /// What these filters leave out, in the numbers of the topology, of parts as a model has them.
+  PairFilter make_filter(const PairFilters& filters, const CollisionModel& of_parts, StopSignal stop) const;
 
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
   bool tests_itself(std::uint32_t part) const {
@@ -66,6 +70,7 @@ struct Core {
   std::shared_ptr<Workers> workers;
   SceneMotion motion;
   CollisionModel model;
+  PairFilter filter;
   std::uint64_t excluded_pairs = 0;
   std::unique_ptr<Topology> topology;
   RigidParts rigid_parts;

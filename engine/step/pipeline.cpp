@@ -318,6 +318,7 @@ class PipelineWith final : public Pipeline {
     return {core.topology->scene,
             core.topology->numbering,
             core.topology->ownership,
+            core.filter,
             core.topology->patches,
             core.patch_culled,
             core.motion.vertices().vertices(),

@@ -55,10 +55,26 @@ std::size_t blamed(std::uint32_t body, std::uint32_t bodies_before, std::span<co
   std::size_t blamed = changes.size() - 1;
   std::uint32_t added = bodies_before;
   for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (std::holds_alternative<ChangeFilters>(changes[i])) continue;
     const auto* changed = std::get_if<ChangeBody>(&changes[i]);
     if ((changed != nullptr ? changed->index : added++) == body) blamed = i;
   }
   return blamed;
+}
+
+bool is_of_filters(const SceneChange& change) {
+  return std::holds_alternative<ChangeFilters>(change);
+}
+std::size_t last_of_filters(std::span<const SceneChange> changes) {
+  std::size_t at = changes.size() - 1;
+  while (!is_of_filters(changes[at])) --at;
+  return at;
+}
+
+// What was found of other pairs does not hold.
+void filters_changed(WarmScene& warm) {
+  warm.pipeline->parts_changed();
+  warm.pipeline->options_changed(warm.core);
 }
 
 }  // namespace
@@ -86,8 +102,10 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   }
 
   const bool extended = added > bodies_before;
+  const bool filters_change =
+      std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
   bool tests_more = extended;
-  bool names_alone = !extended;
+  bool names_alone = !extended && !filters_change;
   std::erase_if(others, [&](Redescribed& other) {
     const Body& from = core.scene->bodies()[other.index];
     const Body& to = scene->bodies()[other.index];
@@ -111,7 +129,20 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
       return status;
     }
   }
+  if (tests_more || filters_change) {
+    if (Status status = check_rings(*scene, stop, &hub); !status) {
+      at = filters_change ? last_of_filters(changes)
+                          : blamed(scene->body_of_vertex()[hub], bodies_before, changes);
+      return status;
+    }
+  }
 
+  if (!extended && others.empty()) {  // and so a scene without declared bodies
+    core.workers->run([&] { core.filter = core.make_filter(scene->filters(), core.model, stop); });
+    core.scene = std::move(scene);
+    filters_changed(warm);
+    return {};
+  }
   std::optional<Growth> growth;
   std::optional<Core::Parts> parts;
   if (extended) growth.emplace(core);
@@ -136,6 +167,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   core.scene = std::move(scene);
   core.take(std::move(*parts));
   warm.pipeline->parts_changed();
+  if (filters_change) filters_changed(warm);
   return {};
 }
 

@@ -54,6 +54,7 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
                                     StopSignal stop) {
   if (Status status = validate(options); !status) return status.error();
   if (Status status = check_hubs(*scene, stop); !status) return status.error();
+  if (Status status = check_rings(*scene, stop); !status) return status.error();
   if (Status status = check_all(positions, scene->vertex_count(), stop); !status) return status.error();
   const std::shared_ptr<const Scene> modelled = model_of(scene, options, stop);
   Core core(std::move(scene), *modelled, positions, options, std::move(workers), stop);
