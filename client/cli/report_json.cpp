@@ -48,7 +48,9 @@ Json format_frame(const FrameReport& frame) {
             {"parts_apart", counts.parts_apart},
             {"part_pairs_excluded", counts.part_pairs_excluded},
             {"parts", counts.parts},
-            {"parts_rigid", counts.parts_rigid}}},
+            {"parts_rigid", counts.parts_rigid},
+            {"triangle_pairs_filtered", counts.triangle_pairs_filtered},
+            {"feature_pairs_filtered", counts.feature_pairs_filtered}}},
           {"bounds", to_string(frame.statistics.bounds)},
           {"front_state", to_string(frame.statistics.front_state)},
           {"frame_bytes", frame.frame_bytes}};

@@ -80,6 +80,8 @@ class StepCounts:
     part_pairs_excluded: int
     parts: int
     parts_rigid: int
+    triangle_pairs_filtered: int
+    feature_pairs_filtered: int
 
 
 @dataclass(frozen=True)
