@@ -37,6 +37,9 @@ Result<Client> Client::connect(const std::string& address, const ClientOptions& 
 
 Result<Session> Client::create_session(SceneDescription scene, const Positions& positions,
                                        const ColliderOptions& options, const SessionOptions& session) {
+  if (scene.filters.any())
+    return Error{ErrorCode::kUnimplemented,
+                 "filters: the wire does not carry them yet; leave them out, or collide in this process"};
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
   header.set_first_frame(session.first_frame);

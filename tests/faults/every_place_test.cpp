@@ -384,6 +384,32 @@ Script trials() {
   return script;
 }
 
+// Filters of all kinds, beside a body that is added and alone, and none again.
+Script filters() {
+  Script script{"filters",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+                {},
+                {}};
+  script.start.scene.filters = {.within_edges = 1, .patches = std::vector<std::uint32_t>(18, 1)};
+  const Body soft{"soft", 0, 9, BodyKind::kDeformable};
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.6)));
+  script.operations.emplace_back(AddOperation{{soft, grid(2)}, sheet(2, -0.2)});
+  PairFilters other{.within_edges = 2,
+                    .near_at_rest = 0.25,
+                    .rest_positions = joined(joined(sheet(2, 0), sheet(2, 0.3)), sheet(2, -0.2)),
+                    .excluded_vertex_pairs = {{0, 9}, {26, 4}}};
+  script.operations.emplace_back(ChangesOperation{{ChangeFilters{other}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0.1)));
+  script.operations.emplace_back(NearOperation{0.4, Where::kBase, {}});
+  other.rest_positions.insert(other.rest_positions.end(), 27, 0.5);
+  script.operations.emplace_back(
+      ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ChangeFilters{other}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.3)));
+  script.operations.emplace_back(ChangesOperation{{ChangeFilters{}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0)));
+  return script;
+}
+
 Script placed() {
   Script script{"placed",
                 {two_bodies(BodyKind::kRigid, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
@@ -475,6 +501,7 @@ std::vector<Script> scripts() {
                           changes(),
                           changes_together(),
                           trials(),
+                          filters(),
                           placed(),
                           exact_numbers(),
                           kinds_of_bounds()};

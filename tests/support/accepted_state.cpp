@@ -18,6 +18,7 @@
 #include "engine/elementary/proximity.h"
 #include "engine/part_way.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/pair_rules.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::testing {
@@ -106,6 +107,10 @@ void accept_addition(AcceptedState& state, const AddOperation& add) {
   }
   state.scene.vertex_count += body.vertex_count;
   state.scene.bodies.push_back(body);
+  PairFilters& filters = state.scene.filters;
+  if (!filters.patches.empty()) filters.patches.resize(state.scene.vertex_count, 0);
+  if (filters.near_at_rest > 0)
+    filters.rest_positions.insert(filters.rest_positions.end(), add.positions.begin(), add.positions.end());
   state.positions.insert(state.positions.end(), add.positions.begin(), add.positions.end());
   state.reference.insert(state.reference.end(), add.positions.begin(), add.positions.end());
   state.pose.emplace_back();
@@ -257,6 +262,8 @@ void AcceptedState::accept(const Operation& operation) {
     for (const SceneChange& one : several->changes) {
       if (const auto* add = std::get_if<AddBody>(&one)) {
         accept_addition(*this, {add->addition, add->positions});
+      } else if (const auto* other = std::get_if<ChangeFilters>(&one)) {
+        scene.filters = other->filters;
       } else {
         const auto& change = std::get<ChangeBody>(one);
         accept_change(*this, {change.index, change.body});
@@ -304,6 +311,7 @@ std::string AcceptedState::difference(const Collider& collider) const {
   if (!std::ranges::equal(has.bodies(), scene.bodies)) return "scene().bodies() differ";
   if (!std::ranges::equal(has.excluded_pairs(), scene.excluded_pairs))
     return "scene().excluded_pairs() differ";
+  if (!(has.filters() == scene.filters)) return "scene().filters() differ";
   const bool same_faces = std::ranges::equal(has.faces(), scene.faces, [](const Face& a, const auto& b) {
     return std::ranges::equal(a, b, [](std::uint32_t x, std::int32_t y) { return std::cmp_equal(x, y); });
   });
@@ -324,11 +332,14 @@ template <class Test>
 std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
                               std::span<const VertexMotion> vertices, Test&& test) {
   std::vector<Contact> contacts;
+  const PairRules rules(made, scene.filters);
   for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
     if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
     const Verdict verdict = test(features_of(made, vertices, kind, a, b));
-    if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
+    if (!verdict.contact) return;
+    const Contact contact{kind, verdict.status, a, b, verdict.toi};
+    if (!rules.leave_out(contact)) contacts.push_back(contact);
   });
   return contacts;
 }
@@ -567,6 +578,27 @@ ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {
   changed.first_vertex = body.first_vertex;
   if (draws.below(6) == 0) changed.kind = BodyKind::kRemoved;
   return {index, changed};
+}
+
+ChangesOperation draw_filters(Draws& draws, const AcceptedState& state) {
+  PairFilters filters;
+  const auto vertices = static_cast<int>(state.scene.vertex_count);
+  if (draws.below(4) == 0) return {{ChangeFilters{filters}}};
+  if (draws.below(2) == 0) filters.within_edges = static_cast<std::uint32_t>(draws.below(4));
+  if (draws.below(3) == 0) {
+    filters.near_at_rest = 0.1 * (1 + draws.below(5)) * state.unit;
+    filters.rest_positions = state.positions;
+  }
+  for (int i = draws.below(5); i > 0; --i) {
+    const auto a = static_cast<std::uint32_t>(draws.below(vertices));
+    const auto b = static_cast<std::uint32_t>(draws.below(vertices));
+    if (a != b) filters.excluded_vertex_pairs.push_back({a, b});
+  }
+  if (draws.below(2) == 0) {
+    for (int v = 0; v < vertices; ++v)
+      filters.patches.push_back(static_cast<std::uint32_t>(draws.below(6) == 0 ? 0 : 1 + 2 * v / vertices));
+  }
+  return {{ChangeFilters{filters}}};
 }
 
 PlaceOperation draw_place(Draws& draws, const AcceptedState& state) {

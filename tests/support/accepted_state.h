@@ -64,6 +64,8 @@ NearOperation draw_near(Draws& draws, const AcceptedState& state);
 /// A body to be added, and one described otherwise; of a scene that declares bodies.
 AddOperation draw_addition(Draws& draws, const AcceptedState& state);
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state);
+/// Other filters, or none, as the only change.
+ChangesOperation draw_filters(Draws& draws, const AcceptedState& state);
 /// Poses for some of the rigid bodies.
 PlaceOperation draw_place(Draws& draws, const AcceptedState& state);
 /// The step with one error, for which it must be refused as invalid.
