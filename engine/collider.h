@@ -118,13 +118,14 @@ class Collider {
   Status change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled = nullptr);
 
   /// Other filters from the next question on, in place of all that there are; of all vertices that there are
-  /// now. Equal ones change nothing. kInvalidArgument as Scene::create(), kResourceExhausted and kCancelled as
-  /// create(); an error or an exception leaves the collider as it was. O(scene).
+  /// now. Equal ones change nothing. kInvalidArgument as Scene::create(), kResourceExhausted and kCancelled
+  /// as create(); an error or an exception leaves the collider as it was. O(scene).
   Status change_filters(PairFilters filters, const std::atomic<bool>* cancelled = nullptr);
 
-  /// Carries out changes as add_body(), change_body() and change_filters() do, one after the other, all of them or none: as
-  /// one, so that O(scene) is paid once however many bodies are added. Looks at `cancelled` between the
-  /// changes and within each. With an error, `failed`, unless it is null, is the change that it is of.
+  /// Carries out changes as add_body(), change_body() and change_filters() do, one after the other, all of
+  /// them or none: as one, so that O(scene) is paid once however many bodies are added. Looks at `cancelled`
+  /// between the changes and within each. With an error, `failed`, unless it is null, is the change that it
+  /// is of.
   Status change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled = nullptr,
                 std::size_t* failed = nullptr);
 

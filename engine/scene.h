@@ -115,9 +115,9 @@ class Scene {
   static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
   /// The scene with one more body, whose vertices, faces and edges come after all others; existing numbers do
-  /// not change. Fails as create() does, and with kFailedPrecondition for a scene without declared bodies, and
-  /// one with PairFilters::near_at_rest, for which with_changes() has the body's positions.
-  /// O(n + m), and O(k log k) for a body of k faces.
+  /// not change. Fails as create() does, and with kFailedPrecondition for a scene without declared bodies,
+  /// and one with PairFilters::near_at_rest, for which with_changes() has the body's positions. O(n + m), and
+  /// O(k log k) for a body of k faces.
   Result<Scene> with_body(BodyAddition addition) const;
   /// The scene with these changes in order, all or none: as with_body() and with_body_changed(), and with
   /// kInvalidArgument for a change of a removed body. Moves the changes' content out, except positions, which

@@ -76,20 +76,22 @@ struct StepCounts {
   std::uint64_t part_pairs_excluded = 0;  ///< pairs of parts that the model excludes
   /// Pairs of triangles that filters leave out as a whole, of those that the traversal came to.
   std::uint64_t triangle_pairs_filtered = 0;
-  /// Feature pairs whose moving bounds overlap and that filters leave out, of other triangles, and of orphans.
+  /// Feature pairs whose moving bounds overlap and that filters leave out, of other triangles, and of
+  /// orphans.
   std::uint64_t feature_pairs_filtered = 0;
 };
 /// Calls X with the name of each count, for code that treats all alike.
-#define WARMFRONT_STEP_COUNTS(X)                                                                         \
-  X(bv_tests)                                                                                            \
-  X(primitive_tests)                                                                                     \
-  X(front_pairs)                                                                                         \
-  X(front_bytes)                                                                                         \
-  X(front_skipped) X(front_rested) X(front_sprouted) X(front_pruned) X(triangle_pairs) X(adjacent_pairs) \
-      X(cone_culled_pairs) X(cone_patches) X(elementary_tests) X(orphan_tests) X(coplanarity_passed)     \
-          X(exact_tests) X(contacts_kept) X(vertices_moved) X(nodes_refit) X(parts) X(parts_moved)       \
-              X(parts_rigid) X(near_parts) X(parts_apart) X(part_pairs_excluded)                         \
-                  X(triangle_pairs_filtered) X(feature_pairs_filtered)
+#define WARMFRONT_STEP_COUNTS(X)                                                                             \
+  X(bv_tests)                                                                                                \
+  X(primitive_tests)                                                                                         \
+  X(front_pairs)                                                                                             \
+  X(front_bytes)                                                                                             \
+  X(front_skipped)                                                                                           \
+  X(front_rested) X(front_sprouted) X(front_pruned) X(triangle_pairs) X(adjacent_pairs) X(cone_culled_pairs) \
+      X(cone_patches) X(elementary_tests) X(orphan_tests) X(coplanarity_passed) X(exact_tests)               \
+          X(contacts_kept) X(vertices_moved) X(nodes_refit) X(parts) X(parts_moved) X(parts_rigid)           \
+              X(near_parts) X(parts_apart) X(part_pairs_excluded) X(triangle_pairs_filtered)                 \
+                  X(feature_pairs_filtered)
 #define WARMFRONT_ONE(name) +1
 static_assert(sizeof(StepCounts) == sizeof(std::uint64_t) * (0 WARMFRONT_STEP_COUNTS(WARMFRONT_ONE)));
 #undef WARMFRONT_ONE

@@ -75,8 +75,8 @@ void PairTester::primitive_pair(Primitive p, Primitive q) {
   std::uint32_t left_out = 0;
   if (input_->filter.any() && ((p | q) & kPoint) == 0) {
     // As face_pair() orders them.
-    left_out = input_->filter.left_out(input_->scene.faces()[std::min(p, q)],
-                                       input_->scene.faces()[std::max(p, q)]);
+    left_out =
+        input_->filter.left_out(input_->scene.faces()[std::min(p, q)], input_->scene.faces()[std::max(p, q)]);
     if (left_out == PairFilter::kAll) {
       ++output_.counts.triangle_pairs_filtered;
       return;
@@ -156,8 +156,9 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
   const float latest = until();
   const std::uint32_t wanted = owned | perhaps;
-  std::uint32_t bits = latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, input_->width)
-                                  : overlapping_features(bounds(face_f), bounds(face_g), wanted, input_->width);
+  std::uint32_t bits =
+      latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, input_->width)
+                 : overlapping_features(bounds(face_f), bounds(face_g), wanted, input_->width);
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;

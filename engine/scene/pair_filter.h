@@ -46,9 +46,7 @@ class PairFilter {
   /// Of each vertex; empty without patches.
   std::span<const std::uint32_t> patches() const { return patches_; }
 
-  std::size_t memory_bytes() const {
-    return excluded_.memory_bytes() + held_bytes(patches_, at_rest_);
-  }
+  std::size_t memory_bytes() const { return excluded_.memory_bytes() + held_bytes(patches_, at_rest_); }
 
  private:
   bool excludes(std::uint32_t v, std::uint32_t w) const {

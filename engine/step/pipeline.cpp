@@ -111,10 +111,10 @@ class PipelineWith final : public Pipeline {
     const bool front = core.options.front != FrontMode::kNone && !front_.lost();
     Status status;
     core.workers->run([&] {
-      status = warmfront::self_check<Bounds>(
-          {core, trees_.trees(), trees_.roots(), trees_.refit_in(), trees_.step(), near_.pairs(),
-           near_.apart_pairs(), front ? &front_.front() : nullptr, trees_.magnitude(), width_, self_checks_++,
-           stop});
+      status = warmfront::self_check<Bounds>({core, trees_.trees(), trees_.roots(), trees_.refit_in(),
+                                              trees_.step(), near_.pairs(), near_.apart_pairs(),
+                                              front ? &front_.front() : nullptr, trees_.magnitude(), width_,
+                                              self_checks_++, stop});
     });
     return status;
   }
@@ -240,8 +240,8 @@ class PipelineWith final : public Pipeline {
     if (near_.overflowed()) {
       statistics.front_state = traverse_in_blocks(core, refit, input, counts.bv_tests);
     } else {
-      statistics.front_state = front_.update(trees_.trees(), near_.pairs(), narrow_,
-                                             front_input(core, stop), new_hierarchy);
+      statistics.front_state =
+          front_.update(trees_.trees(), near_.pairs(), narrow_, front_input(core, stop), new_hierarchy);
       counts.bv_tests += front_.front().counts().bv_tests;
     }
     trees_.take_looseness();
@@ -362,8 +362,7 @@ class PipelineWith final : public Pipeline {
     narrow_.begin(trees_.trees(), input);
     while (near_.next_block(core, trees_, bv_tests, input.stop)) {
       refit.refit_near(near_.pairs());
-      bv_tests +=
-          front_.traverse(trees_.trees(), near_.pairs(), narrow_, front_input(core, input.stop));
+      bv_tests += front_.traverse(trees_.trees(), near_.pairs(), narrow_, front_input(core, input.stop));
     }
     return state;
   }

@@ -104,6 +104,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: filters_bench FOLDER [FRAMES [THREADS [LENGTHS]]]\n");
     return 3;
   }
-  return warmfront::testing::run(argv[1], argc > 2 ? std::atoi(argv[2]) : 4, argc > 3 ? std::atoi(argv[3]) : 1,
-                                 argc > 4 ? std::atof(argv[4]) : 2);
+  return warmfront::testing::run(argv[1], argc > 2 ? std::atoi(argv[2]) : 4,
+                                 argc > 3 ? std::atoi(argv[3]) : 1, argc > 4 ? std::atof(argv[4]) : 2);
 }

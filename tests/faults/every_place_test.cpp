@@ -631,8 +631,8 @@ TEST_P(EveryPlace, MoreContactsThanAllowed) {
       if (near != nullptr && !no_trial) {
         ASSERT_EQ(difference(outcome, state.brute_force(*near, options)), "");
       }
-      ASSERT_TRUE(outcome.done() || outcome.refused(no_trial ? ErrorCode::kFailedPrecondition
-                                                             : ErrorCode::kResourceExhausted))
+      ASSERT_TRUE(outcome.done() ||
+                  outcome.refused(no_trial ? ErrorCode::kFailedPrecondition : ErrorCode::kResourceExhausted))
           << to_string(outcome);
       ASSERT_FALSE(no_trial && outcome.done());
       refused |= !outcome.done();

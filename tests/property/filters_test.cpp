@@ -106,8 +106,7 @@ class Filtered : public Draws {
       for (int v = 0; v < n; ++v) {
         // Mostly ranges, as of a mesh that was divided.
         const int of_range = 1 + v * patches / n;
-        filters.patches.push_back(
-            static_cast<std::uint32_t>(below(5) != 0 ? of_range : below(patches + 1)));
+        filters.patches.push_back(static_cast<std::uint32_t>(below(5) != 0 ? of_range : below(patches + 1)));
       }
     }
     return filters;
@@ -296,8 +295,7 @@ class Filtered : public Draws {
     if (below(2) == 0) question.tier = below(2) == 0 ? Tier::kCertified : Tier::kExact;
     constexpr std::array kDistances{0.0, 0.02, 0.1, 0.5};
     const double distance = kDistances[static_cast<std::size_t>(below(4))];
-    const std::vector<Contact> near =
-        counted(all_->proximity(distance, where, question).value().contacts);
+    const std::vector<Contact> near = counted(all_->proximity(distance, where, question).value().contacts);
     for (int repetition = 1 + below(2); repetition > 0; --repetition)
       RC_ASSERT(std::ranges::equal(some_->proximity(distance, where, question).value().contacts, near));
     question.report = Report::kCount;
@@ -344,7 +342,8 @@ struct Sheet {
     description.filters = std::move(filters);
     scene = std::make_shared<const Scene>(Scene::create(description).value());
     Collider collider =
-        Collider::create(scene, std::span<const double>(x), {.tier = Tier::kExact}, testing::workers()).value();
+        Collider::create(scene, std::span<const double>(x), {.tier = Tier::kExact}, testing::workers())
+            .value();
     const StepResult answer = collider.proximity(distance).value();
     contacts.assign(answer.contacts.begin(), answer.contacts.end());
     return answer;
@@ -391,7 +390,8 @@ TEST(Filters, AreRefusedByFieldAndPlace) {
   };
   EXPECT_NE(message({.within_edges = 4}).find("filters.within_edges: is 4"), std::string::npos);
   EXPECT_NE(message({.near_at_rest = -1}).find("filters.near_at_rest"), std::string::npos);
-  EXPECT_NE(message({.near_at_rest = 1}).find("filters.rest_positions: 0 values where 12"), std::string::npos);
+  EXPECT_NE(message({.near_at_rest = 1}).find("filters.rest_positions: 0 values where 12"),
+            std::string::npos);
   EXPECT_NE(message({.rest_positions = sheet.x}).find("has no effect"), std::string::npos);
   EXPECT_NE(message({.near_at_rest = 1, .rest_positions = {0, 0, 0, 0, 1e308 * 10, 0, 0, 0, 0, 0, 0, 0}})
                 .find("filters.rest_positions[1].y"),
@@ -413,7 +413,8 @@ TEST(Filters, RefuseRingsOfHubsAndLeaveTheColliderAsItWas) {
     const auto hub = static_cast<std::int32_t>(wheels.vertex_count);
     wheels.vertex_count += kRim + 1;
     wheels.bodies.push_back({"", static_cast<std::uint32_t>(hub), kRim + 1});
-    for (std::int32_t i = 0; i < kRim; ++i) wheels.faces.push_back({hub, hub + 1 + i, hub + 1 + (i + 1) % kRim});
+    for (std::int32_t i = 0; i < kRim; ++i)
+      wheels.faces.push_back({hub, hub + 1 + i, hub + 1 + (i + 1) % kRim});
     x.insert(x.end(), {0, 0, 5.0 * wheel});
     for (std::int32_t i = 0; i < kRim; ++i)
       x.insert(x.end(), {std::cos(0.005 * i), std::sin(0.005 * i), 5.0 * wheel});

@@ -55,10 +55,10 @@ struct Command {
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
   constexpr const char* kNames[] = {
-      "frame",  "nothing moves", "glide",       "add",          "change",         "place",       "self_check",
-      "forget", "resume",        "wrong frame", "wrong change", "wrong addition", "wrong place", "outlier",
-      "trial",  "line search",   "max_step",    "commit",       "wrong commit",   "near",
-      "filters", "wrong filters"};
+      "frame",        "nothing moves", "glide",   "add",          "change",       "place",
+      "self_check",   "forget",        "resume",  "wrong frame",  "wrong change", "wrong addition",
+      "wrong place",  "outlier",       "trial",   "line search",  "max_step",     "commit",
+      "wrong commit", "near",          "filters", "wrong filters"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }
@@ -168,8 +168,9 @@ class History {
       case Command::kFilters:
         return carry(draw_filters(draws, state_), command.fault);
       case Command::kWrongFilters:
-        return refuse(ChangesOperation{{ChangeFilters{{.excluded_vertex_pairs = {{0, state_.scene.vertex_count}}}}}},
-                      command.fault);
+        return refuse(
+            ChangesOperation{{ChangeFilters{{.excluded_vertex_pairs = {{0, state_.scene.vertex_count}}}}}},
+            command.fault);
       case Command::kNothingMoves:
         return carry(StepOperation{}, command.fault);
       case Command::kGlide:

@@ -52,10 +52,12 @@ bool PairRules::leave_out(const Contact& contact) const {
     b.assign(v.begin() + of_a, v.end());
   }
   const auto any_two = [&](auto&& rule) {
-    return std::ranges::any_of(
-        a, [&](std::uint32_t v) { return std::ranges::any_of(b, [&](std::uint32_t w) { return rule(v, w); }); });
+    return std::ranges::any_of(a, [&](std::uint32_t v) {
+      return std::ranges::any_of(b, [&](std::uint32_t w) { return rule(v, w); });
+    });
   };
-  if (any_two([&](std::uint32_t v, std::uint32_t w) { return edges_between_[v][w] <= filters_.within_edges; }))
+  if (any_two(
+          [&](std::uint32_t v, std::uint32_t w) { return edges_between_[v][w] <= filters_.within_edges; }))
     return true;
   const auto listed = [&](std::uint32_t v, std::uint32_t w) {
     return std::ranges::any_of(filters_.excluded_vertex_pairs, [&](const auto& pair) {
@@ -68,7 +70,8 @@ bool PairRules::leave_out(const Contact& contact) const {
     for (const auto* of : {&a, &b}) {
       for (const std::uint32_t v : *of) patches.push_back(filters_.patches[v]);
     }
-    if (patches.front() != 0 && std::ranges::count(patches, patches.front()) == std::ssize(patches)) return true;
+    if (patches.front() != 0 && std::ranges::count(patches, patches.front()) == std::ssize(patches))
+      return true;
   }
   if (!(filters_.near_at_rest > 0)) return false;
   const auto [known, is_new] = near_at_rest_.try_emplace({contact.kind, contact.a, contact.b}, false);
@@ -87,7 +90,9 @@ bool PairRules::are_near_at_rest(ContactKind kind, const std::vector<std::uint32
   for (std::size_t k = 0; k < b.size(); ++k) stand(a.size() + k, b[k]);
   // The oracle takes its time: what the boxes around both tell needs none.
   for (int axis = 0; axis < 3; ++axis) {
-    const auto less = [axis](const VertexMotion& x, const VertexMotion& y) { return x.t0[axis] < y.t0[axis]; };
+    const auto less = [axis](const VertexMotion& x, const VertexMotion& y) {
+      return x.t0[axis] < y.t0[axis];
+    };
     const std::span<const VertexMotion> of_a(standing.data(), a.size());
     const std::span<const VertexMotion> of_b(standing.data() + a.size(), b.size());
     const double gap =
