@@ -378,6 +378,28 @@ TEST(Filters, WhatIsNearAtRestIsWhatProximityFindsThere) {
   EXPECT_GT(sheet.near({.near_at_rest = less, .rest_positions = sheet.x}, 1).vf, 0U);
 }
 
+// What was found while nothing moved is of the filters that there were.
+TEST(Filters, ChangeWhatIsKeptOfWhatRests) {
+  std::vector<double> x{0, 0, 0, 4, 0, 0, 0, 4, 0, 1, 1, 0, 1, 1, 1, 2, 1, 1, 9, 9, 9};
+  SceneDescription two{7, {{0, 1, 2}, {3, 4, 5}}, {{"", 0, 3}, {"", 3, 3}, {"", 6, 1}}};
+  const auto scene = std::make_shared<const Scene>(Scene::create(two).value());
+  Collider collider = Collider::create(scene, std::span<const double>(x), {}, testing::workers()).value();
+  const auto found = [&] {
+    x[18] += 1;  // elsewhere
+    const StepResult step = collider.step(std::span<const double>(x)).value();
+    return std::pair(step.vf + step.ee, step.statistics.counts.contacts_kept);
+  };
+  found();
+  const auto [before, kept] = found();
+  ASSERT_GT(before, 0U);
+  ASSERT_EQ(kept, before);
+  ASSERT_TRUE(collider.change_filters({.patches = std::vector<std::uint32_t>(7, 1)}).ok());
+  EXPECT_EQ(found().first, 0U);
+  EXPECT_EQ(found().first, 0U);
+  ASSERT_TRUE(collider.change_filters({}).ok());
+  EXPECT_EQ(found().first, before);
+}
+
 TEST(Filters, AreRefusedByFieldAndPlace) {
   Sheet sheet(1);
   const auto message = [&](PairFilters filters) -> std::string {
