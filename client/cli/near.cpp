@@ -225,8 +225,8 @@ int near(const Arguments& arguments) {
   const int looked = states.each([&](AnySession& session) -> Status {
     Status status = listing.look(session, states.number(), states.positions());
     if (status && distances)
-      status = distances->look(session, states.number(), distance,
-                               {.tier = parse_tier(arguments.tier).value()});
+      status =
+          distances->look(session, states.number(), distance, {.tier = parse_tier(arguments.tier).value()});
     if (status && table) print_frame(listing.frames().back());
     return status;
   });

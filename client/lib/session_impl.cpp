@@ -323,8 +323,7 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   if (part.frame() != frame.number)
     return fail({ErrorCode::kInternal, "the daemon answered " + name_of(part.frame()) + " where " +
                                            name_of(frame.number) + " is due"});
-  if (const Status appended = append_part(part, partial_); !appended)
-    return fail(appended.error());
+  if (const Status appended = append_part(part, partial_); !appended) return fail(appended.error());
   partial_.travel.received_bytes += part.ByteSizeLong();
   if (part.last()) {
     if (const Status finished = finish_answer(part, partial_); !finished) return fail(finished.error());

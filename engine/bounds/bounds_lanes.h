@@ -43,8 +43,8 @@ struct Throughout {
 };
 
 // The same up to a time below 1. A gap between bounds is at least the interpolated one, because the vertices'
-// gaps are linear; four roundings of values up to |at0| + |at1| are far below 2^-20 of that, and so are those of
-// sums from which a width was subtracted, which are up to that much larger.
+// gaps are linear; four roundings of values up to |at0| + |at1| are far below 2^-20 of that, and so are those
+// of sums from which a width was subtracted, which are up to that much larger.
 struct Until {
   float time;
   float width = 0;
@@ -67,6 +67,15 @@ WARMFRONT_INLINE Float8 gap(When open, const EightAxes& a0, const EightAxes& a1,
                             const EightAxes& b1, const Float8& width) {
   return greater(open(a0.lower + b0.upper - width, a1.lower + b1.upper - width),
                  open(a0.upper + b0.lower - width, a1.upper + b1.lower - width));
+}
+
+// Rounding is monotone, so of sums less a width the least and the greatest are those of the sums, less it
+// once.
+WARMFRONT_INLINE Float8 gap(Throughout open, const EightAxes& a0, const EightAxes& a1, const EightAxes& b0,
+                            const EightAxes& b1, const Float8& width) {
+  return greater(open(a0.lower + b0.upper, a1.lower + b1.upper),
+                 open(a0.upper + b0.lower, a1.upper + b1.lower)) -
+         width;
 }
 
 // The same for one axis.

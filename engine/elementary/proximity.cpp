@@ -48,8 +48,8 @@ Near nearness(const Query& query, double reach) {
 
 // How far a direction keeps all gaps beyond the origin, in the query's units.
 //
-// Error bound as that of separated_times(): a dot product, of values with one rounding, is off by less than 24 u
-// |w|_max for gaps below 1, and the norm by a few u of itself; |w|_max <= norm(w).
+// Error bound as that of separated_times(): a dot product, of values with one rounding, is off by less than
+// 24 u |w|_max for gaps below 1, and the norm by a few u of itself; |w|_max <= norm(w).
 double kept_along(const Query& query, const Vec3& direction) {
   const double length = norm(direction);
   if (!(length > 0)) return 0;

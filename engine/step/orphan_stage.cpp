@@ -23,8 +23,7 @@ std::span<const std::uint32_t> OrphanStage::take_edge_faces(const Core& core, St
     if (core.model.is_removed(p) || !core.tests_itself(p)) continue;
     testing_.push_back(p);
     if (edge_faces_[p].known) continue;
-    edge_faces_[p].orphans =
-        edge_face_orphans(core.topology->scene, core.topology->parts[p].features, stop);
+    edge_faces_[p].orphans = edge_face_orphans(core.topology->scene, core.topology->parts[p].features, stop);
     edge_faces_[p].known = true;
   }
   return testing_;

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "engine/narrow_phase/narrow_phase.h"
-#include "engine/scene/orphans.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/orphans.h"
 #include "engine/state/core.h"
 
 namespace warmfront {
@@ -18,8 +18,9 @@ namespace warmfront {
 class OrphanStage {
  public:
   /// Tests those of all parts that are tested against themselves, in parallel; of intersections, where an
-  /// edge and a face are the pair, those of edges and faces, which the first such question enumerates. `retest`: also those whose vertices
-  /// have not changed since their last test. Throws what narrow.test_orphans() throws.
+  /// edge and a face are the pair, those of edges and faces, which the first such question enumerates.
+  /// `retest`: also those whose vertices have not changed since their last test. Throws what
+  /// narrow.test_orphans() throws.
   template <class Bounds>
   void run(Core& core, NarrowPhase<Bounds>& narrow, bool retest, StopSignal stop) {
     if (core.options.pair_test == PairTest::kIntersection) {
@@ -42,8 +43,8 @@ class OrphanStage {
 
  private:
   void take_parts(Core& core);
-  // The parts that are tested against themselves, whose edge-face orphans are known then; valid until the next
-  // call.
+  // The parts that are tested against themselves, whose edge-face orphans are known then; valid until the
+  // next call.
   std::span<const std::uint32_t> take_edge_faces(const Core& core, StopSignal stop);
 
   struct EdgeFaces {

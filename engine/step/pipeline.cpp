@@ -199,8 +199,8 @@ class PipelineWith final : public Pipeline {
     lengthen(distances, core.scene->vertex_count(), core.options.min_separation, stop);
   }
 
-  // Which parts are near each other, and how far the front is opened, goes by the widest of the last questions:
-  // what one of these needs is not dropped because the others do not.
+  // Which parts are near each other, and how far the front is opened, goes by the widest of the last
+  // questions: what one of these needs is not dropped because the others do not.
   void take_width(const Core& core) {
     const double held = widths_.held();
     widths_.begin(core.options.min_separation);

@@ -60,7 +60,8 @@ Status FrameBuffer::append(const MovedPiece& piece) {
     received_ += pieces[field].size();
   }
   if (received_ > expected_)
-    return fail("moved: at least " + bytes_of(received_) + ", more than all vertices and bodies take, each named once: " + bytes_of(expected_) +
+    return fail("moved: at least " + bytes_of(received_) +
+                ", more than all vertices and bodies take, each named once: " + bytes_of(expected_) +
                 "; send positions instead");
   return {};
 }

@@ -44,14 +44,13 @@ int shared(const Face& f, const Face& g) {
       std::ranges::count_if(f, [&](std::uint32_t v) { return std::ranges::find(g, v) != g.end(); }));
 }
 
-// Of faces that meet elsewhere than in what they share, those that share no edge: of neighbours that fold onto
-// each other along a common edge the engine tells nothing.
+// Of faces that meet elsewhere than in what they share, those that share no edge: of neighbours that fold
+// onto each other along a common edge the engine tells nothing.
 FacePairs cgal_pairs(const Scene& scene, const std::vector<float>& x) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
   Mesh mesh;
-  for (std::size_t i = 0; i < x.size(); i += 3)
-    mesh.add_vertex(Kernel::Point_3(x[i], x[i + 1], x[i + 2]));
+  for (std::size_t i = 0; i < x.size(); i += 3) mesh.add_vertex(Kernel::Point_3(x[i], x[i + 1], x[i + 2]));
   for (const Face& face : scene.faces()) {
     const auto at = [&](int k) { return Mesh::Vertex_index(face[k]); };
     EXPECT_NE(mesh.add_face(at(0), at(1), at(2)), Mesh::null_face()) << "no manifold";
@@ -60,8 +59,7 @@ FacePairs cgal_pairs(const Scene& scene, const std::vector<float>& x) {
   CGAL::Polygon_mesh_processing::self_intersections(mesh, std::back_inserter(found));
   FacePairs pairs;
   for (const auto& [f, g] : found) {
-    if (shared(scene.faces()[f], scene.faces()[g]) < 2)
-      pairs.emplace_back(f, g);
+    if (shared(scene.faces()[f], scene.faces()[g]) < 2) pairs.emplace_back(f, g);
   }
   return sorted(std::move(pairs));
 }
@@ -100,9 +98,9 @@ TEST(IntersectionsAndCgal, TellTheSameFacesOfRecordedFrames) {
     SceneDescription description{
         static_cast<std::uint32_t>(sequence.mesh().positions.size() / 3), sequence.mesh().faces, {}};
     const auto scene = std::make_shared<const Scene>(Scene::create(std::move(description)).value());
-    Collider collider = Collider::create(scene, std::span<const float>(sequence.mesh().positions), {},
-                                         testing::workers())
-                            .value();
+    Collider collider =
+        Collider::create(scene, std::span<const float>(sequence.mesh().positions), {}, testing::workers())
+            .value();
     for (const double share : {0.0, 0.5, 0.95}) {
       const std::vector<float> frame = sequence.read(static_cast<int>(share * (sequence.count() - 1)));
       const auto [least, most] = std::ranges::minmax(frame);
@@ -113,8 +111,8 @@ TEST(IntersectionsAndCgal, TellTheSameFacesOfRecordedFrames) {
           for (float& coordinate : x) coordinate += shift(random);
         if (!std::ranges::all_of(scene->faces(), [&](const Face& face) { return has_area(x, face); }))
           continue;  // of which CGAL does not speak
-        ASSERT_TRUE(collider.step(Frame(std::span<const float>(x)), nullptr, {}, {.report = Report::kCount})
-                        .ok());
+        ASSERT_TRUE(
+            collider.step(Frame(std::span<const float>(x)), nullptr, {}, {.report = Report::kCount}).ok());
         const StepResult told = collider.intersections().value();
         const FacePairs ours = our_pairs(*scene, told.contacts);
         EXPECT_EQ(ours, cgal_pairs(*scene, x)) << name << " at " << share << ", noise " << noise;

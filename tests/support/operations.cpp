@@ -83,8 +83,8 @@ std::string to_string(const Operation& operation) {
           [](const NearOperation& near) {
             const bool by_vertex = near.options.report == Report::kVertexDistances;
             const std::string of = near.tangled ? "intersections("
-                                   : (by_vertex ? "vertex_distances(" : "proximity(") +
-                                         std::to_string(near.distance);
+                                                : (by_vertex ? "vertex_distances(" : "proximity(") +
+                                                      std::to_string(near.distance);
             return of + (near.where == Where::kTrialEnd ? ", at the trial's end)" : ")");
           },
           [](const CheckOperation&) { return std::string("self_check()"); },
@@ -97,8 +97,8 @@ std::string to_string(const Outcome& outcome) {
   if (outcome.kind == Outcome::Kind::kOutOfMemory) return "out of memory";
   if (outcome.kind == Outcome::Kind::kRefused) return "refused: " + outcome.error.message;
   return "done, vf " + std::to_string(outcome.vf) + ", ee " + std::to_string(outcome.ee) + ", ef " +
-         std::to_string(outcome.ef) + ", possible " +
-         std::to_string(outcome.possible) + ", " + std::to_string(outcome.contacts.size()) + " contacts";
+         std::to_string(outcome.ef) + ", possible " + std::to_string(outcome.possible) + ", " +
+         std::to_string(outcome.contacts.size()) + " contacts";
 }
 
 std::string difference(const Outcome& was, const Outcome& expected) {
