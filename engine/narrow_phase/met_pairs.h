@@ -18,10 +18,12 @@ namespace warmfront {
 struct MetPairs {
   std::vector<std::array<Primitive, 2>> pairs;  ///< of primitives whose moving bounds overlap
   RestAnswer kept;                              ///< between what rests, found by an earlier question
+  bool rested = false;                          ///< was something kept, be it that nothing was found?
 
   void clear() {
     pairs.clear();
     kept.clear();
+    rested = false;
   }
   std::size_t memory_bytes() const {
     return pairs.capacity() * sizeof pairs[0] + kept.contacts.capacity() * sizeof(Contact);

@@ -241,7 +241,7 @@ bool NarrowPhase<Bounds>::knows_met() const {
 template <class Bounds>
 bool NarrowPhase<Bounds>::met_kept() const {
   for (const Sink& sink : impl_->sinks) {
-    if (!sink.tester.met().kept.empty()) return true;
+    if (sink.tester.met().rested) return true;
   }
   return false;
 }

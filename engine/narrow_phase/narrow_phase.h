@@ -85,7 +85,7 @@ class NarrowPhase final : public LeafPairSinks {
 
   /// Has all been noted that the last question that did met, but for the orphan sets'?
   bool knows_met() const;
-  /// Was anything of that found by questions before it?
+  /// Was any of that taken from questions before it? What met and gave no contact is not noted then.
   bool met_kept() const;
   /// Instead of a front: tests what was met then, for a motion that goes part of the same way. Parallel.
   void test_met();

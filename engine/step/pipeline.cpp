@@ -311,7 +311,9 @@ class PipelineWith final : public Pipeline {
   void remember_trial(const Core& core, StopSignal stop) {
     if (!narrow_.knows_met()) return;
     const bool left_out = core.rigid_parts.count() > 0 || !near_.apart_pairs().empty();
-    longest_.remember(core, {.left_out = left_out, .kept = narrow_.met_kept()}, stop);
+    // Of pairs that rest only the answers are kept, not which pairs met: another question may ask about these.
+    const bool kept = narrow_.met_kept() || front_.front().counts().rested > 0;
+    longest_.remember(core, {.left_out = left_out, .kept = kept}, stop);
   }
 
   NarrowPhaseInput narrow_input(Core& core, StopSignal stop, bool note_met) const {

@@ -162,6 +162,43 @@ TEST_F(LineSearch, ShorterTrialsAreRecognisedAndAnswerAsAFreshCollider) {
   EXPECT_GT(contacts_, 10'000u);
 }
 
+// Of what rests an answer is kept, and not which pairs met: points have bounds that overlap those of a face of a
+// static body, and are no contacts, but candidates.
+TEST_F(LineSearch, AfterAQuestionThatKeptAnswersAnotherOneAsksAboutAllThatRests) {
+  constexpr std::uint32_t kPoints = 200, kMoving = 200;
+  SceneDescription scene;
+  std::vector<double> start;
+  const auto vertex = [&](double x, double y, double z) { start.insert(start.end(), {x, y, z}); };
+  for (std::uint32_t i = 0; i < kPoints; ++i) vertex(0.3 + 1e-4 * i, 0.3, 0.7);
+  for (std::uint32_t i = 0; i < kMoving; ++i) {
+    const auto v = static_cast<std::int32_t>(start.size() / 3);
+    for (int k = 0; k < 3; ++k) vertex(100 + 2 * i + (k == 1), k == 2, 0);
+    scene.faces.push_back({v, v + 1, v + 2});
+  }
+  const auto first = static_cast<std::uint32_t>(start.size() / 3);
+  vertex(0, 0, 0);
+  vertex(1, 0, 1);
+  vertex(0, 1, 1);
+  const auto f = static_cast<std::int32_t>(first);
+  scene.faces.push_back({f, f + 1, f + 2});
+  scene.vertex_count = first + 3;
+  scene.bodies.push_back({"", 0, first, BodyKind::kDeformable});
+  scene.bodies.push_back({"", first, 3, BodyKind::kStatic});
+  scene_ = std::make_shared<const Scene>(Scene::create(scene).value());
+  workers_ = std::make_shared<Workers>(1);
+  options_ = {.report = Report::kCount};
+  collider_.emplace(Collider::create(scene_, Doubles(start), options_, workers_).value());
+  const auto moved = [&](double by) {
+    std::vector<double> positions = start;
+    for (std::size_t v = kPoints; v < first; ++v) positions[3 * v + 2] += by;
+    return positions;
+  };
+  for (int i = 1; i <= 4; ++i) ASSERT_TRUE(collider_->step(Doubles(moved(0.125 * i))).ok());
+  EXPECT_FALSE(trial(moved(2)));
+  trial(moved(1), {.report = Report::kCandidates});
+  EXPECT_EQ(contacts_, kPoints);
+}
+
 TEST_F(LineSearch, ATrialBesideTheLineIsNoPartOfIt) {
   make(2, false, {});
   const std::vector<double> x = here();
