@@ -103,16 +103,17 @@ void refuse_connections_left_waiting() {
 
 extern "C" int accept4(int listener, sockaddr* address, socklen_t* length, int flags) {
   using namespace warmfront::server;
-  const auto guarded = [&](int connection) {
-    sockaddr_storage peer;
-    socklen_t bytes = sizeof peer;
-    auto* const to = reinterpret_cast<sockaddr*>(&peer);
-    if (getpeername(connection, to, &bytes) != 0) peer.ss_family = AF_UNSPEC;
-    return guard_connection(connection, to, bytes);
-  };
+  sockaddr_storage own{};
+  socklen_t own_length = sizeof own;
+  if (address == nullptr) {
+    address = reinterpret_cast<sockaddr*>(&own);
+    length = &own_length;
+  }
+  const socklen_t room = *length;
   int connection = accept_now(listener, address, length, flags);
-  while (connection >= 0 && !guarded(connection)) {
+  while (connection >= 0 && !guard_connection(connection, address, *length)) {
     close(connection);
+    *length = room;
     connection = accept_now(listener, address, length, flags);
   }
   if (connection >= 0 || !out_of_files()) return connection;

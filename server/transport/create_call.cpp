@@ -74,11 +74,10 @@ void CreateCall::OnReadDone(bool ok) {
       last_moved_ = std::chrono::steady_clock::now();
       handling_ = true;
     }
-    static const MessageLayout& layout = MessageLayout::of(*v1::CreateSessionRequest::descriptor());
     if (!ok) return upload_ended();
-    if (!is_heavy(incoming_, layout, Strings::kCopied)) return take(parse());
-    context_.runner.post(
-        [call = shared_from_this()] { call->guarded([&] { call->take(call->parse()); }); }, Lane::kLong, std::shared_ptr<Share>(tenant_, &tenant_->share));
+    if (!is_heavy<v1::CreateSessionRequest>(incoming_, Strings::kCopied)) return take(parse());
+    run_in_turn(context_, tenant_,
+                [call = shared_from_this()] { call->guarded([&] { call->take(call->parse()); }); });
   });
 }
 

@@ -34,6 +34,13 @@ class MessageLayout {
   std::size_t most(std::size_t bytes) const { return object_bytes + (bytes + 2) * (most_per_byte + 1); }
 };
 
+/// The layout of a generated type, looked up once.
+template <class Message>
+const MessageLayout& layout_of() {
+  static const MessageLayout& layout = MessageLayout::of(*Message::descriptor());
+  return layout;
+}
+
 /// At least the bytes of memory that protobuf 3.21 takes for parsing `bytes` as that type, counted to
 /// `enough`, after which it stops counting. Of bytes that are no such message: at least what it takes until
 /// it finds out. One pass over the tags, without allocating: what strings hold is skipped; nested as deep as

@@ -137,12 +137,12 @@ class CollisionService final : public Base {
   grpc::ServerUnaryReactor* Step(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                  grpc::ByteBuffer* response) override {
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
-      static const MessageLayout& layout = MessageLayout::of(*v1::StepRequest::descriptor());
       Outcome<Principal> principal = context_.guard.identify(*call);
       if (!principal) return finish(call, context_.refuse(principal.fault()));
       return StepCall::start(
-          context_, is_heavy(*request, layout, Strings::kCopied),
-          context_.tenants.of(principal.value().name),
+          context_,
+          is_heavy<v1::StepRequest>(*request, Strings::kCopied) ? context_.tenants.of(principal.value().name)
+                                                                : nullptr,
           [this, call, request, principal]() -> Outcome<StepCall::Request> {
             auto received = receive_from<v1::StepRequest>(principal, context_, *request, "Step");
             if (!received) return received.fault();
@@ -197,8 +197,8 @@ class CollisionService final : public Base {
         context_, call, response, [&] { return receive<Request>(context_, call, request, method); }, fill);
   }
 
-  /// A method of a session that is answered later; `begin` takes it from here, and the reactor with it. A heavy
-  /// request is parsed in its principal's turn.
+  /// A method of a session that is answered later; `begin` takes it from here, and the reactor with it. A
+  /// heavy request is parsed in its principal's turn.
   template <class Request, class Begin>
   grpc::ServerUnaryReactor* found(grpc::CallbackServerContext& call, const grpc::ByteBuffer& request,
                                   const char* method, Begin begin) {
@@ -219,14 +219,10 @@ class CollisionService final : public Base {
             },
             failed);
       };
-      static const MessageLayout& layout = MessageLayout::of(*Request::descriptor());
-      if (kIsSmall<Request> || !is_heavy(request, layout, Strings::kCopied)) {
+      if (kIsSmall<Request> || !is_heavy<Request>(request, Strings::kCopied))
         work();
-      } else {
-        std::shared_ptr<Tenant> tenant = context_.tenants.of(principal.value().name);
-        Share& share = tenant->share;
-        context_.runner.post(work, Lane::kLong, std::shared_ptr<Share>(std::move(tenant), &share));
-      }
+      else
+        run_in_turn(context_, context_.tenants.of(principal.value().name), work);
       return made.release();
     });
   }

@@ -27,9 +27,9 @@ class StepCall final : public grpc::ServerUnaryReactor {
   };
 
   /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as the call, and so does
-  /// what `receive` uses. That returns the request; where it is `heavy`, it does so on a thread of the
-  /// runner, in the turn of `tenant`.
-  static StepCall* start(Context& context, bool heavy, std::shared_ptr<Tenant> tenant,
+  /// what `receive` uses. That returns the request: at once, or, where it is heavy, in the turn of `tenant`,
+  /// who else is null.
+  static StepCall* start(Context& context, std::shared_ptr<Tenant> tenant,
                          std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response);
 
   void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }

@@ -87,11 +87,10 @@ void StepStream::OnReadDone(bool ok) {
       happened_locked(Happened::kReadDone);
       last_moved_ = Clock::now();
     }
-    static const MessageLayout& layout = MessageLayout::of(*v1::StreamStepsRequest::descriptor());
-    if (!ok || !is_heavy(incoming_, layout, Strings::kLeftInPlace)) return handle_read(ok);
+    if (!ok || !is_heavy<v1::StreamStepsRequest>(incoming_, Strings::kLeftInPlace)) return handle_read(ok);
     // Nothing is read, and the call is not finished, until it has been handled.
-    context_.runner.post([self = shared_from_this()] { self->handling([&] { self->handle_read(true); }); },
-                         Lane::kLong, std::shared_ptr<Share>(tenant_, &tenant_->share));
+    run_in_turn(context_, tenant_,
+                [self = shared_from_this()] { self->handling([&] { self->handle_read(true); }); });
   });
 }
 

@@ -28,9 +28,8 @@ Outcome<v1::StreamStepsRequest> parse_request(grpc::ByteBuffer& buffer);
 /// as ParseRoom::enter() does too.
 template <class Message>
 Outcome<Parsed<Message>> parse_message(ParseRoom& room, grpc::ByteBuffer buffer, const char* call) {
-  static const MessageLayout& layout = MessageLayout::of(*Message::descriptor());
   const std::size_t size = buffer.Length();
-  Outcome<ParseRoom::Place> place = room.enter(buffer, layout, call);
+  Outcome<ParseRoom::Place> place = room.enter(buffer, layout_of<Message>(), call);
   if (!place) return place.fault();
   Parsed<Message> parsed{std::move(place).value(), {}};
   if (!grpc::SerializationTraits<Message>::Deserialize(&buffer, &parsed.message).ok())
@@ -55,9 +54,9 @@ struct StreamRequest {
 /// as ParseRoom::enter() does too.
 Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room);
 
-/// An answer in chunks of at most `chunk_bytes` of contacts or distances (at least one each), the last one marked and
-/// with the summary; each is encoded when it is taken. An answer without rows is one chunk. Used by one
-/// thread at a time.
+/// An answer in chunks of at most `chunk_bytes` of contacts or distances (at least one each), the last one
+/// marked and with the summary; each is encoded when it is taken. An answer without rows is one chunk. Used
+/// by one thread at a time.
 class AnswerChunks {
  public:
   AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes);

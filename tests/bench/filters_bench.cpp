@@ -5,7 +5,6 @@
 //   filters_bench FOLDER [FRAMES [THREADS [LENGTHS]]]   a folder with mesh.ply and frames.pc2; 4 frames from
 //   the middle, 1 thread, 2 mean edge lengths unless given
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -15,17 +14,11 @@
 #include <vector>
 
 #include "engine/collider.h"
+#include "tests/bench/timing.h"
 #include "tests/support/real_scene.h"
 
 namespace warmfront::testing {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
-}
 
 double mean_edge(const Scene& scene, const std::vector<float>& x) {
   double sum = 0;
@@ -34,11 +27,8 @@ double mean_edge(const Scene& scene, const std::vector<float>& x) {
   return sum / scene.edge_count();
 }
 
-template <class Work>
-double milliseconds(Work&& work) {
-  const auto start = Clock::now();
-  if (!work()) std::abort();
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+void require(bool done) {
+  if (!done) std::abort();
 }
 
 int run(const char* folder, int frames, int threads, double lengths) {
@@ -80,11 +70,10 @@ int run(const char* folder, int frames, int threads, double lengths) {
     ask(kept);
     for (int f = first + 1; f <= first + frames; ++f) {
       const std::vector<float> y = sequence.read(f);
-      if (!kept.step(std::span<const float>(y), nullptr, {}, {.report = Report::kCount})) std::abort();
-      warm.push_back(milliseconds([&] { return ask(kept); }));
-      create.push_back(milliseconds([&] { return at(y).scene().face_count() > 0; }));
-      Collider fresh = at(y);
-      cold.push_back(milliseconds([&] { return ask(fresh); }));
+      require(kept.step(std::span<const float>(y), nullptr, {}, {.report = Report::kCount}).ok());
+      require(timed(warm, [&] { return ask(kept); }));
+      Collider fresh = timed(create, [&] { return at(y); });
+      require(timed(cold, [&] { return ask(fresh); }));
     }
     std::printf("| %-16s | %9.0f | %9.1f | %9.1f | %9.1f | %11llu | %9llu | %9.1f |\n", name.c_str(),
                 median(pairs), median(create), median(cold), median(warm),

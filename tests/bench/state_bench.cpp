@@ -7,7 +7,6 @@
 //   the middle, 1 thread, and shares 0.001 and 0.01 unless given
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,17 +16,11 @@
 #include <vector>
 
 #include "engine/collider.h"
+#include "tests/bench/timing.h"
 #include "tests/support/real_scene.h"
 
 namespace warmfront::testing {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
-}
 
 double diagonal(const std::vector<float>& x) {
   std::array<float, 3> least{x[0], x[1], x[2]}, greatest = least;
@@ -64,12 +57,6 @@ class Bench {
   template <class Ask>
   Medians measure(Ask&& ask) {
     std::vector<double> cold, step, whole, tenth, again, pairs;
-    const auto timed = [](std::vector<double>& to, auto&& work) {
-      const auto start = Clock::now();
-      const auto result = work();
-      to.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-      return static_cast<double>(result);
-    };
     std::vector<float> x = sequence_.read(first_);
     Collider warm = at(x);
     ask(warm);
@@ -85,7 +72,7 @@ class Bench {
       go(near);
       timed(tenth, [&] { return ask(warm); });
       go(y);
-      pairs.push_back(timed(whole, [&] { return ask(warm); }));
+      pairs.push_back(static_cast<double>(timed(whole, [&] { return ask(warm); })));
       timed(again, [&] { return ask(warm); });
       Collider fresh = at(y);
       timed(cold, [&] { return ask(fresh); });
@@ -96,22 +83,20 @@ class Bench {
 
   Loop loop(std::optional<double> distance, bool moves) {
     std::vector<double> near, far, commit;
-    const auto timed = [](std::vector<double>& to, auto&& work) {
-      const auto start = Clock::now();
-      if (!work()) std::abort();
-      to.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    const auto asked = [](std::vector<double>& to, auto&& work) {
+      if (!timed(to, work)) std::abort();
     };
     Collider warm = at(sequence_.read(first_));
     for (int f = first_ + 1; f <= first_ + frames_; ++f) {
       const std::vector<float> y = sequence_.read(f);
       const Frame to{std::span<const float>(y)};
-      timed(near, [&] { return !distance || warm.proximity(*distance, Where::kBase).ok(); });
+      asked(near, [&] { return !distance || warm.proximity(*distance, Where::kBase).ok(); });
       if (!moves) {
-        timed(commit, [&] { return warm.step(to, nullptr, {}, {.report = Report::kCount}).ok(); });
+        asked(commit, [&] { return warm.step(to, nullptr, {}, {.report = Report::kCount}).ok(); });
         continue;
       }
-      timed(far, [&] { return warm.max_step(to, true).ok(); });
-      timed(commit, [&] { return warm.commit().ok(); });
+      asked(far, [&] { return warm.max_step(to, true).ok(); });
+      asked(commit, [&] { return warm.commit().ok(); });
     }
     if (!moves) far = {0};
     return {median(near), median(far), median(commit)};

@@ -38,11 +38,12 @@ class FaultTable : public ::testing::Test, protected BareClient {
   /// The untouched session's next frame, compared with the engine in this process.
   void step_untouched();
 
-  /// Steps the untouched session, and keeps how long the steps took, to be called before an attack.
+  /// Before an attack, where WARMFRONT_P99_BUDGET is set: steps the untouched session, and keeps how long the
+  /// steps took.
   void steps_alone();
-  /// Steps it beside an attack, `count` times and until `enough` says so. How long the steps took is printed,
-  /// and how many times as long as alone. With WARMFRONT_P99_BUDGET=3 in the environment it is a failure when
-  /// the p99 is more than three times as long: not for a machine that does other work.
+  /// Steps it beside an attack, `count` times and until `enough` says so, and prints how long the steps took.
+  /// With WARMFRONT_P99_BUDGET=3 in the environment, also how many times as long as alone, and it is a
+  /// failure when the p99 is more than three times as long: not for a machine that does other work.
   void steps_beside(
       const char* what, int count, const std::function<bool()>& enough = [] { return true; });
 

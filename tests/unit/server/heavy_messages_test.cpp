@@ -30,12 +30,10 @@ grpc::ByteBuffer bytes_of_message(const google::protobuf::Message& message) {
 
 TEST(IsHeavy, ByFieldsAndWhereTheyAreCopiedByBytes) {
   using server::is_heavy;
-  using server::MessageLayout;
   using server::Strings;
-  const MessageLayout& layout = MessageLayout::of(*v1::StepRequest::descriptor());
   v1::StepRequest request;
   const auto heavy = [&](const v1::StepRequest& one, Strings strings) {
-    return is_heavy(bytes_of_message(one), layout, strings);
+    return is_heavy<v1::StepRequest>(bytes_of_message(one), strings);
   };
   request.set_positions(std::string(100'000, 'x'));
   EXPECT_FALSE(heavy(request, Strings::kCopied));
