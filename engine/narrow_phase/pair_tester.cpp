@@ -274,6 +274,10 @@ void PairTester::test_features() {
   block_.size = 0;
 }
 
+void PairTester::look_after_exact(std::uint64_t exact_tests) const {
+  if (exact_tests > 0) input_->stop.check();
+}
+
 void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   const ColliderOptions& options = input_->options;
   std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
@@ -287,7 +291,9 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
     const FeaturePair& pair = pairs[survivors[i]];
     if (options.report == Report::kEarliest)
       elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
+    const std::uint64_t before = counts.exact_tests;
     take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
+    look_after_exact(counts.exact_tests - before);
   }
   output_.counts.exact_tests += counts.exact_tests;
 }
@@ -299,7 +305,9 @@ void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
   const Instant instant = input_->options.instant;
   const bool by_vertex = input_->options.report == Report::kVertexDistances;
   for (const FeaturePair& pair : pairs) {
+    const std::uint64_t before = counts.exact_tests;
     const Verdict verdict = proximity_test(features_of(pair), instant, elementary, counts);
+    look_after_exact(counts.exact_tests - before);
     if (by_vertex && verdict.contact)
       lower_distances(pair, least_distance(features_of(pair), instant, elementary.min_separation));
     take_verdict(pair, verdict);
@@ -328,8 +336,10 @@ void PairTester::test_intersections(std::span<const FeaturePair> pairs) {
     const Edge& edge = input_->scene.edges()[pair.a];
     const Face& face = input_->scene.faces()[pair.b];
     for (std::size_t k = 0; k < 5; ++k) vertices[k] = &input_->vertices[k < 2 ? edge[k] : face[k - 2]];
+    const std::uint64_t before = output_.counts.exact_tests;
     if (edge_meets_face(vertices, options.instant, output_.counts.exact_tests))
       report(input_->numbering.given({pair.kind, ContactStatus::kHit, pair.a, pair.b, toi}));
+    look_after_exact(output_.counts.exact_tests - before);
   }
 }
 

@@ -116,6 +116,8 @@ class PairTester {
   void edge_against_face(std::uint32_t edge, std::uint32_t face);
   // Tests the block's pairs and empties it.
   void test_features();
+  /// A pair that only long integers decide takes up to milliseconds: the stop flag is looked at after each.
+  void look_after_exact(std::uint64_t exact_tests) const;
   void run_cascade(std::span<const FeaturePair> pairs);
   void test_proximity(std::span<const FeaturePair> pairs);
   void lower_distances(const FeaturePair& pair, double distance);

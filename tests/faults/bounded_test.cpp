@@ -314,6 +314,22 @@ TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
 // ---- changes ----
 
 // The O(scene) work is done once, however many bodies are added.
+// Found by fuzzing recordings: a separation far below the coordinates' grid needs integers of thousands of bits, and a
+// block of such pairs took seconds.
+TEST(Looks, OfPairsThatOnlyLongIntegersDecideAreAsManyAsThese) {
+  const HostileScene scene = stacked_sheets(2, 4, BodyKind::kDeformable);
+  std::vector<double> through = scene.positions;
+  for (std::size_t i = through.size() / 2; i < through.size(); i += 3) {
+    through[i] += 0.0625 - static_cast<double>(i) / 4096;
+    through[i + 2] -= 0.125 + static_cast<double>(i * i % 97) / 512;
+  }
+  Collider collider = make(scene, {.tier = Tier::kExact, .min_separation = 0x1p-1043});
+  const CountedLooks looks(-1);
+  const StepResult result = collider.step(Doubles(through), CountedLooks::flag()).value();
+  EXPECT_GT(result.statistics.counts.exact_tests, 50U);
+  EXPECT_GE(looks.count(), static_cast<long>(result.statistics.counts.exact_tests));
+}
+
 TEST(Changes, OfManyBodiesAreOneScene) {
   const HostileScene scene = as_body(flat_grid(200), false);
   constexpr long kBodies = 100;

@@ -57,6 +57,20 @@ Big Big::sum(const Big& a, const Big& b, bool b_negative) {
   return of(std::move(result), negative);
 }
 
+Big& Big::operator+=(const Big& b) {
+  if (this == &b || compare(limbs_, b.limbs_) < 0) return *this = *this + b;
+  if (b.limbs_.empty()) return *this;
+  if (negative_ == b.negative_) {
+    const mp_limb_t carry =
+        mpn_add(limbs_.data(), limbs_.data(), size_of(limbs_), b.limbs_.data(), size_of(b.limbs_));
+    if (carry != 0) limbs_.push_back(carry);
+  } else {
+    mpn_sub(limbs_.data(), limbs_.data(), size_of(limbs_), b.limbs_.data(), size_of(b.limbs_));
+    while (!limbs_.empty() && limbs_.back() == 0) limbs_.pop_back();
+  }
+  return *this;
+}
+
 Big Big::product(const Big& a, const Big& b) {
   const bool a_first = a.limbs_.size() >= b.limbs_.size();
   const Limbs& more = a_first ? a.limbs_ : b.limbs_;

@@ -33,6 +33,8 @@ class Big {
 
   friend Big operator+(const Big& a, const Big& b) { return sum(a, b, b.negative_); }
   friend Big operator-(const Big& a, const Big& b) { return sum(a, b, !b.negative_); }
+  /// Without an allocation where *this is the larger in magnitude and has space for a carry.
+  Big& operator+=(const Big& b);
   Big operator-() const;
   friend Big operator*(const Big& a, const Big& b) { return product(a, b); }
   static Big product(const Big& a, const Big& b);

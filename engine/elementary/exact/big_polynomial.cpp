@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 namespace warmfront::roots {
@@ -145,11 +146,16 @@ int order(const BigDyadic& a, const BigDyadic& b) {
   return (with_shift(a, shift).numerator - with_shift(b, shift).numerator).sign();
 }
 
-int sign_of(const Coefficients& p, const BigDyadic& t) {
-  if (p.empty()) return 0;
+// p(t) 2^(degree * t.shift).
+Big scaled_value(const Coefficients& p, const BigDyadic& t) {
+  if (p.empty()) return {};
   Big value = p.back();
   for (int i = degree(p); i-- > 0;) value = value * t.numerator + (p[i] << ((degree(p) - i) * t.shift));
-  return value.sign();
+  return value;
+}
+
+int sign_of(const Coefficients& p, const BigDyadic& t) {
+  return scaled_value(p, t).sign();
 }
 
 // Of p on [begin, end], times a positive number: b_i = sum over k <= i of C(i, k) / C(n, k) q_k for q(x) =
@@ -201,7 +207,7 @@ Coefficients halve(Coefficients& left) {
   for (std::size_t level = 0; level <= n; ++level) {
     left[level] = row[0] << static_cast<int>(n - level);
     right[n - level] = row[n - level] << static_cast<int>(n - level);
-    for (std::size_t i = 0; i + level < n; ++i) row[i] = row[i] + row[i + 1];
+    for (std::size_t i = 0; i + level < n; ++i) row[i] += row[i + 1];
   }
   return right;
 }
@@ -210,8 +216,99 @@ struct Piece {
   Coefficients bernstein;
   BigDyadic begin;
   BigDyadic end;
+  int depth = 0;          // halvings
   bool only_end = false;  // a root at the end of what was before
 };
+
+// Halvings before two roots that stay together count as close: most are apart sooner, at less cost.
+constexpr int kPatience = 4;
+
+// The interval of the only root of f, at whose ends f has two signs. Quadratic interval refinement (Abbott,
+// "Quadratic interval refinement for real roots", 2006): the secant names one of N parts; if it is right, the
+// next N is N^2, if not, its root; with two parts it is bisection.
+class Refinement {
+ public:
+  Refinement(const Coefficients& f, BigDyadic begin, BigDyadic end)
+      : f_(f), begin_(std::move(begin)), end_(std::move(end)), before_(sign_of(f, begin_)) {}
+
+  const BigDyadic& begin() const { return begin_; }
+  const BigDyadic& end() const { return end_; }
+  bool is_root() const { return found_; }  // begin() = end(), the root
+
+  void shorten() {
+    const int shift = std::max(begin_.shift, end_.shift);
+    begin_ = with_shift(begin_, shift);
+    end_ = with_shift(end_, shift);
+    const Big width = end_.numerator - begin_.numerator;
+    const Big at_begin = scaled_value(f_, begin_);
+    const Big drop = at_begin - scaled_value(f_, end_);
+    const Big one(1);
+    const Big last = (one << log_parts_) - one;
+    Big named = (floor_divide(at_begin << (log_parts_ + 1), drop) + one) >> 1;
+    if ((named - one).sign() < 0) named = one;
+    if ((last - named).sign() < 0) named = last;
+    const auto grid = [&](const Big& i) {
+      return BigDyadic{(begin_.numerator << log_parts_) + width * i, shift + log_parts_};
+    };
+    BigDyadic at = grid(named);
+    const int sign = sign_of(f_, at);
+    if (sign == 0) return meet(std::move(at));
+    const bool root_after = sign == before_;
+    BigDyadic other = grid(root_after ? named + one : named - one);
+    const int other_sign = sign_of(f_, other);
+    if (other_sign == 0) return meet(std::move(other));
+    const bool right = (other_sign == before_) != root_after;
+    if (root_after) {
+      begin_ = std::move(right ? at : other);
+      if (right) end_ = std::move(other);
+    } else {
+      end_ = std::move(right ? at : other);
+      if (right) begin_ = std::move(other);
+    }
+    log_parts_ = right ? std::min(2 * log_parts_, kMostLogParts) : std::max(log_parts_ / 2, 1);
+  }
+
+ private:
+  static constexpr int kMostLogParts = 4096;
+
+  void meet(BigDyadic root) {
+    begin_ = root;
+    end_ = std::move(root);
+    found_ = true;
+  }
+
+  const Coefficients& f_;
+  BigDyadic begin_;
+  BigDyadic end_;
+  int before_;
+  int log_parts_ = 2;
+  bool found_ = false;
+};
+
+// f has the sign `outside` at both ends of an interval in which it has one critical point, where it is not 0.
+// A time at which it has the other sign: between its only two roots. None: it has no root there.
+std::optional<BigDyadic> between_two_roots(const Coefficients& f, const BigDyadic& begin,
+                                           const BigDyadic& end, int outside) {
+  const Coefficients slope = derivative(f);
+  Refinement critical(slope, begin, end);
+  for (;; critical.shorten()) {
+    const int at_begin = sign_of(f, critical.begin());
+    if (at_begin == -outside) return critical.begin();
+    if (critical.is_root()) return {};
+    const int at_end = sign_of(f, critical.end());
+    if (at_end == -outside) return critical.end();
+    if (at_begin == 0 || at_end == 0) continue;
+    // f falls, or rises, up to begin() and from end() on: without a root in between it has none.
+    if (variations(bernstein(f, critical.begin(), critical.end())) == 0) return {};
+  }
+}
+
+// Whether f has exactly one critical point within the piece, by Descartes' rule, and none at its ends.
+bool one_critical_point(const Coefficients& bernstein) {
+  Coefficients slope;
+  for (std::size_t i = 1; i < bernstein.size(); ++i) slope.push_back(bernstein[i] - bernstein[i - 1]);
+  return slope.front().sign() != 0 && slope.back().sign() != 0 && variations(slope) == 1;
+}
 
 constexpr int kPadded = 6;
 
@@ -262,7 +359,7 @@ void isolate_roots(const Coefficients& f, const BigDyadic& begin, const BigDyadi
   if (sign_of(f, begin) == 0 && !visit({begin, begin, true})) return;
   if (order(begin, end) == 0) return;
   std::vector<Piece> pieces;
-  pieces.push_back({{}, end, end, true});
+  pieces.push_back({{}, end, end, 0, true});
   pieces.push_back({bernstein(f, begin, end), begin, end});
   while (!pieces.empty()) {
     Piece piece = std::move(pieces.back());
@@ -278,12 +375,19 @@ void isolate_roots(const Coefficients& f, const BigDyadic& begin, const BigDyadi
       if (!visit({piece.begin, piece.end, false})) return;
       continue;
     }
+    // Bisection would take a step for each bit of the distance of two close roots, or complex ones.
+    if (count == 2 && ends_apart && piece.depth >= kPatience && one_critical_point(piece.bernstein)) {
+      const auto between = between_two_roots(f, piece.begin, piece.end, piece.bernstein.front().sign());
+      if (between && (!visit({piece.begin, *between, false}) || !visit({*between, piece.end, false}))) return;
+      continue;
+    }
     const BigDyadic middle = middle_of(piece.begin, piece.end);
     Coefficients right = halve(piece.bernstein);
     const bool at_middle = right.front().sign() == 0;
-    pieces.push_back({std::move(right), middle, piece.end});
-    if (at_middle) pieces.push_back({{}, middle, middle, true});
-    pieces.push_back({std::move(piece.bernstein), std::move(piece.begin), middle});
+    const int depth = piece.depth + 1;
+    pieces.push_back({std::move(right), middle, piece.end, depth});
+    if (at_middle) pieces.push_back({{}, middle, middle, depth, true});
+    pieces.push_back({std::move(piece.bernstein), std::move(piece.begin), middle, depth});
   }
 }
 
@@ -299,18 +403,10 @@ int sign_at_root(const Coefficients& f, const IsolatedRoot& root, const Coeffici
   const Coefficients common = common_divisor(f, g);
   if (common.size() > 1 && sign_of(common, root.begin) != sign_of(common, root.end)) return 0;
   // g is not 0 at the root: nor, then, on a short interval around it.
-  BigDyadic begin = root.begin;
-  BigDyadic end = root.end;
-  const int before = sign_of(f, begin);
-  for (int halvings = 1;; halvings *= 2) {
-    const Coefficients b = bernstein(g, begin, end);
+  for (Refinement around(f, root.begin, root.end);; around.shorten()) {
+    if (around.is_root()) return sign_of(g, around.begin());
+    const Coefficients b = bernstein(g, around.begin(), around.end());
     if (b.front().sign() != 0 && b.back().sign() != 0 && variations(b) == 0) return b.front().sign();
-    for (int i = 0; i < halvings; ++i) {
-      const BigDyadic middle = middle_of(begin, end);
-      const int sign = sign_of(f, middle);
-      if (sign == 0) return sign_of(g, middle);
-      (sign == before ? begin : end) = middle;
-    }
   }
 }
 
