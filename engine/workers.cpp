@@ -5,6 +5,8 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_scheduler_observer.h>
 
+#include <sched.h>
+
 #include <atomic>
 #include <cfenv>
 #include <memory>
@@ -13,18 +15,35 @@
 #include <utility>
 #include <vector>
 
+#include "engine/parallel/give_way.h"
+
 namespace warmfront {
 namespace {
 
+using Flag = std::shared_ptr<const std::atomic<bool>>;
+
+// Of the calling thread's own arenas, and of the one that this oneTBB thread is helping in.
+thread_local Flag own_flag;
+thread_local Flag helping;
+
 // A linked library may have changed MXCSR (rounding, flush to zero) in any thread, so every thread that
-// enters the arena is switched to the default environment.
-class DefaultFloatingPoint final : public tbb::task_scheduler_observer {
+// enters the arena is switched to the default environment. A helping one learns whom to give way for.
+class Entry final : public tbb::task_scheduler_observer {
  public:
-  explicit DefaultFloatingPoint(tbb::task_arena& arena) : tbb::task_scheduler_observer(arena) {
+  explicit Entry(tbb::task_arena& arena) : tbb::task_scheduler_observer(arena), flag_(own_flag) {
     observe(true);
   }
-  ~DefaultFloatingPoint() override { observe(false); }
-  void on_scheduler_entry(bool) override { std::fesetenv(FE_DFL_ENV); }
+  ~Entry() override { observe(false); }
+  void on_scheduler_entry(bool is_worker) override {
+    std::fesetenv(FE_DFL_ENV);
+    if (is_worker) helping = flag_;
+  }
+  void on_scheduler_exit(bool is_worker) override {
+    if (is_worker) helping.reset();
+  }
+
+ private:
+  const Flag flag_;
 };
 
 // Sets the default environment, and restores the calling thread's own at the end.
@@ -72,9 +91,9 @@ Workers::~Workers() = default;
 namespace {
 
 struct Arena {
-  explicit Arena(int threads) : arena(threads), environment(arena) {}
+  explicit Arena(int threads) : arena(threads), entry(arena) {}
   tbb::task_arena arena;
-  DefaultFloatingPoint environment;
+  Entry entry;
 };
 
 // The calling thread's own arena with this many slots, created on first use in the default environment,
@@ -89,6 +108,15 @@ Arena& own_arena(int threads) {
 thread_local int alone = 0;  // number of living OneThreads
 
 }  // namespace
+
+void give_way() {
+  const Flag& flag = helping ? helping : own_flag;
+  if (flag && flag->load(std::memory_order_relaxed)) ::sched_yield();
+}
+
+void Workers::give_way_while(std::shared_ptr<const std::atomic<bool>> flag) {
+  own_flag = std::move(flag);
+}
 
 Workers::OneThread::OneThread() {
   static_cast<void>(own_arena(1));

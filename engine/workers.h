@@ -2,6 +2,7 @@
 // The threads that steps run on. Thread-safe: many colliders may share one Workers and step concurrently.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 
@@ -28,6 +29,11 @@ class Workers {
 
   /// Runs `work` inside the calling thread's arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);
+
+  /// For the calling thread, before its first run(): while the flag is set, oneTBB's threads that help in its
+  /// calls give their core away at each look at the stop flag. They have the process's priority, whatever
+  /// this thread's own: so a caller that has stepped back really does.
+  static void give_way_while(std::shared_ptr<const std::atomic<bool>> flag);
 
   /// While one lives, every run() on the thread that created it uses this thread only: a small step need not
   /// wait for threads that a large one occupies. Must stay on one thread's stack.

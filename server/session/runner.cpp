@@ -9,11 +9,16 @@
 #include <exception>
 #include <utility>
 
+#include "engine/workers.h"
+
 namespace warmfront::server {
 namespace {
 
 /// How often it is looked whether someone takes long, while anything runs; and while nothing does.
 constexpr std::chrono::milliseconds kGlance{10}, kSleepy{250};
+
+/// For how long after a short task more are expected.
+constexpr std::chrono::milliseconds kShortAbout{200};
 
 /// The thread gets a tenth of a core beside one that wants it all (Linux gives threads priorities of their
 /// own). There is no way back without privileges: so it is for threads that end with their task.
@@ -53,6 +58,7 @@ void Runner::start(Lane lane) {
   Thread& thread = threads_.emplace_back();
   thread.lane = lane;
   try {
+    thread.gives_way = std::make_shared<std::atomic<bool>>(false);
     thread.thread = std::thread([this, &thread] { work(thread); });
   } catch (...) {
     threads_.pop_back();
@@ -114,6 +120,7 @@ bool Runner::run_here(Tasks& one, Lane lane) noexcept {
   UniqueLock lock(mutex_);
   if (guests_ >= most_guests_ || queue_of(lane).tasks > 0) return false;
   ++guests_;
+  if (lane == Lane::kShort) short_begins();
   run(std::move(one), lock);
   --guests_;
   return true;
@@ -138,6 +145,7 @@ void Runner::run(Tasks one, UniqueLock& lock) noexcept {
 }
 
 void Runner::work(Thread& self) {
+  Workers::give_way_while(self.gives_way);
   UniqueLock lock(mutex_);
   self.id = ::gettid();
   while (!self.relieved) {
@@ -147,6 +155,7 @@ void Runner::work(Thread& self) {
     const Lane lane = own.tasks > 0 ? self.lane : self.lane == Lane::kShort ? Lane::kLong : Lane::kShort;
     if (queue_of(lane).tasks == 0) break;
     self.began_ms = now_ms();
+    if (lane == Lane::kShort) short_begins();
     run(take(lane), lock);
     self.began_ms = -1;
   }
@@ -169,6 +178,7 @@ void Runner::watch() {
 
 bool Runner::relieve() {
   const double now = now_ms();
+  let_short_ones_through(now);
   for (auto thread = threads_.begin(); thread != threads_.end();) {
     if (!thread->ended || !thread->relieved) {
       ++thread;
@@ -183,14 +193,47 @@ bool Runner::relieve() {
       if (thread.lane != lane || thread.relieved || thread.began_ms < 0 ||
           now - thread.began_ms < std::chrono::duration<double, std::milli>(overrun).count())
         continue;
-      if (relieved_.load(std::memory_order_relaxed) >= overrun_->most) break;
-      start(lane);
-      thread.relieved = true;
-      relieved_.fetch_add(1, std::memory_order_relaxed);
-      step_back(thread.id);
+      if (!relieve(thread)) break;
     }
   }
   return busy() > 0;
+}
+
+void Runner::short_begins() {
+  const double now = now_ms();
+  const bool known = now - last_short_ms_ < kShortAbout.count();
+  last_short_ms_ = now;
+  if (!known) let_short_ones_through(now);
+}
+
+void Runner::let_short_ones_through(double now) {
+  const bool about = now - last_short_ms_ < kShortAbout.count();
+  for (const Thread& thread : threads_) {
+    if (thread.lane == Lane::kLong && !thread.relieved)
+      thread.gives_way->store(about, std::memory_order_relaxed);
+  }
+}
+
+bool Runner::relieve(Thread& thread) {
+  if (relieved_.load(std::memory_order_relaxed) >= overrun_->most) return false;
+  start(thread.lane);
+  thread.relieved = true;
+  thread.gives_way->store(true, std::memory_order_relaxed);
+  relieved_.fetch_add(1, std::memory_order_relaxed);
+  step_back(thread.id);
+  return true;
+}
+
+void Runner::step_back_now() noexcept {
+  if (!overrun_) return;
+  const MutexLock lock(mutex_);
+  const auto self = std::ranges::find(threads_, ::gettid(), &Thread::id);
+  if (self == threads_.end() || self->relieved) return;
+  try {
+    static_cast<void>(relieve(*self));
+  } catch (const std::exception&) {
+    // There is no thread, or no memory for one, now: the watch sees to it.
+  }
 }
 
 }  // namespace warmfront::server

@@ -75,8 +75,9 @@ void CreateCall::OnReadDone(bool ok) {
       handling_ = true;
     }
     if (!ok) return upload_ended();
-    if (!is_heavy<v1::CreateSessionRequest>(incoming_, Strings::kCopied)) return take(parse());
-    run_in_turn(context_, tenant_,
+    const Weight weight = weight_of<v1::CreateSessionRequest>(incoming_, Strings::kCopied);
+    if (weight == Weight::kLight) return take(parse());
+    run_in_turn(context_, tenant_, weight,
                 [call = shared_from_this()] { call->guarded([&] { call->take(call->parse()); }); });
   });
 }

@@ -139,10 +139,10 @@ class CollisionService final : public Base {
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
       Outcome<Principal> principal = context_.guard.identify(*call);
       if (!principal) return finish(call, context_.refuse(principal.fault()));
+      const Weight weight = weight_of<v1::StepRequest>(*request, Strings::kCopied);
       return StepCall::start(
-          context_,
-          is_heavy<v1::StepRequest>(*request, Strings::kCopied) ? context_.tenants.of(principal.value().name)
-                                                                : nullptr,
+          context_, weight,
+          weight == Weight::kLight ? nullptr : context_.tenants.of(principal.value().name),
           [this, call, request, principal]() -> Outcome<StepCall::Request> {
             auto received = receive_from<v1::StepRequest>(principal, context_, *request, "Step");
             if (!received) return received.fault();
@@ -219,10 +219,12 @@ class CollisionService final : public Base {
             },
             failed);
       };
-      if (kIsSmall<Request> || !is_heavy<Request>(request, Strings::kCopied))
+      const Weight weight =
+          kIsSmall<Request> ? Weight::kLight : weight_of<Request>(request, Strings::kCopied);
+      if (weight == Weight::kLight)
         work();
       else
-        run_in_turn(context_, context_.tenants.of(principal.value().name), work);
+        run_in_turn(context_, context_.tenants.of(principal.value().name), weight, work);
       return made.release();
     });
   }
