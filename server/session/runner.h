@@ -120,7 +120,7 @@ class Runner {
   std::list<Thread> threads_ WARMFRONT_GUARDED_BY(mutex_);
   bool stopping_ WARMFRONT_GUARDED_BY(mutex_) = false;
   int guests_ WARMFRONT_GUARDED_BY(mutex_) = 0;
-  double last_short_ms_ WARMFRONT_GUARDED_BY(mutex_) = -1e9;  // when the last short task began
+  double last_short_ms_ WARMFRONT_GUARDED_BY(mutex_) = -1e9;  // when the last one began beside a long one
 
   std::atomic<int> busy_{0};
   std::atomic<int> relieved_{0};
