@@ -244,7 +244,9 @@ class Refinement {
     const Big drop = at_begin - scaled_value(f_, end_);
     const Big one(1);
     const Big last = (one << log_parts_) - one;
-    Big named = (floor_divide(at_begin << (log_parts_ + 1), drop) + one) >> 1;
+    // The part is only a guess: of long numbers, the leading bits do.
+    const int spare = std::max(0, drop.bits() - (log_parts_ + 64));
+    Big named = (floor_divide((at_begin >> spare) << (log_parts_ + 1), drop >> spare) + one) >> 1;
     if ((named - one).sign() < 0) named = one;
     if ((last - named).sign() < 0) named = last;
     const auto grid = [&](const Big& i) {
