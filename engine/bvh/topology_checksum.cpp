@@ -2,8 +2,10 @@
 #include "engine/bvh/topology_checksum.h"
 
 #include <array>
+#include <bit>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace warmfront {
@@ -16,7 +18,9 @@ class Checksum {
 
   template <class T>
   void add(std::span<const T> values) {
-    static_assert(sizeof(T) % 4 == 0 && std::has_unique_object_representations_v<T>);
+    // Bits of doubles count as they are: nobody calculates with them.
+    static_assert(sizeof(T) % 4 == 0 &&
+                  (std::has_unique_object_representations_v<T> || std::is_same_v<T, std::array<double, 3>>));
     add_word(values.size());
     const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
     for (std::size_t at = 0; at < values.size_bytes(); at += 4) {
@@ -66,6 +70,17 @@ std::uint64_t topology_checksum(const Scene& given, const Topology& topology, St
   sum.add(topology.scene);
   sum.add(topology.numbering.given_vertices());
   for (const PartTopology& part : topology.parts) sum.add(part.order);
+  return sum.value();
+}
+
+std::uint64_t filter_checksum(const PairFilter& filter, StopSignal stop) {
+  if (!filter.any()) return 0;
+  Checksum sum(stop);
+  sum.add(filter.excluded_vertices().begin());
+  sum.add(filter.excluded_vertices().items());
+  sum.add(filter.patches());
+  sum.add(filter.rest_shape());
+  sum.add(std::array{std::bit_cast<std::uint64_t>(filter.rest_distance())});
   return sum.value();
 }
 

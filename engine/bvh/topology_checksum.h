@@ -6,6 +6,7 @@
 
 #include "engine/bvh/topology.h"
 #include "engine/scene.h"
+#include "engine/scene/pair_filter.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -13,6 +14,8 @@ namespace warmfront {
 /// Of the scene in both numberings and the order of each part's primitives. O(scene). Throws Stopped when
 /// told to stop, as orphans_checksum() does.
 std::uint64_t topology_checksum(const Scene& given, const Topology& topology, StopSignal stop);
+/// Of what filters leave out; 0 where that is nothing.
+std::uint64_t filter_checksum(const PairFilter& filter, StopSignal stop);
 /// Of a part's orphan sets.
 std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop);
 

@@ -59,6 +59,8 @@ class SelfCheck {
   Status run() {
     if (checksum(core_, kept_.stop) != core_.checksum())
       found_.report(ErrorCode::kDataLoss, "the scene's topology has changed");
+    if (filter_checksum(core_.filter, kept_.stop) != core_.filter.built_sum())
+      found_.report(ErrorCode::kDataLoss, "what the scene's filters leave out has changed");
     if (kept_.trees.size() != core_.topology->parts.size())
       found_.report(ErrorCode::kInternal, "the numbers of parts and hierarchies differ");
     if (!found_) {
@@ -91,8 +93,7 @@ class SelfCheck {
     for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
       const auto v = static_cast<std::uint32_t>(i);
       const Motion& motion = core_.motion.vertices();
-      const PointBounds bounds =
-          point_bounds(motion.vertices()[v], motion.frame(), kept_.magnitude);
+      const PointBounds bounds = point_bounds(motion.vertices()[v], motion.frame(), kept_.magnitude);
       if (!(core_.vertex_bounds[v] == bounds))
         found_.report(ErrorCode::kDataLoss,
                       "vertex " + std::to_string(number_of(core_.topology->numbering.given(NewVertex{v}))) +

@@ -25,6 +25,9 @@ class ExcludedVertices {
                    const Renumbering& numbering, const Scene& renumbered, StopSignal stop);
 
   bool empty() const { return items_.empty(); }
+  /// Where each vertex's begin and end in items().
+  std::span<const std::size_t> begin() const { return begin_; }
+  std::span<const std::uint32_t> items() const { return items_; }
   /// Ascending, without v.
   std::span<const std::uint32_t> of(std::uint32_t v) const {
     return {items_.data() + begin_[v], items_.data() + begin_[v + 1]};

@@ -41,10 +41,16 @@ class PairFilter {
   /// 0: no pair is left out for being near at rest.
   double rest_distance() const { return rest_distance_; }
   const std::array<double, 3>& at_rest(std::uint32_t v) const { return at_rest_[v]; }
+  /// Of each vertex; empty where rest_distance() is 0.
+  std::span<const std::array<double, 3>> rest_shape() const { return at_rest_; }
 
   const ExcludedVertices& excluded_vertices() const { return excluded_; }
   /// Of each vertex; empty without patches.
   std::span<const std::uint32_t> patches() const { return patches_; }
+
+  /// filter_checksum() of what was built, for the self-check.
+  std::uint64_t built_sum() const { return built_sum_; }
+  void set_built_sum(std::uint64_t sum) { built_sum_ = sum; }
 
   std::size_t memory_bytes() const { return excluded_.memory_bytes() + held_bytes(patches_, at_rest_); }
 
@@ -55,6 +61,7 @@ class PairFilter {
   bool is_near_at_rest(std::uint32_t v, std::uint32_t w) const;
 
   bool any_ = false;
+  std::uint64_t built_sum_ = 0;
   ExcludedVertices excluded_;
   std::vector<std::uint32_t> patches_;
   std::vector<std::array<double, 3>> at_rest_;

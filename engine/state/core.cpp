@@ -72,7 +72,9 @@ PairFilter Core::make_filter(const PairFilters& filters, const CollisionModel& o
   for (std::uint32_t p = 0; p < topology->parts.size(); ++p) {
     if (of_parts.self_collision(p)) themselves.push_back(topology->parts[p].features);
   }
-  return {filters, themselves, topology->numbering, topology->scene, stop};
+  PairFilter filter(filters, themselves, topology->numbering, topology->scene, stop);
+  filter.set_built_sum(filter_checksum(filter, stop));
+  return filter;
 }
 
 void Core::take(Parts parts) noexcept {

@@ -51,6 +51,16 @@ std::vector<double> wavy(double at) {
   return positions;
 }
 
+SceneDescription filtered_grids() {
+  SceneDescription scene = two_grids();
+  scene.filters = {.within_edges = 1,
+                   .near_at_rest = 1e-9,
+                   .rest_positions = wavy(0.5),
+                   .excluded_vertex_pairs = {{0, kVertices}},
+                   .patches = std::vector<std::uint32_t>(scene.vertex_count, 0)};
+  return scene;
+}
+
 /// A pipeline's cached data, writable.
 template <class Bounds>
 struct Kept {
@@ -97,8 +107,8 @@ struct Kept {
   Status check() {
     Status status;
     core.workers->run([&] {
-      status = self_check<Bounds>(
-          {core, trees, roots, refit_in, 0, near, apart, &front, core.motion.vertices().magnitude(), Width(), 0});
+      status = self_check<Bounds>({core, trees, roots, refit_in, 0, near, apart, &front,
+                                   core.motion.vertices().magnitude(), Width(), 0});
     });
     return status;
   }
@@ -118,7 +128,7 @@ struct Kept {
 
   const std::vector<double> start = wavy(0.5);
   const std::shared_ptr<const Scene> scene =
-      std::make_shared<const Scene>(Scene::create(two_grids()).value());
+      std::make_shared<const Scene>(Scene::create(filtered_grids()).value());
   Core core;
   std::vector<Bvh<Bounds>> trees;
   std::vector<Bounds> roots;
@@ -155,6 +165,13 @@ TYPED_TEST(SelfCheckOf, WhatCannotBeMadeAnewIsDataLoss) {
                      "topology has changed");
   this->expect_found([](K& k) { k.core.topology->parts[1].orphans.edge_edge[3].b ^= 4; }, loss,
                      "topology has changed");
+  this->expect_found([](K& k) { const_cast<std::uint32_t&>(k.core.filter.patches()[3]) ^= 8; }, loss,
+                     "filters leave out has changed");
+  this->expect_found(
+      [](K& k) { const_cast<std::uint32_t&>(k.core.filter.excluded_vertices().items()[1]) ^= 1; }, loss,
+      "filters leave out has changed");
+  this->expect_found([](K& k) { const_cast<double&>(k.core.filter.rest_shape()[2][1]) += 1e-9; }, loss,
+                     "filters leave out has changed");
   this->expect_found(
       [](K& k) {
         const std::uint32_t v = number_of(k.core.topology->numbering.renumbered(GivenVertex{17}));
