@@ -34,10 +34,11 @@ ContactTable columns_of(const StepResult& step, const Scene& scene, const Contac
 
 }  // namespace
 
-Result<AnySession> AnySession::create(const SceneDescription& description, const Positions& positions,
+Result<AnySession> AnySession::create(SceneDescription description, const Positions& positions,
                                       const ColliderOptions& options, std::shared_ptr<Workers> workers) {
   if (workers == nullptr) workers = std::make_shared<Workers>(0);
-  Result<Scene> scene = Scene::create(description);
+  description.filters.rest_at(positions);
+  Result<Scene> scene = Scene::create(std::move(description));
   if (!scene) return scene.error();
   Result<Collider> collider = Collider::create(std::make_shared<const Scene>(std::move(scene).value()),
                                                positions, options, std::move(workers));
@@ -117,6 +118,11 @@ Result<std::uint32_t> AnySession::add_body(BodyAddition addition, const Position
 Status AnySession::change_body(std::uint32_t index, Body body) {
   if (auto* remote = std::get_if<Session>(&held_)) return remote->change_body(index, std::move(body));
   return std::get<Local>(held_).collider.change_body(index, std::move(body));
+}
+
+Status AnySession::change_filters(PairFilters filters) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->change_filters(std::move(filters));
+  return std::get<Local>(held_).collider.change_filters(std::move(filters));
 }
 
 }  // namespace warmfront::client

@@ -18,9 +18,9 @@ namespace warmfront::client {
 /// computed. Errors have the same codes; a session behind a daemon also has those of its connection.
 class AnySession {
  public:
-  /// In this process. Fails as Scene::create() and Collider::create() do. Without `workers` it has its own,
-  /// one thread per core.
-  static Result<AnySession> create(const SceneDescription& scene, const Positions& positions,
+  /// In this process. Fails as Scene::create() and Collider::create() do. Filters that need a rest shape and
+  /// have none take these positions. Without `workers` it has its own, one thread per core.
+  static Result<AnySession> create(SceneDescription scene, const Positions& positions,
                                    const ColliderOptions& options = {},
                                    std::shared_ptr<Workers> workers = nullptr);
   /// Behind a daemon: see Client::create_session().
@@ -41,6 +41,7 @@ class AnySession {
   Result<CommitResult> commit(double fraction = 1);
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
+  Status change_filters(PairFilters filters);
 
  private:
   struct Local {

@@ -37,9 +37,6 @@ Result<Client> Client::connect(const std::string& address, const ClientOptions& 
 
 Result<Session> Client::create_session(SceneDescription scene, const Positions& positions,
                                        const ColliderOptions& options, const SessionOptions& session) {
-  if (scene.filters.any())
-    return Error{ErrorCode::kUnimplemented,
-                 "filters: the wire does not carry them yet; leave them out, or collide in this process"};
   v1::SessionHeader header;
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
   header.set_first_frame(session.first_frame);
@@ -158,6 +155,9 @@ Result<std::uint32_t> Session::add_body(BodyAddition addition, const Positions& 
 }
 Status Session::change_body(std::uint32_t index, Body body) {
   return impl_->change_body(index, std::move(body));
+}
+Status Session::change_filters(PairFilters filters) {
+  return impl_->change_filters(std::move(filters));
 }
 Result<Answer> Session::next_answer() {
   return impl_->next_answer();

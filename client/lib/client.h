@@ -119,6 +119,10 @@ class Session {
   /// Changes a body's description, see Collider::change_body(); exactly once, like add_body().
   /// kFailedPrecondition while frames are unanswered.
   Status change_body(std::uint32_t index, Body body);
+  /// Other filters in place of all that there are, see Collider::change_filters(); exactly once, like
+  /// add_body(). kFailedPrecondition while frames are unanswered, kUnimplemented where the daemon is older
+  /// than filters.
+  Status change_filters(PairFilters filters);
 
   /// Waits for the answer to the oldest unanswered frame, trials and commits among them. An error in the
   /// frame itself (kInvalidArgument, kResourceExhausted) does not count as a step: frames sent after it fail
@@ -150,8 +154,9 @@ class Client {
 
   /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions are sent and
   /// stored as float32. Vertices in no face are tested as points against faces, and against nothing else
-  /// (Scene::isolated_vertices()). Fails as Scene::create() and Collider::create() do, with kAlreadyExists
-  /// for an id in use and kResourceExhausted beyond the daemon's limits.
+  /// (Scene::isolated_vertices()). Filters that need a rest shape and have none take these positions. Fails
+  /// as Scene::create() and Collider::create() do, with kAlreadyExists for an id in use, kResourceExhausted
+  /// beyond the daemon's limits, and kUnimplemented for filters where the daemon is older than they are.
   Result<Session> create_session(SceneDescription scene, const Positions& positions,
                                  const ColliderOptions& options = {}, const SessionOptions& session = {});
 

@@ -46,6 +46,13 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   return arguments;
 }
 
+RemoteError too_old_for_filters() {
+  return {
+      {ErrorCode::kUnimplemented,
+       "filters: the daemon is older than they are, and would count what they leave out; update it, or leave "
+       "them out"}};
+}
+
 void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeout) {
   context.set_deadline(std::chrono::system_clock::now() + timeout);
 }
@@ -97,9 +104,19 @@ std::optional<std::string> Connection::why_unreachable() {
   return status.error_message();
 }
 
+std::optional<RemoteError> Connection::need_filters(const std::string& session_id) {
+  v1::GetServerInfoResponse info;
+  if (std::optional<RemoteError> error = server_info(info, session_id)) return error;
+  if (std::ranges::count(info.features(), v1::FEATURE_PAIR_FILTERS) == 0) return too_old_for_filters();
+  return std::nullopt;
+}
+
 std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
                                               std::string_view positions,
                                               v1::CreateSessionResponse& response) {
+  if (header.has_filters()) {
+    if (std::optional<RemoteError> error = need_filters(header.session_id())) return error;
+  }
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
   context.set_wait_for_ready(true);
@@ -122,9 +139,17 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
     request.set_positions(std::string(positions.substr(at, kUploadChunk)));
     writing = upload->Write(request);
   }
+  if (writing)
+    wire::upload(scene.filters, kUploadChunk,
+                 [&](const v1::CreateSessionRequest& piece) { return upload->Write(piece); });
   upload->WritesDone();
   const grpc::Status status = upload->Finish();
   if (!status.ok()) return remote_error_from(status);
+  // Another daemon than the one that was asked, behind a proxy, would take the scene without its filters.
+  if (scene.filters.any() && !response.session().has_filters()) {
+    static_cast<void>(remove(header.session_id()));
+    return too_old_for_filters();
+  }
   return std::nullopt;
 }
 

@@ -46,7 +46,9 @@ SceneState::SceneState(SceneDescription scene, const Positions& positions)
     : scene_(std::move(scene)),
       float32_(is_float32(positions)),
       positions_(std::make_shared<const std::string>(bytes_of(positions))),
-      poses_(scene_.bodies.size()) {}
+      poses_(scene_.bodies.size()) {
+  scene_.filters.rest_at(positions);
+}
 
 void SceneState::describe(v1::SessionHeader& header) const {
   header.set_vertex_count(scene_.vertex_count);
@@ -56,6 +58,8 @@ void SceneState::describe(v1::SessionHeader& header) const {
   header.clear_excluded_pairs();
   header.clear_pose_bodies();
   header.clear_poses();
+  header.clear_filters();
+  if (!(scene_.filters == PairFilters())) *header.mutable_filters() = wire::header_of(scene_.filters);
   for (const Body& body : scene_.bodies) *header.add_bodies() = to_proto(body);
   for (const auto& [a, b] : scene_.excluded_pairs) {
     v1::BodyPair& pair = *header.add_excluded_pairs();
@@ -234,6 +238,10 @@ void SceneState::take(BodyAddition addition, const Positions& positions) {
   scene_.bodies.push_back(std::move(addition.body));
   own_positions() += bytes_of(positions);
   poses_.emplace_back();
+  const auto append = [&](std::span<const double> values) {
+    scene_.filters.append_body(scene_.bodies.back().vertex_count, values);
+  };
+  std::visit([&](auto values) { append(std::vector<double>(values.begin(), values.end())); }, positions);
 }
 
 Status SceneState::check_change(std::uint32_t index, const Body& body) const {

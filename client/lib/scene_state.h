@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/frame.h"
@@ -42,7 +43,8 @@ struct SentFrame {
 
 class SceneState {
  public:
-  /// `positions` are those of the first frame; the session then uses their type, float32 or float64.
+  /// `positions` are those of the first frame; the session then uses their type, float32 or float64. They are
+  /// the rest shape where the filters need one and have none.
   SceneState(SceneDescription scene, const Positions& positions);
   SceneState(SceneState&&) = default;  // not copyable: two would write to one string of positions
 
@@ -51,7 +53,7 @@ class SceneState {
   /// The upload's positions: (n, 3) in the session's dtype; for rigid bodies with a pose, their reference
   /// shapes.
   const std::string& positions() const { return *positions_; }
-  /// Writes the scene's description, except faces and positions, into the header.
+  /// Writes the scene's description, except faces, positions and arrays of filters, into the header.
   void describe(v1::SessionHeader& header) const;
 
   /// A frame's bytes. kInvalidArgument for positions of another type or number than the session's, and for
@@ -68,6 +70,7 @@ class SceneState {
   /// not known in float32.
   Status check_change(std::uint32_t index, const Body& body) const;
   void take(std::uint32_t index, Body body);
+  void take(PairFilters filters) { scene_.filters = std::move(filters); }
 
  private:
   std::size_t number_size() const { return float32_ ? sizeof(float) : sizeof(double); }

@@ -239,6 +239,18 @@ Status Session::Impl::change_body(std::uint32_t index, Body body) {
   return change(std::move(encoded), [&] { state_.take(index, std::move(body)); });
 }
 
+Status Session::Impl::change_filters(PairFilters filters) {
+  may_commit_ = false;
+  if (failed_) return *failed_;
+  if (filters.any()) {
+    const std::optional<RemoteError> error = connection_->need_filters(id());
+    if (error && error->error.code == ErrorCode::kUnimplemented) return error->error;
+  }
+  v1::SceneChange encoded;
+  *encoded.mutable_change_filters() = to_proto(filters);
+  return change(std::move(encoded), [&] { state_.take(std::move(filters)); });
+}
+
 Result<Answer> Session::Impl::next_answer() {
   if (failed_) return *failed_;
   if (unanswered_.empty())

@@ -34,6 +34,7 @@ struct Session::Impl {
   Status check_idle() const;
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
+  Status change_filters(PairFilters filters);
   Result<Answer> next_answer();
   Status close();
 

@@ -11,6 +11,7 @@
 #include "client/lib/answer.h"
 #include "engine/result.h"
 #include "engine/scene.h"
+#include "proto/wire/filters.h"
 #include "proto/wire/options.h"
 #include "proto/wire/question.h"
 #include "proto/wire/scene.h"

@@ -6,10 +6,12 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "engine/pair_filters.h"
 #include "server/fault.h"
 #include "server/session/limits.h"
 
@@ -98,6 +100,23 @@ class Holding {
   std::shared_ptr<Account> account_;
   std::size_t bytes_ = 0;
 };
+
+/// How large filters are; of none by default.
+struct FilterSize {
+  std::uint32_t within_edges = 0;
+  bool near_at_rest = false;
+  std::uint64_t excluded_vertex_pairs = 0;
+  bool patches = false;
+
+  static FilterSize of(const PairFilters& filters) {
+    return {filters.within_edges, filters.near_at_rest > 0, filters.excluded_vertex_pairs.size(),
+            !filters.patches.empty()};
+  }
+};
+
+/// What filters of a scene of so many vertices take on top of estimate_bytes(), while they are uploaded or
+/// made.
+std::size_t estimate_filter_bytes(const FilterSize& filters, std::uint64_t vertices, bool explain);
 
 /// What a session is going to hold, measured on the built-in and recorded scenes and rounded up: scene,
 /// hierarchy, a usual front, the upload, and a window of frames that wait. With `explain` a second collider

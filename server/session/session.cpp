@@ -51,6 +51,12 @@ std::uint64_t digest_of(const SessionSpec& spec, const PositionBuffer& positions
   StateDigest digest(spec.header_digest);
   digest.add(std::span(spec.scene.faces));
   digest.add(positions.bytes());
+  const PairFilters& filters = spec.scene.filters;
+  if (filters.any()) {
+    digest.add(std::span(filters.rest_positions));
+    digest.add(std::span(filters.excluded_vertex_pairs));
+    digest.add(std::span(filters.patches));
+  }
   return digest.value();
 }
 
@@ -332,7 +338,9 @@ Outcome<std::string> Session::self_check(const std::string& where, const std::at
   return found;
 }
 
-// Here and not when the request arrives: another one may be on its way.
+// Here and not when the request arrives: another one may be on its way. How long filters are follows from the
+// scene's vertices, which the collider checks, but for their pairs, which are bounded by what a session may
+// hold.
 std::optional<Fault> Session::too_large_with(std::span<const SceneChange> changes) const {
   std::uint64_t vertices = collider_.scene().vertex_count();
   std::uint64_t faces = collider_.scene().face_count();
@@ -353,7 +361,9 @@ std::optional<Fault> Session::too_large_with(std::span<const SceneChange> change
 std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const std::uint64_t vertices = collider_.scene().vertex_count(), faces = collider_.scene().face_count();
   std::uint64_t more_vertices = 0, more_faces = 0;
+  const PairFilters* other = nullptr;  // in place of the scene's
   for (const SceneChange& change : changes) {
+    if (const auto* filters = std::get_if<ChangeFilters>(&change)) other = &filters->filters;
     const auto* add = std::get_if<AddBody>(&change);
     if (add == nullptr) continue;
     more_vertices += add->addition.body.vertex_count;
@@ -362,7 +372,15 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const auto estimate = [&](std::uint64_t v, std::uint64_t f) {
     return estimate_bytes(v, f, size_of(dtype_), options_.explain, limits_);
   };
-  return estimate(vertices + more_vertices, faces + more_faces) - estimate(vertices, faces);
+  const auto of_filters = [&](const PairFilters& filters, std::uint64_t v) {
+    return estimate_filter_bytes(FilterSize::of(filters), v, options_.explain);
+  };
+  // Other filters are made beside those that there are; these grow with the bodies that are added.
+  const PairFilters& present = collider_.scene().filters();
+  const std::size_t more_filters =
+      other != nullptr ? of_filters(*other, vertices + more_vertices)
+                       : of_filters(present, vertices + more_vertices) - of_filters(present, vertices);
+  return estimate(vertices + more_vertices, faces + more_faces) - estimate(vertices, faces) + more_filters;
 }
 
 Fault Session::with_removed(Fault refusal) const {

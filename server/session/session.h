@@ -45,6 +45,7 @@ struct SessionSpec {
 
 using warmfront::AddBody;
 using warmfront::ChangeBody;
+using warmfront::ChangeFilters;
 using warmfront::SceneChange;
 
 /// Changes that are carried out together; see ChangeSceneRequest on the wire.

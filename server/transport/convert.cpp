@@ -154,9 +154,13 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
       Result<Body> body = wire::body_from(message.change().body(), where + ".change.body");
       if (!body) return fault_from(body.error());
       changes.emplace_back(ChangeBody{message.change().index(), std::move(body).value()});
+    } else if (message.has_change_filters()) {
+      Result<PairFilters> filters = wire::filters_from(message.change_filters(), where + ".change_filters");
+      if (!filters) return fault_from(filters.error());
+      changes.emplace_back(ChangeFilters{std::move(filters).value()});
     } else {
       return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-                   where + ": carries neither add nor change"};
+                   where + ": carries none of add, change and change_filters"};
     }
   }
   return order;
@@ -182,6 +186,7 @@ v1::SessionInfo to_proto(const Session& session) {
   info.set_created_unix_ms(duration_cast<milliseconds>(snapshot.created.time_since_epoch()).count());
   info.set_idle_ms(static_cast<std::uint64_t>(snapshot.idle.count()));
   *info.mutable_state() = to_proto(snapshot.state);
+  if (scene->filters().any()) *info.mutable_filters() = wire::header_of(scene->filters());
   return info;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "proto/wire/filters.h"
 #include "proto/wire/options.h"
 #include "proto/wire/question.h"
 #include "proto/wire/scene.h"

@@ -21,10 +21,13 @@ std::optional<Fault> Upload::add(const v1::CreateSessionRequest& request) {
   using Request = v1::CreateSessionRequest;
   if (request.part_case() == Request::kHeader) return add_header(request.header());
   if (request.part_case() == Request::PART_NOT_SET)
-    return invalid("CreateSession: a message carries none of header, faces and positions");
-  if (!spec_) return invalid("CreateSession: the header comes first, then faces and positions");
+    return invalid("CreateSession: a message carries none of header, faces, positions and filters' arrays");
+  if (!spec_)
+    return invalid("CreateSession: the header comes first, then faces, positions and filters' arrays");
   if (request.part_case() == Request::kFaces) return add_faces(request.faces());
-  if (Status added = positions_->append(request.positions()); !added) return fault_from(added.error());
+  const Status added = request.part_case() == Request::kPositions ? positions_->append(request.positions())
+                                                                  : filters_.add(request);
+  if (!added) return fault_from(added.error());
   return std::nullopt;
 }
 
@@ -32,6 +35,12 @@ std::optional<Fault> Upload::add_header(const v1::SessionHeader& header) {
   if (spec_) return invalid("CreateSession: a second header; one upload makes one session");
   Outcome<SessionSpec> spec = spec_from(header, limits_);
   if (!spec) return spec.fault();
+  if (header.has_filters()) {
+    Result<wire::FiltersUpload> filters =
+        wire::FiltersUpload::announced(header.filters(), header.vertex_count());
+    if (!filters) return fault_from(filters.error());
+    filters_ = std::move(filters).value();
+  }
   spec_ = std::move(spec).value();
   face_count_ = header.face_count();
   positions_.emplace(spec_->dtype, header.vertex_count());
@@ -53,7 +62,14 @@ std::optional<Fault> Upload::add_faces(std::string_view bytes) {
 
 std::size_t Upload::estimate_bytes() const {
   return server::estimate_bytes(spec_->scene.vertex_count, face_count_, size_of(spec_->dtype),
-                                spec_->options.explain, limits_);
+                                spec_->options.explain, limits_) +
+         estimate_filter_bytes(filter_size(), spec_->scene.vertex_count, spec_->options.explain);
+}
+
+FilterSize Upload::filter_size() const {
+  const v1::PairFiltersHeader& announced = filters_.header();
+  return {announced.within_edges(), announced.near_at_rest() > 0, announced.excluded_vertex_pair_count(),
+          announced.patches()};
 }
 
 std::optional<Fault> Upload::complete() const {
@@ -63,6 +79,7 @@ std::optional<Fault> Upload::complete() const {
                    std::to_string(expected_face_bytes()) + " bytes");
   if (Status complete = positions_->complete(); !complete)
     return fault_from(complete.error(), "the upload ended early: ");
+  if (Status complete = filters_.complete(); !complete) return fault_from(complete.error());
   return std::nullopt;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "proto/wire/filters.h"
 #include "server/session/limits.h"
 #include "server/session/position_buffer.h"
 #include "server/session/session.h"
@@ -33,6 +34,7 @@ class Upload {
   /// Leaves the id, by which a session that cannot be made is named.
   SessionSpec take_spec() {
     SessionSpec spec = *std::move(spec_);
+    spec.scene.filters = filters_.take();
     spec_->id = spec.id;
     return spec;
   }
@@ -41,11 +43,13 @@ class Upload {
  private:
   std::optional<Fault> add_header(const v1::SessionHeader& header);
   std::optional<Fault> add_faces(std::string_view bytes);
+  FilterSize filter_size() const;
   std::size_t expected_face_bytes() const { return std::size_t{12} * face_count_; }
 
   const Limits& limits_;
   std::optional<SessionSpec> spec_;
   std::optional<PositionBuffer> positions_;
+  wire::FiltersUpload filters_;
   std::uint32_t face_count_ = 0;
   std::size_t face_bytes_ = 0;
 };

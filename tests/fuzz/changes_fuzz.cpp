@@ -28,6 +28,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             collider.add_body(std::move(add->addition), std::span<const double>(add->positions));
         return index ? Status{} : Status{index.error()};
       }
+      if (auto* other = std::get_if<server::ChangeFilters>(&change))
+        return collider.change_filters(std::move(other->filters));
       auto& changed = std::get<server::ChangeBody>(change);
       return collider.change_body(changed.index, std::move(changed.body));
     };

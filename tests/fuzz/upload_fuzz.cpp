@@ -57,6 +57,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
          "a scene within the limits");
   expect(spec.options.max_contacts <= limits.max_contacts, "capacities are the daemon's at most");
   expect(positions.complete().ok(), "a complete upload has complete positions");
+  const PairFilters& filters = spec.scene.filters;
+  expect(filters.patches.empty() || filters.patches.size() == spec.scene.vertex_count,
+         "a patch a vertex or none");
+  expect(filters.near_at_rest > 0 ? filters.rest_positions.size() == std::size_t{3} * spec.scene.vertex_count
+                                  : filters.rest_positions.empty(),
+         "a rest shape where there is need of one");
   Result<Scene> scene = Scene::create(std::move(spec.scene));
   if (!scene) {
     expect(is_refusal(scene.error().code), "a refused scene has a reason");

@@ -32,7 +32,9 @@ class OlderService final : public v1::CollisionService::Service {
 
   grpc::Status GetServerInfo(grpc::ServerContext* call, const v1::GetServerInfoRequest* request,
                              v1::GetServerInfoResponse* response) override {
-    return stub_->GetServerInfo(own(call).get(), *request, response);
+    const grpc::Status status = stub_->GetServerInfo(own(call).get(), *request, response);
+    response->clear_features();
+    return status;
   }
   grpc::Status DeleteSession(grpc::ServerContext* call, const v1::DeleteSessionRequest* request,
                              v1::DeleteSessionResponse* response) override {
@@ -126,6 +128,14 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     ASSERT_TRUE(session.change_body(1, scene.bodies[1]).ok());
     step(4);
     EXPECT_EQ(session.resumes(), 1u);
+    // What it does not know is not asked of it.
+    const Status filtered = session.change_filters({.within_edges = 1});
+    EXPECT_EQ(filtered.error().code, ErrorCode::kUnimplemented) << filtered.error().message;
+    scene.filters.within_edges = 1;
+    const auto refused = client.create_session(scene, Doubles(start));
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kUnimplemented) << refused.error().message;
+    EXPECT_EQ(direct.list_sessions().value().size(), 1u) << "nothing is left of it";
   }
   server->Shutdown(std::chrono::system_clock::now());
 }

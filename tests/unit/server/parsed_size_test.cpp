@@ -96,6 +96,10 @@ TEST(ParsedSizeTest, IsNoLessThanWhatTheAllocatorHandsOut) {
   expect_enough<v1::ChangeSceneRequest>(repeated(empty_change, kMany), "empty changes");
   expect_enough<v1::ChangeSceneRequest>(repeated(field(3, field(1, field(1, unknown_number))), kMany),
                                         "additions of nothing");
+  expect_enough<v1::ChangeSceneRequest>(repeated(field(3, field(3, "")), kMany), "changes to no filters");
+  expect_enough<v1::ChangeSceneRequest>(repeated(field(3, field(3, field(3, "x") + field(5, "y"))), kMany),
+                                        "filters of short arrays");
+  expect_enough<v1::CreateSessionRequest>(field(4, std::string(2 * kMiB, 'r')), "a part of a rest shape");
   expect_enough<v1::SessionHeader>(repeated(unknown_number, kMany), "unknown numbers");
   expect_enough<v1::SessionHeader>(repeated(unknown_string, kMany), "unknown strings");
   expect_enough<v1::SessionHeader>(repeated(unknown_group, kMany), "unknown groups");
