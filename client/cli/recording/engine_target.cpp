@@ -5,6 +5,7 @@
 #include "client/cli/recording/from_wire.h"
 #include "client/cli/recording/replay_target.h"
 #include "engine/contact_hash.h"
+#include "proto/wire/filters.h"
 #include "proto/wire/question.h"
 #include "proto/wire/scene.h"
 
@@ -35,9 +36,13 @@ class EngineTarget final : public ReplayTarget {
   }
 
   Status change(const v1::ChangeSceneRequest& request) override {
-    for (const v1::SceneChange& change : request.changes())
-      if (Status changed = carry_out(change); !changed) return changed;
-    return {};
+    std::vector<SceneChange> changes;
+    for (const v1::SceneChange& message : request.changes()) {
+      Result<SceneChange> change = change_of(message);
+      if (!change) return change.error();
+      changes.push_back(std::move(change).value());
+    }
+    return collider_.change(std::move(changes));  // all of them or none
   }
 
  private:
@@ -51,19 +56,27 @@ class EngineTarget final : public ReplayTarget {
                         result.value().possible.value_or(0), result.value().earliest_toi, nothing.value()};
   }
 
-  Status carry_out(const v1::SceneChange& change) {
+  Result<SceneChange> change_of(const v1::SceneChange& change) const {
+    if (change.has_change_filters()) {
+      Result<PairFilters> filters = wire::filters_from(change.change_filters(), "change_filters");
+      if (!filters) return filters.error();
+      return SceneChange(ChangeFilters{std::move(filters).value()});
+    }
+    if (!change.has_add() && !change.has_change())
+      return invalid_argument("a change of a kind that this program does not know");
     Result<Body> body =
         wire::body_from(change.has_add() ? change.add().body() : change.change().body(), "body");
     if (!body) return body.error();
-    if (change.has_change()) return collider_.change_body(change.change().index(), std::move(body).value());
+    if (change.has_change()) return SceneChange(ChangeBody{change.change().index(), std::move(body).value()});
     auto faces = faces_of(change.add().faces(), "add.faces");
     if (!faces) return faces.error();
     const auto positions =
         positions_of(change.add().positions(), float32_, body.value().vertex_count, "add.positions");
     if (!positions) return positions.error();
-    const auto added =
-        collider_.add_body({std::move(body).value(), std::move(faces).value()}, view(positions.value()));
-    return added ? Status() : Status(added.error());
+    AddBody add{{std::move(body).value(), std::move(faces).value()}, {}};
+    std::visit([&](const auto& values) { add.positions.assign(values.begin(), values.end()); },
+               positions.value());
+    return SceneChange(std::move(add));
   }
 
   Collider collider_;

@@ -19,7 +19,7 @@ namespace warmfront::client {
 
 /// Unset fields take the engine's default; kInvalidArgument for options that cannot be combined.
 Result<ColliderOptions> options_of(const v1::ColliderOptions& message);
-/// Everything but the faces.
+/// Everything but the faces and the filters.
 Result<SceneDescription> scene_of(const v1::SessionHeader& header);
 /// Initial poses of rigid bodies that are not at their reference positions.
 Result<std::vector<BodyPose>> poses_of(const v1::SessionHeader& header);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/cli/recording/from_wire.h"
+#include "proto/wire/filters.h"
 
 namespace warmfront::client {
 
@@ -31,12 +32,16 @@ Status RecordedSession::read_upload() {
     return reader_.error(begin, "an upload is expected behind the header, its own header first");
   session_ = next_->create().header();
   std::string faces, positions;
+  auto filters = wire::FiltersUpload::announced(session_.filters(), session_.vertex_count());
+  if (!filters) return reader_.error(begin, "the upload: " + filters.error().message);
   for (;;) {
     if (Status read = advance(); !read) return read.error();
     if (!next_ || !next_->has_create()) break;
     if (next_->create().has_header()) return reader_.error(record_at_, "a second upload");
     faces += next_->create().faces();
     positions += next_->create().positions();
+    if (Status added = filters.value().add(next_->create()); !added)
+      return reader_.error(record_at_, "the upload: " + added.error().message);
   }
   const auto invalid = [&](const Error& error) {
     return reader_.error(begin, "the upload: " + error.message);
@@ -53,6 +58,8 @@ Status RecordedSession::read_upload() {
   auto face_list = faces_of(faces, "faces");
   if (!face_list) return invalid(face_list.error());
   scene_.faces = std::move(face_list).value();
+  if (Status complete = filters.value().complete(); !complete) return invalid(complete.error());
+  scene_.filters = filters.value().take();
   auto options = options_of(session_.options());
   if (!options) return invalid(options.error());
   options_ = options.value();

@@ -65,6 +65,11 @@ Result<Recorder> Recorder::create(const std::string& path, const SceneDescriptio
          [](v1::CreateSessionRequest& to, std::string bytes) { to.set_faces(std::move(bytes)); });
   upload(recorder.state_.positions(),
          [](v1::CreateSessionRequest& to, std::string bytes) { to.set_positions(std::move(bytes)); });
+  wire::upload(recorder.state_.scene().filters, kUploadChunk, [&](const v1::CreateSessionRequest& piece) {
+    *message.mutable_create() = piece;
+    recorder.writer_->write(message);
+    return true;
+  });
   return recorder;
 }
 

@@ -174,6 +174,58 @@ TEST_F(ReplayTest, TrialsAndCommitsReplayAsWhatTheyAre) {
   }
 }
 
+TEST_F(ReplayTest, FiltersReplayAsWhatTheyAre) {
+  Client client = Client::connect(daemon_.address()).value();
+  Heap<float> heap;
+  SceneDescription filtered = heap.description;
+  const std::uint32_t vertices = filtered.vertex_count;
+  filtered.filters = {.within_edges = 1, .near_at_rest = 0.6, .excluded_vertex_pairs = {{0, vertices - 1}}};
+  {
+    Session session = client.create_session(filtered, std::span<const float>(heap.x)).value();
+    for (int k = 1; k <= 6; ++k) {
+      ASSERT_TRUE(session.step(Mixture<float>(k, heap).frame).ok());
+      if (k == 2) {
+        ASSERT_TRUE(session.change_filters({.patches = std::vector<std::uint32_t>(vertices, 1)}).ok());
+      }
+      if (k == 3) {
+        EXPECT_EQ(session.change_filters({.within_edges = 9}).error().code, ErrorCode::kInvalidArgument);
+        ASSERT_TRUE(session.change_filters({.within_edges = 3}).ok());
+      }
+      if (k == 4) {
+        ASSERT_TRUE(client.delete_session(session.id()).ok());  // and so it is made again
+      }
+    }
+  }
+  for (int i = 0; i < 2000 && recordings().size() < 2; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const auto files = recordings();
+  ASSERT_EQ(files.size(), 2u);
+  std::uint64_t changes = 0;
+  for (const std::string& file : files) {
+    wait_for_end(file);
+    EXPECT_TRUE(RecordedSession::open(file).value().scene().filters.any());
+    const ReplayResult result = replay_here(file);
+    EXPECT_EQ(result.difference + result.defect, "");
+    changes += result.changes;
+    expect_replays(file);
+  }
+  EXPECT_EQ(changes, 3u);
+
+  // Recorded by the command line, of which a load is made.
+  const std::string file = (folder_.path() / "filtered.wfrec").string();
+  const std::string scene = "'builtin:cloth-ball?triangles=1000&frames=8'";
+  ASSERT_EQ(run("detect " + scene +
+                " --report candidates --filter-edges 2 --filter-near-at-rest 0.1 --record " + file)
+                .code,
+            kExitOk);
+  EXPECT_EQ(RecordedSession::open(file).value().scene().filters.within_edges, 2u);
+  expect_replays(file);
+  const Outcome load = run("load --server " + daemon_.address() + " --scene " + file +
+                           " --duration 300ms --warmup 0s --check");
+  EXPECT_EQ(load.code, kExitOk) << load.out;
+  EXPECT_THAT(load.out, HasSubstr(" 0 differ"));
+}
+
 TEST_F(ReplayTest, RecordingsKeptFromEarlierHaveTheSameAnswersStill) {
   for (const char* kept : {"everything", "resumed"})
     expect_replays(std::string(WARMFRONT_RECORDINGS) + "/" + kept + ".wfrec");
