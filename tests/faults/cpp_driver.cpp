@@ -92,6 +92,7 @@ class CppDriver final : public SessionDriver {
   Status change_body(std::uint32_t index, const Body& body) override {
     return session_->change_body(index, body);
   }
+  Status change_filters(const PairFilters& filters) override { return session_->change_filters(filters); }
   Status close() override { return session_->close(); }
   std::string id() const override { return session_->id(); }
   std::uint32_t window() const override { return session_->window(); }

@@ -264,6 +264,13 @@ class PythonDriver final : public SessionDriver {
   Status change_body(std::uint32_t index, const Body& body) override {
     return done(ask("change_body", {{"index", index}, {"body", told(body)}}));
   }
+  Status change_filters(const PairFilters& filters) override {
+    return done(ask("change_filters", {{"within_edges", filters.within_edges},
+                                       {"near_at_rest", hex(std::vector<double>{filters.near_at_rest})},
+                                       {"rest_positions", hex(filters.rest_positions)},
+                                       {"excluded_vertex_pairs", hex(filters.excluded_vertex_pairs)},
+                                       {"patches", hex(filters.patches)}}));
+  }
   Status close() override { return done(ask("close", json::object())); }
   std::string id() const override { return id_; }
   std::uint32_t window() const override { return window_; }

@@ -137,6 +137,14 @@ class Driver:
         self.session.change_body(request["index"], body_of(request["body"]))
         return {}
 
+    def change_filters(self, request):
+        given = {"rest_positions": rows(request["rest_positions"]), "patches": array(request["patches"], "<u4"),
+                 "excluded_vertex_pairs": array(request["excluded_vertex_pairs"], "<u4", -1, 2)}
+        self.session.change_filters(warmfront.PairFilters(
+            within_edges=request["within_edges"], near_at_rest=array(request["near_at_rest"], "<f8")[0],
+            **{name: values for name, values in given.items() if values.size > 0}))
+        return {}
+
     def close(self, request):
         self.session.close()
         return {}

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <thread>
 
+#include "proto/wire/filters.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace {
@@ -231,6 +232,12 @@ class ReactionsTest : public ServiceTest {
     EXPECT_GT(n, 20) << "a scenario without allocations shows nothing";
   }
   void arm() const { allocations_left = nth_; }
+  /// Filters, of no pair.
+  PairFilters nothing_left_out() const {
+    return {.near_at_rest = 1e-12,
+            .rest_positions = grids_.positions(0),
+            .patches = std::vector<std::uint32_t>(grids_.vertex_count(), 0)};
+  }
   static void disarm() {
     // Kept for at_every_allocation(): below 0 when it failed.
     if (allocations_left.load() >= 0) allocations_left = kDisarmed;
@@ -250,6 +257,57 @@ TEST_F(ReactionsTest, CreatingASession) {
       ASSERT_TRUE(create(id(n)).ok()) << "the id is free again";
     }
     goes_on(id(n), 2);
+    remove(id(n));
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+// Filters that are parsed, kept and made, and leave nothing out.
+TEST_F(ReactionsTest, CreatingWithFilters) {
+  const PairFilters filters = nothing_left_out();
+  at_every_allocation("CreateSession with filters", [&](long n) {
+    arm();
+    Context context;
+    v1::CreateSessionResponse response;
+    const auto writer = stub_->CreateSession(&context, &response);
+    v1::CreateSessionRequest request;
+    *request.mutable_header() = header(id(n));
+    *request.mutable_header()->mutable_filters() = wire::header_of(filters);
+    writer->Write(request);
+    request.set_faces(faces());
+    writer->Write(request);
+    request.set_positions(frame(0));
+    writer->Write(request);
+    wire::upload(filters, 1000, [&](const v1::CreateSessionRequest& piece) { return writer->Write(piece); });
+    writer->WritesDone();
+    const grpc::Status created = writer->Finish();
+    disarm();
+    if (!created.ok()) {
+      expect_refused(created);
+      ASSERT_TRUE(create(id(n)).ok()) << "the id is free again";
+    }
+    goes_on(id(n), 1);
+    remove(id(n));
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+TEST_F(ReactionsTest, ChangingFilters) {
+  at_every_allocation("ChangeScene", [&](long n) {
+    ASSERT_TRUE(create(id(n)).ok());
+    v1::ChangeSceneRequest request;
+    request.set_session_id(id(n));
+    request.set_next_frame(1);
+    *request.add_changes()->mutable_change_filters() = wire::to_proto(nothing_left_out());
+    arm();
+    {
+      Context context;
+      v1::ChangeSceneResponse response;
+      const grpc::Status changed = stub_->ChangeScene(&context, request, &response);
+      if (!changed.ok()) expect_refused(changed);
+    }
+    disarm();
+    goes_on(id(n), 1);
     remove(id(n));
   });
   EXPECT_TRUE(daemon_->drain());

@@ -59,6 +59,9 @@ std::string live(SessionDriver& driver, SwitchProxy& proxy, SwitchProxy::Way way
       std::function([&] {
         return session.change({1, {"", 4, 4, BodyKind::kDeformable}});
       }),
+      std::function([&] {
+        return session.change_filters({.within_edges = 1, .excluded_vertex_pairs = {{0, 5}}});
+      }),
       std::function([&] { return session.step({}); }),
   };
   for (const auto& call : calls) {

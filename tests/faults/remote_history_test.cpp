@@ -46,6 +46,8 @@ struct Command {
     kCommit,      // of the last trial, or of none
     kNear,
     kTrialCommitStep,  // sent before the answer to the first is taken
+    kFilters,
+    kWrongFilters,
     kKinds
   };
   Kind kind = kFrame;
@@ -71,7 +73,9 @@ std::ostream& operator<<(std::ostream& out, const Command& command) {
                                     "line search",
                                     "commit",
                                     "near",
-                                    "trial, commit and step"};
+                                    "trial, commit and step",
+                                    "filters",
+                                    "wrong filters"};
   return out << kNames[command.kind] << " drawn by " << command.draw
              << (command.lose_answer ? ", the answer is lost" : "") << "\n";
 }
@@ -220,6 +224,10 @@ class RemoteHistory {
         return near(draws, around);
       case Command::kTrialCommitStep:
         return trial_commit_step(draws, command.lose_answer);
+      case Command::kFilters:
+        return expect_right(session_.change_filters(draw_filters(draws), around));
+      case Command::kWrongFilters:
+        return expect_right(session_.wrong_filters());
       case Command::kKinds:
         break;
     }
@@ -261,6 +269,10 @@ class RemoteHistory {
     expect_right(session_.two_steps(first, second, [lose_answer] {
       if (lose_answer) daemons().go_to_the_other();
     }));
+  }
+
+  PairFilters draw_filters(Draws& draws) const {
+    return std::get<ChangeFilters>(testing::draw_filters(draws, session_.state()).changes.front()).filters;
   }
 
   static double draw_fraction(Draws& draws) {

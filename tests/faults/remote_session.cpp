@@ -218,6 +218,15 @@ std::string RemoteSession::change(const ChangeOperation& change, const Around& a
   return "";
 }
 
+std::string RemoteSession::change_filters(const PairFilters& filters, const Around& around) {
+  state_.trial.reset();
+  Status changed;
+  around([&] { changed = driver_.change_filters(filters); });
+  if (!changed.ok()) return "change_filters: " + changed.error().message;
+  state_.accept(testing::ChangesOperation{{ChangeFilters{filters}}});
+  return "";
+}
+
 std::string RemoteSession::wrong_step(const StepOperation& operation) {
   const auto answer = driver_.step(operation);
   state_.trial.reset();
@@ -236,6 +245,13 @@ std::string RemoteSession::wrong_change() {
                         changed.error().code == ErrorCode::kFailedPrecondition))
     return "";
   return "a wrong change: " + (changed.ok() ? "taken" : changed.error().message);
+}
+
+std::string RemoteSession::wrong_filters() {
+  const Status changed = driver_.change_filters({.excluded_vertex_pairs = {{0, state_.scene.vertex_count}}});
+  state_.trial.reset();
+  if (!changed.ok() && changed.error().code == ErrorCode::kInvalidArgument) return "";
+  return "wrong filters: " + (changed.ok() ? "taken" : changed.error().message);
 }
 
 std::string RemoteSession::close() {

@@ -39,9 +39,11 @@ class RemoteSession {
   std::string near(const testing::NearOperation& operation, const Around& around = as_it_is);
   std::string add(const testing::AddOperation& add, const Around& around = as_it_is);
   std::string change(const testing::ChangeOperation& change, const Around& around = as_it_is);
+  std::string change_filters(const PairFilters& filters, const Around& around = as_it_is);
   /// Of which the daemon, or the client itself, must say kInvalidArgument.
   std::string wrong_step(const testing::StepOperation& operation);
   std::string wrong_change();
+  std::string wrong_filters();
   std::string close();
 
   const testing::AcceptedState& state() const { return state_; }

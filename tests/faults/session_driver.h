@@ -36,6 +36,7 @@ class SessionDriver {
   virtual Result<client::Answer> next_answer() = 0;
   virtual Result<std::uint32_t> add_body(const testing::AddOperation& add) = 0;
   virtual Status change_body(std::uint32_t index, const Body& body) = 0;
+  virtual Status change_filters(const PairFilters& filters) = 0;
   virtual Status close() = 0;
 
   virtual std::string id() const = 0;

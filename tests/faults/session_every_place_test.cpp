@@ -151,6 +151,15 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     return add;
   }
 
+  /// Of all kinds.
+  static PairFilters all_filters(std::uint32_t vertices) {
+    return {.within_edges = 2,
+            .near_at_rest = 0.5,
+            .rest_positions = std::vector<double>(std::size_t{3} * vertices, 0.25),
+            .excluded_vertex_pairs = {{0, vertices - 1}, {1, 2}},
+            .patches = std::vector<std::uint32_t>(vertices, 3)};
+  }
+
   /// The reply to changes of which the n-th allocation fails; null when that threw.
   std::shared_ptr<ChangeReply> carry_out(server::ChangeOrder order, long n) {
     const auto reply = std::make_shared<ChangeReply>();
@@ -263,6 +272,39 @@ TEST_P(SessionEveryPlace, AChange) {
   std::printf("%ld allocations failed\n", n - 1);
 }
 
+// Filters too, and the body that they are of.
+TEST_P(SessionEveryPlace, ABodyAndFilters) {
+  const PairFilters filters = all_filters(grids_.vertex_count() + 3);
+  const auto change = [&](long n) {
+    return carry_out({1, {a_triangle(), server::ChangeFilters{filters}}, "key"}, n);
+  };
+  const auto expected = change(-1);
+  ASSERT_TRUE(expected != nullptr && expected->ok());
+  long n = 0;
+  for (bool met = true; met; ++n) {
+    now_trying = "a body and filters, allocation " + std::to_string(n);
+    SCOPED_TRACE(now_trying);
+    ASSERT_NO_FATAL_FAILURE(begin());
+    const server::SessionState before = session_->snapshot().state;
+    const auto reply = change(n);
+    met = FailingAllocations::met();
+    const bool made = reply != nullptr && reply->ok();
+    ASSERT_TRUE(met || made);
+    EXPECT_EQ(session_->scene()->filters(), made ? filters : PairFilters());
+    EXPECT_EQ(session_->snapshot().state, made ? expected->value() : before);
+    ASSERT_FALSE(lost_) << "the session was dropped";
+    if (!made && n % 2 == 0) {  // the other half goes on with the change
+      ASSERT_NO_FATAL_FAILURE(expect_answer(1));
+      continue;
+    }
+    const auto again = change(-1);
+    ASSERT_TRUE(again != nullptr && again->ok());
+    EXPECT_EQ(again->value(), expected->value());
+    EXPECT_EQ(session_->scene()->filters(), filters);
+  }
+  std::printf("%ld allocations failed\n", n - 1);
+}
+
 // All or none of them: after a cancellation or out of memory at any place, the session is unchanged.
 TEST_P(SessionEveryPlace, FiveChangesAreOne) {
   const auto expected = change_five(1, -1);
@@ -323,6 +365,13 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
             server::AddBody add = a_triangle();
             add.addition.body.name = std::string(below(500), 'n');
             order.changes.emplace_back(std::move(add));
+          }
+          if (below(3) == 0) {
+            const std::size_t added = order.changes.size();
+            order.changes.emplace_back(
+                server::ChangeFilters{below(3) == 0 ? PairFilters()
+                                                    : all_filters(session_->scene()->vertex_count() +
+                                                                  3 * static_cast<std::uint32_t>(added))});
           }
           if (below(2) == 0) {
             Body removed;

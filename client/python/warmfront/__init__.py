@@ -29,7 +29,7 @@ from .errors import (
 )
 from .info import Limits, PrincipalUse, ServerInfo, SessionInfo
 from .options import Options, Patience, Security, Timeouts
-from .scene import Body
+from .scene import Body, PairFilters
 from .session import Session
 
 __all__ = [
@@ -37,7 +37,7 @@ __all__ = [
     "Cancelled", "CancelledError", "Client", "Closest", "Code", "Committed", "connect", "Contact", "Contacts",
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
     "FailedPreconditionError", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
-    "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "Patience", "PermissionDenied",
+    "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "PairFilters", "Patience", "PermissionDenied",
     "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "Security",
     "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "StepCounts",
     "Timeouts", "Unauthenticated", "UnauthenticatedError", "Unavailable", "UnavailableError",

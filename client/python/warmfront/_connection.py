@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional
 
 import grpc
@@ -14,14 +14,17 @@ from ._channels import Channel, ChannelPool
 from ._contacts import error_from
 from ._private_daemon import PrivateDaemon
 from ._wire import Bytes, field
-from .errors import DeadlineExceededError, InvalidArgumentError, UnavailableError, WarmfrontError, class_of
+from .errors import (DeadlineExceededError, InvalidArgumentError, UnavailableError, UnimplementedError, WarmfrontError,
+                     class_of)
 from .options import Timeouts, Security
 from .v1 import admin_service_pb2, session_pb2, step_pb2
 
 # For a first upload, before the daemon's answer states its message limit: well below the least limit, 64 KiB.
 _UPLOAD_CHUNK = 60 << 10
-# Of v1.CreateSessionRequest.
-_HEADER, _FACES, _POSITIONS = 1, 2, 3
+# Fields of an upload's messages, by name.
+_PARTS = session_pb2.CreateSessionRequest.DESCRIPTOR.fields_by_name
+_TOO_OLD_FOR_FILTERS = ("filters: the daemon is older than they are, and would count what they leave out; update it, or leave "
+                        "them out")
 
 # gRPC retries idempotent calls when the connection breaks or the daemon restarts (about two seconds). Steps, uploads
 # and changes are resumed in _resume.py.
@@ -178,18 +181,31 @@ class Connection:
             pass
         return ""
 
-    def create(self, header: session_pb2.SessionHeader, faces: Bytes, positions: Bytes,
+    def need_filters(self, session_id: str, timeout: Optional[float] = None) -> None:
+        """UnimplementedError where the daemon that serves this session does not know filters."""
+        if session_pb2.FEATURE_PAIR_FILTERS not in self.server_info(timeout, session_id).features:
+            raise UnimplementedError(_TOO_OLD_FOR_FILTERS)
+
+    def create(self, header: session_pb2.SessionHeader, arrays: Sequence[tuple[str, Bytes]],
                timeout: Optional[float] = None) -> Any:
-        """Uploads a scene; waits for a daemon that is not there yet, for `timeouts.create` seconds unless `timeout` says
-        otherwise. v1.CreateSessionResponse."""
+        """Uploads a scene, with arrays by their names in v1.CreateSessionRequest; waits for a daemon that is not there yet,
+        for `timeouts.create` seconds unless `timeout` says otherwise. v1.CreateSessionResponse. Fails as need_filters() for
+        a header that announces filters."""
         def requests() -> Iterator[bytes]:
-            yield b"".join(field(_HEADER, header.SerializeToString()))
-            for number, data in ((_FACES, faces), (_POSITIONS, positions)):
+            yield b"".join(field(_PARTS["header"].number, header.SerializeToString()))
+            for name, data in arrays:
                 view = memoryview(data)
                 for at in range(0, len(view), _UPLOAD_CHUNK):
-                    yield b"".join(field(number, view[at:at + _UPLOAD_CHUNK]))
-        return self._call(lambda channel: channel.upload, requests(), header.session_id, timeout or self.timeouts.create,
-                          wait_for_ready=True)
+                    yield b"".join(field(_PARTS[name].number, view[at:at + _UPLOAD_CHUNK]))
+        if header.HasField("filters"):
+            self.need_filters(header.session_id, timeout)
+        response = self._call(lambda channel: channel.upload, requests(), header.session_id, timeout or self.timeouts.create,
+                              wait_for_ready=True)
+        # Another daemon than the one that was asked, behind a proxy, would take the scene without its filters.
+        if header.HasField("filters") and not response.session.HasField("filters"):
+            self.remove(header.session_id)
+            raise UnimplementedError(_TOO_OLD_FOR_FILTERS)
+        return response
 
     def change(self, request: session_pb2.ChangeSceneRequest) -> Any:
         """v1.ChangeSceneResponse."""

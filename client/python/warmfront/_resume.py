@@ -246,8 +246,9 @@ class Link:
     def _create(self) -> None:
         self.state.describe(self.header)
         self.known = None
-        session = self.connection.create(self.header, raw(self.state.faces), self.state.positions(),
-                                         self.time_left(self.connection.timeouts.create)).session
+        arrays = [("faces", raw(self.state.faces)), ("positions", self.state.positions()),
+                  *((name, raw(array)) for name, array in self.state.filters.arrays())]
+        session = self.connection.create(self.header, arrays, self.time_left(self.connection.timeouts.create)).session
         if session.HasField("state"):
             self.known = session.state
 

@@ -16,7 +16,7 @@ from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
 from .errors import FailedPreconditionError, InvalidArgumentError
-from .scene import Body, faces_of, indices_of, placed, pose_of, positions_of
+from .scene import Body, PairFilters, faces_of, indices_of, placed, pose_of, positions_of
 from .v1 import options_pb2, session_pb2
 
 
@@ -29,14 +29,16 @@ class SceneState:
     """The scene, and its positions after the last answered frame."""
 
     def __init__(self, positions: Any, faces: Any, bodies: Sequence[Body],
-                 excluded_pairs: Sequence[tuple[int, int]]) -> None:
-        """positions (n, 3) float32 or float64, the type of all positions of the session's frames; a copy is kept."""
+                 excluded_pairs: Sequence[tuple[int, int]], filters: PairFilters = PairFilters()) -> None:
+        """positions (n, 3) float32 or float64, the type of all positions of the session's frames; a copy is kept. They are
+        the rest shape where the filters need one and have none."""
         self._rows = positions_of(positions, None, None).copy()
         self._latest: Optional[Bytes] = None  # of a frame with all positions; newer than _rows
         self.dtype: np.dtype[Any] = self._rows.dtype
         self.faces = faces_of(faces).copy()
         self.bodies = placed(bodies)
         self.excluded_pairs = list(excluded_pairs)
+        self.filters = filters.copied(lambda: self._rows)
         self._topology: Optional[Topology] = None
         self._poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
 
@@ -61,7 +63,7 @@ class SceneState:
         return self._latest if self._latest is not None else raw(self._rows)
 
     def describe(self, header: session_pb2.SessionHeader) -> None:
-        """Writes the scene's description, except faces and positions, into the header."""
+        """Writes the scene's description, except faces, positions and arrays of filters, into the header."""
         header.vertex_count = self.vertex_count
         header.face_count = len(self.faces)
         header.dtype = options_pb2.DTYPE_FLOAT32 if self.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
@@ -74,6 +76,9 @@ class SceneState:
                 header.excluded_pairs.add(a=a, b=b)
             except (TypeError, ValueError):
                 raise InvalidArgumentError(f"excluded_pairs[{k}]: ({a!r}, {b!r}) are no body indices") from None
+        header.ClearField("filters")
+        if self.filters.given:
+            self.filters.announce_in(header.filters)
         posed = [b for b, pose in enumerate(self._poses) if pose is not None]
         header.pose_bodies = np.array(posed, dtype="<u4").tobytes()
         header.poses = b"".join(pose.tobytes() for pose in self._poses if pose is not None)
@@ -185,9 +190,21 @@ class SceneState:
         first = self.vertex_count
         self.bodies.append(replace(body, first_vertex=first))
         self.faces = np.concatenate([self.faces, faces_of(faces) + np.int32(first)])
-        self._rows = np.concatenate([self._writable(), positions_of(positions, body.vertex_count, self.dtype)])
+        rows = positions_of(positions, body.vertex_count, self.dtype)
+        self._rows = np.concatenate([self._writable(), rows])
+        self.filters = self.filters.with_body(rows)
         self._topology = None
         self._poses.append(None)
+
+    def encode_filters(self, filters: PairFilters) -> session_pb2.SceneChange:
+        """Of what PairFilters.copied() made."""
+        change = session_pb2.SceneChange()
+        change.change_filters.SetInParent()
+        filters.put_into(change.change_filters)
+        return change
+
+    def take_filters(self, filters: PairFilters) -> None:
+        self.filters = filters
 
     def encode_change(self, index: int, body: Body) -> session_pb2.SceneChange:
         """FailedPreconditionError for a body that is at a pose and would be rigid no more, in a session of float32: where its

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import uuid
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 from ._connection import Connection
 from ._private_daemon import PrivateDaemon
@@ -15,7 +15,7 @@ from ._state import SceneState
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
 from .options import Options, Timeouts, Security
-from .scene import Body
+from .scene import Body, PairFilters, filters_of
 from .session import Session
 from .v1 import session_pb2
 
@@ -70,6 +70,7 @@ class Client:
         *,
         bodies: Sequence[Body] = (),
         excluded_pairs: Sequence[tuple[int, int]] = (),
+        filters: Union[PairFilters, Mapping[str, Any], None] = None,
         options: Options = Options(),
         id: str = "",
         first_frame: int = 0,
@@ -81,14 +82,17 @@ class Client:
         vertex indices of any integer type; a face may repeat one, and is the segment or point that it names. All arrays
         here and below may be whatever numpy or DLPack reads without the GPU. Vertices in no face are tested as points
         against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in
-        order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. id: a UUID, random
-        when empty. first_frame: the number of these positions; the first step is the next.
+        order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. filters: pairs of
+        features that do not count, `PairFilters` or a dict of its fields; the rest shape, where they need one and have none,
+        is these positions. id: a UUID, random when empty. first_frame: the number of these positions; the first step is the
+        next.
 
-        UnimplementedError for vertices without any face, unless bodies are declared, to which faces may be added later.
+        UnimplementedError for vertices without any face, unless bodies are declared, to which faces may be added later, and
+        for filters where the daemon is older than they are.
         InvalidArgumentError for bad input, AlreadyExistsError for an id that is taken, ResourceExhaustedError beyond the
         daemon's limits.
         """
-        state = SceneState(positions, faces, bodies, excluded_pairs)
+        state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters))
         if alone := state.vertices_in_no_face():
             warnings.warn(f"vertices in no face: {alone} of {state.vertex_count}; they are tested as points against faces, and "
                           "against nothing else", stacklevel=2)

@@ -2,7 +2,7 @@
 """A caller's description of a scene. Plain values and checks of arrays."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Optional
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InvalidArgumentError
+from .v1 import session_pb2
 
 BodyKind = Literal["deformable", "rigid", "static", "removed"]
 # The wire's enum lists these names in this order, after UNSPECIFIED.
@@ -46,6 +47,91 @@ class Body:
                 raise InvalidArgumentError(
                     f"body '{self.name}': {name} {getattr(self, name)!r} is not of the contract's type and range") from None
         message.kind = _KINDS.index(self.kind) + 1
+
+
+@dataclass(frozen=True, eq=False)
+class PairFilters:
+    """Pairs of features that no question tells of, nor tests. A pair (a vertex and a face, two edges, an edge and a face) is
+    left out when a vertex of one and a vertex of the other are at most `within_edges` edges of the mesh apart, or are one of
+    `excluded_vertex_pairs`; when both are at most `near_at_rest` apart in the rest shape; or when all their vertices have the
+    same number, other than 0, in `patches`.
+
+    within_edges: 0 to 3; 0: off. near_at_rest: scene length unit, finite; 0: off.
+    rest_positions: (n, 3), the rest shape, where near_at_rest is not 0; None: in `Client.session()` its positions.
+    excluded_vertex_pairs: (p, 2) indices of different vertices, of one body or two.
+    patches: (n) numbers below 2^32, one a vertex, 0: in no patch; None: no patches.
+    Arrays are whatever numpy or DLPack reads without the GPU.
+    """
+
+    within_edges: int = 0
+    near_at_rest: float = 0.0
+    rest_positions: Any = None
+    excluded_vertex_pairs: Any = None
+    patches: Any = None
+
+    def copied(self, rest: Optional[Callable[[], npt.NDArray[Any]]] = None) -> PairFilters:
+        """With arrays of its own, of the wire's types. rest: the rest shape where one is needed and there is none.
+        InvalidArgumentError for what is no such array or number."""
+        for name in ("within_edges", "near_at_rest"):
+            try:
+                setattr(session_pb2.PairFilters(), name, getattr(self, name))
+            except (TypeError, ValueError):
+                raise InvalidArgumentError(
+                    f"filters.{name}: {getattr(self, name)!r} is not of the contract's type and range") from None
+        shape = self.rest_positions
+        if shape is None and rest is not None and self.near_at_rest > 0:
+            shape = rest()
+        pairs = self.excluded_vertex_pairs
+        return PairFilters(
+            self.within_edges, self.near_at_rest,
+            None if shape is None else positions_of(shape, None, np.dtype("<f8"), "filters.rest_positions").copy(),
+            None if pairs is None else _vertex_pairs_of(pairs, "filters.excluded_vertex_pairs"),
+            None if self.patches is None else indices_of(self.patches, "filters.patches").copy())
+
+    @property
+    def given(self) -> bool:
+        """Is anything said at all?"""
+        return bool(self.within_edges != 0 or self.near_at_rest != 0 or any(len(array) > 0 for _, array in self.arrays()))
+
+    def arrays(self) -> list[tuple[str, npt.NDArray[Any]]]:
+        """Those that there are, by their names on the wire; of what copied() made."""
+        names = ("rest_positions", "excluded_vertex_pairs", "patches")
+        return [(name, getattr(self, name)) for name in names if getattr(self, name) is not None]
+
+    def put_into(self, message: session_pb2.PairFilters) -> None:
+        """Of what copied() made."""
+        message.within_edges = self.within_edges
+        message.near_at_rest = self.near_at_rest
+        for name, array in self.arrays():
+            setattr(message, name, array.tobytes())
+
+    def announce_in(self, header: session_pb2.PairFiltersHeader) -> None:
+        """Of what copied() made."""
+        header.within_edges = self.within_edges
+        header.near_at_rest = self.near_at_rest
+        header.excluded_vertex_pair_count = 0 if self.excluded_vertex_pairs is None else len(self.excluded_vertex_pairs)
+        header.patches = self.patches is not None and len(self.patches) > 0
+
+    def with_body(self, positions: npt.NDArray[Any]) -> PairFilters:
+        """Of what copied() made, where a body is added: it is in no patch, and at rest at `positions`, (k, 3)."""
+        patches, rest = self.patches, self.rest_positions
+        if patches is not None and len(patches) > 0:
+            patches = np.concatenate([patches, np.zeros(len(positions), "<u4")])
+        if self.near_at_rest > 0:
+            rest = np.concatenate([rest, positions.astype("<f8")])
+        return replace(self, patches=patches, rest_positions=rest)
+
+
+def filters_of(filters: Any) -> PairFilters:
+    """PairFilters, or a mapping of its fields. InvalidArgumentError for anything else."""
+    if isinstance(filters, PairFilters):
+        return filters
+    if filters is None:
+        return PairFilters()
+    try:
+        return PairFilters(**filters)
+    except TypeError as error:
+        raise InvalidArgumentError(f"filters: {error}; give PairFilters, or a dict of its fields") from None
 
 
 def placed(bodies: Sequence[Body]) -> list[Body]:
@@ -143,6 +229,20 @@ def pose_of(pose: Any, where: str) -> npt.NDArray[np.float64]:
     if matrix.shape != (3, 4):
         raise InvalidArgumentError(f"{where}: shape {matrix.shape}; give a (3, 4) matrix [R t]")
     return matrix
+
+
+def _vertex_pairs_of(pairs: Any, where: str) -> npt.NDArray[np.uint32]:
+    """(p, 2) uint32, a copy."""
+    array = array_of(pairs, where)
+    if array.size == 0:
+        return np.empty((0, 2), "<u4")
+    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
+        raise InvalidArgumentError(f"{where}: {array.dtype} of shape {array.shape}; give (p, 2) vertex indices")
+    beyond = ((array < 0) | (array > 0xFFFFFFFF)).any(axis=1)
+    if beyond.any():
+        at = int(np.argmax(beyond))
+        raise InvalidArgumentError(f"{where}[{at}]: {array[at].tolist()} are no indices")
+    return np.array(array, dtype="<u4", order="C")
 
 
 def indices_of(indices: Any, where: str) -> npt.NDArray[np.uint32]:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,7 @@ from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionErro
                      WarmfrontError, may_resume)
 from .info import SessionInfo
 from .options import ContactField, Report, Tier
-from .scene import Body
+from .scene import Body, PairFilters, filters_of
 from .v1 import session_pb2
 
 _log = logging.getLogger("warmfront")
@@ -435,6 +435,30 @@ class Session:
         with self._turn:
             state = self._alive().state
             self._change(lambda: state.encode_change(index, body), lambda: state.take_change(index, body))
+
+    def change_filters(self, filters: Union[PairFilters, Mapping[str, Any], None]) -> None:
+        """Leaves out other pairs of features, from the next question on, in place of all that were left out: `PairFilters`,
+        or a dict of its fields, of all vertices that there are; None: none are. Their rest shape has to be given here.
+
+        FailedPreconditionError while frames are unanswered; UnimplementedError where the daemon is older than filters.
+        """
+        with self._turn:
+            link = self._alive()
+            other = PairFilters()
+
+            def encode() -> session_pb2.SceneChange:
+                nonlocal other
+                other = filters_of(filters).copied()
+                if other.given:
+                    try:
+                        link.connection.need_filters(self.id)
+                    except UnimplementedError:
+                        raise
+                    except WarmfrontError:
+                        pass  # lost, which the change finds out, too
+                return link.state.encode_filters(other)
+
+            self._change(encode, lambda: link.state.take_filters(other))
 
     def close(self) -> None:
         """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
