@@ -17,6 +17,7 @@
 #include "client/cli/detect_outputs.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/explain.h"
+#include "client/cli/filter_options.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
 #include "client/cli/progress.h"
@@ -54,6 +55,7 @@ struct Arguments {
   std::string find_rigid = "on";
   std::string separate_parts = "on";
   std::string frames;
+  FilterArguments filters;
   std::size_t in_flight = 2;
   OutputFiles files;
   std::string json_file;
@@ -229,6 +231,8 @@ int detect(Arguments arguments) {
       arguments.substeps > 1 ? Positions(widen(steps.value().end(), wide)) : steps.value().end();
   Result<SceneDescription> scene = with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
   if (!scene) return failure(scene.error().message);
+  if (Status status = take_filters(arguments.filters, input, scene.value()); !status)
+    return failure(status.error().message);
   FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
   ColliderOptions local = arguments.options;
   local.explain = false;  // Explanation has its own stepper
@@ -361,6 +365,7 @@ Verb add_detect(CLI::App& app) {
                "the model saves");
   app.add_option("--frames", a.frames, "Only the steps from frame FIRST to frame LAST")
       ->type_name("FIRST:LAST");
+  add_filter_options(app, a.filters);
   app.add_option("--contacts", a.files.contacts,
                  "Write the contacts: .csv, .jsonl, or .vtp (one file per frame, and a .pvd that lists "
                  "them); - for stdout, as CSV and without other output")

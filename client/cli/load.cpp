@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/filter_options.h"
 #include "client/cli/load/loads.h"
 #include "client/cli/load/report.h"
 #include "client/cli/load/sweep.h"
@@ -36,6 +37,7 @@ struct Arguments {
   bool poisson = false;
   std::string tier, report;  // empty: the recording's, or the default
   std::string bodies = "declared";
+  FilterArguments filters;
   std::string send = "all";
   std::vector<std::string> mix;
   bool check = false;
@@ -212,6 +214,8 @@ int load_verb(Arguments a) {
   for (Plan& plan : series.value().plans) plan.options = opened.value().options;
   Result<SceneDescription> scene = with_bodies(input->scene(), parse_bodies_mode(a.bodies).value());
   if (!scene) return failure(scene.error().message);
+  if (Status status = take_filters(a.filters, *input, scene.value()); !status)
+    return failure(status.error().message);
   const Result<Playback> playback = Playback::read(*input, std::move(scene).value());
   if (!playback) return failure(playback.error().message);
   Report report;
@@ -303,6 +307,7 @@ Verb add_load(CLI::App& app) {
   app.add_option("--bodies", a.bodies, "The scene's model, as in 'detect'")
       ->check(CLI::IsMember({"declared", "deformable", "components"}))
       ->capture_default_str();
+  add_filter_options(app, a.filters);
   app.add_option("--send", a.send, "What a frame carries, as in 'detect'")
       ->check(CLI::IsMember({"all", "moved", "poses"}))
       ->capture_default_str();

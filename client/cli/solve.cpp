@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/filter_options.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
 #include "client/cli/open_session.h"
@@ -40,6 +41,7 @@ struct Arguments {
   ColliderOptions options;
   std::string bodies = "declared";
   std::string frames;
+  FilterArguments filters;
   int trials = 3;
   double shrink = 0.7;
   bool max_step = false;
@@ -298,9 +300,10 @@ int solve(Arguments arguments) {
   }
   Result<FrameSteps> steps = FrameSteps::open(input, range, 1);
   if (!steps) return failure(steps.error().message);
-  const Result<SceneDescription> scene =
-      with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
+  Result<SceneDescription> scene = with_bodies(input.scene(), parse_bodies_mode(arguments.bodies).value());
   if (!scene) return failure(scene.error().message);
+  if (Status status = take_filters(arguments.filters, input, scene.value()); !status)
+    return failure(status.error().message);
   return std::visit([&](auto start) { return play(arguments, steps.value(), scene.value(), start); },
                     steps.value().end());
 }
@@ -316,6 +319,7 @@ Verb add_solve(CLI::App& app) {
                  "builtin:NAME[?triangles=N&frames=N] (see 'scene --list')")
       ->required();
   add_session_place(app, a.place);
+  add_filter_options(app, a.filters);
   app.add_option("--trials", a.trials, "Trials a frame, each shorter than the one before")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

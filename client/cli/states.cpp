@@ -25,6 +25,7 @@ void add_state_arguments(CLI::App& app, StateArguments& arguments) {
       ->check(CLI::IsMember({"declared", "deformable", "components"}))
       ->capture_default_str();
   app.add_option("--frames", arguments.frames, "Only the frames from FIRST to LAST")->type_name("FIRST:LAST");
+  add_filter_options(app, arguments.filters);
 }
 
 Status StateArguments::check() const {
@@ -51,6 +52,8 @@ std::optional<int> States::open(const StateArguments& arguments) {
   Result<SceneDescription> scene = with_bodies(input_->scene(), parse_bodies_mode(arguments.bodies).value());
   if (!scene) return failure(scene.error().message);
   scene_ = std::move(scene).value();
+  if (Status status = take_filters(arguments.filters, *input_, scene_); !status)
+    return failure(status.error().message);
   return std::nullopt;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/filter_options.h"
 #include "client/cli/frame_steps.h"
 #include "client/cli/open_session.h"
 #include "client/io/input.h"
@@ -26,11 +27,12 @@ struct StateArguments {
   SessionPlace place;
   std::string bodies = "declared";
   std::string frames;
+  FilterArguments filters;
 
   Status check() const;
 };
 
-/// INPUT, --server, --threads, --bodies and --frames. `arguments` must outlive the parsing.
+/// INPUT, --server, --threads, --bodies, --frames and --filter-*. `arguments` must outlive the parsing.
 void add_state_arguments(CLI::App& app, StateArguments& arguments);
 
 class States {

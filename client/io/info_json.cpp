@@ -110,6 +110,43 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
   return fields.problem();
 }
 
+bool is_index(const Json& value) {
+  return value.is_number_unsigned() &&
+         value.get<std::uint64_t>() <= std::numeric_limits<std::uint32_t>::max();
+}
+
+/// A list of pairs of indices; false for anything else.
+bool parse_pairs(const Json& list, std::vector<std::array<std::uint32_t, 2>>& pairs) {
+  if (!list.is_array()) return false;
+  for (const Json& pair : list) {
+    if (!pair.is_array() || pair.size() != 2 || !is_index(pair[0]) || !is_index(pair[1])) return false;
+    pairs.push_back({pair[0].get<std::uint32_t>(), pair[1].get<std::uint32_t>()});
+  }
+  return true;
+}
+
+std::string parse_filters(const Json& item, PairFilters& filters) {
+  if (!item.is_object()) return "'filters' must be an object";
+  Fields fields(item, "filters: ");
+  std::uint64_t edges = 0;
+  fields.count("within_edges", PairFilters::kMostEdges, edges);
+  filters.within_edges = static_cast<std::uint32_t>(edges);
+  fields.number("near_at_rest", filters.near_at_rest);
+  if (!(filters.near_at_rest >= 0)) fields.fail("near_at_rest", "must be a length, or 0");
+  if (const auto pairs = item.find("excluded_vertex_pairs");
+      pairs != item.end() && !parse_pairs(*pairs, filters.excluded_vertex_pairs))
+    fields.fail("excluded_vertex_pairs", "must hold pairs of vertices");
+  if (const auto patches = item.find("patches"); patches != item.end()) {
+    bool all = patches->is_array();
+    for (std::size_t i = 0; all && i < patches->size(); ++i) {
+      all = is_index((*patches)[i]);
+      if (all) filters.patches.push_back((*patches)[i].get<std::uint32_t>());
+    }
+    if (!all) fields.fail("patches", "must hold a whole number for each vertex");
+  }
+  return fields.problem();
+}
+
 /// Refuses nesting beyond what the format has, so that hostile input cannot exhaust the stack.
 bool too_deep(std::string_view bytes) {
   int depth = 0;
@@ -169,15 +206,13 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
     }
   }
   if (const auto pairs = root.find("excluded_pairs"); pairs != root.end()) {
-    const auto is_index = [](const Json& value) {
-      return value.is_number_unsigned() && value.get<std::uint64_t>() <= kMost;
-    };
     if (!pairs->is_array()) return invalid_argument(prefix + "'excluded_pairs' must be a list");
-    for (const Json& pair : *pairs) {
-      if (!pair.is_array() || pair.size() != 2 || !is_index(pair[0]) || !is_index(pair[1]))
-        return invalid_argument(prefix + "'excluded_pairs' must hold pairs of body indices");
-      info.excluded_pairs.push_back({pair[0].get<std::uint32_t>(), pair[1].get<std::uint32_t>()});
-    }
+    if (!parse_pairs(*pairs, info.excluded_pairs))
+      return invalid_argument(prefix + "'excluded_pairs' must hold pairs of body indices");
+  }
+  if (const auto filters = root.find("filters"); filters != root.end()) {
+    if (const std::string problem = parse_filters(*filters, info.filters); !problem.empty())
+      return invalid_argument(prefix + problem);
   }
   if (!fields.problem().empty()) return invalid_argument(prefix + fields.problem());
   return info;
@@ -204,6 +239,15 @@ std::string format_info_json(const SceneInfo& info) {
             {"bodies", std::move(bodies)},
             {"generator", info.generator}};
   if (!info.excluded_pairs.empty()) root["excluded_pairs"] = info.excluded_pairs;
+  if (info.filters.any()) {
+    Json filters = Json::object();
+    if (info.filters.within_edges != 0) filters["within_edges"] = info.filters.within_edges;
+    if (info.filters.near_at_rest > 0) filters["near_at_rest"] = info.filters.near_at_rest;
+    if (!info.filters.excluded_vertex_pairs.empty())
+      filters["excluded_vertex_pairs"] = info.filters.excluded_vertex_pairs;
+    if (!info.filters.patches.empty()) filters["patches"] = info.filters.patches;
+    root["filters"] = std::move(filters);
+  }
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -21,6 +21,7 @@ struct SceneInfo {
   double fps = 30;
   std::vector<Body> bodies;
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs;
+  PairFilters filters;  ///< without the rest shape, which is the first frame
   std::string generator;
 };
 
@@ -29,8 +30,10 @@ std::string_view to_string(BodyKind kind);
 
 /// Reads an object with any of the fields "name", "triangles", "vertices", "frames", "fps", "generator" and
 /// "bodies", a list of {"name", "first_vertex", "vertex_count", "kind", "self_collision", "group", "mask"},
-/// and "excluded_pairs", a list of pairs of indices of bodies; other fields are ignored. Errors name `file`
-/// and the byte, or the field and body. Scene::create() checks whether the ranges fit together.
+/// "excluded_pairs", a list of pairs of indices of bodies, and "filters", an object with any of
+/// "within_edges", "near_at_rest", "excluded_vertex_pairs" and "patches", as PairFilters has them; other
+/// fields are ignored. Errors name `file` and the byte, or the field and body. Scene::create() checks whether
+/// all fit together.
 Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file);
 
 /// All fields, indented, with a final line end.

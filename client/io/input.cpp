@@ -45,6 +45,14 @@ Status check_input_arguments(std::span<const std::string> arguments, std::size_t
   return {};
 }
 
+Status rest_at_first_frame(Input& input, SceneDescription& scene) {
+  if (!(scene.filters.near_at_rest > 0) || !scene.filters.rest_positions.empty()) return {};
+  PositionBuffer first;
+  if (Status status = input.read_frame(0, first); !status) return status;
+  scene.filters.rest_at(view(first));
+  return {};
+}
+
 Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments, std::size_t least_frames) {
   if (const Status status = check_input_arguments(arguments, least_frames); !status) return status.error();
   const std::string& name = arguments[0];

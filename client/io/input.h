@@ -59,6 +59,9 @@ Status check_input_arguments(std::span<const std::string> arguments, std::size_t
 Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments,
                                           std::size_t least_frames = 2);
 
+/// Where the scene's filters need a rest shape and have none, it is the input's first frame.
+Status rest_at_first_frame(Input& input, SceneDescription& scene);
+
 /// Opens one folder, and mesh files.
 Result<std::unique_ptr<Input>> open_folder_input(const std::string& folder, std::size_t least_frames = 2);
 Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,

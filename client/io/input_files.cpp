@@ -119,6 +119,12 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::siz
     if (!info) return info.error();
     scene.bodies = std::move(info.value().bodies);
     scene.excluded_pairs = std::move(info.value().excluded_pairs);
+    scene.filters = std::move(info.value().filters);
+    if (scene.filters.near_at_rest > 0) {
+      std::vector<float> first;
+      if (Status read = cache.value().read(0, first); !read) return read.error();
+      scene.filters.rest_at(std::span<const float>(first));
+    }
   }
   return std::unique_ptr<Input>(std::make_unique<CacheInput>(folder.string(), std::move(scene),
                                                              std::move(cache).value(), std::move(notes)));

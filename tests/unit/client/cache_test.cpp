@@ -81,7 +81,9 @@ constexpr std::string_view kInfo =
     "bodies": [{"name": "a", "first_vertex": 0, "vertex_count": 4, "kind": "rigid"},
                {"name": "b", "first_vertex": 4, "vertex_count": 3, "kind": "static", "group": 6, "mask": 5,
                 "self_collision": false}],
-    "excluded_pairs": [[1, 0]]})";
+    "excluded_pairs": [[1, 0]],
+    "filters": {"within_edges": 2, "near_at_rest": 0.5, "excluded_vertex_pairs": [[6, 0], [1, 2]],
+                "patches": [1, 1, 1, 0, 2, 2, 2]}})";
 
 TEST(InfoJson, RoundTrips) {
   const Result<SceneInfo> info = parse_info_json(kInfo, "info.json");
@@ -103,6 +105,10 @@ TEST(InfoJson, RoundTrips) {
     EXPECT_FALSE(i.bodies[1].self_collision);
     EXPECT_TRUE(i.bodies[0].self_collision);
     EXPECT_EQ(i.excluded_pairs, (std::vector<std::array<std::uint32_t, 2>>{{1, 0}}));
+    EXPECT_EQ(i.filters, (PairFilters{.within_edges = 2,
+                                      .near_at_rest = 0.5,
+                                      .excluded_vertex_pairs = {{6, 0}, {1, 2}},
+                                      .patches = {1, 1, 1, 0, 2, 2, 2}}));
   }
 }
 
@@ -117,6 +123,13 @@ TEST(InfoJson, ErrorsNameTheField) {
   EXPECT_THAT(error(R"({"frames": -1})"), HasSubstr("'frames' must be a whole number"));
   EXPECT_THAT(error(R"({"bodies": {}})"), HasSubstr("'bodies' must be a list"));
   EXPECT_THAT(error(R"({"excluded_pairs": [[0]]})"), HasSubstr("'excluded_pairs' must hold pairs"));
+  EXPECT_THAT(error(R"({"filters": 1})"), HasSubstr("'filters' must be an object"));
+  EXPECT_THAT(error(R"({"filters": {"within_edges": 4}})"),
+              HasSubstr("filters: 'within_edges' must be a whole number in [0, 3]"));
+  EXPECT_THAT(error(R"({"filters": {"near_at_rest": -1}})"), HasSubstr("filters: 'near_at_rest' must be"));
+  EXPECT_THAT(error(R"({"filters": {"excluded_vertex_pairs": [[1]]}})"),
+              HasSubstr("filters: 'excluded_vertex_pairs' must hold pairs"));
+  EXPECT_THAT(error(R"({"filters": {"patches": [0, -1]}})"), HasSubstr("filters: 'patches' must hold"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0}]})"), HasSubstr("body 0: 'vertex_count' is missing"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 4294967296}]})"),
               HasSubstr("'vertex_count'"));

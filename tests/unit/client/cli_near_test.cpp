@@ -49,6 +49,68 @@ TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(json["frames"][k]["vf"], counted["frames"][k]["vf"]);
 }
 
+TEST(CliNear, LeavesOutWhatItsFiltersSay) {
+  test::LocalDaemon daemon;
+  const TemporaryFolder folder;
+  folder.write("pairs.csv", "0,1\n2 , 3\r\n\n0,40\n");
+  std::string patches;
+  for (int v = 0; v < 539; ++v) patches += "7\n";
+  folder.write("patches.txt", patches);
+  const auto near = [&](const std::string& filters, const std::string& where) {
+    const Json json = report("--distance 0.2 " + filters + where);
+    std::uint64_t pairs = 0;
+    for (const Json& frame : json["frames"])
+      pairs += frame["vf"].get<std::uint64_t>() + frame["ee"].get<std::uint64_t>();
+    return std::pair(pairs, json["contacts_hash"].get<std::string>());
+  };
+  const auto all = near("", "");
+  for (const std::string& filters :
+       {std::string("--filter-edges 2 "), std::string("--filter-near-at-rest 0.1 "),
+        "--filter-pairs " + folder.file("pairs.csv") + " ",
+        "--filter-patches " + folder.file("patches.txt") + " "}) {
+    const auto here = near(filters, "");
+    EXPECT_LT(here.first, all.first) << filters;
+    EXPECT_EQ(here, near(filters, "--server " + daemon.address())) << filters;
+  }
+  EXPECT_EQ(near("--filter-patches " + folder.file("patches.txt"), "").first, 0U) << "all is one patch";
+
+  // What an input's info.json says holds where no option says otherwise.
+  const std::string scene = folder.file("scene");
+  ASSERT_EQ(run("scene 'cloth-ball?triangles=1000&frames=3' --out " + scene, "2>&1").code, kExitOk);
+  const auto counts = [&](const std::string& options) {
+    const Outcome outcome =
+        run("near " + scene + " --distance 0.2 --json - --count " + options, "2>/dev/null");
+    EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+    Json frames = Json::parse(outcome.out)["frames"];
+    for (Json& frame : frames) frame.erase("ms");
+    return frames;
+  };
+  const Json with = counts("--filter-edges 1 --filter-near-at-rest 0.07"), without = counts("");
+  EXPECT_NE(with, without);
+  Json info = Json::parse(folder.read("scene/info.json"));
+  info["filters"] = {{"within_edges", 1}, {"near_at_rest", 0.07}};
+  folder.write("scene/info.json", info.dump());
+  EXPECT_EQ(counts(""), with);
+  EXPECT_EQ(counts("--server " + daemon.address()), with);
+  EXPECT_EQ(counts("--filter-edges 0 --filter-near-at-rest 0"), without);
+
+  const auto misuse = [&](const std::string& filters) {
+    return run(std::string("near ") + kScene + " --distance 0.2 " + filters, "2>&1");
+  };
+  EXPECT_EQ(misuse("--filter-edges 4").code, kExitUsage);
+  EXPECT_EQ(misuse("--filter-near-at-rest -1").code, kExitUsage);
+  folder.write("bad.txt", "0,1\n5\n");
+  EXPECT_THAT(misuse("--filter-pairs " + folder.file("bad.txt")).out,
+              HasSubstr("bad.txt: line 2: '5' is no pair"));
+  EXPECT_THAT(misuse("--filter-patches " + folder.file("bad.txt")).out, HasSubstr("bad.txt: line 1"));
+  folder.write("short.txt", "1\n2\n");
+  EXPECT_THAT(misuse("--filter-patches " + folder.file("short.txt")).out,
+              HasSubstr("short.txt: 2 lines, but the scene has 539 vertices"));
+  folder.write("far.txt", "0,539\n");
+  EXPECT_THAT(misuse("--filter-pairs " + folder.file("far.txt")).out,
+              HasSubstr("filters.excluded_vertex_pairs[0]: vertex 539 is not in [0, 539)"));
+}
+
 TEST(CliNear, WritesHowFarEachVertexIsFromAnything) {
   test::LocalDaemon daemon;
   const TemporaryFolder folder;
