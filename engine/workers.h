@@ -31,7 +31,7 @@ class Workers {
   void run(const std::function<void()>& work);
 
   /// For the calling thread, before its first run(): while the flag is set, oneTBB's threads that help in its
-  /// calls give their core away at each look at the stop flag. They have the process's priority, whatever
+  /// calls, and the thread itself, offer their core once a millisecond at a look at the stop flag. They have the process's priority, whatever
   /// this thread's own: so a caller that has stepped back really does.
   static void give_way_while(std::shared_ptr<const std::atomic<bool>> flag);
 

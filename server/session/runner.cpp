@@ -226,16 +226,4 @@ bool Runner::relieve(Thread& thread) {
   return true;
 }
 
-void Runner::step_back_now() noexcept {
-  if (!overrun_) return;
-  const MutexLock lock(mutex_);
-  const auto self = std::ranges::find(threads_, ::gettid(), &Thread::id);
-  if (self == threads_.end() || self->relieved) return;
-  try {
-    static_cast<void>(relieve(*self));
-  } catch (const std::exception&) {
-    // There is no thread, or no memory for one, now: the watch sees to it.
-  }
-}
-
 }  // namespace warmfront::server

@@ -51,9 +51,6 @@ class Runner {
   /// the process, as on the threads of this: the caller's thread may be one that swallows it, and what the
   /// task had taken would never come back.
   [[nodiscard]] bool run_here(Tasks& one, Lane lane) noexcept;
-  /// Called by a task of this: relieves it now, as one that has taken long. Without effect where no task is
-  /// relieved, or no more can be.
-  void step_back_now() noexcept;
   /// Whether more short tasks wait than there are threads for them: each has its next one already.
   bool backlog() const { return waiting_short_.load(std::memory_order_relaxed) > lane_threads_; }
   /// Tasks being run now, in either lane or by guests.
@@ -71,7 +68,7 @@ class Runner {
     double began_ms = -1;   ///< of the task under way; < 0: none
     pid_t id = 0;           ///< by which the system knows it; 0: not yet
     bool relieved = false;  ///< another has its place: it ends with its task
-    /// Others get the core at each look at the stop flag, also from oneTBB's threads that help.
+    /// Others get the core once a millisecond, also from oneTBB's threads that help.
     std::shared_ptr<std::atomic<bool>> gives_way;
     bool ended = false;
   };
@@ -89,7 +86,7 @@ class Runner {
   void watch();
   /// Puts threads in the place of those whose tasks take long. Whether it is to be asked again soon.
   bool relieve() WARMFRONT_REQUIRES(mutex_);
-  /// While short tasks come and go, what computes for long lets them have a core at each look at its stop flag:
+  /// While short tasks come and go, what computes for long lets them have a core, once a millisecond:
   /// to interrupt it, they would wait for a tick of the system's clock.
   void let_short_ones_through(double now) WARMFRONT_REQUIRES(mutex_);
   void short_begins() WARMFRONT_REQUIRES(mutex_);

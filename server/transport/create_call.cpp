@@ -75,9 +75,8 @@ void CreateCall::OnReadDone(bool ok) {
       handling_ = true;
     }
     if (!ok) return upload_ended();
-    const Weight weight = weight_of<v1::CreateSessionRequest>(incoming_, Strings::kCopied);
-    if (weight == Weight::kLight) return take(parse());
-    run_in_turn(context_, tenant_, weight,
+    if (!is_heavy<v1::CreateSessionRequest>(incoming_, Strings::kCopied)) return take(parse());
+    run_in_turn(context_, tenant_,
                 [call = shared_from_this()] { call->guarded([&] { call->take(call->parse()); }); });
   });
 }

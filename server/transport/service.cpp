@@ -139,10 +139,10 @@ class CollisionService final : public Base {
     return unary(*call, [&]() -> grpc::ServerUnaryReactor* {
       Outcome<Principal> principal = context_.guard.identify(*call);
       if (!principal) return finish(call, context_.refuse(principal.fault()));
-      const Weight weight = weight_of<v1::StepRequest>(*request, Strings::kCopied);
       return StepCall::start(
-          context_, weight,
-          weight == Weight::kLight ? nullptr : context_.tenants.of(principal.value().name),
+          context_,
+          is_heavy<v1::StepRequest>(*request, Strings::kCopied) ? context_.tenants.of(principal.value().name)
+                                                                : nullptr,
           [this, call, request, principal]() -> Outcome<StepCall::Request> {
             auto received = receive_from<v1::StepRequest>(principal, context_, *request, "Step");
             if (!received) return received.fault();
@@ -220,12 +220,10 @@ class CollisionService final : public Base {
             },
             failed);
       };
-      const Weight weight =
-          kIsSmall<Request> ? Weight::kLight : weight_of<Request>(request, Strings::kCopied);
-      if (weight == Weight::kLight)
+      if (kIsSmall<Request> || !is_heavy<Request>(request, Strings::kCopied))
         work();
       else
-        run_in_turn(context_, context_.tenants.of(principal.value().name), weight, work);
+        run_in_turn(context_, context_.tenants.of(principal.value().name), work);
       return made.release();
     });
   }

@@ -9,6 +9,7 @@
 #include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/heavy.h"
 #include "server/transport/reaction.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/yield_to_steps.h"
@@ -21,15 +22,15 @@ constexpr std::size_t kRestBytes = 1024;
 
 }  // namespace
 
-StepCall* StepCall::start(Context& context, Weight weight, std::shared_ptr<Tenant> tenant,
+StepCall* StepCall::start(Context& context, std::shared_ptr<Tenant> tenant,
                           std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response) {
   yield_to_steps(context.runner.backlog());
   auto* call = new StepCall(context, response);
   const auto failed = [call](grpc::Status status) { finish_call(*call, std::move(status)); };
   react(
       [&] {
-        if (weight == Weight::kLight) return call->step(receive());
-        run_in_turn(context, std::move(tenant), weight,
+        if (tenant == nullptr) return call->step(receive());
+        run_in_turn(context, std::move(tenant),
                     [call, failed, receive] { react([&] { call->step(receive()); }, failed); });
       },
       failed);

@@ -13,7 +13,6 @@
 #include "server/process/lifecycle.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
-#include "server/transport/heavy.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::server {
@@ -30,7 +29,7 @@ class StepCall final : public grpc::ServerUnaryReactor {
   /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as the call, and so does
   /// what `receive` uses. That returns the request: at once, or, where it is heavy, in the turn of `tenant`,
   /// who else is null.
-  static StepCall* start(Context& context, Weight weight, std::shared_ptr<Tenant> tenant,
+  static StepCall* start(Context& context, std::shared_ptr<Tenant> tenant,
                          std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response);
 
   void OnCancel() override { given_up_->store(true, std::memory_order_relaxed); }

@@ -87,11 +87,9 @@ void StepStream::OnReadDone(bool ok) {
       happened_locked(Happened::kReadDone);
       last_moved_ = Clock::now();
     }
-    const Weight weight =
-        ok ? weight_of<v1::StreamStepsRequest>(incoming_, Strings::kLeftInPlace) : Weight::kLight;
-    if (weight == Weight::kLight) return handle_read(ok);
+    if (!ok || !is_heavy<v1::StreamStepsRequest>(incoming_, Strings::kLeftInPlace)) return handle_read(ok);
     // Nothing is read, and the call is not finished, until it has been handled.
-    run_in_turn(context_, tenant_, weight,
+    run_in_turn(context_, tenant_,
                 [self = shared_from_this()] { self->handling([&] { self->handle_read(true); }); });
   });
 }

@@ -28,21 +28,20 @@ grpc::ByteBuffer bytes_of_message(const google::protobuf::Message& message) {
   return {&slice, 1};
 }
 
-TEST(Weight, ByFieldsAndWhereTheyAreCopiedByBytes) {
+TEST(IsHeavy, ByFieldsAndWhereTheyAreCopiedByBytes) {
+  using server::is_heavy;
   using server::Strings;
-  using server::Weight;
   v1::StepRequest request;
-  const auto weight = [&](const v1::StepRequest& one, Strings strings) {
-    return server::weight_of<v1::StepRequest>(bytes_of_message(one), strings);
+  const auto heavy = [&](const v1::StepRequest& one, Strings strings) {
+    return is_heavy<v1::StepRequest>(bytes_of_message(one), strings);
   };
   request.set_positions(std::string(100'000, 'x'));
-  EXPECT_EQ(weight(request, Strings::kCopied), Weight::kLight);
-  EXPECT_EQ(weight(made_heavy(request), Strings::kLeftInPlace), Weight::kManyFields);
-  EXPECT_EQ(weight(made_heavy(request, 16'000), Strings::kLeftInPlace), Weight::kLight);
+  EXPECT_FALSE(heavy(request, Strings::kCopied));
+  EXPECT_TRUE(heavy(made_heavy(request), Strings::kLeftInPlace));
+  EXPECT_FALSE(heavy(made_heavy(request, 16'000), Strings::kLeftInPlace));
   request.set_positions(std::string(2'000'000, 'x'));
-  EXPECT_EQ(weight(request, Strings::kCopied), Weight::kLong);
-  EXPECT_EQ(weight(made_heavy(request), Strings::kCopied), Weight::kManyFields);
-  EXPECT_EQ(weight(request, Strings::kLeftInPlace), Weight::kLight);
+  EXPECT_TRUE(heavy(request, Strings::kCopied));
+  EXPECT_FALSE(heavy(request, Strings::kLeftInPlace));
 }
 
 class HeavyMessages : public ServiceTest {
