@@ -154,6 +154,11 @@ class Connection:
         call.add_done_callback(lambda _: self._channels.give_back(channel))
         return call
 
+    @property
+    def is_private(self) -> bool:
+        """Whether the daemon was started for this connection, and nobody starts it again."""
+        return self._private is not None
+
     def server_info(self, timeout: Optional[float] = None, session_id: str = "") -> Any:
         """v1.GetServerInfoResponse, of the daemon where the session is to be; waits for one that is not there yet, for
         `timeouts.call` seconds unless `timeout` says otherwise."""

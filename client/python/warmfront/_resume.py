@@ -19,6 +19,7 @@ from .v1 import session_pb2, step_pb2
 
 _FIRST_BACKOFF = 0.05
 _LONGEST_BACKOFF = 2.0
+_PRIVATE_WAIT = 2.0  # seconds that a daemon of one's own may take to accept a connection
 # Positions per message: large enough to be fast, small enough not to delay the connection's other streams.
 _FRAME_CHUNK = 4 << 20
 # Bytes of a message besides its bulk field.
@@ -131,6 +132,8 @@ class Link:
             try:
                 # gRPC connects only while a call waits for it: this one does, and a stream must not wait forever.
                 left = max(deadline - time.monotonic(), 0.001)
+                if self.connection.is_private:  # a daemon that was killed may not be known to have ended yet
+                    left = min(left, _PRIVATE_WAIT)
                 self.connection.server_info(self.time_left(left), self.session_id)
                 self._try_establish()
                 if self.failed is not None:  # closed meanwhile by another thread: leave nothing behind
