@@ -1,7 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/pair_filters.h"
 
+#include <cmath>
+#include <string>
+
 namespace warmfront {
+
+Status PairFilters::check_numbers() const {
+  if (within_edges > kMostEdges)
+    return invalid_argument("filters.within_edges: is " + std::to_string(within_edges) +
+                            ", and may be 0 to " + std::to_string(kMostEdges));
+  if (!(near_at_rest >= 0) || !std::isfinite(near_at_rest))
+    return invalid_argument("filters.near_at_rest: is " + std::to_string(near_at_rest) +
+                            "; give a finite length, or 0 for none");
+  return {};
+}
 
 void PairFilters::rest_at(const Positions& positions) {
   if (!(near_at_rest > 0) || !rest_positions.empty()) return;

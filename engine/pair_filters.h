@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/frame.h"
+#include "engine/result.h"
 
 namespace warmfront {
 
@@ -44,6 +45,8 @@ struct PairFilters {
   bool any() const {
     return within_edges != 0 || near_at_rest > 0 || !excluded_vertex_pairs.empty() || !patches.empty();
   }
+  /// kInvalidArgument, with the field, for numbers out of range; of the arrays Scene::create() looks.
+  Status check_numbers() const;
   /// Takes these positions, (n, 3), as the rest shape if one is needed and none is given.
   void rest_at(const Positions& positions);
   /// A body of `count` vertices is appended to the scene: it is in no patch, and at rest at `positions`.

@@ -30,9 +30,10 @@ class Workers {
   /// Runs `work` inside the calling thread's arena and returns when it is done; exceptions pass through.
   void run(const std::function<void()>& work);
 
-  /// For the calling thread, before its first run(): while the flag is set, oneTBB's threads that help in its
-  /// calls, and the thread itself, offer their core once a millisecond at a look at the stop flag. They have the process's priority, whatever
-  /// this thread's own: so a caller that has stepped back really does.
+  /// For the calling thread, before its first run(): while the flag is set, it, and oneTBB's threads that
+  /// help in its calls, offer their core to others once a millisecond, at a look at the stop flag. Those that
+  /// help have the process's priority, whatever this thread's own: so a caller that has stepped back really
+  /// does.
   static void give_way_while(std::shared_ptr<const std::atomic<bool>> flag);
 
   /// While one lives, every run() on the thread that created it uses this thread only: a small step need not

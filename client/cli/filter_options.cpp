@@ -12,16 +12,15 @@
 namespace warmfront::client {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
+bool is_blank(std::string_view line) {
+  return next_word(line).empty();
 }
 
-bool parse_index(std::string_view word, std::uint32_t& value) {
+/// One number, with blanks around it or none.
+bool parse_index(std::string_view text, std::uint32_t& value) {
   std::uint64_t number = 0;
-  if (!parse_number(trimmed(word), number) || number > std::numeric_limits<std::uint32_t>::max())
+  if (!parse_number(next_word(text), number) || !is_blank(text) ||
+      number > std::numeric_limits<std::uint32_t>::max())
     return false;
   value = static_cast<std::uint32_t>(number);
   return true;
@@ -34,7 +33,7 @@ Result<std::vector<std::array<std::uint32_t, 2>>> parse_vertex_pairs(std::string
   std::vector<std::array<std::uint32_t, 2>> pairs;
   LineScanner lines(text);
   for (std::string_view line; lines.next(line);) {
-    if (trimmed(line).empty()) continue;
+    if (is_blank(line)) continue;
     std::array<std::uint32_t, 2> pair;
     const std::size_t comma = line.find(',');
     if (comma == std::string_view::npos || !parse_index(line.substr(0, comma), pair[0]) ||
@@ -49,7 +48,7 @@ Result<std::vector<std::uint32_t>> parse_patches(std::string_view text, std::str
   std::vector<std::uint32_t> patches;
   LineScanner lines(text);
   for (std::string_view line; lines.next(line);) {
-    if (trimmed(line).empty()) continue;
+    if (is_blank(line)) continue;
     std::uint32_t patch = 0;
     if (!parse_index(line, patch))
       return error_at_line(

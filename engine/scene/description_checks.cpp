@@ -90,12 +90,7 @@ Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, Sto
                             std::to_string(each * vertex_count) + " are expected (" + std::to_string(each) +
                             " for each of " + std::to_string(vertex_count) + " vertices)");
   };
-  if (filters.within_edges > PairFilters::kMostEdges)
-    return invalid_argument(where + "within_edges: is " + std::to_string(filters.within_edges) +
-                            ", and may be 0 to " + std::to_string(PairFilters::kMostEdges));
-  if (!(filters.near_at_rest >= 0) || !std::isfinite(filters.near_at_rest))
-    return invalid_argument(where + "near_at_rest: is " + std::to_string(filters.near_at_rest) +
-                            "; give a finite length, or 0 for none");
+  if (Status numbers = filters.check_numbers(); !numbers) return numbers;
   if (filters.near_at_rest == 0 && !filters.rest_positions.empty())
     return invalid_argument(where + "rest_positions: has no effect while near_at_rest is 0; leave it out");
   if (filters.near_at_rest > 0 && filters.rest_positions.size() != std::size_t{3} * vertex_count)

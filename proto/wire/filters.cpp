@@ -3,7 +3,6 @@
 #include "proto/wire/filters.h"
 
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -77,19 +76,12 @@ v1::PairFiltersHeader header_of(const PairFilters& filters) {
 
 Result<FiltersUpload> FiltersUpload::announced(const v1::PairFiltersHeader& header,
                                                std::uint32_t vertex_count) {
-  if (header.within_edges() > PairFilters::kMostEdges)
-    return invalid_argument("filters.within_edges: is " + std::to_string(header.within_edges()) +
-                            ", and may be 0 to " + std::to_string(PairFilters::kMostEdges));
-  const double near = header.near_at_rest();
-  if (!(near >= 0) || !std::isfinite(near))
-    return invalid_argument("filters.near_at_rest: is " + std::to_string(near) +
-                            "; give a finite length, or 0 for none");
   FiltersUpload upload;
   upload.header_ = header;
-  upload.filters_.within_edges = header.within_edges();
-  upload.filters_.near_at_rest = near;
+  upload.filters_ = {.within_edges = header.within_edges(), .near_at_rest = header.near_at_rest()};
+  if (Status numbers = upload.filters_.check_numbers(); !numbers) return numbers.error();
   const std::size_t vertices = vertex_count;
-  if (near > 0) upload.rest_positions_.expected = 3 * sizeof(double) * vertices;
+  if (header.near_at_rest() > 0) upload.rest_positions_.expected = 3 * sizeof(double) * vertices;
   upload.excluded_vertex_pairs_.expected = sizeof(VertexPair) * header.excluded_vertex_pair_count();
   if (header.patches()) upload.patches_.expected = sizeof(std::uint32_t) * vertices;
   return upload;

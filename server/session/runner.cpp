@@ -200,6 +200,7 @@ bool Runner::relieve() {
 }
 
 void Runner::short_begins() {
+  if (!overrun_) return;
   const auto is_long = [](const Thread& one) { return one.lane == Lane::kLong && one.began_ms >= 0; };
   if (std::ranges::none_of(threads_, is_long)) return;
   const double now = now_ms();

@@ -34,7 +34,7 @@ class Runner {
   };
 
   /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time. Without
-  /// `overrun` no task is relieved.
+  /// `overrun` no task is relieved, and none gives way to others.
   explicit Runner(int threads, int guests = 0, std::optional<Overrun> overrun = std::nullopt);
   /// Runs what was posted, then joins.
   ~Runner();
@@ -86,8 +86,8 @@ class Runner {
   void watch();
   /// Puts threads in the place of those whose tasks take long. Whether it is to be asked again soon.
   bool relieve() WARMFRONT_REQUIRES(mutex_);
-  /// While short tasks come and go, what computes for long lets them have a core, once a millisecond:
-  /// to interrupt it, they would wait for a tick of the system's clock.
+  /// While short tasks come and go, what computes for long lets them have a core, once a millisecond: to
+  /// interrupt it, they would wait for a tick of the system's clock.
   void let_short_ones_through(double now) WARMFRONT_REQUIRES(mutex_);
   void short_begins() WARMFRONT_REQUIRES(mutex_);
   /// Whether it could be.

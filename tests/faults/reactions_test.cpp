@@ -265,22 +265,16 @@ TEST_F(ReactionsTest, CreatingASession) {
 // Filters that are parsed, kept and made, and leave nothing out.
 TEST_F(ReactionsTest, CreatingWithFilters) {
   const PairFilters filters = nothing_left_out();
+  std::vector<v1::CreateSessionRequest> arrays;
+  wire::upload(filters, 1000, [&](const v1::CreateSessionRequest& piece) {
+    arrays.push_back(piece);
+    return true;
+  });
   at_every_allocation("CreateSession with filters", [&](long n) {
+    v1::SessionHeader announced = header(id(n));
+    *announced.mutable_filters() = wire::header_of(filters);
     arm();
-    Context context;
-    v1::CreateSessionResponse response;
-    const auto writer = stub_->CreateSession(&context, &response);
-    v1::CreateSessionRequest request;
-    *request.mutable_header() = header(id(n));
-    *request.mutable_header()->mutable_filters() = wire::header_of(filters);
-    writer->Write(request);
-    request.set_faces(faces());
-    writer->Write(request);
-    request.set_positions(frame(0));
-    writer->Write(request);
-    wire::upload(filters, 1000, [&](const v1::CreateSessionRequest& piece) { return writer->Write(piece); });
-    writer->WritesDone();
-    const grpc::Status created = writer->Finish();
+    const grpc::Status created = create(announced, faces(), frame(0), arrays);
     disarm();
     if (!created.ok()) {
       expect_refused(created);

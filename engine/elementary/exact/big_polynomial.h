@@ -38,8 +38,8 @@ struct IsolatedRoot {
 };
 
 /// Calls visit(root) for the roots in [begin, end], within [0, 1], in ascending order until it returns false.
-/// f is squarefree. By Descartes' rule for Bernstein coefficients and bisection (Collins, Akritas 1976); roots that
-/// stay together are separated by the roots of the derivative.
+/// f is squarefree. By Descartes' rule for Bernstein coefficients and bisection (Collins, Akritas 1976); two
+/// roots that stay together are separated at the derivative's root between them.
 void isolate_roots(const Coefficients& f, const BigDyadic& begin, const BigDyadic& end,
                    const std::function<bool(const IsolatedRoot&)>& visit);
 

@@ -78,11 +78,24 @@ class BareClient {
     return {reinterpret_cast<const char*>(scene.faces.data()), scene.faces.size() * 12};
   }
 
-  grpc::Status create(const v1::SessionHeader& header, const std::string& faces,
-                      const std::string& positions) {
+  /// `header()` of a scene that is a body for each grid.
+  v1::SessionHeader header_with_bodies(const std::string& id = kId) const {
+    v1::SessionHeader described = header(id);
+    for (const std::uint32_t first : {0U, grids_.vertex_count() / 2}) {
+      v1::Body& body = *described.add_bodies();
+      body.set_first_vertex(first);
+      body.set_vertex_count(grids_.vertex_count() / 2);
+    }
+    return described;
+  }
+
+  /// `more` follows the positions.
+  grpc::Status create(const v1::SessionHeader& header, const std::string& faces, const std::string& positions,
+                      const std::vector<v1::CreateSessionRequest>& more = {},
+                      v1::CreateSessionResponse* response = nullptr) {
     Context context;
-    v1::CreateSessionResponse response;
-    const auto writer = stub_->CreateSession(&context, &response);
+    v1::CreateSessionResponse ignored;
+    const auto writer = stub_->CreateSession(&context, response ? response : &ignored);
     v1::CreateSessionRequest request;
     *request.mutable_header() = header;
     writer->Write(request);
@@ -90,11 +103,22 @@ class BareClient {
     writer->Write(request);
     request.set_positions(positions);
     writer->Write(request);
+    for (const v1::CreateSessionRequest& piece : more) writer->Write(piece);
     writer->WritesDone();
     return writer->Finish();
   }
   grpc::Status create(const std::string& id = kId) {
     return create(header(id), faces(), bytes_of(grids_.positions(0)));
+  }
+
+  v1::SessionInfo session_info(const std::string& id = kId) {
+    Context context;
+    v1::GetSessionRequest request;
+    request.set_session_id(id);
+    v1::GetSessionResponse response;
+    const grpc::Status status = stub_->GetSession(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.session();
   }
 
   grpc::Status step(std::uint64_t frame, const std::string& positions, v1::StepResponse* response = nullptr,

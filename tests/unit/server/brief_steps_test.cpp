@@ -250,15 +250,6 @@ class BriefStepsTest : public ServiceTest {
     EXPECT_TRUE(status.ok()) << status.error_message();
     return info;
   }
-  v1::SessionInfo session(const std::string& id) {
-    Context context;
-    v1::GetSessionRequest request;
-    request.set_session_id(id);
-    v1::GetSessionResponse response;
-    const grpc::Status status = stub_->GetSession(&context, request, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return response.session();
-  }
   int count_sessions() {
     Context context;
     v1::ListSessionsResponse response;
@@ -297,7 +288,7 @@ TEST_F(BriefStepsTest, OthersDoNotWaitForAStepThatIsLongerThanPredicted) {
   ASSERT_FALSE(HasFailure());
   expect_health_is_told();
   EXPECT_EQ(count_sessions(), static_cast<int>(count));
-  EXPECT_EQ(session(soups.front()->id).last_frame(), 1u);
+  EXPECT_EQ(session_info(soups.front()->id).last_frame(), 1u);
   // A new session is created, stepped by call and by stream, and deleted.
   expect_healthy();
   ASSERT_TRUE(create().ok());
@@ -443,10 +434,10 @@ TEST_F(BriefStepsTest, StreamsOfThemLeaveRoomForCallsOfEveryKind) {
   do {
     expect_health_is_told();
     EXPECT_EQ(count_sessions(), static_cast<int>(ids.size()));
-    for (const std::string& id : ids) EXPECT_LE(session(id).last_frame(), kFrames);
+    for (const std::string& id : ids) EXPECT_LE(session_info(id).last_frame(), kFrames);
   } while (streaming > 0 && !HasFailure());
   for (std::thread& client : clients) client.join();
-  for (const std::string& id : ids) EXPECT_EQ(session(id).steps(), kFrames);
+  for (const std::string& id : ids) EXPECT_EQ(session_info(id).steps(), kFrames);
 }
 
 }  // namespace

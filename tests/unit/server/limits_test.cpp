@@ -75,14 +75,7 @@ TEST_F(MemoryTest, ASessionIsRefusedBeforeItIsUploadedAndTakenWhenThereIsRoom) {
 
 TEST_F(MemoryTest, WhatIsHeldIsCountedWithAnswers) {
   ASSERT_TRUE(create().ok());
-  const auto held = [&] {
-    Context context;
-    v1::GetSessionRequest request;
-    request.set_session_id(kId);
-    v1::GetSessionResponse response;
-    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
-    return response.session().memory_bytes();
-  };
+  const auto held = [&] { return session_info().memory_bytes(); };
   const std::uint64_t before = held();
   EXPECT_GT(before, 1000u);
   v1::StepResponse response;
@@ -280,14 +273,7 @@ class SmallMessagesTest : public ServiceTest {
   }
   SmallMessagesTest() : ServiceTest(config()) {}
 
-  std::uint64_t last_frame() {
-    Context context;
-    v1::GetSessionRequest request;
-    request.set_session_id(kId);
-    v1::GetSessionResponse response;
-    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
-    return response.session().last_frame();
-  }
+  std::uint64_t last_frame() { return session_info().last_frame(); }
   /// The frame's contacts over a stream.
   v1::ContactColumns streamed(std::uint64_t frame, std::uint64_t expected_frame) {
     Context context;

@@ -169,13 +169,8 @@ class ChangedSceneTest : public ServiceTest {
   ChangedSceneTest() : ServiceTest(config()) {}
 
   grpc::Status create_with_bodies() {
-    v1::SessionHeader wanted = header();
-    for (const std::uint32_t first : {0U, grids_.vertex_count() / 2}) {
-      v1::Body& body = *wanted.add_bodies();
-      body.set_first_vertex(first);
-      body.set_vertex_count(grids_.vertex_count() / 2);
-      body.set_kind(v1::BODY_KIND_DEFORMABLE);
-    }
+    v1::SessionHeader wanted = header_with_bodies();
+    for (v1::Body& body : *wanted.mutable_bodies()) body.set_kind(v1::BODY_KIND_DEFORMABLE);
     return create(wanted, faces(), frame(0));
   }
   grpc::Status add_bodies(std::uint64_t next_frame, int count) {

@@ -68,22 +68,8 @@ class SessionStateTest : public ServiceTest {
   static bool same(const v1::SessionState& a, const v1::SessionState& b) {
     return a.frame() == b.frame() && a.revision() == b.revision() && a.digest() == b.digest();
   }
-  v1::SessionInfo info(const std::string& id = kId) {
-    Context context;
-    v1::GetSessionRequest request;
-    request.set_session_id(id);
-    v1::GetSessionResponse response;
-    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
-    return response.session();
-  }
   grpc::Status create_with_bodies(const std::string& id = kId) {
-    v1::SessionHeader wanted = header(id);
-    for (const std::uint32_t first : {0U, grids_.vertex_count() / 2}) {
-      v1::Body& body = *wanted.add_bodies();
-      body.set_first_vertex(first);
-      body.set_vertex_count(grids_.vertex_count() / 2);
-    }
-    return create(wanted, faces(), frame(0));
+    return create(header_with_bodies(id), faces(), frame(0));
   }
   static void add_triangle(v1::ChangeSceneRequest& request, double z) {
     v1::BodyAddition& add = *request.add_changes()->mutable_add();
@@ -117,22 +103,22 @@ class SessionStateTest : public ServiceTest {
 TEST_F(SessionStateTest, OnlyWhatIsAcceptedMovesIt) {
   ASSERT_TRUE(create().ok());
   ASSERT_TRUE(create(kOther).ok());
-  const v1::SessionState start = info().state();
-  EXPECT_TRUE(same(info(kOther).state(), start)) << "the same content, another id";
+  const v1::SessionState start = session_info().state();
+  EXPECT_TRUE(same(session_info(kOther).state(), start)) << "the same content, another id";
   std::vector<double> bad = grids_.positions(1);
   bad[5] = std::numeric_limits<double>::infinity();
   EXPECT_EQ(step(1, bytes_of(bad)).error_code(), StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(step(2, frame(2)).error_code(), StatusCode::FAILED_PRECONDITION);
-  EXPECT_TRUE(same(info().state(), start));
+  EXPECT_TRUE(same(session_info().state(), start));
   v1::StepResponse first, again, other;
   ASSERT_TRUE(step(1, frame(1), &first).ok());
   EXPECT_TRUE(same(first.summary().state_before(), start));
-  EXPECT_TRUE(same(first.summary().state(), info().state()));
+  EXPECT_TRUE(same(first.summary().state(), session_info().state()));
   EXPECT_EQ(first.summary().state().frame(), 1u);
   ASSERT_TRUE(step(1, frame(1), &again).ok());
   EXPECT_TRUE(same(again.summary().state(), first.summary().state()));
   EXPECT_EQ(step(1, frame(2)).error_code(), StatusCode::ABORTED);
-  EXPECT_TRUE(same(info().state(), first.summary().state()));
+  EXPECT_TRUE(same(session_info().state(), first.summary().state()));
   ASSERT_TRUE(step(1, frame(2), &other, kOther).ok());
   EXPECT_NE(other.summary().state().digest(), first.summary().state().digest());
   EXPECT_TRUE(same(other.summary().state_before(), start));
@@ -169,14 +155,14 @@ TEST_F(SessionStateTest, AChangeWithTheSameKeyIsDoneOnce) {
   ASSERT_TRUE(create_with_bodies().ok());
   v1::ChangeSceneRequest request = request_for(1, "the key");
   add_triangle(request, 5);
-  const v1::SessionState start = info().state();
+  const v1::SessionState start = session_info().state();
   v1::SessionState first, again;
   ASSERT_TRUE(change(request, &first).ok());
   EXPECT_EQ(first.revision(), start.revision() + 1);
   EXPECT_NE(first.digest(), start.digest());
   ASSERT_TRUE(change(request, &again).ok());
   EXPECT_TRUE(same(again, first));
-  EXPECT_EQ(info().body_count(), 3u);
+  EXPECT_EQ(session_info().body_count(), 3u);
   v1::ChangeSceneRequest other = request_for(1, "the key");
   add_triangle(other, 6);
   const grpc::Status refused = change(other);
@@ -184,26 +170,26 @@ TEST_F(SessionStateTest, AChangeWithTheSameKeyIsDoneOnce) {
   EXPECT_THAT(refused.error_message(), HasSubstr("key: "));
   other.set_key("another");
   ASSERT_TRUE(change(other).ok());
-  EXPECT_EQ(info().body_count(), 4u);
+  EXPECT_EQ(session_info().body_count(), 4u);
   EXPECT_EQ(change(request_for(1, std::string(65, 'k'))).error_code(), StatusCode::INVALID_ARGUMENT);
 }
 
 TEST_F(SessionStateTest, AChangeIsMadeOfTheStateThatItIsMeantFor) {
   ASSERT_TRUE(create_with_bodies().ok());
   v1::ChangeSceneRequest request = request_for(1);
-  *request.mutable_expected_state() = info().state();
+  *request.mutable_expected_state() = session_info().state();
   change_body(request, 1, v1::BODY_KIND_RIGID);
   ASSERT_TRUE(change(request).ok());
   const grpc::Status late = change(request);
   EXPECT_EQ(late.error_code(), StatusCode::ABORTED);
   EXPECT_EQ(detail_of(late).reason(), v1::ERROR_REASON_STATE_CHANGED);
-  *request.mutable_expected_state() = info().state();
+  *request.mutable_expected_state() = session_info().state();
   EXPECT_TRUE(change(request).ok());
 }
 
 TEST_F(SessionStateTest, ChangesAreMadeTogetherOrNotAtAll) {
   ASSERT_TRUE(create_with_bodies().ok());
-  const v1::SessionInfo before = info();
+  const v1::SessionInfo before = session_info();
   const auto refused = [&](auto spoil, const std::string& words) {
     v1::ChangeSceneRequest request = request_for(1, "k");
     add_triangle(request, 0.1);
@@ -213,9 +199,9 @@ TEST_F(SessionStateTest, ChangesAreMadeTogetherOrNotAtAll) {
     EXPECT_EQ(status.error_code(), StatusCode::INVALID_ARGUMENT) << status.error_message();
     EXPECT_THAT(status.error_message(), HasSubstr("changes[2]: "));
     EXPECT_THAT(status.error_message(), HasSubstr(words));
-    EXPECT_TRUE(same(info().state(), before.state()));
-    EXPECT_EQ(info().vertex_count(), before.vertex_count());
-    EXPECT_EQ(info().body_count(), before.body_count());
+    EXPECT_TRUE(same(session_info().state(), before.state()));
+    EXPECT_EQ(session_info().vertex_count(), before.vertex_count());
+    EXPECT_EQ(session_info().body_count(), before.body_count());
   };
   refused([](auto& request) { change_body(request, 9, v1::BODY_KIND_RIGID); }, "9");
   refused([](auto& request) { change_body(request, 0, v1::BODY_KIND_RIGID); }, "was removed");
@@ -234,7 +220,7 @@ TEST_F(SessionStateTest, ChangesAreMadeTogetherOrNotAtAll) {
   change_body(right, 0, v1::BODY_KIND_REMOVED);
   change_body(right, 2, v1::BODY_KIND_RIGID);
   EXPECT_TRUE(change(right).ok()) << "a key of what was refused is free";
-  EXPECT_EQ(info().body_count(), before.body_count() + 1);
+  EXPECT_EQ(session_info().body_count(), before.body_count() + 1);
 }
 
 // A request about one session counts as use, listing all does not.
@@ -251,7 +237,7 @@ TEST_F(SessionStateTest, GetSessionKeepsItFromExpiring) {
   EXPECT_GE(listed_idle(), milliseconds(59));
   EXPECT_GE(listed_idle(), milliseconds(59));
   const auto asked = std::chrono::steady_clock::now();
-  info();
+  session_info();
   const milliseconds idle = listed_idle();
   EXPECT_LE(idle, std::chrono::steady_clock::now() - asked);
 }

@@ -52,14 +52,7 @@ class TrialsTest : public ServiceTest {
     *request.mutable_step()->mutable_question() = question;
     return request;
   }
-  v1::SessionState state(const std::string& id = kId) {
-    Context context;
-    v1::GetSessionRequest request;
-    request.set_session_id(id);
-    v1::GetSessionResponse response;
-    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
-    return response.session().state();
-  }
+  v1::SessionState state(const std::string& id = kId) { return session_info(id).state(); }
   /// Sends a request and returns the answer.
   static v1::StreamStepsResponse exchange(Stream& stream, const v1::StreamStepsRequest& request) {
     EXPECT_TRUE(stream.Write(request));

@@ -129,24 +129,9 @@ class ServiceFiltersTest : public ServiceTest {
   }
   grpc::Status create(const PairFilters& filters, v1::CreateSessionResponse& response,
                       const std::string& id = kId) {
-    Context context;
-    const auto writer = stub_->CreateSession(&context, &response);
-    v1::CreateSessionRequest request;
-    *request.mutable_header() = header(id);
-    for (const std::uint32_t first : {0U, vertices() / 2}) {
-      v1::Body& body = *request.mutable_header()->add_bodies();
-      body.set_first_vertex(first);
-      body.set_vertex_count(vertices() / 2);
-    }
-    *request.mutable_header()->mutable_filters() = wire::header_of(filters);
-    writer->Write(request);
-    request.set_faces(faces());
-    writer->Write(request);
-    request.set_positions(frame(0));
-    writer->Write(request);
-    for (const v1::CreateSessionRequest& piece : pieces_of(filters, 100)) writer->Write(piece);
-    writer->WritesDone();
-    return writer->Finish();
+    v1::SessionHeader announced = header_with_bodies(id);
+    *announced.mutable_filters() = wire::header_of(filters);
+    return BareClient::create(announced, faces(), frame(0), pieces_of(filters, 100), &response);
   }
   grpc::Status change(const PairFilters& filters, v1::ChangeSceneResponse* response = nullptr) {
     v1::ChangeSceneRequest request;
@@ -156,14 +141,6 @@ class ServiceFiltersTest : public ServiceTest {
     Context context;
     v1::ChangeSceneResponse ignored;
     return stub_->ChangeScene(&context, request, response ? response : &ignored);
-  }
-  v1::SessionInfo info() {
-    Context context;
-    v1::GetSessionRequest request;
-    request.set_session_id(kId);
-    v1::GetSessionResponse response;
-    EXPECT_TRUE(stub_->GetSession(&context, request, &response).ok());
-    return response.session();
   }
 };
 
@@ -207,14 +184,14 @@ TEST_F(ServiceFiltersTest, BadOnesNameTheFieldAndTheIndexAndChangeNothing) {
   EXPECT_THAT(refused.error_message(),
               HasSubstr("filters.excluded_vertex_pairs[2]: vertex 72 is not in [0, 72)"));
   ASSERT_TRUE(create(all_kinds(vertices()), created).ok());
-  const std::string before = info().state().SerializeAsString();
+  const std::string before = session_info().state().SerializeAsString();
   const auto expect_refused = [&](auto spoil, const char* message) {
     PairFilters filters = all_kinds(vertices());
     spoil(filters);
     const grpc::Status status = change(filters);
     EXPECT_EQ(status.error_code(), StatusCode::INVALID_ARGUMENT) << message;
     EXPECT_THAT(status.error_message(), HasSubstr(std::string("changes[0]: filters.") + message));
-    EXPECT_EQ(info().state().SerializeAsString(), before);
+    EXPECT_EQ(session_info().state().SerializeAsString(), before);
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   expect_refused([](auto& f) { f.within_edges = 9; }, "within_edges: is 9");
@@ -243,15 +220,15 @@ TEST_F(ServiceFiltersTest, AreChargedBeforeAnythingGrows) {
   PairFilters many;
   for (std::uint32_t i = 0; i < 200'000; ++i)
     many.excluded_vertex_pairs.push_back({i % vertices(), (i + 1) % vertices()});
-  const std::uint64_t held = info().memory_bytes();
+  const std::uint64_t held = session_info().memory_bytes();
   const grpc::Status refused = change(many);
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_EQ(detail_of(refused).limit(), "max-session-bytes");
-  EXPECT_EQ(info().filters().within_edges(), 1u) << "those before are in force";
-  EXPECT_LE(info().memory_bytes(), held + 4096);
+  EXPECT_EQ(session_info().filters().within_edges(), 1u) << "those before are in force";
+  EXPECT_LE(session_info().memory_bytes(), held + 4096);
   many.excluded_vertex_pairs.resize(100);
   ASSERT_TRUE(change(many).ok());
-  EXPECT_EQ(info().filters().excluded_vertex_pair_count(), 100u);
+  EXPECT_EQ(session_info().filters().excluded_vertex_pair_count(), 100u);
   EXPECT_TRUE(step(1, frame(1)).ok());
 }
 
