@@ -18,6 +18,7 @@ Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
   if (Status status = check_bodies(description, stop); !status) return status.error();
   if (Status status = check_filters(description.filters, description.vertex_count, stop); !status)
     return status.error();
+  if (Status status = check_thickness(description, stop); !status) return status.error();
   if (could_never_touch(description))
     return Error{ErrorCode::kUnimplemented,
                  "faces: none over " + std::to_string(description.vertex_count) +
@@ -50,6 +51,9 @@ Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
     for (std::size_t v = first; v < end; ++v)
       if (mesh.vertex_faces[v].empty()) mesh.isolated_vertices.push_back(static_cast<std::uint32_t>(v));
   });
+  for (const double thickness : description.thickness)
+    mesh.most_thickness = std::max(mesh.most_thickness, thickness);
+  if (mesh.most_thickness > 0) mesh.thickness = std::move(description.thickness);
   if (Status status = scene.take_bodies(description, stop); !status) return status.error();
   if (description.filters.any())
     scene.filters_ = std::make_shared<const PairFilters>(std::move(description.filters));
@@ -59,6 +63,13 @@ Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
 const PairFilters& Scene::filters() const {
   static const PairFilters none;
   return filters_ != nullptr ? *filters_ : none;
+}
+
+double Scene::most_thickness() const {
+  double most = 0;
+  for (const Body& body : bodies_)
+    if (body.kind != BodyKind::kRemoved) most = std::max(most, body.thickness);
+  return most + mesh_->most_thickness;
 }
 
 Status Scene::take_bodies(SceneDescription& description, StopSignal stop) {
@@ -124,7 +135,8 @@ std::size_t Scene::memory_bytes() const {
          (mesh_->isolated_vertices.capacity() + mesh_->body_of_vertex.capacity()) * sizeof(std::uint32_t) +
          bodies_.capacity() * sizeof(Body) + name_bytes_ +
          excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]) +
-         held_bytes(filters().rest_positions, filters().excluded_vertex_pairs, filters().patches);
+         held_bytes(filters().rest_positions, filters().excluded_vertex_pairs, filters().patches,
+                    mesh_->thickness);
 }
 
 }  // namespace warmfront

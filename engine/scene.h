@@ -51,6 +51,9 @@ struct Body {
   /// Two bodies are tested against each other when the group of either has a bit in the mask of the other.
   std::uint32_t group = 1;
   std::uint32_t mask = 0xffffffff;
+  /// Finite, >= 0, in the scene's unit: that much of each of its vertices is added to the separation of every
+  /// pair that the vertex is in. See SceneDescription::thickness.
+  double thickness = 0;
 
   friend bool operator==(const Body&, const Body&) = default;
 };
@@ -68,6 +71,11 @@ struct SceneDescription {
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs = {};
   /// Pairs of features that do not count.
   PairFilters filters = {};
+  /// (n), or empty for none: of each vertex, finite and >= 0, in the scene's unit, besides its body's. A face
+  /// or an edge is as thick as the thickest of its vertices, and a pair is in contact, or within the distance
+  /// that proximity() asks about, when it comes within that plus the thickness of both. The tiers certified
+  /// and exact alone; intersections() go by the triangles themselves.
+  std::vector<double> thickness = {};
 };
 
 /// A body to be added to a scene: its faces number its own vertices from 0.
@@ -107,10 +115,9 @@ class Scene {
   Scene() = default;
 
   /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, bodies overlap or
-  /// leave a gap, a face joins two bodies, a group, mask or excluded pair has no effect, or filters are of
-  /// other vertices or out of range; and with
-  /// kUnimplemented when nothing could ever touch: vertices without any face, unless bodies are declared, so
-  /// that faces can be added later. O((n + m) log m). Throws Stopped when told to stop, as do all functions
+  /// leave a gap, a face joins two bodies, a group, mask or excluded pair has no effect, or filters or
+  /// thickness are of other vertices or out of range; and with kUnimplemented when nothing could ever touch:
+  /// vertices without any face, unless bodies are declared, so that faces can be added later. O((n + m) log m). Throws Stopped when told to stop, as do all functions
   /// that take a StopSignal.
   static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
@@ -149,6 +156,15 @@ class Scene {
   std::span<const std::array<std::uint32_t, 2>> excluded_pairs() const { return excluded_pairs_; }
   /// What does not count, of all vertices.
   const PairFilters& filters() const;
+  /// Of each vertex, besides its body's; empty where none has any.
+  std::span<const double> vertex_thickness() const { return mesh_->thickness; }
+  /// Of a vertex, with its body's.
+  double thickness_of(std::uint32_t vertex) const {
+    const double of_body = bodies_.empty() ? 0 : bodies_[mesh_->body_of_vertex[vertex]].thickness;
+    return mesh_->thickness.empty() ? of_body : of_body + mesh_->thickness[vertex];
+  }
+  /// No vertex is thicker; 0 where none is thick. O(bodies).
+  double most_thickness() const;
   std::uint32_t body_count() const { return mesh_->body_count; }
   /// The body of each vertex.
   std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
@@ -181,6 +197,8 @@ class Scene {
     Csr edge_faces;
     std::vector<std::uint32_t> isolated_vertices;
     std::vector<std::uint32_t> body_of_vertex;
+    std::vector<double> thickness;  // by vertex; empty: none
+    double most_thickness = 0;      // of these
   };
   // For writing: copies the mesh if it is shared.
   Mesh& own_mesh() {

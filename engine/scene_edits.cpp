@@ -107,6 +107,13 @@ std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>
   join(
       to.body_of_vertex, meshes, stop, [](const Mesh& m) -> auto& { return m.body_of_vertex; },
       [&](std::size_t m) { return first[m].body; });
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    if (meshes[m]->thickness.empty()) continue;
+    lengthen(to.thickness, first[m].vertex, 0.0, stop);
+    append(to.thickness, std::span<const double>(meshes[m]->thickness), stop);
+    to.most_thickness = std::max(to.most_thickness, meshes[m]->most_thickness);
+  }
+  if (!to.thickness.empty()) lengthen(to.thickness, to.vertex_count, 0.0, stop);
   return result;
 }
 

@@ -16,10 +16,11 @@ constexpr std::size_t kMostNear = 64;
 // The distance along one direction beyond which nothing between two parts is reported, for any motion: the
 // certified tier's promise in certified.h, and `room` more. Only for the tiers certified and exact; exact
 // reports nothing beyond the separation, of which the share of the size covers the rounding.
-WantedGap wanted_gap(const ColliderOptions& options, const LocalTransform& frame, double room) {
+WantedGap wanted_gap(const ColliderOptions& options, double separation, const LocalTransform& frame,
+                     double room) {
   const bool exact = options.tier == Tier::kExact;
-  if (exact && options.min_separation == 0) return {.least = room};
-  return {.least = frame.to_local(options.min_separation) + room,
+  if (exact && separation == 0) return {.least = room};
+  return {.least = frame.to_local(separation) + room,
           .share_of_size = certified_reach(exact ? 0 : options.tolerance)};
 }
 
@@ -42,14 +43,14 @@ const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t 
   return of.points;
 }
 
-void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, double room, bool rebuild,
-                      StopSignal stop, std::vector<NearPair>& near) {
+void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
+                      double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near) {
   if (near.size() > kMostNear * motion.part_count()) {
     apart_.clear();
     return;
   }
   choose(motion, rebuild, stop, near);
-  look(motion, options, room, stop, near);
+  look(motion, options, thickness, room, stop, near);
   apart_.clear();
   auto candidate = candidates_.begin();
   std::size_t kept = 0;
@@ -85,8 +86,8 @@ void ApartParts::choose(const SceneMotion& motion, bool rebuild, StopSignal stop
   }
 }
 
-void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, double room, StopSignal stop,
-                      std::span<const NearPair> near) {
+void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
+                      double room, StopSignal stop, std::span<const NearPair> near) {
   parts_.clear();
   for (const Candidate& candidate : candidates_) {
     const PartPair& parts = near[candidate.place].parts;
@@ -100,11 +101,12 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
   };
   in_parallel(parts_.size(), [&](std::size_t i) { points(motion, parts_[i]); });
   const LocalTransform& frame = motion.vertices().frame();
-  const WantedGap wanted = wanted_gap(options, frame, room);
   in_parallel(candidates_.size(), [&](std::size_t i) {
     Candidate& candidate = candidates_[i];
     if (candidate.holds) return;
     const PartPair& parts = near[candidate.place].parts;
+    const double separation = thickness.between(options.min_separation, parts.a, parts.b);
+    const WantedGap wanted = wanted_gap(options, separation, frame, room);
     candidate.direction = separating_direction(points_[parts.a].points, points_[parts.b].points, frame,
                                                wanted, candidate.direction);
   });

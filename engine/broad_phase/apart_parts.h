@@ -13,6 +13,7 @@
 #include "engine/broad_phase/separating_direction.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
+#include "engine/scene/thickness.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -43,8 +44,8 @@ class ApartParts {
   /// Removes the pairs that are proved apart in this step, by `room` (local length) more than the tier needs,
   /// from `near` (sorted). For stationary pairs the last step's result holds, unless `rebuild`. Throws
   /// Stopped when told to stop.
-  void sift(const SceneMotion& motion, const ColliderOptions& options, double room, bool rebuild,
-            StopSignal stop, std::vector<NearPair>& near);
+  void sift(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
+            double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near);
 
   /// Clears pairs(): no pair is excluded in this step.
   void forget() { apart_.clear(); }
@@ -68,8 +69,8 @@ class ApartParts {
   };
 
   void choose(const SceneMotion& motion, bool rebuild, StopSignal stop, std::span<const NearPair> near);
-  void look(const SceneMotion& motion, const ColliderOptions& options, double room, StopSignal stop,
-            std::span<const NearPair> near);
+  void look(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
+            double room, StopSignal stop, std::span<const NearPair> near);
 
   std::vector<ApartPair> apart_;
   std::vector<Candidate> candidates_;

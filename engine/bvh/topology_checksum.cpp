@@ -20,7 +20,8 @@ class Checksum {
   void add(std::span<const T> values) {
     // Bits of doubles count as they are: nobody calculates with them.
     static_assert(sizeof(T) % 4 == 0 &&
-                  (std::has_unique_object_representations_v<T> || std::is_same_v<T, std::array<double, 3>>));
+                  (std::has_unique_object_representations_v<T> || std::is_same_v<T, double> ||
+                   std::is_same_v<T, std::array<double, 3>>));
     add_word(values.size());
     const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
     for (std::size_t at = 0; at < values.size_bytes(); at += 4) {
@@ -81,6 +82,14 @@ std::uint64_t filter_checksum(const PairFilter& filter, StopSignal stop) {
   sum.add(filter.patches());
   sum.add(filter.rest_shape());
   sum.add(std::array{std::bit_cast<std::uint64_t>(filter.rest_distance())});
+  return sum.value();
+}
+
+std::uint64_t thickness_checksum(const Thickness& thickness, StopSignal stop) {
+  if (!thickness.any()) return 0;
+  Checksum sum(stop);
+  sum.add(thickness.of_vertices());
+  sum.add(thickness.of_parts());
   return sum.value();
 }
 

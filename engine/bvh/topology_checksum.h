@@ -7,6 +7,7 @@
 #include "engine/bvh/topology.h"
 #include "engine/scene.h"
 #include "engine/scene/pair_filter.h"
+#include "engine/scene/thickness.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -16,6 +17,8 @@ namespace warmfront {
 std::uint64_t topology_checksum(const Scene& given, const Topology& topology, StopSignal stop);
 /// Of what filters leave out; 0 where that is nothing.
 std::uint64_t filter_checksum(const PairFilter& filter, StopSignal stop);
+/// Of how thick everything is; 0 where nothing is.
+std::uint64_t thickness_checksum(const Thickness& thickness, StopSignal stop);
 /// Of a part's orphan sets.
 std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop);
 

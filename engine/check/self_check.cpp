@@ -61,6 +61,8 @@ class SelfCheck {
       found_.report(ErrorCode::kDataLoss, "the scene's topology has changed");
     if (filter_checksum(core_.filter, kept_.stop) != core_.filter.built_sum())
       found_.report(ErrorCode::kDataLoss, "what the scene's filters leave out has changed");
+    if (thickness_checksum(core_.thickness, kept_.stop) != core_.thickness.built_sum())
+      found_.report(ErrorCode::kDataLoss, "the thickness of the scene's vertices has changed");
     if (kept_.trees.size() != core_.topology->parts.size())
       found_.report(ErrorCode::kInternal, "the numbers of parts and hierarchies differ");
     if (!found_) {
@@ -255,6 +257,8 @@ class SelfCheck {
   void check_apart() {
     for_each_index(0, kept_.apart.size(), kept_.stop, [&](std::size_t i) {
       const ApartPair& pair = kept_.apart[i];
+      const double separation =
+          core_.thickness.between(core_.asked_separation, pair.parts.a, pair.parts.b);
       const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
       for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
         const auto along = [&](std::uint32_t part, std::uint32_t v) {
@@ -267,7 +271,7 @@ class SelfCheck {
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.a); ++v)
           most = std::max(most, along(pair.parts.a, v));
         for (std::uint32_t v = 0; v < core_.motion.vertex_count(pair.parts.b); ++v) {
-          if (!(along(pair.parts.b, v) - most > core_.asked_separation))
+          if (!(along(pair.parts.b, v) - most > separation))
             return broken("parts " + std::to_string(pair.parts.a) + " and " + std::to_string(pair.parts.b) +
                           " are not apart along the direction that is stored");
         }
@@ -298,7 +302,7 @@ class SelfCheck {
     if (!segment.with_itself() || !kept_.front->neighbours().listed(part)) return;
     const std::string wrong =
         broken_neighbours(kept_.front->neighbours().of(part), kept_.trees[part], core_.topology->scene,
-                          core_.vertex_bounds, kept_.width, kept_.turn, kept_.stop);
+                          core_.vertex_bounds, kept_.widths.of(segment.parts), kept_.turn, kept_.stop);
     if (!wrong.empty()) broken("the front" + of(segment) + " " + wrong);
   }
 
@@ -338,7 +342,7 @@ class SelfCheck {
     if (found_) return;
     kept_.stop.check();
     const TreePair<Bounds> trees(kept_.trees[segment.parts.a], kept_.trees[segment.parts.b], GapAt::kEnd,
-                                 kept_.width);
+                                 kept_.widths.of(segment.parts));
     const Bvtt bvtt = trees.bvtt();
     std::uint64_t tests = 0;
     for (const FrontPair& pair : chunk.pairs) {

@@ -27,7 +27,7 @@ struct KeptState {
   std::span<const ApartPair> apart;  ///< near pairs that are excluded
   const Front<Bounds>* front;        ///< null without a front
   double magnitude;                  ///< that the bounds were computed with
-  Width width;                       ///< of the last question
+  PartWidths widths;                 ///< of the last question
   std::uint64_t turn;                ///< of checks: sampling continues from turn to turn
   StopSignal stop = {};
 };

@@ -66,6 +66,7 @@ class ChunkUpdate {
         skip_neighbours_(skip_neighbours),
         sink_(sink),
         how_(how),
+        fold_width_(how.fold_widths.of(parts)),
         answers_(answers),
         room_(room),
         scratch_(scratch),
@@ -211,7 +212,7 @@ class ChunkUpdate {
     if (bvtt_.is_self(above)) return -1;
     if (!(above == last_parent_)) {
       last_parent_ = above;
-      last_gap_ = trees_.gap(above, counts_.bv_tests, how_.fold_width);
+      last_gap_ = trees_.gap(above, counts_.bv_tests, fold_width_);
     }
     return last_gap_;
   }
@@ -222,6 +223,7 @@ class ChunkUpdate {
   const bool skip_neighbours_;
   LeafPairSink& sink_;
   const FrontUpdate& how_;
+  const Width fold_width_;
   const Answers answers_;
   FrontRoom& room_;
   ChunkScratch& scratch_;

@@ -113,7 +113,7 @@ void Front<Bounds>::plan(std::span<const Bvh<Bounds>> trees, std::span<const Nea
   constexpr double kShare = 1.0 / 256;
   constexpr double kLeastCost = 32;
   const auto pair_of = [&](const FrontSegment& s) {
-    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b], how.gap_at, how.width);
+    return TreePair<Bounds>(trees[s.parts.a], trees[s.parts.b], how.gap_at, how.widths.of(s.parts));
   };
   double cost = 0;
   PacedStop paced(how.stop, 256);
@@ -181,7 +181,7 @@ void Front<Bounds>::run(const Work& work, std::span<const Bvh<Bounds>> trees, Le
   how.stop.check();
   FrontSegment& segment = segments_[work.segment];
   const PartPair& parts = segment.parts;
-  const TreePair<Bounds> pair(trees[parts.a], trees[parts.b], how.gap_at, how.width);
+  const TreePair<Bounds> pair(trees[parts.a], trees[parts.b], how.gap_at, how.widths.of(parts));
   switch (work.kind) {
     case Work::kReuse:
       for (const FrontChunk& chunk : segment.chunks) reuse(chunk, sink, how.stop);
@@ -321,9 +321,10 @@ void Front<Bounds>::drop_answers() {
 }
 
 template <class Bounds>
-void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees, const Width& width) noexcept {
+void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees, const PartWidths& widths) noexcept {
   for (FrontSegment& segment : segments_) {
-    const TreePair<Bounds> pair_of(trees[segment.parts.a], trees[segment.parts.b], GapAt::kEnd, width);
+    const TreePair<Bounds> pair_of(trees[segment.parts.a], trees[segment.parts.b], GapAt::kEnd,
+                                   widths.of(segment.parts));
     const Bvh<Bounds>& a = pair_of.a;
     const Bvh<Bounds>& b = pair_of.b;
     if (a.travel.nodes.empty() || b.travel.nodes.empty()) continue;

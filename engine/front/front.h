@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/broad_phase/part_widths.h"
 #include "engine/front/actions.h"
 #include "engine/front/front_room.h"
 #include "engine/front/leaf_pairs.h"
@@ -25,9 +26,10 @@ struct FrontUpdate {
   bool lazy = false;   ///< do not look at pairs whose budget lasts
   bool record = true;  ///< keep the front
   Answers answers = Answers::kReuse;  ///< what becomes of those of stationary leaf pairs
-  Width width = {};       ///< within which bounds count as overlapping
-  Width fold_width = {};  ///< pairs are folded where an ancestor is farther apart than this: no less than `width`
-  bool wider = false;     ///< `width` is more than that of the update before
+  PartWidths widths = {};  ///< within which bounds count as overlapping
+  /// Pairs are folded where an ancestor is farther apart than this: no less than `widths`.
+  PartWidths fold_widths = {};
+  bool wider = false;  ///< `widths` are more than those of the update before
   /// Of the neighbours listed, those within subtrees that changed in this step were tested already, by
   /// test_subtree().
   bool subtrees_tested = false;
@@ -94,9 +96,9 @@ class Front {
   void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
 
   /// The next motion begins where everything stands now, as far as `trees` have travelled, and questions about
-  /// it have this width at most: budgets that do not last for that here are spent for good, wherever the
+  /// it have these widths at most: budgets that do not last for that here are spent for good, wherever the
   /// motion leads, since a budget tells of where motions begin only that it lasted there. O(pairs).
-  void settle(std::span<const Bvh<Bounds>> trees, const Width& width) noexcept;
+  void settle(std::span<const Bvh<Bounds>> trees, const PartWidths& widths) noexcept;
 
   /// Forgets the front.
   void clear();

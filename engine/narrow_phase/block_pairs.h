@@ -23,12 +23,13 @@ class BlockPairs {
     scene_ = &input.scene;
     vertex_bounds_ = input.vertex_bounds;
     gap_at_ = input.gap_at;
-    width_ = input.width;
   }
 
-  /// The next blocks belong to leaves of these hierarchies, related by `between`, which must outlive their
-  /// tests.
-  void begin_leaves(const Bvh<Bounds>& a, const Bvh<Bounds>& b, const GridPair<Bounds>& between) {
+  /// The next blocks belong to leaves of these hierarchies, related by `between`, of this width, which must
+  /// outlive their tests.
+  void begin_leaves(const Bvh<Bounds>& a, const Bvh<Bounds>& b, const GridPair<Bounds>& between,
+                    const Width& width) {
+    width_ = width;
     between_ = &between;
     rebased_ = nullptr;
     always_empty_ = no_pairs(a.shape.largest_block(), b.shape.largest_block(), false);

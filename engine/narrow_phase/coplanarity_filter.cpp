@@ -34,12 +34,15 @@ WARMFRONT_INLINE void gather(const FeaturePair& pair, std::span<const VertexMoti
 // Bit i is set where pair i's cubic has coefficients certainly of one sign.
 template <bool kSeparated>
 WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const FeaturePair> pairs,
-                                          double separation) {
+                                          const double* separations) {
   alignas(64) std::array<double, kLanes> apart;
   alignas(64) std::array<double, kLanes> edge_edge{};
+  alignas(64) std::array<double, kLanes> separation{};
   if constexpr (kSeparated) {
-    for (int i = 0; i < static_cast<int>(pairs.size()); ++i)
+    for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
       edge_edge[i] = pairs[i].kind == ContactKind::kEdgeEdge;
+      separation[i] = separations[i];
+    }
   }
   for (int i = 0; i < kLanes; ++i) {
     const auto at = [&](int time, int vertex) {
@@ -74,7 +77,7 @@ WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const 
       // product n: vertex-face: differences of face vertices, at most e + g and e + q; edge-edge: e and q -
       // g.
       const double normal = edge_edge[i] != 0 ? 3 * e * (g + q) : 3 * (e + g) * (e + q);
-      bound += separation * normal * (1 + 0x1p-48);
+      bound += separation[i] * normal * (1 + 0x1p-48);
     }
     const double lo = std::min(std::min(k0, k1), std::min(k2, k3));
     const double hi = std::max(std::max(k0, k1), std::max(k2, k3));
@@ -89,7 +92,7 @@ WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const 
 
 template <bool kSeparated>
 WARMFRONT_INLINE std::size_t filter(std::span<const FeaturePair> pairs,
-                                    std::span<const VertexMotion> vertices, double separation,
+                                    std::span<const VertexMotion> vertices, const double* separations,
                                     std::uint16_t* survivors) {
   std::size_t count = 0;
   Differences differences{};
@@ -97,7 +100,8 @@ WARMFRONT_INLINE std::size_t filter(std::span<const FeaturePair> pairs,
     const std::size_t lanes = std::min<std::size_t>(kLanes, pairs.size() - first);
     for (std::size_t i = 0; i < lanes; ++i)
       gather(pairs[first + i], vertices, differences, static_cast<int>(i));
-    const unsigned apart = certainly_apart<kSeparated>(differences, pairs.subspan(first, lanes), separation);
+    const unsigned apart = certainly_apart<kSeparated>(differences, pairs.subspan(first, lanes),
+                                                       kSeparated ? separations + first : nullptr);
     for (std::size_t i = 0; i < lanes; ++i) {
       survivors[count] = static_cast<std::uint16_t>(first + i);
       count += ((apart >> i) & 1U) == 0;
@@ -109,21 +113,21 @@ WARMFRONT_INLINE std::size_t filter(std::span<const FeaturePair> pairs,
 WARMFRONT_TARGET_CLONES
 std::size_t filter_touching(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices,
                             std::uint16_t* survivors) {
-  return filter<false>(pairs, vertices, 0, survivors);
+  return filter<false>(pairs, vertices, nullptr, survivors);
 }
 
 WARMFRONT_TARGET_CLONES
 std::size_t filter_separated(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices,
-                             double separation, std::uint16_t* survivors) {
-  return filter<true>(pairs, vertices, separation, survivors);
+                             const double* separations, std::uint16_t* survivors) {
+  return filter<true>(pairs, vertices, separations, survivors);
 }
 
 }  // namespace
 
 std::size_t coplanarity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices,
-                               double min_separation, std::uint16_t* survivors) {
-  return min_separation > 0 ? filter_separated(pairs, vertices, min_separation, survivors)
-                            : filter_touching(pairs, vertices, survivors);
+                               std::span<const double> separations, std::uint16_t* survivors) {
+  return separations.empty() ? filter_touching(pairs, vertices, survivors)
+                             : filter_separated(pairs, vertices, separations.data(), survivors);
 }
 
 }  // namespace warmfront

@@ -42,7 +42,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     scene_ = &input.scene;
     stop_ = input.stop;
     gap_at_ = input.gap_at;
-    width_ = input.width;
+    widths_ = input.widths;
     tester.begin(input, shared);
     blocks_.begin(input);
   }
@@ -67,9 +67,10 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const NodeId leaf_b = leaves.b - b.shape.first_leaf();
     const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
     const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
-    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b], width_);
+    const Width width = widths_.of(parts);
+    const GridPair<Bounds> between = grid_pair(a.leaves.grids[leaf_a], b.leaves.grids[leaf_b], width);
     const OneOfLeaf whole_b = OneOfLeaf::of(b.leaves.grids[leaf_b]);
-    blocks_.begin_leaves(a, b, between);
+    blocks_.begin_leaves(a, b, between, width);
     if (blocks_a.size() == 1 && blocks_b.size() == 1 && !which.skip_neighbours) {
       const std::uint64_t excluded = Blocks::excluded(a, blocks_a.begin, b, blocks_b.begin);
       return {blocks_.test(a, blocks_a.begin, b, blocks_b.begin, excluded, same ? nullptr : &whole_b),
@@ -112,7 +113,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
     const Bvh<Bounds>& tree = trees_[part];
     const std::span<const NodeTravel> travel = tree.travel.blocks;
     const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
-    const std::uint32_t reserve = travel::reserve(2 * tree.travel.slack, width_);
+    const Width width = widths_.of({part, part});
+    const std::uint32_t reserve = travel::reserve(2 * tree.travel.slack, width);
     due_.resize(chunk.pairs.size());
     due_.resize(due_neighbours(chunk.pairs, travel, reserve, due_.data()));
     chunk.may_have_contacts = false;
@@ -122,10 +124,10 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       if (*due >= leaves.end) continue;
       stop_.check();
       const GridPair<Bounds> between =
-          grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b], width_);
+          grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b], width);
       const EightBounds<Bounds>& wide_b = tree.leaves.wide[leaves.b];
       const std::uint32_t first_b = tree.leaves.blocks_of[leaves.b].begin;
-      blocks_.begin_leaves(tree, tree, between);
+      blocks_.begin_leaves(tree, tree, between, width);
       for (; due != due_.cend() && *due < leaves.end; ++due) {
         // What is due lies anywhere: it is asked for some pairs ahead.
         constexpr std::ptrdiff_t kAhead = 4;
@@ -135,7 +137,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
         const float gap =
             blocks_.test(tree, pair.a, tree, pair.b, pair.excluded, pair.a == pair.b ? nullptr : &whole_b);
         pair.budget = TravelBudget::grant(granted_at[pair.a], granted_at[pair.b], gap);
-        chunk.may_have_contacts |= !(gap > width_.straight);
+        chunk.may_have_contacts |= !(gap > width.straight);
       }
     }
   }
@@ -188,7 +190,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   const Scene* scene_ = nullptr;
   StopSignal stop_;
   GapAt gap_at_ = GapAt::kEnd;
-  Width width_;
+  PartWidths widths_;
   std::uint64_t step_ = 0;
   Blocks blocks_{tester};
   std::vector<std::uint32_t> due_;

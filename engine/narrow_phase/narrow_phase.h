@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/broad_phase/part_widths.h"
 #include "engine/contact.h"
 #include "engine/elementary/keep_distance.h"
 #include "engine/front/leaf_pairs.h"
@@ -20,6 +21,7 @@
 #include "engine/scene/pair_filter.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
+#include "engine/scene/thickness.h"
 #include "engine/statistics.h"
 #include "engine/stop.h"
 
@@ -32,6 +34,7 @@ struct NarrowPhaseInput {
   const Renumbering& numbering;  ///< contacts are reported in given numbers
   const Ownership& ownership;
   const PairFilter& filter;
+  const Thickness& thickness;
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step
   std::span<const VertexMotion> vertices;
@@ -42,10 +45,10 @@ struct NarrowPhaseInput {
   GapAt gap_at = GapAt::kEnd;  ///< see FrontUpdate
   /// A trial, of which others may go part of the way: what it meets is noted for test_met().
   bool note_met = false;
-  /// Where its share is not 0, each pair has a separation of its own, of which options.min_separation is none
-  /// too small.
+  /// Where its share is not 0, each pair has a separation of its own, for which options.min_separation, with
+  /// the thickness of both, is none too small.
   KeepDistance keep = {};
-  Width width = {};  ///< of options.min_separation: what bounds must be apart by
+  PartWidths widths = {};  ///< of options.min_separation: what bounds must be apart by
   /// Of Report::kVertexDistances, by given vertex: the distance asked about, and then less where something is
   /// nearer. Written by all threads, each number atomically.
   std::span<double> vertex_distances = {};

@@ -64,10 +64,10 @@ void PairTester::note_kept(std::uint64_t triangle_pairs, const ContactTally& tal
 void PairTester::met_pair(Primitive p, Primitive q) {
   if (((p | q) & kPoint) == 0) {
     const auto bounds = [this](Primitive primitive) {
-      const Face& face = input_->scene.faces()[primitive];
+      const Face& face = face_of(primitive);
       return bounds_of(face[0], face[1], face[2]);
     };
-    if (!overlap<KDop18>(bounds(p), bounds(q), input_->width)) return;
+    if (!overlap<KDop18>(bounds(p), bounds(q), width_of(face_of(p), face_of(q)))) return;
   }
   primitive_pair(p, q);
 }
@@ -112,6 +112,7 @@ void PairTester::face_pair(std::uint32_t f, std::uint32_t g, std::uint32_t left_
     corners_.vertex[k][face_pairs_] = face_f[k];
     corners_.vertex[k + 3][face_pairs_] = face_g[k];
   }
+  corners_.width[face_pairs_] = width_of(face_f, face_g).straight;
   if (++face_pairs_ == faces_.size()) filter_faces();
 }
 
@@ -120,9 +121,8 @@ void PairTester::filter_faces() {
   if (count == 0) return;
   for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
   const bool by_distance = input_->options.report != Report::kCandidates;
-  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds, input_->width,
-                                                            certified_reach(input_->options.tolerance))
-                                          : 0;
+  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds, certified_reach(input_->options.tolerance))
+                  : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
     const auto [f, g, left_out] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
     input_->options.pair_test == PairTest::kIntersection ? edge_face_pairs(f, g)
@@ -142,7 +142,7 @@ void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
   const Edge& edge = input_->scene.edges()[e];
   const Face& face = input_->scene.faces()[f];
   if (overlap<KDop18>(bounds_of(edge[0], edge[1], edge[1]), bounds_of(face[0], face[1], face[2]),
-                      input_->width))
+                      width_of(edge, face)))
     push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
 }
 
@@ -156,10 +156,11 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   if ((owned | perhaps) == 0) return;
   const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
   const float latest = until();
+  const Width width = width_of(face_f, face_g);
   const std::uint32_t wanted = owned | perhaps;
   std::uint32_t bits =
-      latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, input_->width)
-                 : overlapping_features(bounds(face_f), bounds(face_g), wanted, input_->width);
+      latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, width)
+                 : overlapping_features(bounds(face_f), bounds(face_g), wanted, width);
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
@@ -177,6 +178,24 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   }
 }
 
+const Face& PairTester::face_of(Primitive primitive) const { return input_->scene.faces()[primitive]; }
+
+Width PairTester::width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const {
+  return input_->widths.around(a[0], b[0]);
+}
+
+std::pair<double, double> PairTester::thickness_of(const FeaturePair& pair) const {
+  const std::span<const std::uint32_t> vertices(pair.vertices);
+  const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+  return {input_->thickness.of(vertices.first(of_a)), input_->thickness.of(vertices.subspan(of_a))};
+}
+
+double PairTester::separation(const FeaturePair& pair) const {
+  if (!input_->thickness.any()) return input_->options.min_separation;
+  const auto [a, b] = thickness_of(pair);
+  return separation_of(input_->options.min_separation, a, b);
+}
+
 float PairTester::until() const {
   if (input_->options.report != Report::kEarliest) return 1;
   return std::nextafter(static_cast<float>(shared_->earliest.load(std::memory_order_relaxed)), 2.0F);
@@ -189,7 +208,7 @@ TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint
 
 void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
   const Face& face = input_->scene.faces()[f];
-  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2]), input_->width))
+  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2]), width_of({&v, 1}, face)))
     push(vertex_face(input_->scene, {v, f}));
 }
 
@@ -207,7 +226,7 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
   ++output_.counts.orphan_tests;
   const Edge& a = input_->scene.edges()[ids.a];
   const Edge& b = input_->scene.edges()[ids.b];
-  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1]), input_->width))
+  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1]), width_of(a, b)))
     push(edge_edge(input_->scene, ids));
 }
 
@@ -265,7 +284,7 @@ void PairTester::test_features() {
     test_intersections(pairs);
   } else if (input_->options.report == Report::kCandidates) {
     for (const FeaturePair& pair : pairs)
-      take_verdict(pair, candidate_test(features_of(pair), input_->options.min_separation));
+      take_verdict(pair, candidate_test(features_of(pair), separation(pair)));
   } else if (input_->keep.share > 0) {
     keep_distances(pairs);
   } else {
@@ -281,14 +300,20 @@ void PairTester::look_after_exact(std::uint64_t exact_tests) const {
 void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   const ColliderOptions& options = input_->options;
   std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
-  std::size_t count = coplanarity_filter(pairs, input_->vertices, options.min_separation, survivors.data());
+  std::array<double, FeatureBlock::kCapacity> separations;
+  const bool separated = options.min_separation > 0 || input_->thickness.any();
+  if (separated) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) separations[i] = separation(pairs[i]);
+  }
+  std::size_t count = coplanarity_filter(
+      pairs, input_->vertices, {separations.data(), separated ? pairs.size() : 0}, survivors.data());
   output_.counts.coplanarity_passed += count;
-  if (options.min_separation == 0)
-    count = separation_filter(pairs, input_->vertices, survivors.data(), count);
+  if (!separated) count = separation_filter(pairs, input_->vertices, survivors.data(), count);
   ElementaryOptions elementary = elementary_options();
   ElementaryCounts counts;
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
+    if (separated) elementary.min_separation = separations[survivors[i]];
     if (options.report == Report::kEarliest)
       elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
     const std::uint64_t before = counts.exact_tests;
@@ -300,12 +325,13 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
 
 // No filter before it: what these exclude, they exclude of a motion.
 void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
-  const ElementaryOptions elementary = elementary_options();
+  ElementaryOptions elementary = elementary_options();
   ElementaryCounts counts;
   const Instant instant = input_->options.instant;
   const bool by_vertex = input_->options.report == Report::kVertexDistances;
   for (const FeaturePair& pair : pairs) {
     const std::uint64_t before = counts.exact_tests;
+    elementary.min_separation = separation(pair);
     const Verdict verdict = proximity_test(features_of(pair), instant, elementary, counts);
     look_after_exact(counts.exact_tests - before);
     if (by_vertex && verdict.contact)
@@ -315,8 +341,14 @@ void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
   output_.counts.exact_tests += counts.exact_tests;
 }
 
-// Only pairs that the test reports count, so that no distance depends on what was looked at.
+// Only pairs that the test reports count, so that no distance depends on what was looked at. What thickness
+// takes of it is rounded up by more than the subtraction and the sum of the two are rounded.
 void PairTester::lower_distances(const FeaturePair& pair, double distance) {
+  if (input_->thickness.any()) {
+    const auto [a, b] = thickness_of(pair);
+    distance = std::max(0.0, (distance - (a + b) * (1 + 0x1p-51)) * (1 - 0x1p-51));
+    distance = std::min(distance, input_->options.min_separation);
+  }
   for (const std::uint32_t v : pair.vertices) {
     const std::atomic_ref<double> least(
         input_->vertex_distances[number_of(input_->numbering.given(NewVertex{v}))]);
@@ -354,7 +386,12 @@ void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
   CertifiedOptions certified{.tolerance = input_->options.tolerance};
   for (const FeaturePair& pair : pairs) {
     certified.latest = std::min(1.0, shared_->earliest.load(std::memory_order_relaxed));
-    take_verdict(pair, keep_distance_test(features_of(pair), input_->keep, certified));
+    KeepDistance keep = input_->keep;
+    if (input_->thickness.any()) {
+      const auto [a, b] = thickness_of(pair);
+      keep.beyond = separation_of(keep.beyond, a, b);
+    }
+    take_verdict(pair, keep_distance_test(features_of(pair), keep, certified));
   }
 }
 

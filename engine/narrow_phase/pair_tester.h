@@ -129,6 +129,12 @@ class PairTester {
   void take_verdict(const FeaturePair& pair, const Verdict& verdict);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  const Face& face_of(Primitive primitive) const;
+  // Within which bounds of primitives with these vertices count as near each other: of their parts.
+  Width width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const;
+  // Of the first and of the second feature; where anything is thick.
+  std::pair<double, double> thickness_of(const FeaturePair& pair) const;
+  double separation(const FeaturePair& pair) const;
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.
   void push_unless_at_rest(const FeaturePair& pair);

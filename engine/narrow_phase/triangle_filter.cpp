@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/narrow_phase/triangle_filter.h"
 
+#include <cstring>
+
 #include "engine/bounds/eight_points.h"
 #include "engine/simd/lanes3.h"
 
@@ -15,7 +17,7 @@ struct Corners {
   Float8 margin{};  // sum of the vertex margins of both triangles and the width
   Float8 size{};    // the largest coordinate
 
-  WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points, float width) {
+  WARMFRONT_INLINE Corners(const EightTrianglePairs& pairs, std::span<const PointBounds> points) {
     Float8 most[2]{};
     for (std::size_t t = 0; t < 2; ++t) {
       Eight3 origin{};
@@ -28,6 +30,8 @@ struct Corners {
         most[k / 3] = greater(p.margin, most[k / 3]);
       }
     }
+    Float8 width;
+    std::memcpy(&width, pairs.width.data(), sizeof width);
     margin = most[0] + most[1] + width;
   }
 };
@@ -95,9 +99,8 @@ WARMFRONT_INLINE Int8 certainly_apart(const Corners& corners, float closest) {
 
 WARMFRONT_TARGET_CLONES
 std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
-                              const Width& width, double reach) {
-  return bits_of(
-      certainly_apart(Corners(pairs, points, width.straight), static_cast<float>(4.001 * reach)));
+                              double reach) {
+  return bits_of(certainly_apart(Corners(pairs, points), static_cast<float>(4.001 * reach)));
 }
 
 }  // namespace warmfront

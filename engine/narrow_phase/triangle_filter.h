@@ -8,7 +8,6 @@
 #include <span>
 
 #include "engine/bounds/point_bounds.h"
-#include "engine/bounds/width.h"
 
 namespace warmfront {
 
@@ -16,16 +15,17 @@ namespace warmfront {
 /// and pair.
 struct EightTrianglePairs {
   std::array<std::array<std::uint32_t, 8>, 6> vertex;
+  std::array<float, 8> width{};  ///< of each pair, along any direction: Width::straight
 };
 
 /// Before stage T0: bit i is set where a plane that only translates separates pair i for the whole step, by
-/// more than `width`, beyond it by more than `reach` times the size of any pair of
-/// features: certified_reach(), or at least 2^-18. So none of its features has a contact, and no tier reports
+/// more than its width, beyond it by more than `reach` times the size of any pair of features:
+/// certified_reach(), or at least 2^-18. So none of its features has a contact, and no tier reports
 /// one (elementary/README.md, "What certified reports"): the removed pairs would not be reported in any
 /// frame. Planes tried: along either triangle, and along the mean relative motion and an edge of either. The
 /// same on every instruction set. Source: reference/algorithms 3.5; the separating axis theorem, seen along
 /// the motion.
 std::uint32_t triangles_apart(const EightTrianglePairs& pairs, std::span<const PointBounds> points,
-                              const Width& width, double reach);
+                              double reach);
 
 }  // namespace warmfront

@@ -27,6 +27,31 @@ bool could_never_touch(const SceneDescription& description) {
   return description.vertex_count > 0 && description.faces.empty() && description.bodies.empty();
 }
 
+namespace {
+
+Status check_length(double thickness, const std::string& where) {
+  if (thickness >= 0 && thickness <= kMostThickness) return {};
+  return invalid_argument(where + ": is " + std::to_string(thickness) +
+                          "; give a length from 0 to 2^1020, in the scene's unit");
+}
+
+}  // namespace
+
+Status check_thickness(const SceneDescription& description, StopSignal stop) {
+  const std::vector<double>& thickness = description.thickness;
+  if (thickness.empty()) return {};
+  if (thickness.size() != description.vertex_count)
+    return invalid_argument("thickness: " + std::to_string(thickness.size()) + " values for " +
+                            std::to_string(description.vertex_count) + " vertices; give one for each");
+  PacedStop paced(stop);
+  for (std::size_t v = 0; v < thickness.size(); ++v) {
+    paced.check();
+    if (Status status = check_length(thickness[v], "thickness[" + std::to_string(v) + "]"); !status)
+      return status;
+  }
+  return {};
+}
+
 std::string name_of(std::size_t body) {
   return "bodies[" + std::to_string(body) + "]";
 }
@@ -35,6 +60,7 @@ Status check_body(const Body& body, const std::string& where) {
   if (body.name.size() > kMaxNameBytes)
     return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
                             " bytes long, and may be " + std::to_string(kMaxNameBytes));
+  if (Status status = check_length(body.thickness, where + ".thickness"); !status) return status;
   if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
   if (body.group == 0)
     return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");

@@ -20,6 +20,10 @@ Status check_faces(const SceneDescription& description, StopSignal stop);
 /// Can no pair ever be in contact, even after later changes?
 bool could_never_touch(const SceneDescription& description);
 
+/// What vertices have besides their bodies': as long as any length is that double can add to another.
+Status check_thickness(const SceneDescription& description, StopSignal stop);
+inline constexpr double kMostThickness = 0x1p1020;
+
 /// A body in messages.
 std::string name_of(std::size_t body);
 

@@ -31,7 +31,8 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
       motion(modelled, to_doubles(positions, stop), stop),
       model(modelled, stop) {
   // The cone theorem rules out meeting, not what other tiers report: what is near, or seems to meet.
-  const bool cones = options.normal_cones && options.tier == Tier::kExact && options.min_separation == 0;
+  const bool cones = options.normal_cones && options.tier == Tier::kExact && options.min_separation == 0 &&
+                     scene->most_thickness() == 0;
   workers->run([&] {
     topology = std::make_unique<Topology>(modelled, motion.vertices(), options.leaf_size, cones, stop);
     motion.renumber(topology->numbering, 0, stop);
@@ -40,8 +41,9 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
-  Parts parts{CollisionModel(modelled, stop), {}, 0, {}, topology_sum, orphans_sum};
+  Parts parts{CollisionModel(modelled, stop), {}, {}, 0, {}, topology_sum, orphans_sum};
   parts.filter = make_filter(given.filters(), parts.model, stop);
+  parts.thickness = make_thickness(given, stop);
   if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
   parts.excluded_pairs = parts.model.excluded_pairs(stop);
   // Room that is not needed after all does no harm.
@@ -77,9 +79,19 @@ PairFilter Core::make_filter(const PairFilters& filters, const CollisionModel& o
   return filter;
 }
 
+Thickness Core::make_thickness(const Scene& given, StopSignal stop) const {
+  std::vector<FeatureRange> ranges;
+  ranges.reserve(topology->parts.size());
+  for (const PartTopology& part : topology->parts) ranges.push_back(part.features);
+  Thickness made(given, ranges, topology->numbering, stop);
+  made.set_built_sum(thickness_checksum(made, stop));
+  return made;
+}
+
 void Core::take(Parts parts) noexcept {
   model = std::move(parts.model);
   filter = std::move(parts.filter);
+  thickness = std::move(parts.thickness);
   rigid_parts.take(model);
   excluded_pairs = parts.excluded_pairs;
   for (std::uint32_t p = 0; p < orphans.size(); ++p) {
@@ -99,7 +111,7 @@ std::size_t Core::memory_bytes() const {
   std::size_t bytes = scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
                       vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() +
                       near.memory_bytes() + rigid_parts.memory_bytes() + model.memory_bytes() +
-                      filter.memory_bytes() + orphans.capacity() * sizeof(orphans[0]) +
+                      filter.memory_bytes() + thickness.memory_bytes() + orphans.capacity() * sizeof(orphans[0]) +
                       patch_culled.capacity() + topology->parts.size() * kRoundedUp;
   for (const auto& of_part : orphans) {
     if (of_part != nullptr) bytes += of_part->memory_bytes();

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/topology.h"
 #include "engine/contact.h"
 #include "engine/elementary/keep_distance.h"
@@ -16,6 +17,7 @@
 #include "engine/options.h"
 #include "engine/scene/collision_model.h"
 #include "engine/scene/pair_filter.h"
+#include "engine/scene/thickness.h"
 #include "engine/state/rigid_parts.h"
 
 namespace warmfront {
@@ -44,6 +46,7 @@ struct Core {
   struct Parts {
     CollisionModel model;
     PairFilter filter;
+    Thickness thickness;
     std::uint64_t excluded_pairs;
     std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
     std::uint64_t topology_sum;
@@ -53,10 +56,17 @@ struct Core {
   void take(Parts parts) noexcept;
   /// What these filters leave out, in the numbers of the topology, of parts as a model has them.
   PairFilter make_filter(const PairFilters& filters, const CollisionModel& of_parts, StopSignal stop) const;
+  /// How thick the topology's parts are.
+  Thickness make_thickness(const Scene& given, StopSignal stop) const;
 
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
   bool tests_itself(std::uint32_t part) const {
     return model.self_collision(part) && !rigid_parts.rigid(part);
+  }
+
+  /// At least that of any pair of features of two parts, in the question in hand.
+  double separation_between(const PartPair& parts) const {
+    return thickness.between(options.min_separation, parts.a, parts.b);
   }
 
   /// Bytes held, the scene included.
@@ -71,6 +81,7 @@ struct Core {
   SceneMotion motion;
   CollisionModel model;
   PairFilter filter;
+  Thickness thickness;
   std::uint64_t excluded_pairs = 0;
   std::unique_ptr<Topology> topology;
   RigidParts rigid_parts;

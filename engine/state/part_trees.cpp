@@ -187,7 +187,7 @@ bool PartTrees<Bounds>::wait(Core& core, std::uint32_t part, ApartParts* apart, 
   const SceneMotion& motion = core.motion;
   const auto root = [&](const auto&... what) {
     return narrow<Bounds>(
-        moving_bounds(what..., motion.vertices().frame(), held_separation_, magnitude_));
+        moving_bounds(what..., motion.vertices().frame(), held_separation(core, part), magnitude_));
   };
   if (core.model.is_removed(part)) {
     states_[part] = 0;

@@ -40,7 +40,8 @@ class PartTrees {
   void bound_vertices(Core& core, StopSignal stop);
   /// After such trials: what moved in that motion gets all bounds anew in the next step.
   void forget_bounds_of_moved();
-  /// Roots have half this separation (scene units) on each side from the next refit on.
+  /// Roots have half this separation (scene units), and the part's own thickness, on each side from the next
+  /// refit on.
   void hold(double separation) { held_separation_ = separation; }
   /// Travel is that of where the next motion begins: what a trial added to it is taken back.
   void return_to_base();
@@ -70,7 +71,8 @@ class PartTrees {
   /// The part's root is that of its hierarchy, which was refit.
   void take_root(const Core& core, std::uint32_t part) {
     if (trees_[part].nodes.empty()) return;
-    roots_[part] = thickened(trees_[part].nodes[0], core.motion.vertices().frame(), held_separation_);
+    roots_[part] =
+        thickened(trees_[part].nodes[0], core.motion.vertices().frame(), held_separation(core, part));
   }
   /// After all parts were refit, or wait.
   void all_placed() { unseen_.clear(); }
@@ -103,6 +105,9 @@ class PartTrees {
   // The step of bounds that are to be made anew as a whole.
   static constexpr std::int64_t kNever = -1;
 
+  double held_separation(const Core& core, std::uint32_t part) const {
+    return core.thickness.any() ? held_separation_ + 2 * core.thickness.of_part(part) : held_separation_;
+  }
   void take_base(std::uint32_t part);
   void return_to_base(std::uint32_t part);
   MotionState unseen(std::uint32_t part) const {

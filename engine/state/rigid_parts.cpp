@@ -52,20 +52,20 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
 // and what they have beyond that separation is not too little beside how they move. The same where two
 // vertices end up to `room` farther from each other, or nearer, than they do.
 bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidReference::Fit& from,
-           const RigidReference::Fit& to, const ColliderOptions& options, double room) {
+           const RigidReference::Fit& to, const ColliderOptions& options, double separation, double room) {
   const double cosine = cosine_between(from.rotation, to.rotation);
   const double off = 2 * std::max(from.residual, to.residual) + room;
   const double gap = kLeastStretch * clearance - off;
   if (!(cosine >= 0)) return false;
   // kLeastStretch leaves a hundredth of the clearance for rounding.
-  if (options.tier == Tier::kExact) return gap > options.min_separation;
+  if (options.tier == Tier::kExact) return gap > separation;
   // What the certified tier may report at, of pairs at the clearance, which are no larger than two edges and
   // the clearance; of pairs farther apart the gap grows faster than the size.
   const double share = certified_reach(options.tolerance);
   const double size = 2 * edges.longest + clearance + 3 * off;
   // A chord's square is 2 - 2 cosine, of which rounding takes some 2^-49.
   const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine) + 0x1p-46) * size + 2 * off;
-  const double beyond = gap - options.min_separation;
+  const double beyond = gap - separation;
   return share < 0.5 * kLeastStretch && beyond > share * size && motion < kSurelyDecided * beyond;
 }
 
@@ -89,7 +89,7 @@ void RigidParts::give_up(Part& part) {
 
 void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& scene,
                          const SceneMotion& motion, MotionState state, const ColliderOptions& options,
-                         bool trial, StopSignal stop) {
+                         double separation, bool trial, StopSignal stop) {
   const bool from_start = motion.from() == From::kStart;
   if ((state & kMoving) == 0) {  // it rests as it was
     if (from_start) part.at_end = part.at_start;
@@ -127,20 +127,23 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   const Motion& moves = motion.vertices();
   const double room = trial ? moves.frame().to_scene(kPairBesideTheWay * moves.magnitude()) : 0;
   part.rigid =
-      part.clearance && apart(part.edges, *part.clearance, part.at_start, part.at_end, options, room);
+      part.clearance &&
+      apart(part.edges, *part.clearance, part.at_start, part.at_end, options, separation, room);
   part.follows = true;
   ++part.fitted;
 }
 
 void RigidParts::look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
-                      const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
-                      BodiesWithin bodies_within, bool trial, StopSignal stop) {
+                      const ColliderOptions& options, const Thickness& thickness,
+                      const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within, bool trial,
+                      StopSignal stop) {
   count_ = 0;
   if (!options.find_rigid || !reports_by_distance(options)) return;
   tbb::parallel_for(std::uint32_t{0}, model.part_count(), [&](std::uint32_t p) {
     stop.check();
     if (model.self_collision(p))
-      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options, trial, stop);
+      look_at(parts_[p], topology.parts[p], topology.scene, motion, motion.state(p), options,
+              thickness.between(options.min_separation, p, p), trial, stop);
   });
   for (const Part& part : parts_) count_ += part.rigid ? 1 : 0;
   const std::vector<std::uint32_t> parts = due(topology, motion);

@@ -14,6 +14,7 @@
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
 #include "engine/scene/collision_model.h"
+#include "engine/scene/thickness.h"
 #include "engine/stop.h"
 #include "engine/workers.h"
 
@@ -59,8 +60,8 @@ class RigidParts {
   /// exception, is measured again only after ever more steps: a measurement that takes longer than a caller's
   /// deadline fails a few steps of very many. `trial`: the motion is only asked about.
   void look(const Topology& topology, const SceneMotion& motion, const CollisionModel& model,
-            const ColliderOptions& options, const std::shared_ptr<Workers>& workers,
-            BodiesWithin bodies_within, bool trial, StopSignal stop);
+            const ColliderOptions& options, const Thickness& thickness,
+            const std::shared_ptr<Workers>& workers, BodiesWithin bodies_within, bool trial, StopSignal stop);
   /// The step was taken back, or what is asked for has changed: nothing that was learnt of it holds.
   void undo() noexcept;
   /// Where parts are is not where any motion that was looked at ended.
@@ -92,7 +93,8 @@ class RigidParts {
   void give_up(Part& part);
   static void postpone(Part& part);
   void look_at(Part& part, const PartTopology& topology, const Scene& scene, const SceneMotion& motion,
-               MotionState state, const ColliderOptions& options, bool trial, StopSignal stop);
+               MotionState state, const ColliderOptions& options, double separation, bool trial,
+               StopSignal stop);
   double wanted_clearance(std::uint32_t part) const;
   std::vector<std::uint32_t> due(const Topology& topology, const SceneMotion& motion) const;
   void measure(std::span<const std::uint32_t> parts, const Topology& topology,

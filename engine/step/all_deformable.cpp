@@ -8,17 +8,18 @@
 namespace warmfront {
 namespace {
 
-// The scene without its model. With removed bodies it keeps the ranges, so that these stay out.
+// The scene without its model. With removed or thick bodies it keeps the ranges, so that these stay so.
 Scene plain(const Scene& scene) {
   std::vector<Body> bodies;
-  bool removed = false;
+  bool ranges_matter = false;
   for (const Body& body : scene.bodies()) {
     bodies.push_back({"", body.first_vertex, body.vertex_count});
-    if (body.kind != BodyKind::kRemoved) continue;
-    bodies.back().kind = BodyKind::kRemoved;
-    removed = true;
+    bodies.back().thickness = body.thickness;
+    const bool removed = body.kind == BodyKind::kRemoved;
+    if (removed) bodies.back().kind = BodyKind::kRemoved;
+    ranges_matter |= removed || body.thickness > 0;
   }
-  if (!removed) bodies.clear();
+  if (!ranges_matter) bodies.clear();
   return scene.with_bodies(std::move(bodies)).value();
 }
 

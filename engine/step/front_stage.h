@@ -25,8 +25,8 @@ inline bool retests(const ColliderOptions& options) {
 struct FrontInput {
   const ColliderOptions& options;
   GapAt gap_at;  ///< where the next motion begins, for which budgets are granted now
-  Width width;   ///< as FrontUpdate says
-  Width fold_width;
+  PartWidths widths;  ///< as FrontUpdate says
+  PartWidths fold_widths;
   bool wider;
   StopSignal stop;
 };

@@ -84,7 +84,7 @@ class PipelineWith final : public Pipeline {
     const double of_longest = beside ? fraction * longest_.fraction() : fraction;
     longest_.forget();
     if (of_longest < 1 || beside) trees_.shorten(of_longest, beside);
-    if (of_longest > 0) front_.front().settle(trees_.trees(), local_width(core, widths_.commit()));
+    if (of_longest > 0) front_.front().settle(trees_.trees(), part_widths(core, widths_.commit()));
     if (fraction == 1 && !beside) return;
     core.rigid_parts.lose_track();
     near_.forget();  // rounding may put parts where no motion that was looked at goes
@@ -95,6 +95,11 @@ class PipelineWith final : public Pipeline {
     near_.forget();
     core.rigid_parts.undo();
     OrphanStage::forget_answers(core);
+  }
+
+  void thickness_changed(Core& core) noexcept override {
+    forget_steps(core, Rebuild::kForgotten);
+    core.rigid_parts.undo();
   }
 
   void parts_changed() override {
@@ -113,7 +118,7 @@ class PipelineWith final : public Pipeline {
     core.workers->run([&] {
       status = warmfront::self_check<Bounds>({core, trees_.trees(), trees_.roots(), trees_.refit_in(),
                                               trees_.step(), near_.pairs(), near_.apart_pairs(),
-                                              front ? &front_.front() : nullptr, trees_.magnitude(), width_,
+                                              front ? &front_.front() : nullptr, trees_.magnitude(), part_widths_,
                                               self_checks_++, stop});
     });
     return status;
@@ -204,19 +209,19 @@ class PipelineWith final : public Pipeline {
   void take_width(const Core& core) {
     const double held = widths_.held();
     widths_.begin(core.options.min_separation);
-    width_ = local_width(core, core.options.min_separation);
-    fold_width_ = local_width(core, widths_.held());
+    part_widths_ = part_widths(core, core.options.min_separation);
+    fold_widths_ = part_widths(core, widths_.held());
     if (widths_.held() == held) return;
     trees_.hold(widths_.held());
     near_.forget();
   }
 
-  static Width local_width(const Core& core, double separation) {
-    return Width::of(core.motion.vertices().frame().to_local(separation));
+  static PartWidths part_widths(const Core& core, double separation) {
+    return {separation, core.thickness, core.motion.vertices().frame()};
   }
 
   FrontInput front_input(const Core& core, StopSignal stop) const {
-    return {core.options, gap_at(), width_, fold_width_, widths_.wider(), stop};
+    return {core.options, gap_at(), part_widths_, fold_widths_, widths_.wider(), stop};
   }
 
   // The stages of a question, in order.
@@ -299,12 +304,12 @@ class PipelineWith final : public Pipeline {
     front_.front().begin_step();
     if (widths_.unsettled()) {
       trees_.return_to_base();
-      front_.front().settle(trees_.trees(), width_);
+      front_.front().settle(trees_.trees(), part_widths_);
       widths_.settle();
     }
     forget_outliers(core);
-    core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.workers, &bodies_within,
-                          is_question(), stop);
+    core.rigid_parts.look(*core.topology, core.motion, core.model, core.options, core.thickness, core.workers,
+                          &bodies_within, is_question(), stop);
     near_.begin(core);
   }
 
@@ -321,6 +326,7 @@ class PipelineWith final : public Pipeline {
             core.topology->numbering,
             core.topology->ownership,
             core.filter,
+            core.thickness,
             core.topology->patches,
             core.patch_culled,
             core.motion.vertices().vertices(),
@@ -331,7 +337,7 @@ class PipelineWith final : public Pipeline {
             gap_at(),
             note_met,
             core.keep,
-            width_,
+            part_widths_,
             core.found().vertex_distances};
   }
 
@@ -400,8 +406,8 @@ class PipelineWith final : public Pipeline {
 
   // Of the question in hand.
   Kind kind_ = Kind::kStep;
-  Width width_;
-  Width fold_width_;
+  PartWidths part_widths_;
+  PartWidths fold_widths_;
   bool arranged_ = false;  // its hierarchies are there
 
   // What stays from question to question, stage by stage.

@@ -32,6 +32,8 @@ class Pipeline {
   virtual void options_changed(Core& core) = 0;
   /// Parts were added or changed: which are near each other is found anew.
   virtual void parts_changed() = 0;
+  /// Vertices that were there are thicker, or thinner: what budgets, bounds and answers were made for.
+  virtual void thickness_changed(Core& core) noexcept = 0;
   /// The kind that the next step uses.
   virtual BoundsKind bounds() const = 0;
   /// See self_check(); passes when the next step will make all of it anew anyway. Throws Stopped when told to

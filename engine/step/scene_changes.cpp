@@ -101,7 +101,12 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     append(positions, values, stop);
   }
 
+  if (Status status = check_thickness(scene->most_thickness(), core.options); !status) {
+    at = changes.size() - 1;
+    return status;
+  }
   const bool extended = added > bodies_before;
+  bool thickness_changes = false;
   const bool filters_change =
       std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
   bool tests_more = extended;
@@ -111,6 +116,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     const Body& to = scene->bodies()[other.index];
     other.became_rigid &= to.kind == BodyKind::kRigid;
     tests_more |= tests_itself(to) && !tests_itself(from);
+    thickness_changes |= to.thickness != from.thickness;
     if (!is_modelled_alike(from, to) || other.became_rigid) {
       names_alone = false;
       return false;
@@ -168,6 +174,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   core.take(std::move(*parts));
   warm.pipeline->parts_changed();
   if (filters_change) filters_changed(warm);
+  if (thickness_changes) warm.pipeline->thickness_changed(core);
   return {};
 }
 

@@ -53,6 +53,7 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
                                     const ColliderOptions& options, std::shared_ptr<Workers> workers,
                                     StopSignal stop) {
   if (Status status = validate(options); !status) return status.error();
+  if (Status status = check_thickness(scene->most_thickness(), options); !status) return status.error();
   if (Status status = check_hubs(*scene, stop); !status) return status.error();
   if (Status status = check_rings(*scene, stop); !status) return status.error();
   if (Status status = check_all(positions, scene->vertex_count(), stop); !status) return status.error();
@@ -65,6 +66,7 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
 Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderOptions& given,
                                   StopSignal stop, const AcceptStep& accept) {
   if (Status status = validate(given); !status) return status.error();
+  if (Status status = check_thickness(core.thickness.most(), given); !status) return status.error();
   const ColliderOptions options = decided(given);
   if (!ask_alike(options, asked)) pipeline->options_changed(core);
   asked = options;

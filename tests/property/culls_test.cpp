@@ -131,7 +131,7 @@ TEST(Culls, ChangeNoAnswerOfTheFastTier) {
       std::array<VertexMotion, 4> four;
       for (std::size_t k = 0; k < 4; ++k) four[k] = *features.vertex[k];
       std::uint16_t survivor = 0;  // the filters are the tier's own
-      if (coplanarity_filter({&pair, 1}, four, 0, &survivor) == 0) return;
+      if (coplanarity_filter({&pair, 1}, four, {}, &survivor) == 0) return;
       if (separation_filter({&pair, 1}, four, &survivor, 1) == 0) return;
       const Verdict verdict = elementary_test(features, {.tier = Tier::kFast}, counts);
       if (verdict.contact) expected.push_back({kind, verdict.status, a, b, verdict.toi});

@@ -58,7 +58,7 @@ void expect_truth(const NearCase& made, Tally& tally) {
   if (truth.contact) {
     ASSERT_TRUE(certified.contact);
     ASSERT_LE(certified.toi, truth.toi);
-    ASSERT_EQ(coplanarity_filter({&pair, 1}, made.query.vertices, made.separation, &survivor), 1U);
+    ASSERT_EQ(coplanarity_filter({&pair, 1}, made.query.vertices, {&made.separation, 1}, &survivor), 1U);
   } else {
     ASSERT_FALSE(certified.contact && certified.status == ContactStatus::kHit);
   }

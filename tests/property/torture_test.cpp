@@ -84,7 +84,7 @@ void expect_near(const Verdict& verdict, const FeatureCase& query, double tolera
 bool survives_filter(const FeatureCase& query) {
   const FeaturePair pair{{0, 1, 2, 3}, 0, 0, query.kind};
   std::uint16_t survivor = 0;
-  return coplanarity_filter({&pair, 1}, query.vertices, 0, &survivor) == 1;
+  return coplanarity_filter({&pair, 1}, query.vertices, {}, &survivor) == 1;
 }
 
 class Torture : public ::testing::TestWithParam<TortureFamily> {};

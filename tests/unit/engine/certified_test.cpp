@@ -29,7 +29,7 @@ struct Case : testing::FeatureCase {
   bool survives_filter(double separation = 0) const {
     const FeaturePair pair{{0, 1, 2, 3}, 0, 0, kind};
     std::uint16_t survivor = 0;
-    return coplanarity_filter({&pair, 1}, vertices, separation, &survivor) == 1;
+    return coplanarity_filter({&pair, 1}, vertices, {&separation, separation > 0 ? 1U : 0U}, &survivor) == 1;
   }
 };
 
@@ -446,7 +446,7 @@ TEST(Certified, QuerySets) {
         const FeaturePair pair{{0, 1, 2, 3}, 0, 0, kind};
         std::uint16_t survivor = 0;
         if (query.truth) {
-          EXPECT_EQ(coplanarity_filter({&pair, 1}, v, 0, &survivor), 1U) << entry.path() << " " << queries;
+          EXPECT_EQ(coplanarity_filter({&pair, 1}, v, {}, &survivor), 1U) << entry.path() << " " << queries;
         }
       }
     }

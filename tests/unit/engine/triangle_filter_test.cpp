@@ -58,7 +58,8 @@ std::uint32_t parted(const std::array<MovingTriangles, kEight>& pairs, double se
     eight.vertex[p % 6][p / 6] = p;
     points.push_back(point_bounds(vertices[p], frame, magnitude));
   }
-  return triangles_apart(eight, points, Width::of(frame.to_local(separation)), certified_reach(tolerance));
+  eight.width.fill(Width::of(frame.to_local(separation)).straight);
+  return triangles_apart(eight, points, certified_reach(tolerance));
 }
 
 template <class Contact>
@@ -284,7 +285,7 @@ TEST(TriangleFilter, NumbersThatOverflowPartNothing) {
       }
       if (p % 6 == 3) points[p] = points[p - 3];
     }
-    ASSERT_EQ(triangles_apart(eight, points, {}, certified_reach(1e-6)), 0U) << trial;
+    ASSERT_EQ(triangles_apart(eight, points, certified_reach(1e-6)), 0U) << trial;
   }
 }
 

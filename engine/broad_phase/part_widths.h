@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Within which widths the bounds of two parts count as near each other, in one question. Plain values; `thickness`
+// must outlive them.
+#pragma once
+
+#include "engine/bounds/width.h"
+#include "engine/broad_phase/part_pair.h"
+#include "engine/motion/motion.h"
+#include "engine/scene/thickness.h"
+
+namespace warmfront {
+
+/// One width for all pairs where nothing is thick. Else each pair of parts has its own, by the thickest vertex of
+/// either: so a thick body costs what is near it something, and nothing else.
+class PartWidths {
+ public:
+  PartWidths(const Width& of_all = {}) : of_all_(of_all) {}  // NOLINT: implicit by design
+  /// `separation`, of the question, in scene units.
+  PartWidths(double separation, const Thickness& thickness, const LocalTransform& frame)
+      : of_all_(Width::of(frame.to_local(separation))),
+        separation_(separation),
+        thickness_(thickness.any() ? &thickness : nullptr),
+        frame_(frame) {}
+
+  Width of(const PartPair& parts) const {
+    if (thickness_ == nullptr) return of_all_;
+    return between(thickness_->of_part(parts.a), thickness_->of_part(parts.b));
+  }
+  /// Of the parts that two vertices are in.
+  Width around(std::uint32_t vertex_a, std::uint32_t vertex_b) const {
+    if (thickness_ == nullptr) return of_all_;
+    return between(thickness_->of_part_around(vertex_a), thickness_->of_part_around(vertex_b));
+  }
+
+ private:
+  Width between(double thickness_a, double thickness_b) const {
+    return Width::of(frame_.to_local(separation_of(separation_, thickness_a, thickness_b)));
+  }
+
+  Width of_all_;
+  double separation_ = 0;
+  const Thickness* thickness_ = nullptr;
+  LocalTransform frame_;
+};
+
+}  // namespace warmfront

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thick vertices, of bodies and each of their own: each pair is decided by its own separation, as brute force
+// decides it pair by pair: in steps, trials, max_step (and keep_distance), candidates, proximity and vertex
+// distances; whatever tier, front, bounds, leaves and threads; warm and cold, after commits, and after changes
+// of bodies and of their number.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "engine/collider.h"
+#include "engine/elementary/candidate.h"
+#include "engine/elementary/elementary_test.h"
+#include "engine/elementary/keep_distance.h"
+#include "engine/elementary/proximity.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/draws.h"
+#include "tests/support/scenes.h"
+#include "tests/support/workers.h"
+
+namespace warmfront {
+namespace {
+
+using testing::Draws;
+
+class Thick : public Draws {
+ public:
+  explicit Thick(std::uint64_t seed) : Draws(seed) {
+    const int bodies = below(3) == 0 ? 0 : 1 + below(3);
+    for (int b = 0; b < std::max(1, bodies); ++b) {
+      auto [addition, rows] = draw_shape();
+      for (auto face : addition.faces) {
+        for (auto& v : face) v += static_cast<std::int32_t>(description_.vertex_count);
+        description_.faces.push_back(face);
+      }
+      addition.body.first_vertex = description_.vertex_count;
+      description_.vertex_count += addition.body.vertex_count;
+      if (bodies > 0) description_.bodies.push_back(addition.body);
+      x_.insert(x_.end(), rows.begin(), rows.end());
+    }
+    if (bodies == 0 || below(2) == 0) {
+      const bool few = below(2) == 0;
+      for (std::uint32_t v = 0; v < description_.vertex_count; ++v)
+        description_.thickness.push_back(few && below(8) != 0 ? 0 : draw_thickness());
+    }
+    options_ = draw_options();
+    scene_ = std::make_shared<const Scene>(Scene::create(description_).value());
+    collider_.emplace(create());
+  }
+
+  void act() {
+    switch (below(10)) {
+      case 0:
+        return change_body();
+      case 1:
+        return add_body();
+      case 2:
+        return collider_->forget_warmth();
+      case 3:
+        return ask_of_state(Where::kBase, x_);
+      default:
+        return move();
+    }
+  }
+
+  std::uint64_t contacts() const { return contacts_; }
+
+ private:
+  double draw_thickness() {
+    constexpr std::array kThickness{0.0, 0.01, 0.05, 0.2};
+    return kThickness[static_cast<std::size_t>(below(4))];
+  }
+
+  std::pair<BodyAddition, std::vector<double>> draw_shape() {
+    const testing::RandomScene made = testing::random_scene(random_);
+    BodyAddition addition{{"", 0, made.scene->vertex_count(), static_cast<BodyKind>(below(3))}, {}};
+    addition.body.self_collision = below(4) != 0;
+    addition.body.thickness = draw_thickness();
+    for (const Face& face : made.scene->faces())
+      addition.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
+                                static_cast<std::int32_t>(face[2])});
+    return {addition, made.positions};
+  }
+
+  ColliderOptions draw_options() {
+    ColliderOptions options;
+    options.tier = below(2) == 0 ? Tier::kCertified : Tier::kExact;
+    options.front = static_cast<FrontMode>(below(3));
+    options.bounds = static_cast<BoundsKind>(below(3));
+    options.leaf_size = 1U << below(7);
+    options.lazy_front = below(4) != 0;
+    options.find_bodies = below(3) != 0;
+    options.find_rigid = below(3) != 0;
+    options.normal_cones = below(4) == 0;
+    options.explain = below(6) == 0;
+    if (below(2) == 0) options.min_separation = 0.05;
+    return options;
+  }
+
+  Collider create() {
+    static const auto alone = std::make_shared<Workers>(1);
+    return Collider::create(scene_, std::span<const double>(x_), options_,
+                            below(2) == 0 ? testing::workers() : alone)
+        .value();
+  }
+
+  void change_body() {
+    if (description_.bodies.empty()) return;
+    const auto b = static_cast<std::uint32_t>(below(static_cast<int>(description_.bodies.size())));
+    Body& body = description_.bodies[b];
+    if (below(2) == 0) body.kind = static_cast<BodyKind>(below(3));
+    body.thickness = draw_thickness();
+    RC_ASSERT(collider_->change_body(b, body).ok());
+    scene_ = collider_->shared_scene();
+  }
+
+  void add_body() {
+    if (description_.bodies.empty() || description_.bodies.size() > 4) return;
+    auto [addition, rows] = draw_shape();
+    RC_ASSERT(collider_->add_body(addition, std::span<const double>(rows)).ok());
+    addition.body.first_vertex = description_.vertex_count;
+    description_.bodies.push_back(addition.body);
+    description_.vertex_count += addition.body.vertex_count;
+    x_.insert(x_.end(), rows.begin(), rows.end());
+    scene_ = collider_->shared_scene();
+  }
+
+  std::vector<double> draw_motion() {
+    std::vector<double> y = testing::random_motion(random_, *scene_, x_);
+    for (const Body& body : description_.bodies) {
+      if (body.kind != BodyKind::kStatic) continue;
+      const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
+      std::copy_n(x_.begin() + first, 3 * body.vertex_count, y.begin() + first);
+    }
+    return y;
+  }
+
+  // By the description alone.
+  double thickness_of(std::span<const std::uint32_t> vertices) const {
+    double most = 0;
+    for (const std::uint32_t v : vertices) {
+      double of_vertex = 0;
+      for (const Body& body : description_.bodies)
+        if (v >= body.first_vertex && v < body.first_vertex + body.vertex_count) of_vertex = body.thickness;
+      if (v < description_.thickness.size()) of_vertex += description_.thickness[v];
+      most = std::max(most, of_vertex);
+    }
+    return most;
+  }
+
+  bool may_meet(std::uint32_t p, std::uint32_t q) const {
+    if (description_.bodies.empty()) return true;
+    const Body& a = description_.bodies[p];
+    const Body& b = description_.bodies[q];
+    if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
+    return a.kind != BodyKind::kStatic || b.kind != BodyKind::kStatic;
+  }
+
+  // Calls visit(contact, features, thickness of both) for each pair that counts.
+  template <class Visit>
+  void for_pairs(const std::vector<VertexMotion>& vertices, Visit&& visit) {
+    testing::for_all_feature_pairs(*scene_, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+      const Contact contact{kind, ContactStatus::kHit, a, b, 0};
+      const auto v = scene_->vertices_of(contact);
+      if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;
+      const std::span<const std::uint32_t> all(v);
+      const std::size_t of_a = kind == ContactKind::kVertexFace ? 1 : 2;
+      visit(contact, testing::features_of(*scene_, vertices, kind, a, b),
+            thickness_of(all.first(of_a)) + thickness_of(all.subspan(of_a)));
+    });
+  }
+
+  std::vector<Contact> truth(const std::vector<double>& y, const ColliderOptions& options) {
+    const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
+    std::vector<Contact> found;
+    for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
+      ElementaryCounts counts;
+      const Verdict verdict =
+          elementary_test(features,
+                          {.tier = options.tier,
+                           .tolerance = options.tolerance,
+                           .min_separation = options.min_separation + thick},
+                          counts);
+      if (!verdict.contact) return;
+      contact.status = verdict.status;
+      contact.toi = verdict.toi;
+      found.push_back(contact);
+    });
+    contacts_ += found.size();
+    return found;
+  }
+
+  void expect(const std::vector<Contact>& expected, const Result<StepResult>& answer) {
+    if (!answer) RC_FAIL(answer.error().message);
+    RC_ASSERT(std::ranges::equal(answer.value().contacts, expected));
+  }
+
+  void move() {
+    const std::vector<double> y = draw_motion();
+    const std::span<const double> there = y;
+    QuestionOptions question;
+    if (below(3) == 0) question.tier = below(2) == 0 ? Tier::kCertified : Tier::kExact;
+    if (below(4) == 0) question.min_separation = 0;
+    const std::vector<Contact> expected = truth(y, merged(options_, question));
+    if (below(3) == 0) {
+      expect(expected, collider_->step(there, nullptr, {}, question));
+      x_ = y;
+      return;
+    }
+    if (below(3) == 0) expect_max_step(y);
+    expect(expected, collider_->trial(there, question));
+    if (below(3) == 0) expect(expected, create().trial(there, question));
+    if (below(2) == 0) {  // part of the way
+      std::vector<double> z = x_;
+      for (std::size_t i = 0; i < z.size(); ++i) z[i] += 0.5 * (y[i] - x_[i]);
+      expect(truth(z, merged(options_, question)), collider_->trial(std::span<const double>(z), question));
+      expect(expected, collider_->trial(there, question));
+    }
+    if (below(2) == 0) ask_of_state(Where::kTrialEnd, y);
+    if (below(3) == 0) expect_candidates(y);
+    if (below(2) == 0) RC_ASSERT(collider_->commit(below(2) == 0 ? 1 : 0.375).ok());
+    x_ = collider_->positions();
+  }
+
+  // None that brute force finds is missing.
+  void expect_candidates(const std::vector<double>& y) {
+    const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
+    std::vector<Contact> expected;
+    for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
+      const Verdict verdict = candidate_test(features, options_.min_separation + thick);
+      if (!verdict.contact) return;
+      contact.status = verdict.status;
+      contact.toi = verdict.toi;
+      expected.push_back(contact);
+    });
+    expect(expected, collider_->trial(std::span<const double>(y), {.report = Report::kCandidates}));
+  }
+
+  void expect_max_step(const std::vector<double>& y) {
+    const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
+    QuestionOptions question{.tier = below(2) == 0 ? Tier::kCertified : Tier::kExact};
+    const bool leave_out = below(2) == 0;
+    if (below(2) == 0) question.keep_distance = 0.2;
+    double earliest = 1;
+    for_pairs(vertices, [&](const Contact&, const FeatureVertices& features, double thick) {
+      const double separation = options_.min_separation + thick;
+      ElementaryCounts counts;
+      const CertifiedOptions certified{.tolerance =
+                                           question.tier == Tier::kExact ? 0x1p-32 : options_.tolerance};
+      const Verdict verdict =
+          question.keep_distance
+              ? keep_distance_test(features, {*question.keep_distance, separation}, certified)
+              : elementary_test(
+                    features,
+                    {.tier = *question.tier, .tolerance = options_.tolerance, .min_separation = separation},
+                    counts);
+      if (!verdict.contact) return;
+      if (leave_out && verdict.status == ContactStatus::kOverlapAtStart) return;
+      earliest = std::min(earliest, verdict.toi);
+    });
+    const Result<MaxStep> far = collider_->max_step(std::span<const double>(y), leave_out, question);
+    if (!far) RC_FAIL(far.error().message);
+    RC_ASSERT(far.value().fraction == earliest);
+  }
+
+  void ask_of_state(Where where, const std::vector<double>& at) {
+    const std::vector<VertexMotion> vertices = testing::motion_between(at, at);
+    constexpr std::array kDistances{0.0, 0.02, 0.1, 0.5};
+    const double distance = kDistances[static_cast<std::size_t>(below(4))];
+    const double toi = where == Where::kBase ? 0 : 1;
+    std::vector<Contact> near;
+    std::vector<double> least(scene_->vertex_count(), distance);
+    std::vector<double> beyond(scene_->vertex_count(), distance);
+    for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
+      ElementaryCounts counts;
+      const Verdict verdict = proximity_test(features, Instant::kStart,
+                                             {.tier = options_.tier, .min_separation = distance + thick}, counts);
+      if (!verdict.contact) return;
+      contact.status = verdict.status;
+      contact.toi = toi;
+      near.push_back(contact);
+      const double bound = least_distance(features, Instant::kStart, distance + thick);
+      for (const std::uint32_t v : scene_->vertices_of(contact)) {
+        least[v] = std::min(least[v], std::max(0.0, bound - thick));
+        beyond[v] = std::min(beyond[v], std::max(0.0, (bound - thick) * (1 - 0x1p-40) - 0x1p-48 * thick));
+      }
+    });
+    expect(near, collider_->proximity(distance, where));
+    const Result<StepResult> distances = collider_->vertex_distances(distance, where);
+    RC_ASSERT(distances.value().vertex_distances.size() == least.size());
+    for (std::size_t v = 0; v < least.size(); ++v) {
+      RC_ASSERT(distances.value().vertex_distances[v] <= least[v]);
+      RC_ASSERT(distances.value().vertex_distances[v] >= beyond[v]);
+    }
+    // Triangles meet or do not, whatever they are thick.
+    Collider thin = Collider::create(thin_scene(), std::span<const double>(at), {}, testing::workers()).value();
+    const Result<StepResult> meet = thin.intersections();
+    const Result<StepResult> tangled = collider_->intersections(where);
+    RC_ASSERT(meet.value().ef == tangled.value().ef);
+    RC_ASSERT(std::ranges::equal(meet.value().contacts, tangled.value().contacts, {},
+                                 [](const Contact& c) { return std::pair(c.a, c.b); },
+                                 [](const Contact& c) { return std::pair(c.a, c.b); }));
+    RC_ASSERT(collider_->self_check().ok());
+  }
+
+  std::shared_ptr<const Scene> thin_scene() const {
+    SceneDescription thin = description_;
+    thin.faces.clear();
+    for (const Face& face : scene_->faces())
+      thin.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
+                            static_cast<std::int32_t>(face[2])});
+    thin.thickness.clear();
+    for (Body& body : thin.bodies) body.thickness = 0;
+    return std::make_shared<const Scene>(Scene::create(std::move(thin)).value());
+  }
+
+  SceneDescription description_;  // its faces: of the bodies that it began with
+  std::vector<double> x_;
+  ColliderOptions options_;
+  std::shared_ptr<const Scene> scene_;
+  std::optional<Collider> collider_;
+  std::uint64_t contacts_ = 0;
+};
+
+TEST(Thickness, EachPairHasItsOwnSeparation) {
+  int worlds = 0;
+  EXPECT_TRUE(rc::check([&] {
+    Thick world(*rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>()));
+    for (int k = 0; k < 6; ++k) world.act();
+    worlds += world.contacts() > 0;
+  }));
+  EXPECT_GT(worlds, 20);
+}
+
+// A fat rod on a thin cloth: that the rod is thick makes no pairs within the cloth.
+TEST(Thickness, ThatOfOneBodyCostsNothingWithinAnother) {
+  SceneDescription description{169, testing::grid(12), {{"cloth", 0, 169}}};
+  std::vector<double> x;
+  for (int i = 0; i <= 12; ++i)
+    for (int j = 0; j <= 12; ++j) x.insert(x.end(), {1.0 * i, 1.0 * j, 0});
+  const auto add = [&](double thickness) {
+    SceneDescription with = description;
+    with.vertex_count = 172;
+    with.faces.push_back({169, 170, 171});
+    with.bodies.push_back({"rod", 169, 3});
+    with.bodies.back().thickness = thickness;
+    return std::make_shared<const Scene>(Scene::create(std::move(with)).value());
+  };
+  x.insert(x.end(), {2, 6, 0.9, 10, 6, 0.9, 6, 6, 0.9});
+  const auto ask = [&](double thickness) {
+    Collider collider = Collider::create(add(thickness), std::span<const double>(x), {.min_separation = 0.01},
+                                         testing::workers())
+                            .value();
+    return collider.step(Frame()).value();
+  };
+  const StepResult thin = ask(0);
+  const StepResult thick = ask(1);
+  EXPECT_EQ(thin.vf + thin.ee, 0U);
+  EXPECT_GT(thick.vf + thick.ee, 20U);
+  // The rod's one triangle meets each of the cloth's at most.
+  EXPECT_LE(thick.statistics.counts.triangle_pairs, thin.statistics.counts.triangle_pairs + 288);
+}
+
+std::optional<ErrorCode> code(const Status& status) {
+  return status.ok() ? std::nullopt : std::optional(status.error().code);
+}
+
+TEST(Thickness, IsRefusedWhereItMeansNothing) {
+  const auto create = [](std::vector<double> thickness, double of_body = 0) {
+    SceneDescription description{4, testing::tetrahedron(), {{"", 0, 4}}};
+    description.thickness = std::move(thickness);
+    description.bodies[0].thickness = of_body;
+    return Scene::create(std::move(description));
+  };
+  EXPECT_EQ(create({1, 2}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(create({0, 0, -1, 0}).error().message.substr(0, 12), "thickness[2]");
+  EXPECT_EQ(create({0, 0, 0, std::nan("")}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(create({}, std::numeric_limits<double>::infinity()).error().message.substr(0, 19),
+            "bodies[0].thickness");
+  const std::vector<double> x{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::span<const double> still = x;
+  const auto thick = std::make_shared<const Scene>(create({}, 0.1).value());
+  const auto fast = Collider::create(thick, still, {.tier = Tier::kFast}, testing::workers());
+  EXPECT_EQ(fast.error().code, ErrorCode::kInvalidArgument);
+  Collider collider = Collider::create(thick, still, {}, testing::workers()).value();
+  EXPECT_FALSE(collider.trial(still, {.tier = Tier::kFast}).ok());
+  EXPECT_FALSE(collider.trial(still, {.min_separation = 1e308}).ok());
+  EXPECT_TRUE(collider.trial(still).ok());
+  // Of a session in tier fast no body becomes thick.
+  const auto thin = std::make_shared<const Scene>(create({}).value());
+  Collider plain = Collider::create(thin, still, {.tier = Tier::kFast}, testing::workers()).value();
+  EXPECT_EQ(code(plain.change_body(0, thick->bodies()[0])), ErrorCode::kInvalidArgument);
+  EXPECT_EQ(plain.scene().bodies()[0].thickness, 0);
+  EXPECT_TRUE(plain.step(still).ok());
+}
+
+}  // namespace
+}  // namespace warmfront
