@@ -60,8 +60,9 @@ class Collider {
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {}, const std::atomic<bool>* cancelled = nullptr);
   /// All vertex-face and edge-edge pairs without a common vertex that are within `distance` (scene units,
-  /// finite, >= 0) of each other where everything is, or at the end of the last trial: rows as step()'s, with
-  /// toi 0 or 1, of Report::kAll or kCount (kVertexDistances: see vertex_distances()). Tier exact decides the distance exactly; certified (which tier
+  /// finite, >= 0), and the thickness of both, of each other where everything is, or at the end of the last
+  /// trial: rows as step()'s, with toi 0 or 1, of Report::kAll or kCount (kVertexDistances: see
+  /// vertex_distances()). Tier exact decides the distance exactly; certified (which tier
   /// fast is here) misses none and may hold pairs up to 2^-19 of the pair's size beyond it. A second question
   /// for the same pairs costs nothing while nothing moves. Leaves all positions and the last trial as
   /// they are, whether or not it succeeds. kFailedPrecondition for a trial's end without a trial; else fails
@@ -69,7 +70,7 @@ class Collider {
   Result<StepResult> proximity(double distance, Where where = Where::kBase,
                                const QuestionOptions& options = {},
                                const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
-  /// How far each vertex is from anything, at most `distance`: a proximity() question whose answer is
+  /// How far each vertex is from anything beyond their thickness, at most `distance`: a proximity() question whose answer is
   /// StepResult::vertex_distances, and no row of it is kept, so that it takes O(n) memory however many pairs are
   /// near. The distances are proved in both tiers, lower bounds: within 2^-19 of a pair's size of its own
   /// distance, and far nearer unless the pair is degenerate. A vertex that is displaced by less than half of its
@@ -109,8 +110,8 @@ class Collider {
   /// was.
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions,
                                  const std::atomic<bool>* cancelled = nullptr);
-  /// Changes a body's description from the next step on: kind, self-collision, group, mask, name; its range
-  /// stays. kRemoved removes it for good. The current positions of a body that becomes rigid are its
+  /// Changes a body's description from the next step on: kind, self-collision, group, mask, thickness, name;
+  /// its range stays. Another thickness makes the next step a cold one. kRemoved removes it for good. The current positions of a body that becomes rigid are its
   /// reference shape. Other bodies stay warm; an equal description changes nothing. kInvalidArgument for an
   /// unknown or removed body, and as Scene::create(); kResourceExhausted and kCancelled as create(). Whether
   /// it fails so or by an exception, the collider is as it was. O(bodies), and as much more as the body

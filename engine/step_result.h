@@ -27,9 +27,10 @@ struct StepResult {
   std::span<const Contact> contacts;
   /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
   std::span<const ContactGeometry> geometry = {};
-  /// Of Report::kVertexDistances, by vertex: a lower bound of the least distance of any vertex-face or edge-edge
-  /// pair that the vertex is in, at most the distance that was asked about, in the scene's unit; that much where
-  /// there is no pair within it. As valid as `contacts`.
+  /// Of Report::kVertexDistances, by vertex: a lower bound of the least distance of any vertex-face or
+  /// edge-edge pair that the vertex is in, less the thickness of both (0 where that is more), in the scene's
+  /// unit; at most the distance that was asked about, and that much where there is no pair within it. As valid
+  /// as `contacts`.
   std::span<const double> vertex_distances = {};
   StepStatistics statistics;
   /// With options.explain: of the same step with everything deformable; what the scene's model saves is the

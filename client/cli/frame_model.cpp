@@ -27,6 +27,12 @@ Result<BodiesMode> parse_bodies_mode(std::string_view name) {
 
 Result<SceneDescription> with_bodies(SceneDescription description, BodiesMode mode) {
   if (mode == BodiesMode::kDeclared) return description;
+  for (const Body& body : description.bodies) {  // how thick they are is no matter of the model
+    if (body.thickness == 0) continue;
+    description.thickness.resize(description.vertex_count);
+    for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v)
+      description.thickness[v] += body.thickness;
+  }
   description.bodies.clear();
   description.excluded_pairs.clear();
   if (mode == BodiesMode::kDeformable) return description;

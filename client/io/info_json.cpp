@@ -93,6 +93,7 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
   std::uint64_t mask = body.mask;
   fields.count("group", kMost, group);
   fields.count("mask", kMost, mask);
+  fields.number("thickness", body.thickness);
   body.group = static_cast<std::uint32_t>(group);
   body.mask = static_cast<std::uint32_t>(mask);
   body.first_vertex = static_cast<std::uint32_t>(first);
@@ -214,6 +215,14 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
     if (const std::string problem = parse_filters(*filters, info.filters); !problem.empty())
       return invalid_argument(prefix + problem);
   }
+  if (const auto thickness = root.find("vertex_thickness"); thickness != root.end()) {
+    bool all = thickness->is_array();
+    for (std::size_t v = 0; all && v < thickness->size(); ++v) {
+      all = (*thickness)[v].is_number();
+      if (all) info.thickness.push_back((*thickness)[v].get<double>());
+    }
+    if (!all) return invalid_argument(prefix + "'vertex_thickness' must hold a length for each vertex");
+  }
   if (!fields.problem().empty()) return invalid_argument(prefix + fields.problem());
   return info;
 }
@@ -229,6 +238,7 @@ std::string format_info_json(const SceneInfo& info) {
     if (body.self_collision != plain.self_collision) item["self_collision"] = body.self_collision;
     if (body.group != plain.group) item["group"] = body.group;
     if (body.mask != plain.mask) item["mask"] = body.mask;
+    if (body.thickness > 0) item["thickness"] = body.thickness;
     bodies.push_back(std::move(item));
   }
   Json root{{"name", info.name},
@@ -248,6 +258,7 @@ std::string format_info_json(const SceneInfo& info) {
     if (!info.filters.patches.empty()) filters["patches"] = info.filters.patches;
     root["filters"] = std::move(filters);
   }
+  if (!info.thickness.empty()) root["vertex_thickness"] = info.thickness;
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -120,6 +120,7 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::siz
     scene.bodies = std::move(info.value().bodies);
     scene.excluded_pairs = std::move(info.value().excluded_pairs);
     scene.filters = std::move(info.value().filters);
+    scene.thickness = std::move(info.value().thickness);
     if (scene.filters.near_at_rest > 0) {
       std::vector<float> first;
       if (Status read = cache.value().read(0, first); !read) return read.error();

@@ -46,11 +46,26 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   return arguments;
 }
 
-RemoteError too_old_for_filters() {
-  return {
-      {ErrorCode::kUnimplemented,
-       "filters: the daemon is older than they are, and would count what they leave out; update it, or leave "
-       "them out"}};
+RemoteError too_old_for(v1::Feature feature) {
+  const char* const message =
+      feature == v1::FEATURE_THICKNESS
+          ? "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out"
+          : "filters: the daemon is older than they are, and would count what they leave out; update it, or "
+            "leave them out";
+  return {{ErrorCode::kUnimplemented, message}};
+}
+
+// What a daemon must know that takes a session.
+std::vector<v1::Feature> features_in(const v1::SessionHeader& header) {
+  std::vector<v1::Feature> features;
+  if (header.has_filters()) features.push_back(v1::FEATURE_PAIR_FILTERS);
+  if (wire::is_thick(header)) features.push_back(v1::FEATURE_THICKNESS);
+  return features;
+}
+
+// Does a session have what only a daemon with the feature takes?
+bool took(const v1::SessionInfo& info, v1::Feature feature) {
+  return feature == v1::FEATURE_THICKNESS ? info.most_thickness() > 0 : info.has_filters();
 }
 
 void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeout) {
@@ -104,18 +119,19 @@ std::optional<std::string> Connection::why_unreachable() {
   return status.error_message();
 }
 
-std::optional<RemoteError> Connection::need_filters(const std::string& session_id) {
+std::optional<RemoteError> Connection::need(v1::Feature feature, const std::string& session_id) {
   v1::GetServerInfoResponse info;
   if (std::optional<RemoteError> error = server_info(info, session_id)) return error;
-  if (std::ranges::count(info.features(), v1::FEATURE_PAIR_FILTERS) == 0) return too_old_for_filters();
+  if (std::ranges::count(info.features(), feature) == 0) return too_old_for(feature);
   return std::nullopt;
 }
 
 std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
                                               std::string_view positions,
                                               v1::CreateSessionResponse& response) {
-  if (header.has_filters()) {
-    if (std::optional<RemoteError> error = need_filters(header.session_id())) return error;
+  const std::vector<v1::Feature> features = features_in(header);
+  for (const v1::Feature feature : features) {
+    if (std::optional<RemoteError> error = need(feature, header.session_id())) return error;
   }
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
@@ -139,16 +155,19 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
     request.set_positions(std::string(positions.substr(at, kUploadChunk)));
     writing = upload->Write(request);
   }
-  if (writing)
-    wire::upload(scene.filters, kUploadChunk,
-                 [&](const v1::CreateSessionRequest& piece) { return upload->Write(piece); });
+  const auto send = [&](const v1::CreateSessionRequest& piece) { return upload->Write(piece); };
+  if (writing) writing = wire::upload_thickness(scene.thickness, kUploadChunk, send);
+  if (writing) wire::upload(scene.filters, kUploadChunk, send);
   upload->WritesDone();
   const grpc::Status status = upload->Finish();
   if (!status.ok()) return remote_error_from(status);
-  // Another daemon than the one that was asked, behind a proxy, would take the scene without its filters.
-  if (scene.filters.any() && !response.session().has_filters()) {
+  // Another daemon than the one that was asked, behind a proxy, would take the scene without what it does not
+  // know of. Filters that leave nothing out are none.
+  for (const v1::Feature feature : features) {
+    const bool matters = feature != v1::FEATURE_PAIR_FILTERS || scene.filters.any();
+    if (!matters || took(response.session(), feature)) continue;
     static_cast<void>(remove(header.session_id()));
-    return too_old_for_filters();
+    return too_old_for(feature);
   }
   return std::nullopt;
 }

@@ -35,10 +35,11 @@ class Connection {
   /// serves that session.
   std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response,
                                          const std::string& session_id = {});
-  /// kUnimplemented where the daemon that serves this session does not know filters.
-  std::optional<RemoteError> need_filters(const std::string& session_id);
-  /// Uploads the scene. `positions` are the bytes as in step.proto. Fails as need_filters() for a header that
-  /// announces filters.
+  /// kUnimplemented where the daemon that serves this session lacks the feature: kinds of input that it would
+  /// ignore.
+  std::optional<RemoteError> need(v1::Feature feature, const std::string& session_id);
+  /// Uploads the scene. `positions` are the bytes as in step.proto. Fails as need() for a header that announces
+  /// what needs a feature.
   std::optional<RemoteError> create(const v1::SessionHeader& header, const SceneDescription& scene,
                                     std::string_view positions, v1::CreateSessionResponse& response);
 

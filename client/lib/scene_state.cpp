@@ -59,6 +59,7 @@ void SceneState::describe(v1::SessionHeader& header) const {
   header.clear_pose_bodies();
   header.clear_poses();
   header.clear_filters();
+  header.set_vertex_thickness(!scene_.thickness.empty());
   if (!(scene_.filters == PairFilters())) *header.mutable_filters() = wire::header_of(scene_.filters);
   for (const Body& body : scene_.bodies) *header.add_bodies() = to_proto(body);
   for (const auto& [a, b] : scene_.excluded_pairs) {
@@ -236,6 +237,7 @@ void SceneState::take(BodyAddition addition, const Positions& positions) {
   addition.body.first_vertex = scene_.vertex_count;
   scene_.vertex_count += addition.body.vertex_count;
   scene_.bodies.push_back(std::move(addition.body));
+  if (!scene_.thickness.empty()) scene_.thickness.resize(scene_.vertex_count);
   own_positions() += bytes_of(positions);
   poses_.emplace_back();
   const auto append = [&](std::span<const double> values) {

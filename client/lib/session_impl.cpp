@@ -220,6 +220,7 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
   may_commit_ = false;  // whether or not it fails, as with Collider
   Result<v1::SceneChange> encoded = state_.encode(addition, positions);
   if (!encoded) return encoded.error();
+  if (Status known = need_thickness(addition.body); !known) return known.error();
   const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
   if (Status changed =
           change(std::move(encoded).value(), [&] { state_.take(std::move(addition), positions); });
@@ -231,6 +232,7 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
 Status Session::Impl::change_body(std::uint32_t index, Body body) {
   may_commit_ = false;
   if (Status status = state_.check_change(index, body); !status) return status;
+  if (Status known = need_thickness(body); !known) return known;
   v1::SceneChange encoded;
   encoded.mutable_change()->set_index(index);
   *encoded.mutable_change()->mutable_body() = to_proto(body);
@@ -239,11 +241,19 @@ Status Session::Impl::change_body(std::uint32_t index, Body body) {
   return change(std::move(encoded), [&] { state_.take(index, std::move(body)); });
 }
 
+// Of a daemon that is not there the change itself will tell.
+Status Session::Impl::need_thickness(const Body& body) {
+  if (body.thickness == 0 || failed_) return {};
+  const std::optional<RemoteError> error = connection_->need(v1::FEATURE_THICKNESS, id());
+  if (error && error->error.code == ErrorCode::kUnimplemented) return error->error;
+  return {};
+}
+
 Status Session::Impl::change_filters(PairFilters filters) {
   may_commit_ = false;
   if (failed_) return *failed_;
   if (filters.any()) {
-    const std::optional<RemoteError> error = connection_->need_filters(id());
+    const std::optional<RemoteError> error = connection_->need(v1::FEATURE_PAIR_FILTERS, id());
     if (error && error->error.code == ErrorCode::kUnimplemented) return error->error;
   }
   v1::SceneChange encoded;

@@ -341,13 +341,11 @@ void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
   output_.counts.exact_tests += counts.exact_tests;
 }
 
-// Only pairs that the test reports count, so that no distance depends on what was looked at. What thickness
-// takes of it is rounded up by more than the subtraction and the sum of the two are rounded.
+// Only pairs that the test reports count, so that no distance depends on what was looked at.
 void PairTester::lower_distances(const FeaturePair& pair, double distance) {
   if (input_->thickness.any()) {
     const auto [a, b] = thickness_of(pair);
-    distance = std::max(0.0, (distance - (a + b) * (1 + 0x1p-51)) * (1 - 0x1p-51));
-    distance = std::min(distance, input_->options.min_separation);
+    distance = beyond_thickness(distance, a, b);
   }
   for (const std::uint32_t v : pair.vertices) {
     const std::atomic_ref<double> least(

@@ -70,6 +70,14 @@ inline double separation_of(double asked, double thickness_a, double thickness_b
   return asked + (thickness_a + thickness_b);
 }
 
+/// What is left, at least, of a distance of two features when the thickness of both is taken from it; 0 where that
+/// is more. Rounded down by more than the three operations are rounded.
+inline double beyond_thickness(double distance, double thickness_a, double thickness_b) {
+  const double thickness = thickness_a + thickness_b;
+  if (thickness == 0) return distance;
+  return std::max(0.0, (distance - thickness * (1 + 0x1p-51)) * (1 - 0x1p-51));
+}
+
 inline double Thickness::between(double asked, std::uint32_t part_a, std::uint32_t part_b) const {
   if (!any()) return asked;
   return separation_of(asked, of_part_[part_a], of_part_[part_b]) * (1 + 0x1p-40);

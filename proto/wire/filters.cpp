@@ -11,13 +11,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "the wire is little-endian and bytes are copied as they are");
-using VertexPair = std::array<std::uint32_t, 2>;
-static_assert(sizeof(VertexPair) == 8);
-
-template <class T>
-std::string_view as_bytes(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
-}
 
 template <class T>
 Status read(const std::string& bytes, std::vector<T>& values, const std::string& where, const char* rows,
@@ -78,58 +71,42 @@ Result<FiltersUpload> FiltersUpload::announced(const v1::PairFiltersHeader& head
                                                std::uint32_t vertex_count) {
   FiltersUpload upload;
   upload.header_ = header;
-  upload.filters_ = {.within_edges = header.within_edges(), .near_at_rest = header.near_at_rest()};
-  if (Status numbers = upload.filters_.check_numbers(); !numbers) return numbers.error();
+  upload.numbers_ = {.within_edges = header.within_edges(), .near_at_rest = header.near_at_rest()};
+  if (Status numbers = upload.numbers_.check_numbers(); !numbers) return numbers.error();
   const std::size_t vertices = vertex_count;
-  if (header.near_at_rest() > 0) upload.rest_positions_.expected = 3 * sizeof(double) * vertices;
-  upload.excluded_vertex_pairs_.expected = sizeof(VertexPair) * header.excluded_vertex_pair_count();
-  if (header.patches()) upload.patches_.expected = sizeof(std::uint32_t) * vertices;
+  if (header.near_at_rest() > 0)
+    upload.rest_positions_ = ChunkedArray<double>("filters.rest_positions", 3 * vertices);
+  upload.excluded_vertex_pairs_ =
+      ChunkedArray<VertexPair>("filters.excluded_vertex_pairs", header.excluded_vertex_pair_count());
+  if (header.patches()) upload.patches_ = ChunkedArray<std::uint32_t>("filters.patches", vertices);
   return upload;
-}
-
-template <class T>
-Status FiltersUpload::append(Part& part, std::vector<T>& values, std::string_view bytes, const char* field) {
-  if (bytes.size() > part.expected - part.received)
-    return invalid_argument("filters." + std::string(field) + ": " +
-                            std::to_string(part.received + bytes.size()) + " bytes, but " +
-                            std::to_string(part.expected) + " are announced");
-  if (bytes.empty()) return {};
-  const std::size_t end = part.received + bytes.size();
-  values.resize((end + sizeof(T) - 1) / sizeof(T));
-  std::memcpy(reinterpret_cast<char*>(values.data()) + part.received, bytes.data(), bytes.size());
-  part.received = end;
-  return {};
 }
 
 Status FiltersUpload::add(const v1::CreateSessionRequest& request) {
   using Request = v1::CreateSessionRequest;
   switch (request.part_case()) {
     case Request::kRestPositions:
-      return append(rest_positions_, filters_.rest_positions, request.rest_positions(), "rest_positions");
+      return rest_positions_.append(request.rest_positions());
     case Request::kExcludedVertexPairs:
-      return append(excluded_vertex_pairs_, filters_.excluded_vertex_pairs, request.excluded_vertex_pairs(),
-                    "excluded_vertex_pairs");
+      return excluded_vertex_pairs_.append(request.excluded_vertex_pairs());
     case Request::kPatches:
-      return append(patches_, filters_.patches, request.patches(), "patches");
+      return patches_.append(request.patches());
     default:
       return {};
   }
 }
 
-Status FiltersUpload::check(const Part& part, const char* field) const {
-  if (part.received == part.expected) return {};
-  return invalid_argument("filters." + std::string(field) + ": the upload ended after " +
-                          std::to_string(part.received) + " of " + std::to_string(part.expected) + " bytes");
-}
-
 Status FiltersUpload::complete() const {
-  if (Status status = check(rest_positions_, "rest_positions"); !status) return status;
-  if (Status status = check(excluded_vertex_pairs_, "excluded_vertex_pairs"); !status) return status;
-  return check(patches_, "patches");
+  if (Status status = rest_positions_.complete(); !status) return status;
+  if (Status status = excluded_vertex_pairs_.complete(); !status) return status;
+  return patches_.complete();
 }
 
 PairFilters FiltersUpload::take() {
-  PairFilters filters = std::exchange(filters_, {});
+  PairFilters filters = std::exchange(numbers_, {});
+  filters.rest_positions = rest_positions_.take();
+  filters.excluded_vertex_pairs = excluded_vertex_pairs_.take();
+  filters.patches = patches_.take();
   *this = {};
   return filters;
 }

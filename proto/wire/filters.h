@@ -3,6 +3,7 @@
 // Functions are thread-safe; a FiltersUpload is used by one thread at a time.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,9 +13,13 @@
 
 #include "engine/pair_filters.h"
 #include "engine/result.h"
+#include "proto/wire/chunked_array.h"
 #include "warmfront/v1/session.pb.h"
 
 namespace warmfront::wire {
+
+using VertexPair = std::array<std::uint32_t, 2>;
+static_assert(sizeof(VertexPair) == 8);
 
 v1::PairFilters to_proto(const PairFilters& filters);
 /// Values are checked by Scene. kInvalidArgument, with a message that begins with `where`, for bytes that are
@@ -37,21 +42,14 @@ FilterBytes bytes_of(const PairFilters& filters);
 /// each; stops, and returns false, where `send` does.
 template <class Send>
 bool upload(const PairFilters& filters, std::size_t chunk, Send send) {
-  const auto all = [&](std::string_view bytes, auto set) {
-    for (std::size_t at = 0; at < bytes.size(); at += chunk) {
-      v1::CreateSessionRequest request;
-      set(request, std::string(bytes.substr(at, chunk)));
-      if (!send(request)) return false;
-    }
-    return true;
-  };
   using Request = v1::CreateSessionRequest;
   const FilterBytes bytes = bytes_of(filters);
-  return all(bytes.rest_positions,
-             [](Request& to, std::string piece) { to.set_rest_positions(std::move(piece)); }) &&
-         all(bytes.excluded_vertex_pairs,
-             [](Request& to, std::string piece) { to.set_excluded_vertex_pairs(std::move(piece)); }) &&
-         all(bytes.patches, [](Request& to, std::string piece) { to.set_patches(std::move(piece)); });
+  return send_chunks(bytes.rest_positions, chunk, send,
+                     [](Request& to, std::string piece) { to.set_rest_positions(std::move(piece)); }) &&
+         send_chunks(bytes.excluded_vertex_pairs, chunk, send,
+                     [](Request& to, std::string piece) { to.set_excluded_vertex_pairs(std::move(piece)); }) &&
+         send_chunks(bytes.patches, chunk, send,
+                     [](Request& to, std::string piece) { to.set_patches(std::move(piece)); });
 }
 
 /// Filters as they are uploaded, put together.
@@ -73,18 +71,11 @@ class FiltersUpload {
   const v1::PairFiltersHeader& header() const { return header_; }
 
  private:
-  /// One of the arrays.
-  struct Part {
-    std::size_t expected = 0;  // bytes
-    std::size_t received = 0;
-  };
-  template <class T>
-  Status append(Part& part, std::vector<T>& values, std::string_view bytes, const char* field);
-  Status check(const Part& part, const char* field) const;
-
   v1::PairFiltersHeader header_;
-  PairFilters filters_;
-  Part rest_positions_, excluded_vertex_pairs_, patches_;
+  PairFilters numbers_;
+  ChunkedArray<double> rest_positions_{"filters.rest_positions"};
+  ChunkedArray<VertexPair> excluded_vertex_pairs_{"filters.excluded_vertex_pairs"};
+  ChunkedArray<std::uint32_t> patches_{"filters.patches"};
 };
 
 }  // namespace warmfront::wire

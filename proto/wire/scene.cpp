@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/wire/scene.h"
 
+#include <algorithm>
+
 #include "proto/wire/enums.h"
 
 namespace warmfront::wire {
@@ -14,6 +16,7 @@ v1::Body to_proto(const Body& body) {
   message.set_self_collision(body.self_collision);
   message.set_group(body.group);
   message.set_mask(body.mask);
+  message.set_thickness(body.thickness);
   return message;
 }
 
@@ -27,7 +30,14 @@ Result<Body> body_from(const v1::Body& message, const std::string& where) {
   if (message.has_self_collision()) body.self_collision = message.self_collision();
   if (message.has_group()) body.group = message.group();
   if (message.has_mask()) body.mask = message.mask();
+  body.thickness = message.thickness();
   return body;
+}
+
+bool is_thick(const v1::SessionHeader& header) {
+  return header.vertex_thickness() || std::ranges::any_of(header.bodies(), [](const v1::Body& body) {
+           return body.thickness() != 0;
+         });
 }
 
 }  // namespace warmfront::wire

@@ -2,10 +2,14 @@
 // Bodies on the wire. Thread-safe.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/result.h"
 #include "engine/scene.h"
+#include "proto/wire/chunked_array.h"
 #include "warmfront/v1/session.pb.h"
 
 namespace warmfront::wire {
@@ -15,5 +19,16 @@ v1::Body to_proto(const Body& body);
 /// Omitted fields get their default. kInvalidArgument, with a message that begins with `where`, for a kind
 /// unknown to this build, or a name that is too long.
 Result<Body> body_from(const v1::Body& message, const std::string& where);
+
+/// Calls `send` with each message of an upload that brings these, as upload() of filters.h does.
+template <class Send>
+bool upload_thickness(const std::vector<double>& thickness, std::size_t chunk, Send send) {
+  return send_chunks(as_bytes(thickness), chunk, send, [](v1::CreateSessionRequest& to, std::string piece) {
+    to.set_thickness(std::move(piece));
+  });
+}
+
+/// Does it announce any thickness, of vertices or of bodies?
+bool is_thick(const v1::SessionHeader& header);
 
 }  // namespace warmfront::wire

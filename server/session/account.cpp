@@ -136,10 +136,11 @@ std::size_t estimate_filter_bytes(const FilterSize& filters, std::uint64_t verti
 }
 
 std::size_t estimate_bytes(std::uint64_t vertices, std::uint64_t triangles, std::size_t bytes_per_number,
-                           bool explain, const Limits& limits) {
-  constexpr std::size_t kPerVertex = 300, kPerTriangle = 800, kPerSession = 64 << 10;
+                           bool explain, bool thick, const Limits& limits) {
+  constexpr std::size_t kPerVertex = 300, kPerThickVertex = 40, kPerTriangle = 800, kPerSession = 64 << 10;
   const std::size_t frame = 3 * bytes_per_number * vertices;
-  const std::size_t collider = kPerVertex * vertices + kPerTriangle * triangles;
+  const std::size_t per_vertex = kPerVertex + (thick ? kPerThickVertex : 0);
+  const std::size_t collider = per_vertex * vertices + kPerTriangle * triangles;
   return kPerSession + (explain ? 2 : 1) * collider + (limits.window + 1) * frame;
 }
 

@@ -120,8 +120,8 @@ std::size_t estimate_filter_bytes(const FilterSize& filters, std::uint64_t verti
 
 /// What a session is going to hold, measured on the built-in and recorded scenes and rounded up: scene,
 /// hierarchy, a usual front, the upload, and a window of frames that wait. With `explain` a second collider
-/// runs beside the first.
+/// runs beside the first. `thick`: vertices have thickness.
 std::size_t estimate_bytes(std::uint64_t vertices, std::uint64_t triangles, std::size_t bytes_per_number,
-                           bool explain, const Limits& limits);
+                           bool explain, bool thick, const Limits& limits);
 
 }  // namespace warmfront::server

@@ -57,6 +57,7 @@ std::uint64_t digest_of(const SessionSpec& spec, const PositionBuffer& positions
     digest.add(std::span(filters.excluded_vertex_pairs));
     digest.add(std::span(filters.patches));
   }
+  if (!spec.scene.thickness.empty()) digest.add(std::span(spec.scene.thickness));
   return digest.value();
 }
 
@@ -362,15 +363,19 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const std::uint64_t vertices = collider_.scene().vertex_count(), faces = collider_.scene().face_count();
   std::uint64_t more_vertices = 0, more_faces = 0;
   const PairFilters* other = nullptr;  // in place of the scene's
+  const bool is_thick = collider_.scene().most_thickness() > 0;
+  bool becomes_thick = is_thick;
   for (const SceneChange& change : changes) {
+    if (const auto* body = std::get_if<ChangeBody>(&change)) becomes_thick |= body->body.thickness > 0;
     if (const auto* filters = std::get_if<ChangeFilters>(&change)) other = &filters->filters;
     const auto* add = std::get_if<AddBody>(&change);
     if (add == nullptr) continue;
+    becomes_thick |= add->addition.body.thickness > 0;
     more_vertices += add->addition.body.vertex_count;
     more_faces += add->addition.faces.size();
   }
-  const auto estimate = [&](std::uint64_t v, std::uint64_t f) {
-    return estimate_bytes(v, f, size_of(dtype_), options_.explain, limits_);
+  const auto estimate = [&](std::uint64_t v, std::uint64_t f, bool thick) {
+    return estimate_bytes(v, f, size_of(dtype_), options_.explain, thick, limits_);
   };
   const auto of_filters = [&](const PairFilters& filters, std::uint64_t v) {
     return estimate_filter_bytes(FilterSize::of(filters), v, options_.explain);
@@ -380,7 +385,8 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const std::size_t more_filters =
       other != nullptr ? of_filters(*other, vertices + more_vertices)
                        : of_filters(present, vertices + more_vertices) - of_filters(present, vertices);
-  return estimate(vertices + more_vertices, faces + more_faces) - estimate(vertices, faces) + more_filters;
+  return estimate(vertices + more_vertices, faces + more_faces, becomes_thick) -
+         estimate(vertices, faces, is_thick) + more_filters;
 }
 
 Fault Session::with_removed(Fault refusal) const {

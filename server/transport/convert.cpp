@@ -186,6 +186,7 @@ v1::SessionInfo to_proto(const Session& session) {
   info.set_created_unix_ms(duration_cast<milliseconds>(snapshot.created.time_since_epoch()).count());
   info.set_idle_ms(static_cast<std::uint64_t>(snapshot.idle.count()));
   *info.mutable_state() = to_proto(snapshot.state);
+  info.set_most_thickness(scene->most_thickness());
   if (scene->filters().any()) *info.mutable_filters() = wire::header_of(scene->filters());
   return info;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "proto/wire/scene.h"
 #include "server/transport/convert.h"
 
 namespace warmfront::server {
@@ -21,12 +22,13 @@ std::optional<Fault> Upload::add(const v1::CreateSessionRequest& request) {
   using Request = v1::CreateSessionRequest;
   if (request.part_case() == Request::kHeader) return add_header(request.header());
   if (request.part_case() == Request::PART_NOT_SET)
-    return invalid("CreateSession: a message carries none of header, faces, positions and filters' arrays");
+    return invalid("CreateSession: a message carries none of header, faces, positions, thickness and filters' arrays");
   if (!spec_)
-    return invalid("CreateSession: the header comes first, then faces, positions and filters' arrays");
+    return invalid("CreateSession: the header comes first, then faces, positions, thickness and filters' arrays");
   if (request.part_case() == Request::kFaces) return add_faces(request.faces());
-  const Status added = request.part_case() == Request::kPositions ? positions_->append(request.positions())
-                                                                  : filters_.add(request);
+  const Status added = request.part_case() == Request::kPositions   ? positions_->append(request.positions())
+                       : request.part_case() == Request::kThickness ? thickness_.append(request.thickness())
+                                                                    : filters_.add(request);
   if (!added) return fault_from(added.error());
   return std::nullopt;
 }
@@ -41,6 +43,9 @@ std::optional<Fault> Upload::add_header(const v1::SessionHeader& header) {
     if (!filters) return fault_from(filters.error());
     filters_ = std::move(filters).value();
   }
+  if (header.vertex_thickness())
+    thickness_ = wire::ChunkedArray<double>("thickness", header.vertex_count());
+  thick_ = wire::is_thick(header);
   spec_ = std::move(spec).value();
   face_count_ = header.face_count();
   positions_.emplace(spec_->dtype, header.vertex_count());
@@ -62,7 +67,7 @@ std::optional<Fault> Upload::add_faces(std::string_view bytes) {
 
 std::size_t Upload::estimate_bytes() const {
   return server::estimate_bytes(spec_->scene.vertex_count, face_count_, size_of(spec_->dtype),
-                                spec_->options.explain, limits_) +
+                                spec_->options.explain, thick_, limits_) +
          estimate_filter_bytes(filter_size(), spec_->scene.vertex_count, spec_->options.explain);
 }
 
@@ -79,6 +84,7 @@ std::optional<Fault> Upload::complete() const {
                    std::to_string(expected_face_bytes()) + " bytes");
   if (Status complete = positions_->complete(); !complete)
     return fault_from(complete.error(), "the upload ended early: ");
+  if (Status complete = thickness_.complete(); !complete) return fault_from(complete.error());
   if (Status complete = filters_.complete(); !complete) return fault_from(complete.error());
   return std::nullopt;
 }

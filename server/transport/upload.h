@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "proto/wire/chunked_array.h"
 #include "proto/wire/filters.h"
 #include "server/session/limits.h"
 #include "server/session/position_buffer.h"
@@ -35,6 +36,7 @@ class Upload {
   SessionSpec take_spec() {
     SessionSpec spec = *std::move(spec_);
     spec.scene.filters = filters_.take();
+    spec.scene.thickness = thickness_.take();
     spec_->id = spec.id;
     return spec;
   }
@@ -50,6 +52,8 @@ class Upload {
   std::optional<SessionSpec> spec_;
   std::optional<PositionBuffer> positions_;
   wire::FiltersUpload filters_;
+  wire::ChunkedArray<double> thickness_{"thickness"};
+  bool thick_ = false;
   std::uint32_t face_count_ = 0;
   std::size_t face_bytes_ = 0;
 };

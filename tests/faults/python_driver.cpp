@@ -60,7 +60,8 @@ json told(const Body& body) {
           {"kind", kKinds[static_cast<int>(body.kind)]},
           {"self_collision", body.self_collision},
           {"group", body.group},
-          {"mask", body.mask}};
+          {"mask", body.mask},
+          {"thickness", body.thickness}};
 }
 
 json told(const StepOperation& step) {

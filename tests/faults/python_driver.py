@@ -24,7 +24,8 @@ def rows(text):
 
 def body_of(body):
     return warmfront.Body(body["vertex_count"], body["kind"], name=body["name"], first_vertex=body["first_vertex"],
-                          self_collision=body["self_collision"], group=body["group"], mask=body["mask"])
+                          self_collision=body["self_collision"], group=body["group"], mask=body["mask"],
+                          thickness=body["thickness"])
 
 
 def frame_of(frame):

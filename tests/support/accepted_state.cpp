@@ -17,6 +17,7 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/part_way.h"
+#include "engine/scene/thickness.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/scenes.h"
@@ -181,13 +182,14 @@ Shape draw_shape(Draws& draws) {
   return shape;
 }
 
-Body draw_body(Draws& draws, std::size_t vertex_count) {
+Body draw_body(Draws& draws, std::size_t vertex_count, double unit) {
   Body body{"", 0, static_cast<std::uint32_t>(vertex_count), static_cast<BodyKind>(draws.below(3))};
   body.self_collision = draws.below(4) != 0;
   if (draws.below(4) == 0) {
     body.group = 1U << draws.below(2);
     body.mask = 1U + static_cast<std::uint32_t>(draws.below(3));
   }
+  if (draws.below(4) == 0) body.thickness = 0.02 * (1 + draws.below(5)) * unit;
   return body;
 }
 
@@ -327,7 +329,22 @@ Outcome refusal(const Status& why) {
   return refused;
 }
 
-// All that `test` finds of the pairs that the scene allows, one by one.
+double thickness_of(const Scene& made, std::span<const std::uint32_t> vertices) {
+  double most = 0;
+  for (const std::uint32_t v : vertices) most = std::max(most, made.thickness_of(v));
+  return most;
+}
+
+// Of both features of a pair.
+double thickness_of(const Scene& made, const Contact& pair) {
+  const auto ids = made.vertices_of(pair);
+  const std::span<const std::uint32_t> all(ids);
+  const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+  return thickness_of(made, all.first(of_a)) + thickness_of(made, all.subspan(of_a));
+}
+
+// All that `test`, of two features and how thick both are together, finds of the pairs that the scene allows,
+// one by one.
 template <class Test>
 std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
                               std::span<const VertexMotion> vertices, Test&& test) {
@@ -336,7 +353,8 @@ std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
   for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
     if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
-    const Verdict verdict = test(features_of(made, vertices, kind, a, b));
+    const Verdict verdict = test(features_of(made, vertices, kind, a, b),
+                                 thickness_of(made, {kind, ContactStatus::kHit, a, b, 0}));
     if (!verdict.contact) return;
     const Contact contact{kind, verdict.status, a, b, verdict.toi};
     if (!rules.leave_out(contact)) contacts.push_back(contact);
@@ -373,8 +391,10 @@ void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion>
   }
 }
 
-ElementaryOptions elementary_options(const ColliderOptions& options) {
-  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+ElementaryOptions elementary_options(const ColliderOptions& options, double thickness) {
+  return {.tier = options.tier,
+          .tolerance = options.tolerance,
+          .min_separation = options.min_separation + thickness};
 }
 
 }  // namespace
@@ -393,17 +413,19 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   for (const Status& valid : {validate(kind, step.options), validate(options)})
     if (!valid) return refusal(valid);
   const Scene made = Scene::create(scene).value();
+  if (const Status valid = check_thickness(made.most_thickness(), options); !valid) return refusal(valid);
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
   const bool candidates = options.report == Report::kCandidates;
-  const KeepDistance keep{options.keep_distance.value_or(0), options.min_separation};
   const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
   Outcome outcome = answer_of(
       found_by(scene, made, vertices,
-               [&](const FeatureVertices& features) {
+               [&](const FeatureVertices& features, double thickness) {
+                 const double separation = options.min_separation + thickness;
+                 const KeepDistance keep{options.keep_distance.value_or(0), separation};
                  return options.keep_distance ? keep_distance_test(features, keep, kept)
-                        : candidates          ? candidate_test(features, options.min_separation)
-                                     : elementary_test(features, elementary_options(options), counts);
+                        : candidates          ? candidate_test(features, separation)
+                                     : elementary_test(features, elementary_options(options, thickness), counts);
                }),
       options);
   if (max_step) {  // which tells of the first alone
@@ -420,6 +442,7 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
   const ColliderOptions options = merged(of_session, question);
   if (const Status valid = validate(options); !valid) return refusal(valid);
   const Scene made = Scene::create(scene).value();
+  if (const Status valid = check_thickness(made.most_thickness(), options); !valid) return refusal(valid);
   const bool at_end = near.where == Where::kTrialEnd;
   const std::vector<VertexMotion> vertices =
       motion_between(positions, at_end ? target_of(*this, *trial) : positions);
@@ -430,9 +453,9 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
   }
   ElementaryCounts counts;
   Outcome outcome = answer_of(found_by(scene, made, vertices,
-                                       [&](const FeatureVertices& features) {
+                                       [&](const FeatureVertices& features, double thickness) {
                                          return proximity_test(features, options.instant,
-                                                               elementary_options(options), counts);
+                                                               elementary_options(options, thickness), counts);
                                        }),
                               options);
   outcome.earliest_toi.reset();
@@ -441,12 +464,17 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     ColliderOptions all = options;
     all.report = Report::kAll;
     all.max_contacts = ~std::size_t{0};
-    const auto reported = found_by(scene, made, vertices, [&](const FeatureVertices& features) {
-      return proximity_test(features, options.instant, elementary_options(all), counts);
+    const auto reported = found_by(scene, made, vertices, [&](const FeatureVertices& features, double thickness) {
+      return proximity_test(features, options.instant, elementary_options(all, thickness), counts);
     });
     for (const Contact& pair : reported) {
       const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
-      const double bound = least_distance(features, options.instant, near.distance);
+      const auto ids = made.vertices_of(pair);
+      const std::span<const std::uint32_t> all_ids(ids);
+      const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+      const double bound = beyond_thickness(
+          least_distance(features, options.instant, near.distance + thickness_of(made, pair)),
+          thickness_of(made, all_ids.first(of_a)), thickness_of(made, all_ids.subspan(of_a)));
       for (const std::uint32_t v : made.vertices_of(pair))
         outcome.vertex_distances[v] = std::min(outcome.vertex_distances[v], bound);
     }
@@ -461,7 +489,7 @@ AcceptedState draw_state(Draws& draws) {
   const int bodies = 1 + draws.below(4);
   for (int b = 0; b < bodies; ++b) {
     const Shape shape = draw_shape(draws);
-    Body body = draw_body(draws, shape.positions.size() / 3);
+    Body body = draw_body(draws, shape.positions.size() / 3, 1);
     body.first_vertex = scene.vertex_count;
     for (auto face : shape.faces) {
       for (auto& v : face) v += static_cast<std::int32_t>(scene.vertex_count);
@@ -482,6 +510,8 @@ AcceptedState draw_state(Draws& draws) {
 
 AcceptedState scaled(AcceptedState state, double unit, double offset) {
   for (double& x : state.positions) x = x * unit + offset * unit;
+  for (double& thickness : state.scene.thickness) thickness *= unit;
+  for (Body& body : state.scene.bodies) body.thickness *= unit;
   state.reference = state.positions;
   state.unit = unit;
   state.offset = offset * unit;
@@ -567,14 +597,14 @@ NearOperation draw_near(Draws& draws, const AcceptedState& state) {
 AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
   Shape shape = draw_shape(draws);
   for (double& x : shape.positions) x = x * state.unit + state.offset;
-  const Body body = draw_body(draws, shape.positions.size() / 3);
+  const Body body = draw_body(draws, shape.positions.size() / 3, state.unit);
   return {{body, std::move(shape.faces)}, std::move(shape.positions)};
 }
 
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {
   const auto index = static_cast<std::uint32_t>(draws.below(static_cast<int>(state.scene.bodies.size())));
   const Body& body = state.scene.bodies[index];
-  Body changed = draw_body(draws, body.vertex_count);
+  Body changed = draw_body(draws, body.vertex_count, state.unit);
   changed.first_vertex = body.first_vertex;
   if (draws.below(6) == 0) changed.kind = BodyKind::kRemoved;
   return {index, changed};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/cli/recording/from_wire.h"
+#include "proto/wire/chunked_array.h"
 #include "proto/wire/filters.h"
 
 namespace warmfront::client {
@@ -34,6 +35,8 @@ Status RecordedSession::read_upload() {
   std::string faces, positions;
   auto filters = wire::FiltersUpload::announced(session_.filters(), session_.vertex_count());
   if (!filters) return reader_.error(begin, "the upload: " + filters.error().message);
+  wire::ChunkedArray<double> thickness("thickness",
+                                       session_.vertex_thickness() ? session_.vertex_count() : 0);
   for (;;) {
     if (Status read = advance(); !read) return read.error();
     if (!next_ || !next_->has_create()) break;
@@ -41,6 +44,8 @@ Status RecordedSession::read_upload() {
     faces += next_->create().faces();
     positions += next_->create().positions();
     if (Status added = filters.value().add(next_->create()); !added)
+      return reader_.error(record_at_, "the upload: " + added.error().message);
+    if (Status added = thickness.append(next_->create().thickness()); !added)
       return reader_.error(record_at_, "the upload: " + added.error().message);
   }
   const auto invalid = [&](const Error& error) {
@@ -60,6 +65,8 @@ Status RecordedSession::read_upload() {
   scene_.faces = std::move(face_list).value();
   if (Status complete = filters.value().complete(); !complete) return invalid(complete.error());
   scene_.filters = filters.value().take();
+  if (Status complete = thickness.complete(); !complete) return invalid(complete.error());
+  scene_.thickness = thickness.take();
   auto options = options_of(session_.options());
   if (!options) return invalid(options.error());
   options_ = options.value();

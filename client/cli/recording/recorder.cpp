@@ -65,11 +65,13 @@ Result<Recorder> Recorder::create(const std::string& path, const SceneDescriptio
          [](v1::CreateSessionRequest& to, std::string bytes) { to.set_faces(std::move(bytes)); });
   upload(recorder.state_.positions(),
          [](v1::CreateSessionRequest& to, std::string bytes) { to.set_positions(std::move(bytes)); });
-  wire::upload(recorder.state_.scene().filters, kUploadChunk, [&](const v1::CreateSessionRequest& piece) {
+  const auto write = [&](const v1::CreateSessionRequest& piece) {
     *message.mutable_create() = piece;
     recorder.writer_->write(message);
     return true;
-  });
+  };
+  wire::upload_thickness(scene.thickness, kUploadChunk, write);
+  wire::upload(recorder.state_.scene().filters, kUploadChunk, write);
   return recorder;
 }
 

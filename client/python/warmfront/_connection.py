@@ -23,8 +23,30 @@ from .v1 import admin_service_pb2, session_pb2, step_pb2
 _UPLOAD_CHUNK = 60 << 10
 # Fields of an upload's messages, by name.
 _PARTS = session_pb2.CreateSessionRequest.DESCRIPTOR.fields_by_name
-_TOO_OLD_FOR_FILTERS = ("filters: the daemon is older than they are, and would count what they leave out; update it, or leave "
-                        "them out")
+# What a daemon without a feature would make of input that needs it.
+_TOO_OLD_FOR = {
+    session_pb2.FEATURE_PAIR_FILTERS: "filters: the daemon is older than they are, and would count what they leave out; "
+                                      "update it, or leave them out",
+    session_pb2.FEATURE_THICKNESS: "thickness: the daemon is older than it is, and would miss contacts; update it, or leave "
+                                   "it out",
+}
+
+
+def _features_in(header: session_pb2.SessionHeader) -> list[int]:
+    """What a daemon must know that takes such a session."""
+    features = []
+    if header.HasField("filters"):
+        features.append(session_pb2.FEATURE_PAIR_FILTERS)
+    if header.vertex_thickness or any(body.thickness != 0 for body in header.bodies):
+        features.append(session_pb2.FEATURE_THICKNESS)
+    return features
+
+
+def _took(session: session_pb2.SessionInfo, feature: int) -> bool:
+    """Does the session have what only a daemon with the feature takes?"""
+    return session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters")
+
+
 
 # gRPC retries idempotent calls when the connection breaks or the daemon restarts (about two seconds). Steps, uploads
 # and changes are resumed in _resume.py.
@@ -186,30 +208,32 @@ class Connection:
             pass
         return ""
 
-    def need_filters(self, session_id: str, timeout: Optional[float] = None) -> None:
-        """UnimplementedError where the daemon that serves this session does not know filters."""
-        if session_pb2.FEATURE_PAIR_FILTERS not in self.server_info(timeout, session_id).features:
-            raise UnimplementedError(_TOO_OLD_FOR_FILTERS)
+    def need(self, feature: int, session_id: str, timeout: Optional[float] = None) -> None:
+        """UnimplementedError where the daemon that serves this session lacks the feature."""
+        if feature not in self.server_info(timeout, session_id).features:
+            raise UnimplementedError(_TOO_OLD_FOR[feature])
 
     def create(self, header: session_pb2.SessionHeader, arrays: Sequence[tuple[str, Bytes]],
                timeout: Optional[float] = None) -> Any:
         """Uploads a scene, with arrays by their names in v1.CreateSessionRequest; waits for a daemon that is not there yet,
-        for `timeouts.create` seconds unless `timeout` says otherwise. v1.CreateSessionResponse. Fails as need_filters() for
-        a header that announces filters."""
+        for `timeouts.create` seconds unless `timeout` says otherwise. v1.CreateSessionResponse. Fails as need() for
+        a header that announces what needs a feature."""
         def requests() -> Iterator[bytes]:
             yield b"".join(field(_PARTS["header"].number, header.SerializeToString()))
             for name, data in arrays:
                 view = memoryview(data)
                 for at in range(0, len(view), _UPLOAD_CHUNK):
                     yield b"".join(field(_PARTS[name].number, view[at:at + _UPLOAD_CHUNK]))
-        if header.HasField("filters"):
-            self.need_filters(header.session_id, timeout)
+        features = _features_in(header)
+        for feature in features:
+            self.need(feature, header.session_id, timeout)
         response = self._call(lambda channel: channel.upload, requests(), header.session_id, timeout or self.timeouts.create,
                               wait_for_ready=True)
-        # Another daemon than the one that was asked, behind a proxy, would take the scene without its filters.
-        if header.HasField("filters") and not response.session.HasField("filters"):
-            self.remove(header.session_id)
-            raise UnimplementedError(_TOO_OLD_FOR_FILTERS)
+        # Another daemon than the one that was asked, behind a proxy, would take the scene without what it does not know of.
+        for feature in features:
+            if not _took(response.session, feature):
+                self.remove(header.session_id)
+                raise UnimplementedError(_TOO_OLD_FOR[feature])
         return response
 
     def change(self, request: session_pb2.ChangeSceneRequest) -> Any:

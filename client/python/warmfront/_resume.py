@@ -249,7 +249,8 @@ class Link:
     def _create(self) -> None:
         self.state.describe(self.header)
         self.known = None
-        arrays = [("faces", raw(self.state.faces)), ("positions", self.state.positions()),
+        thickness = [] if self.state.thickness is None else [("thickness", raw(self.state.thickness))]
+        arrays = [("faces", raw(self.state.faces)), ("positions", self.state.positions()), *thickness,
                   *((name, raw(array)) for name, array in self.state.filters.arrays())]
         session = self.connection.create(self.header, arrays, self.time_left(self.connection.timeouts.create)).session
         if session.HasField("state"):

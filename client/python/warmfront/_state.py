@@ -16,7 +16,7 @@ from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
 from .errors import FailedPreconditionError, InvalidArgumentError
-from .scene import Body, PairFilters, faces_of, indices_of, placed, pose_of, positions_of
+from .scene import Body, PairFilters, faces_of, indices_of, placed, pose_of, positions_of, thickness_of
 from .v1 import options_pb2, session_pb2
 
 
@@ -29,7 +29,8 @@ class SceneState:
     """The scene, and its positions after the last answered frame."""
 
     def __init__(self, positions: Any, faces: Any, bodies: Sequence[Body],
-                 excluded_pairs: Sequence[tuple[int, int]], filters: PairFilters = PairFilters()) -> None:
+                 excluded_pairs: Sequence[tuple[int, int]], filters: PairFilters = PairFilters(),
+                 thickness: Any = None) -> None:
         """positions (n, 3) float32 or float64, the type of all positions of the session's frames; a copy is kept. They are
         the rest shape where the filters need one and have none."""
         self._rows = positions_of(positions, None, None).copy()
@@ -39,6 +40,7 @@ class SceneState:
         self.bodies = placed(bodies)
         self.excluded_pairs = list(excluded_pairs)
         self.filters = filters.copied(lambda: self._rows)
+        self.thickness = thickness_of(thickness, len(self._rows))
         self._topology: Optional[Topology] = None
         self._poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
 
@@ -63,7 +65,7 @@ class SceneState:
         return self._latest if self._latest is not None else raw(self._rows)
 
     def describe(self, header: session_pb2.SessionHeader) -> None:
-        """Writes the scene's description, except faces, positions and arrays of filters, into the header."""
+        """Writes the scene's description, except faces, positions, thickness and arrays of filters, into the header."""
         header.vertex_count = self.vertex_count
         header.face_count = len(self.faces)
         header.dtype = options_pb2.DTYPE_FLOAT32 if self.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
@@ -76,6 +78,7 @@ class SceneState:
                 header.excluded_pairs.add(a=a, b=b)
             except (TypeError, ValueError):
                 raise InvalidArgumentError(f"excluded_pairs[{k}]: ({a!r}, {b!r}) are no body indices") from None
+        header.vertex_thickness = self.thickness is not None
         header.ClearField("filters")
         if self.filters.given:
             self.filters.announce_in(header.filters)
@@ -193,6 +196,8 @@ class SceneState:
         rows = positions_of(positions, body.vertex_count, self.dtype)
         self._rows = np.concatenate([self._writable(), rows])
         self.filters = self.filters.with_body(rows)
+        if self.thickness is not None:
+            self.thickness = np.concatenate([self.thickness, np.zeros(len(rows))])
         self._topology = None
         self._poses.append(None)
 

@@ -71,6 +71,7 @@ class Client:
         bodies: Sequence[Body] = (),
         excluded_pairs: Sequence[tuple[int, int]] = (),
         filters: Union[PairFilters, Mapping[str, Any], None] = None,
+        thickness: Any = None,
         options: Options = Options(),
         id: str = "",
         first_frame: int = 0,
@@ -84,15 +85,16 @@ class Client:
         against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in
         order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. filters: pairs of
         features that do not count, `PairFilters` or a dict of its fields; the rest shape, where they need one and have none,
-        is these positions. id: a UUID, random when empty. first_frame: the number of these positions; the first step is the
+        is these positions. thickness: (n), of each vertex, scene length unit, besides its body's (see `Body`); None: none.
+        id: a UUID, random when empty. first_frame: the number of these positions; the first step is the
         next.
 
         UnimplementedError for vertices without any face, unless bodies are declared, to which faces may be added later, and
-        for filters where the daemon is older than they are.
+        for filters and thickness where the daemon is older than they are.
         InvalidArgumentError for bad input, AlreadyExistsError for an id that is taken, ResourceExhaustedError beyond the
         daemon's limits.
         """
-        state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters))
+        state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness)
         if alone := state.vertices_in_no_face():
             warnings.warn(f"vertices in no face: {alone} of {state.vertex_count}; they are tested as points against faces, and "
                           "against nothing else", stacklevel=2)

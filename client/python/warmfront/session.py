@@ -422,8 +422,13 @@ class Session:
         with self._turn:
             state = self._alive().state
             index = len(state.bodies)
-            self._change(lambda: state.encode_addition(body, faces, positions),
-                         lambda: state.take_addition(body, faces, positions))
+
+            def encode() -> session_pb2.SceneChange:
+                change = state.encode_addition(body, faces, positions)
+                self._need_thickness(change.add.body)
+                return change
+
+            self._change(encode, lambda: state.take_addition(body, faces, positions))
             return index
 
     def change_body(self, index: int, body: Body) -> None:
@@ -434,7 +439,26 @@ class Session:
         """
         with self._turn:
             state = self._alive().state
-            self._change(lambda: state.encode_change(index, body), lambda: state.take_change(index, body))
+
+            def encode() -> session_pb2.SceneChange:
+                change = state.encode_change(index, body)
+                self._need_thickness(change.change.body)
+                return change
+
+            self._change(encode, lambda: state.take_change(index, body))
+
+    def _need_thickness(self, body: session_pb2.Body) -> None:
+        if body.thickness != 0:
+            self._need(session_pb2.FEATURE_THICKNESS)
+
+    def _need(self, feature: int) -> None:
+        """UnimplementedError where the daemon lacks the feature. One that is lost the change finds out, too."""
+        try:
+            self._alive().connection.need(feature, self.id)
+        except UnimplementedError:
+            raise
+        except WarmfrontError:
+            pass
 
     def change_filters(self, filters: Union[PairFilters, Mapping[str, Any], None]) -> None:
         """Leaves out other pairs of features, from the next question on, in place of all that were left out: `PairFilters`,
@@ -450,12 +474,7 @@ class Session:
                 nonlocal other
                 other = filters_of(filters).copied()
                 if other.given:
-                    try:
-                        link.connection.need_filters(self.id)
-                    except UnimplementedError:
-                        raise
-                    except WarmfrontError:
-                        pass  # lost, which the change finds out, too
+                    self._need(session_pb2.FEATURE_PAIR_FILTERS)
                 return link.state.encode_filters(other)
 
             self._change(encode, lambda: link.state.take_filters(other))

@@ -78,12 +78,13 @@ TEST(Pc2, HostileHeadersAreRefused) {
 
 constexpr std::string_view kInfo =
     R"({"name": "n", "triangles": 2, "vertices": 7, "frames": 3, "fps": 24, "generator": "g", "other": [1],
-    "bodies": [{"name": "a", "first_vertex": 0, "vertex_count": 4, "kind": "rigid"},
+    "bodies": [{"name": "a", "first_vertex": 0, "vertex_count": 4, "kind": "rigid", "thickness": 0.25},
                {"name": "b", "first_vertex": 4, "vertex_count": 3, "kind": "static", "group": 6, "mask": 5,
                 "self_collision": false}],
     "excluded_pairs": [[1, 0]],
     "filters": {"within_edges": 2, "near_at_rest": 0.5, "excluded_vertex_pairs": [[6, 0], [1, 2]],
-                "patches": [1, 1, 1, 0, 2, 2, 2]}})";
+                "patches": [1, 1, 1, 0, 2, 2, 2]},
+    "vertex_thickness": [0, 0.5, 0, 0, 0, 1, 0]})";
 
 TEST(InfoJson, RoundTrips) {
   const Result<SceneInfo> info = parse_info_json(kInfo, "info.json");
@@ -103,6 +104,9 @@ TEST(InfoJson, RoundTrips) {
     EXPECT_EQ(i.bodies[1].group, 6U);
     EXPECT_EQ(i.bodies[1].mask, 5U);
     EXPECT_FALSE(i.bodies[1].self_collision);
+    EXPECT_EQ(i.bodies[0].thickness, 0.25);
+    EXPECT_EQ(i.bodies[1].thickness, 0);
+    EXPECT_EQ(i.thickness, (std::vector<double>{0, 0.5, 0, 0, 0, 1, 0}));
     EXPECT_TRUE(i.bodies[0].self_collision);
     EXPECT_EQ(i.excluded_pairs, (std::vector<std::array<std::uint32_t, 2>>{{1, 0}}));
     EXPECT_EQ(i.filters, (PairFilters{.within_edges = 2,
@@ -130,6 +134,7 @@ TEST(InfoJson, ErrorsNameTheField) {
   EXPECT_THAT(error(R"({"filters": {"excluded_vertex_pairs": [[1]]}})"),
               HasSubstr("filters: 'excluded_vertex_pairs' must hold pairs"));
   EXPECT_THAT(error(R"({"filters": {"patches": [0, -1]}})"), HasSubstr("filters: 'patches' must hold"));
+  EXPECT_THAT(error(R"({"vertex_thickness": [0, "thin"]})"), HasSubstr("'vertex_thickness' must hold a length"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0}]})"), HasSubstr("body 0: 'vertex_count' is missing"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 4294967296}]})"),
               HasSubstr("'vertex_count'"));

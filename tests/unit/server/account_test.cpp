@@ -201,16 +201,16 @@ TEST(GateTest, AdmitsAsManyAsItsLimit) {
 
 TEST(EstimateTest, GrowsWithTheScene) {
   const Limits limits;
-  EXPECT_GT(estimate_bytes(1000, 2000, 8, false, limits), estimate_bytes(1000, 2000, 4, false, limits));
-  EXPECT_GT(estimate_bytes(0, 0, 4, false, limits), 0u);
-  EXPECT_GT(estimate_bytes(16'000'000, 16'000'000, 8, false, limits), std::size_t{16} << 30);
+  EXPECT_GT(estimate_bytes(1000, 2000, 8, false, false, limits), estimate_bytes(1000, 2000, 4, false, false, limits));
+  EXPECT_GT(estimate_bytes(0, 0, 4, false, false, limits), 0u);
+  EXPECT_GT(estimate_bytes(16'000'000, 16'000'000, 8, false, false, limits), std::size_t{16} << 30);
 }
 
 TEST(EstimateTest, IncludesTheSecondColliderOfExplain) {
   const Limits limits;
-  const std::size_t alone = estimate_bytes(100'000, 200'000, 8, false, limits);
+  const std::size_t alone = estimate_bytes(100'000, 200'000, 8, false, false, limits);
   const std::size_t frames = (limits.window + 1) * 24 * 100'000;
-  EXPECT_GT(estimate_bytes(100'000, 200'000, 8, true, limits), 2 * alone - frames - (1 << 20));
+  EXPECT_GT(estimate_bytes(100'000, 200'000, 8, true, false, limits), 2 * alone - frames - (1 << 20));
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ TEST_F(MemoryTest, ADaemonStatesTheLimitsOfItsSessions) {
 class ExplainTest : public ServiceTest {
  protected:
   static std::size_t estimate(bool explain) {
-    return server::estimate_bytes(100'000, 200'000, 8, explain, server::Limits());
+    return server::estimate_bytes(100'000, 200'000, 8, explain, false, server::Limits());
   }
   static server::Config config() {
     server::Config config;

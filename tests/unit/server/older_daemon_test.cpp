@@ -131,10 +131,22 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     // What it does not know is not asked of it.
     const Status filtered = session.change_filters({.within_edges = 1});
     EXPECT_EQ(filtered.error().code, ErrorCode::kUnimplemented) << filtered.error().message;
-    scene.filters.within_edges = 1;
-    const auto refused = client.create_session(scene, Doubles(start));
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.error().code, ErrorCode::kUnimplemented) << refused.error().message;
+    Body thick = scene.bodies[1];
+    thick.thickness = 0.1;
+    EXPECT_EQ(session.change_body(1, thick).error().code, ErrorCode::kUnimplemented);
+    const std::vector<double> corners{9, 9, 9, 10, 9, 9, 9, 10, 9};
+    BodyAddition addition{{"", 0, 3}, {{0, 1, 2}}};
+    addition.body.thickness = 0.1;
+    EXPECT_EQ(session.add_body(addition, Doubles(corners)).error().code, ErrorCode::kUnimplemented);
+    SceneDescription filtered_scene = scene, thick_scene = scene, of_vertices = scene;
+    filtered_scene.filters.within_edges = 1;
+    thick_scene.bodies[1] = thick;
+    of_vertices.thickness.assign(grids.vertex_count(), 0.1);
+    for (const SceneDescription& one : {filtered_scene, thick_scene, of_vertices}) {
+      const auto refused = client.create_session(one, Doubles(start));
+      ASSERT_FALSE(refused.ok());
+      EXPECT_EQ(refused.error().code, ErrorCode::kUnimplemented) << refused.error().message;
+    }
     EXPECT_EQ(direct.list_sessions().value().size(), 1u) << "nothing is left of it";
   }
   server->Shutdown(std::chrono::system_clock::now());

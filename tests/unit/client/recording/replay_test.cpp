@@ -174,12 +174,13 @@ TEST_F(ReplayTest, TrialsAndCommitsReplayAsWhatTheyAre) {
   }
 }
 
-TEST_F(ReplayTest, FiltersReplayAsWhatTheyAre) {
+TEST_F(ReplayTest, FiltersAndThicknessReplayAsWhatTheyAre) {
   Client client = Client::connect(daemon_.address()).value();
   Heap<float> heap;
   SceneDescription filtered = heap.description;
   const std::uint32_t vertices = filtered.vertex_count;
   filtered.filters = {.within_edges = 1, .near_at_rest = 0.6, .excluded_vertex_pairs = {{0, vertices - 1}}};
+  filtered.thickness.assign(vertices, 0.01);
   {
     Session session = client.create_session(filtered, std::span<const float>(heap.x)).value();
     for (int k = 1; k <= 6; ++k) {
@@ -204,6 +205,7 @@ TEST_F(ReplayTest, FiltersReplayAsWhatTheyAre) {
   for (const std::string& file : files) {
     wait_for_end(file);
     EXPECT_TRUE(RecordedSession::open(file).value().scene().filters.any());
+    EXPECT_EQ(RecordedSession::open(file).value().scene().thickness, filtered.thickness);
     const ReplayResult result = replay_here(file);
     EXPECT_EQ(result.difference + result.defect, "");
     changes += result.changes;
