@@ -5,6 +5,7 @@ import pathlib
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from conftest import BIN
 
@@ -37,3 +38,28 @@ def test_a_barrier_keeps_everything_apart(daemon):
     assert min(nearest) < 0.01 and min(nearest) > 0  # the barrier was at work
     iterations = [int(line.split(":")[1].split()[0]) for line in steps[1:]]
     assert max(iterations) < 60  # and its minimum was found
+
+
+def test_tangles_are_found_and_shown(daemon, tmp_path):
+    (tmp_path / "folder").mkdir()
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.2 0.2 -1\nv 0.2 0.2 1\nv 2 2 0\n"
+    (tmp_path / "pierced.obj").write_text(corners + "f 1 2 3\nf 4/1 5/2 6/3\n")
+    (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf -4 -3 -2 -1\n")
+    ply = ("ply\nformat {}\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 2\nproperty list uchar int vertex_indices\nend_header\n")
+    x = np.array([word for line in corners.splitlines() for word in line.split()[1:]], "<f4")
+    faces = b"".join(bytes([3]) + np.array(face, "<i4").tobytes() for face in ([0, 1, 2], [3, 4, 5]))
+    (tmp_path / "folder" / "binary.ply").write_bytes(ply.format("binary_little_endian 1.0").encode() + x.tobytes() + faces)
+    (tmp_path / "folder" / "text.ply").write_text(ply.format("ascii 1.0") + " ".join(map(str, x)) + "\n3 0 1 2\n3 3 4 5\n")
+    page = tmp_path / "page.html"
+    done = run("check_tangles.py", tmp_path, "--html", page, "--server", daemon.tcp())
+    said = dict(line.split(":", 1) for line in done.stdout.splitlines()[:-1])
+    assert done.returncode == 1 and done.stdout.splitlines()[-1] == "3 of 4 meshes tangled"
+    assert said["flat.obj"] == " 0 pairs"
+    pierced = said["pierced.obj"]
+    assert pierced.startswith(" 2 pairs, the first at [")
+    assert said["folder/binary.ply"] == said["folder/text.ply"] == pierced
+    assert page.read_text().count("<svg") == 3
+    (tmp_path / "broken.obj").write_text("f x\n")
+    done = run("check_tangles.py", tmp_path, "--server", daemon.tcp())
+    assert done.returncode == 2 and done.stdout.splitlines()[-1] == "3 of 5 meshes tangled, 1 not checked"
