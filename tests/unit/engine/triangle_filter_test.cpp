@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/bounds/moving.h"
+#include "engine/bounds/width.h"
 #include "engine/elementary/certified.h"
 #include "engine/elementary/exact.h"
 #include "engine/elementary/query.h"
