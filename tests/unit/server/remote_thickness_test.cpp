@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "client/lib/any_session.h"
+#include "proto/wire/scene.h"
 #include "server/transport/upload.h"
 #include "tests/unit/server/local_daemon.h"
 #include "tests/unit/server/moving_grids.h"
