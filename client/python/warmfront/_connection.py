@@ -32,7 +32,7 @@ _TOO_OLD_FOR = {
 }
 
 
-def _features_in(header: session_pb2.SessionHeader) -> list[int]:
+def _features_in(header: session_pb2.SessionHeader) -> list[session_pb2.Feature]:
     """What a daemon must know that takes such a session."""
     features = []
     if header.HasField("filters"):
@@ -42,9 +42,9 @@ def _features_in(header: session_pb2.SessionHeader) -> list[int]:
     return features
 
 
-def _took(session: session_pb2.SessionInfo, feature: int) -> bool:
+def _took(session: session_pb2.SessionInfo, feature: session_pb2.Feature) -> bool:
     """Does the session have what only a daemon with the feature takes?"""
-    return session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters")
+    return bool(session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters"))
 
 
 
@@ -208,7 +208,7 @@ class Connection:
             pass
         return ""
 
-    def need(self, feature: int, session_id: str, timeout: Optional[float] = None) -> None:
+    def need(self, feature: session_pb2.Feature, session_id: str, timeout: Optional[float] = None) -> None:
         """UnimplementedError where the daemon that serves this session lacks the feature."""
         if feature not in self.server_info(timeout, session_id).features:
             raise UnimplementedError(_TOO_OLD_FOR[feature])

@@ -451,7 +451,7 @@ class Session:
         if body.thickness != 0:
             self._need(session_pb2.FEATURE_THICKNESS)
 
-    def _need(self, feature: int) -> None:
+    def _need(self, feature: session_pb2.Feature) -> None:
         """UnimplementedError where the daemon lacks the feature. One that is lost the change finds out, too."""
         try:
             self._alive().connection.need(feature, self.id)
