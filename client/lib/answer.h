@@ -132,6 +132,14 @@ struct ServerInfo {
 
 /// State of a session in the daemon.
 struct SessionInfo {
+  /// PairFilters in force, without their arrays; all 0 where none are.
+  struct Filters {
+    std::uint32_t within_edges = 0;
+    double near_at_rest = 0;
+    std::uint32_t excluded_vertex_pairs = 0;  ///< how many
+    bool patches = false;                     ///< whether there are any
+  };
+
   std::string id;
   std::string principal;  ///< the creator, for callers with the admin role; else empty
   std::uint32_t vertex_count = 0;
@@ -140,6 +148,8 @@ struct SessionInfo {
   std::uint32_t body_count = 0;
   bool float32 = false;  ///< positions are float32, else float64
   ColliderOptions options;
+  Filters filters;
+  double most_thickness = 0;  ///< no vertex is thicker; 0 where nothing is
   std::uint64_t last_frame = 0;
   std::uint64_t steps = 0;         ///< since it was created there
   std::uint64_t memory_bytes = 0;  ///< in the daemon

@@ -51,6 +51,10 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
   info.last_frame = message.last_frame();
   info.steps = message.steps();
   info.memory_bytes = message.memory_bytes();
+  const v1::PairFiltersHeader& filters = message.filters();
+  info.filters = {filters.within_edges(), filters.near_at_rest(), filters.excluded_vertex_pair_count(),
+                  filters.patches()};
+  info.most_thickness = message.most_thickness();
   info.attached = message.attached();
   info.created = std::chrono::system_clock::time_point(std::chrono::milliseconds(message.created_unix_ms()));
   info.idle = std::chrono::milliseconds(message.idle_ms());

@@ -27,7 +27,7 @@ from .errors import (
     UnauthenticatedError, Unavailable, UnavailableError, Unimplemented, UnimplementedError,
     WarmfrontError,
 )
-from .info import Limits, PrincipalUse, ServerInfo, SessionInfo
+from .info import FiltersInfo, Limits, PrincipalUse, ServerInfo, SessionInfo
 from .options import Options, Patience, Security, Timeouts
 from .scene import Body, PairFilters
 from .session import Session
@@ -36,7 +36,7 @@ __all__ = [
     "Aborted", "AbortedError", "AllDeformable", "AlreadyExists", "AlreadyExistsError", "Body",
     "Cancelled", "CancelledError", "Client", "Closest", "Code", "Committed", "connect", "Contact", "Contacts",
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
-    "FailedPreconditionError", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
+    "FailedPreconditionError", "FiltersInfo", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
     "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "PairFilters", "Patience", "PermissionDenied",
     "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "Security",
     "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "StepCounts",

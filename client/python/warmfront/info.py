@@ -75,12 +75,24 @@ class ServerInfo:
 
 
 @dataclass(frozen=True)
+class FiltersInfo:
+    """`PairFilters` in force, without their arrays; all 0 where none are. excluded_vertex_pairs: how many. patches: whether
+    there are any."""
+
+    within_edges: int
+    near_at_rest: float
+    excluded_vertex_pairs: int
+    patches: bool
+
+
+@dataclass(frozen=True)
 class SessionInfo:
     """State of a session in the daemon.
 
     principal: the creator, for callers with the admin role; else empty. dtype: "float32" or "float64". options: the values
-    in force. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream is attached.
-    idle: seconds since the last request about it, 0 during a request.
+    in force. filters: pairs that do not count. most_thickness: no vertex is thicker; 0 where nothing is. steps: computed
+    since it was created there. memory_bytes: held in the daemon. attached: a stream is attached. idle: seconds since the
+    last request about it, 0 during a request.
     """
 
     id: str
@@ -91,6 +103,8 @@ class SessionInfo:
     body_count: int
     dtype: str
     options: Options
+    filters: FiltersInfo
+    most_thickness: float
     last_frame: int
     steps: int
     memory_bytes: int
@@ -101,12 +115,15 @@ class SessionInfo:
     @staticmethod
     def read_from(message: Any, principal: str = "") -> SessionInfo:
         """Of a v1.SessionInfo."""
-        same = ("vertex_count", "face_count", "edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached")
+        same = ("vertex_count", "face_count", "edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached",
+                "most_thickness")
+        filters = message.filters
         return SessionInfo(
             id=message.session_id,
             principal=principal,
             dtype="float32" if message.dtype == 1 else "float64",
             options=Options.read_from(message.options),
+            filters=FiltersInfo(filters.within_edges, filters.near_at_rest, filters.excluded_vertex_pair_count, filters.patches),
             created=datetime.fromtimestamp(message.created_unix_ms / 1000, timezone.utc),
             idle=message.idle_ms / 1000,
             **{name: getattr(message, name) for name in same},

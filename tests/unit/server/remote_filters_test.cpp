@@ -213,6 +213,11 @@ TEST(RemoteFiltersTest, AreThereAgainAfterTheDaemonsRestart) {
     daemon.restart();
     same();
     EXPECT_EQ(there.resumes(), 3u);
+    const client::SessionInfo::Filters filters = client.get_session(there.id()).value().filters;
+    EXPECT_EQ(filters.within_edges, 2u);
+    EXPECT_EQ(filters.near_at_rest, 0);
+    EXPECT_EQ(filters.excluded_vertex_pairs, 2u);
+    EXPECT_FALSE(filters.patches);
     const Status bad = there.change_filters({.patches = {1, 2}});
     EXPECT_EQ(bad.error().code, ErrorCode::kInvalidArgument);
     EXPECT_EQ(bad.error().message.substr(bad.error().message.find("filters.")),

@@ -72,6 +72,7 @@ TEST(RemoteThicknessTest, AnswersAsInThisProcessAndAfterRestarts) {
     ASSERT_TRUE(there.change_body(0, thinner).ok());
     same();
     EXPECT_EQ(there.resumes(), 3u);
+    EXPECT_EQ(client.get_session(there.id()).value().most_thickness, of_vertices ? 0.5 + 0.04 : 0.5);
     EXPECT_GT(contacts, 0u);
     Body wrong = thinner;
     wrong.thickness = -1;

@@ -6,7 +6,7 @@ from fake_daemon import FakeDaemon
 from support import bits, triangle_through_triangle
 
 import warmfront
-from warmfront import Body, InvalidArgumentError, PairFilters, UnimplementedError
+from warmfront import Body, FiltersInfo, InvalidArgumentError, PairFilters, UnimplementedError
 
 BEFORE, AFTER, FACES = triangle_through_triangle()
 
@@ -62,8 +62,10 @@ def test_they_come_again_with_the_session(daemon, client, cloth, dtype):
                                     "within_edges": 2})
             disturb()
             step(33)
+            assert client.get_session(session.id).filters == FiltersInfo(2, 0, 2, False)
             session.change_filters(None)
             disturb()
+            assert client.get_session(session.id).filters == FiltersInfo(0, 0, 0, False)
             step(34)
             return [bits(answer) for answer in answers], session.resumes
 

@@ -50,6 +50,7 @@ def test_it_comes_again_with_the_session(daemon, client, cloth, dtype):
             session.change_body(0, warmfront.Body(**{**bodies[0].__dict__, "thickness": 0.03}))
             disturb()
             step(33)
+            assert client.get_session(session.id).most_thickness == 0.5 + thickness.max()
             return [bits(answer) for answer in answers], session.resumes
 
     undisturbed, none = play(lambda: None)
