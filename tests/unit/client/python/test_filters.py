@@ -65,8 +65,8 @@ def test_they_come_again_with_the_session(daemon, client, cloth, dtype):
             assert client.get_session(session.id).filters == FiltersInfo(2, 0, 2, False)
             session.change_filters(None)
             disturb()
-            assert client.get_session(session.id).filters == FiltersInfo(0, 0, 0, False)
             step(34)
+            assert client.get_session(session.id).filters == FiltersInfo(0, 0, 0, False)
             return [bits(answer) for answer in answers], session.resumes
 
     undisturbed, none = play(lambda: None)
