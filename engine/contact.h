@@ -41,6 +41,17 @@ struct Contact {
   friend bool operator==(const Contact&, const Contact&) = default;
 };
 
+/// What a row of a reduced answer of proximity stands for: see ColliderOptions::reduced. stencil.h makes of
+/// it what a barrier is summed over.
+struct ClosestPair {
+  std::uint32_t multiplicity = 1;  ///< how many rows have it where they are not reduced
+  /// Bit k: the k-th of the row's four vertices is of the closest features. All four of nearly parallel
+  /// edges, wherever their closest points are: ContactGeometry::closest and `weights` say that.
+  std::uint8_t stencil = 0b1111;
+
+  friend bool operator==(const ClosestPair&, const ClosestPair&) = default;
+};
+
 /// Barycentric coordinates, directions, closest points and distance of a contact or near pair, at its toi, in
 /// floating point: not a proof.
 struct ContactGeometry {

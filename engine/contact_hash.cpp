@@ -44,6 +44,10 @@ void ContactHash::add_distances(std::span<const double> distances) {
   for (const double distance : distances) mix(std::bit_cast<std::uint64_t>(distance));
 }
 
+void ContactHash::add_closest_pair(const ClosestPair& pair) {
+  mix(std::uint64_t{pair.stencil} << 32 | pair.multiplicity);
+}
+
 std::string ContactHash::hex() const {
   char digits[17];
   std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(state_));

@@ -105,6 +105,13 @@ Status validate(const ColliderOptions& options) {
   if (options.report == Report::kVertexDistances && options.pair_test != PairTest::kProximity) {
     return invalid_argument("report: \"vertex-distances\" is of proximity; use \"all\" or \"count\"");
   }
+  if (options.reduced && options.pair_test != PairTest::kProximity) {
+    return invalid_argument("reduced: it is of proximity alone; leave it out");
+  }
+  if (options.reduced && options.report == Report::kVertexDistances) {
+    return invalid_argument(
+        "reduced: report \"vertex-distances\" lists no pairs; leave it out, or use \"all\"");
+  }
   if (options.min_separation > 0 && options.tier == Tier::kFast) {
     return invalid_argument(
         "min_separation: tier \"" + std::string(to_string(options.tier)) +

@@ -88,6 +88,20 @@ struct ColliderOptions {
   /// kVertexDistances, kIntersection with the first two and kAny.
   PairTest pair_test = PairTest::kMotion;
   Instant instant = Instant::kStart;
+  /// Of kProximity with report kAll (of kCount it changes nothing): list each closest pair once, as barriers
+  /// are summed. Of all rows with the same closest features (two vertices; an edge and a vertex; of two edges
+  /// or a face and a vertex there is one row) the first stays, with their number: StepResult::closest_pairs.
+  /// Mesh edges and vertices count, not the kind of row: a vertex may be nearest to an edge in a row of a
+  /// face and in one of another edge. The answer's counts are of all rows, and so is max_contacts, because
+  /// these are held until they are reduced; at most 2^32 - 1 are.
+  ///
+  /// Nearly parallel edges a and b, |a x b|^2 < 10^-3 |a|^2 |b|^2 where they are asked about, keep a row of
+  /// their own, of all four vertices and multiplicity 1, whichever features are closest: barriers of such a
+  /// pair are multiplied by a mollifier of its own, which goes to 0 with the angle and makes them smooth, so
+  /// that it cannot be summed with others (Li et al. 2020, "Incremental Potential Contact", section 5). There
+  /// the lengths on the right are those at rest; here those of the state, since a scene need not have a rest
+  /// shape.
+  bool reduced = false;
   /// Of Collider::max_step() alone, from its own options: see QuestionOptions::keep_distance.
   std::optional<double> keep_distance = std::nullopt;
   /// Step an all-deformable collider beside this one, to say what the scene's model saves: see

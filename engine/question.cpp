@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/question.h"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -15,6 +17,9 @@ ColliderOptions merged(ColliderOptions options, const QuestionOptions& question)
   options.fields = question.fields.value_or(options.fields);
   options.max_contacts = question.max_contacts.value_or(options.max_contacts);
   options.keep_distance = question.keep_distance;
+  options.reduced = question.reduced;
+  constexpr std::size_t kMostReduced = 0xffffffff;
+  if (options.reduced) options.max_contacts = std::min(options.max_contacts, kMostReduced);
   return options;
 }
 
@@ -43,6 +48,8 @@ ColliderOptions merged(ColliderOptions options, const Question& question) {
 Status validate(QuestionKind kind, const QuestionOptions& options) {
   if (options.keep_distance && kind != QuestionKind::kMaxStep)
     return invalid_argument("keep_distance: it is of max_step alone; leave it out");
+  if (options.reduced && kind != QuestionKind::kProximity)
+    return invalid_argument("reduced: it is of proximity alone; leave it out");
   if (kind != QuestionKind::kIntersections) return {};
   const std::array<std::pair<bool, const char*>, 4> others{
       {{options.tier.has_value(), "tier"},

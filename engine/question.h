@@ -30,6 +30,8 @@ struct QuestionOptions {
   /// what a min_separation of m + 2 L keep_distance / (1 - keep_distance) does, L being the longest way of a
   /// vertex.
   std::optional<double> keep_distance = std::nullopt;
+  /// Of proximity alone: each closest pair once, with its multiplicity. See ColliderOptions::reduced.
+  bool reduced = false;
 
   friend bool operator==(const QuestionOptions&, const QuestionOptions&) = default;
 };

@@ -27,6 +27,9 @@ struct StepResult {
   std::span<const Contact> contacts;
   /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
   std::span<const ContactGeometry> geometry = {};
+  /// Of each contact of a reduced answer, what it stands for; as valid as `contacts`. vf, ee and possible
+  /// count the rows that were reduced.
+  std::span<const ClosestPair> closest_pairs = {};
   /// Of Report::kVertexDistances, by vertex: a lower bound of the least distance of any vertex-face or
   /// edge-edge pair that the vertex is in, less the thickness of both (0 where that is more), in the scene's
   /// unit; at most the distance that was asked about, and that much where there is no pair within it. As valid

@@ -20,6 +20,7 @@ AnswerDigest digest_of(const Answer& answer) {
       hash.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
   }
   hash.add_distances(answer.vertex_distances);
+  for (std::size_t i = 0; i < table.multiplicity.size(); ++i) hash.add_closest_pair(table.closest_pair(i));
   return {answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
 }
 

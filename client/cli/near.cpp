@@ -35,6 +35,7 @@ struct Arguments {
   bool of_diagonal = false;
   std::string tier{to_string(ColliderOptions{}.tier)};
   bool count = false;
+  bool reduced = false;
   std::vector<std::string> fields;
   std::string contacts_file;
   std::string distances_file;
@@ -47,6 +48,7 @@ struct NearFrame {
   std::uint64_t vf;
   std::uint64_t ee;
   std::uint64_t possible;
+  std::size_t rows;
   std::optional<double> least;  ///< distance, of the pairs that are listed
   double ms;
 };
@@ -56,6 +58,8 @@ Status check_usage(const Arguments& arguments) {
     return invalid_argument("--distance: give a finite length >= 0");
   if (arguments.count && !arguments.contacts_file.empty())
     return invalid_argument("--count lists no pairs for --contacts; leave one of them out");
+  if (arguments.count && arguments.reduced)
+    return invalid_argument("--count lists no pairs for --reduced; leave one of them out");
   if (!arguments.fields.empty() && arguments.contacts_file.empty())
     return invalid_argument("--fields are of --contacts, which is not given");
   if (!arguments.contacts_file.empty() && !is_contact_file_name(arguments.contacts_file))
@@ -94,6 +98,7 @@ class Listing {
     question_.tier = parse_tier(arguments.tier).value();
     if (arguments.count) question_.report = Report::kCount;
     if (!arguments.count) fields.squared_distance = true;
+    question_.reduced = arguments.reduced;
     question_.fields = fields;
   }
 
@@ -103,12 +108,14 @@ class Listing {
     const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
     if (!answer) return answer.error();
     const ContactTable& table = answer.value().contacts;
-    NearFrame frame{number, answer.value().vf, answer.value().ee, answer.value().possible, {}, ms.count()};
+    NearFrame frame{number, answer.value().vf, answer.value().ee, answer.value().possible, table.size(),
+                    {},     ms.count()};
     if (table.size() > 0) frame.least = std::sqrt(*std::ranges::min_element(table.squared_distance));
     frames_.push_back(frame);
     hash_.begin_step(table.size());
     for (std::size_t i = 0; i < table.size(); ++i)
       hash_.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
+    for (std::size_t i = 0; i < table.multiplicity.size(); ++i) hash_.add_closest_pair(table.closest_pair(i));
     return writer_ ? writer_->write(number, at, at, records_of(table), geometry_of(table)) : Status{};
   }
 
@@ -122,7 +129,8 @@ class Listing {
     std::vector<ContactRecord> records;
     records.reserve(table.size());
     for (std::size_t i = 0; i < table.size(); ++i)
-      records.push_back({table.kind[i], table.status[i], table.vertices[i], table.toi[i]});
+      records.push_back(
+          {table.kind[i], table.status[i], table.vertices[i], table.toi[i], table.closest_pair(i)});
     return records;
   }
   std::vector<ContactGeometry> geometry_of(const ContactTable& table) const {
@@ -175,24 +183,26 @@ class DistanceFile {
 
 Json format_json(const Arguments& arguments, double distance, const Listing& listing) {
   Json frames = Json::array();
-  for (const NearFrame& frame : listing.frames())
-    frames.push_back({{"frame", frame.frame},
-                      {"vf", frame.vf},
-                      {"ee", frame.ee},
-                      {"possible", frame.possible},
-                      {"least_distance", frame.least ? Json(*frame.least) : Json(nullptr)},
-                      {"ms", frame.ms}});
+  for (const NearFrame& frame : listing.frames()) {
+    Json& told = frames.emplace_back(
+        Json{{"frame", frame.frame}, {"vf", frame.vf}, {"ee", frame.ee}, {"possible", frame.possible}});
+    if (arguments.reduced) told["rows"] = frame.rows;
+    told["least_distance"] = frame.least ? Json(*frame.least) : Json(nullptr);
+    told["ms"] = frame.ms;
+  }
   Json root{{"tier", arguments.tier}, {"distance", distance}};
   if (!arguments.count) root["contacts_hash"] = listing.hash();
   root["frames"] = std::move(frames);
   return root;
 }
 
-void print_frame(const NearFrame& frame) {
+void print_frame(const NearFrame& frame, bool reduced) {
   char least[32] = "-";
   if (frame.least) std::snprintf(least, sizeof least, "%.6g", *frame.least);
-  std::printf("%8" PRIu64 " %10" PRIu64 " %10" PRIu64 " %10" PRIu64 " %14s %10.3f\n", frame.frame, frame.vf,
-              frame.ee, frame.possible, least, frame.ms);
+  std::printf("%8" PRIu64 " %10" PRIu64 " %10" PRIu64 " %10" PRIu64, frame.frame, frame.vf, frame.ee,
+              frame.possible);
+  if (reduced) std::printf(" %10zu", frame.rows);
+  std::printf(" %14s %10.3f\n", least, frame.ms);
   std::fflush(stdout);
 }
 
@@ -205,9 +215,11 @@ int near(const Arguments& arguments) {
   const double distance =
       arguments.of_diagonal ? arguments.distance * diagonal(states.positions()) : arguments.distance;
   const ContactFields fields = fields_named(arguments.fields);
+  WrittenFields written = fields;
+  written.closest_pair = arguments.reduced;
   std::unique_ptr<ContactWriter> writer;
   if (!arguments.contacts_file.empty()) {
-    Result<std::unique_ptr<ContactWriter>> made = open_contact_writer(arguments.contacts_file, fields);
+    Result<std::unique_ptr<ContactWriter>> made = open_contact_writer(arguments.contacts_file, written);
     if (!made) return failure(made.error().message);
     writer = std::move(made).value();
   }
@@ -221,13 +233,14 @@ int near(const Arguments& arguments) {
   const bool table =
       arguments.json_file != "-" && arguments.contacts_file != "-" && arguments.distances_file != "-";
   if (table)
-    std::printf("%8s %10s %10s %10s %14s %10s\n", "frame", "vf", "ee", "possible", "least distance", "ms");
+    std::printf("%8s %10s %10s %10s%s %14s %10s\n", "frame", "vf", "ee", "possible",
+                arguments.reduced ? "       rows" : "", "least distance", "ms");
   const int looked = states.each([&](AnySession& session) -> Status {
     Status status = listing.look(session, states.number(), states.positions());
     if (status && distances)
       status =
           distances->look(session, states.number(), distance, {.tier = parse_tier(arguments.tier).value()});
-    if (status && table) print_frame(listing.frames().back());
+    if (status && table) print_frame(listing.frames().back(), arguments.reduced);
     return status;
   });
   if (looked != kExitOk) return looked;
@@ -264,6 +277,11 @@ Verb add_near(CLI::App& app) {
       ->check(CLI::IsMember({"certified", "exact"}))
       ->capture_default_str();
   app.add_flag("--count", a.count, "Count the pairs and list none");
+  app.add_flag(
+      "--reduced", a.reduced,
+      "List each closest pair once (two vertices; an edge and a vertex; two edges; a face and a vertex), "
+      "with its multiplicity: how many pairs have it. Counts stay those of all pairs; nearly parallel "
+      "edges stay pairs of their own");
   add_fields_option(app, a.fields);
   app.add_option("--contacts", a.contacts_file,
                  "Write the pairs: .csv, .jsonl, or .vtp (one file per frame, and a .pvd that lists them); - "

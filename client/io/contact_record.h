@@ -10,12 +10,18 @@
 
 namespace warmfront::client {
 
+/// Was the row there in the frame before? An ended one was, and is not any more: nothing but its features
+/// holds.
+enum class RowContinuity : std::uint8_t { kNew = 0, kKept = 1, kEnded = 2 };
+
 /// `vertices`: the vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
 struct ContactRecord {
   ContactKind kind = ContactKind::kVertexFace;
   ContactStatus status = ContactStatus::kHit;
   std::array<std::uint32_t, 4> vertices{};
-  double toi = 0;  ///< in [0, 1]
+  double toi = 0;                 ///< in [0, 1]
+  ClosestPair closest_pair = {};  ///< of a reduced answer
+  RowContinuity continuity = RowContinuity::kNew;
 
   friend bool operator==(const ContactRecord&, const ContactRecord&) = default;
 };

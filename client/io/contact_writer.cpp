@@ -8,7 +8,7 @@
 namespace warmfront::client {
 namespace {
 
-using Opener = Result<std::unique_ptr<ContactWriter>> (*)(const std::string&, const ContactFields&);
+using Opener = Result<std::unique_ptr<ContactWriter>> (*)(const std::string&, const WrittenFields&);
 
 Opener opener_for(std::string_view path) {
   if (path.ends_with(".csv") || path == "-") return open_csv_contact_writer;
@@ -33,6 +33,18 @@ std::string_view short_name(ClosestFeatures closest) {
       return "ee";
     case ClosestFeatures::kFaceVertex:
       return "fv";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(RowContinuity continuity) {
+  switch (continuity) {
+    case RowContinuity::kNew:
+      return "new";
+    case RowContinuity::kKept:
+      return "kept";
+    case RowContinuity::kEnded:
+      return "ended";
   }
   return "unknown";
 }
@@ -63,7 +75,7 @@ bool is_contact_file_name(std::string_view path) {
 }
 
 Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
-                                                           const ContactFields& fields) {
+                                                           const WrittenFields& fields) {
   const Opener open = opener_for(path);
   if (!open)
     return invalid_argument(path + ": contacts are written as .csv, .jsonl or .vtp, or to stdout (-) as CSV");

@@ -9,7 +9,7 @@ namespace {
 
 std::string format_vtp(std::uint64_t frame, const Positions& start, const Positions& end,
                        std::span<const ContactRecord> contacts, std::span<const ContactGeometry> geometry,
-                       const ContactFields& fields) {
+                       const WrittenFields& fields) {
   std::vector<double> points;
   std::vector<double> toi;
   std::vector<std::uint8_t> kind;
@@ -66,6 +66,22 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
     for (const ContactGeometry& one : geometry) closest.push_back(static_cast<std::uint8_t>(one.closest));
     piece.content += arrays.add<std::uint8_t>("UInt8", "closest", 1, closest);
   }
+  if (fields.closest_pair) {
+    std::vector<std::uint32_t> multiplicity;
+    std::vector<std::uint8_t> stencil;
+    for (const ContactRecord& contact : contacts) {
+      multiplicity.push_back(contact.closest_pair.multiplicity);
+      stencil.push_back(contact.closest_pair.stencil);
+    }
+    piece.content += arrays.add<std::uint32_t>("UInt32", "multiplicity", 1, multiplicity);
+    piece.content += arrays.add<std::uint8_t>("UInt8", "stencil", 1, stencil);
+  }
+  if (fields.continuity) {
+    std::vector<std::uint8_t> continuity;
+    for (const ContactRecord& contact : contacts)
+      continuity.push_back(static_cast<std::uint8_t>(contact.continuity));
+    piece.content += arrays.add<std::uint8_t>("UInt8", "continuity", 1, continuity);
+  }
   piece.content += "</PointData>\n<Points>\n";
   piece.content += arrays.add<double>("Float64", "Points", 3, points);
   piece.content += "</Points>\n<Verts>\n";
@@ -77,7 +93,7 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
 
 class VtpContactWriter final : public ContactWriter {
  public:
-  VtpContactWriter(VtpSeries series, const ContactFields& fields)
+  VtpContactWriter(VtpSeries series, const WrittenFields& fields)
       : series_(std::move(series)), fields_(fields) {}
 
   Status write(std::uint64_t frame, const Positions& start, const Positions& end,
@@ -89,13 +105,13 @@ class VtpContactWriter final : public ContactWriter {
 
  private:
   VtpSeries series_;
-  ContactFields fields_;
+  WrittenFields fields_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<ContactWriter>> open_vtp_contact_writer(const std::string& path,
-                                                               const ContactFields& fields) {
+                                                               const WrittenFields& fields) {
   Result<VtpSeries> series = VtpSeries::create(path);
   if (!series) return series.error();
   return std::unique_ptr<ContactWriter>(

@@ -35,6 +35,9 @@ struct ContactTable {
   std::vector<std::array<double, 3>> direction;
   std::vector<double> squared_distance;
   std::vector<ClosestFeatures> closest;
+  // Of a reduced answer; see ClosestPair.
+  std::vector<std::uint32_t> multiplicity;
+  std::vector<std::uint8_t> stencil;
 
   std::size_t size() const { return kind.size(); }
   /// Of a row, what was asked for; the rest is as ContactGeometry has it by default.
@@ -47,6 +50,10 @@ struct ContactTable {
     if (!squared_distance.empty()) one.squared_distance = squared_distance[row];
     if (!closest.empty()) one.closest = closest[row];
     return one;
+  }
+  /// Of a row: of an answer that is not reduced, itself.
+  ClosestPair closest_pair(std::size_t row) const {
+    return multiplicity.empty() ? ClosestPair() : ClosestPair{multiplicity[row], stencil[row]};
   }
   bool has_geometry() const {
     return !weights.empty() || !normal.empty() || !points.empty() || !direction.empty() ||

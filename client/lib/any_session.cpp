@@ -29,6 +29,10 @@ ContactTable columns_of(const StepResult& step, const Scene& scene, const Contac
     if (fields.squared_distance) table.squared_distance.push_back(geometry.squared_distance);
     if (fields.closest) table.closest.push_back(geometry.closest);
   }
+  for (const ClosestPair& pair : step.closest_pairs) {
+    table.multiplicity.push_back(pair.multiplicity);
+    table.stencil.push_back(pair.stencil);
+  }
   return table;
 }
 

@@ -374,6 +374,8 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   }
   if (frame.counts()) header_.set_first_frame(frame.number);
   const bool awaited = !frame.answered;
+  const bool not_reduced = frame.question.options.reduced && partial_.contacts.size() > 0 &&
+                           partial_.contacts.multiplicity.empty();
   if (frame.counts())
     last_trial_.reset();
   else if (awaited && frame.is_trial())
@@ -385,6 +387,12 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   Answer answer = std::exchange(partial_, {});
   if (!awaited) return std::nullopt;
   resumes_without_answer_ = 0;
+  // By the answer, and not by what a daemon lists before: behind a proxy another one may answer.
+  if (not_reduced)
+    return Error{
+        ErrorCode::kUnimplemented,
+        "reduced: the daemon is older than it, and lists each closest pair as often as rows have it; "
+        "update it, or ask without"};
   return answer;
 }
 

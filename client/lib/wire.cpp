@@ -72,8 +72,13 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
     return column.empty() || column.size() == size * rows;
   };
   if (!fits(message.weights(), 32) || !fits(message.normal(), 24) || !fits(message.points(), 48) ||
-      !fits(message.direction(), 24) || !fits(message.squared_distance(), 8) || !fits(message.closest(), 1))
+      !fits(message.direction(), 24) || !fits(message.squared_distance(), 8) || !fits(message.closest(), 1) ||
+      !fits(message.multiplicity(), 4) || !fits(message.stencil(), 1) ||
+      message.multiplicity().empty() != message.stencil().empty())
     return malformed("columns of unequal length");
+  for (const char stencil : message.stencil())
+    if (stencil < 0 || stencil > 15 || std::popcount(static_cast<unsigned>(stencil)) < 2)
+      return malformed("a stencil of no closest pair");
   for (const char closest : message.closest())
     if (closest < 0 || closest > 3) return malformed("closest features of unknown kind");
   for (const char kind : message.kind())
@@ -90,6 +95,8 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
   append(message.direction(), contacts.direction);
   append(message.squared_distance(), contacts.squared_distance);
   append(message.closest(), contacts.closest);
+  append(message.multiplicity(), contacts.multiplicity);
+  append(message.stencil(), contacts.stencil);
   return {};
 }
 

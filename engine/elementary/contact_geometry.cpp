@@ -21,8 +21,15 @@ std::array<Vec3, N> near_one(std::array<Vec3, N> vectors, int& exponent) {
   for (const Vec3& v : vectors) largest = std::max(largest, max_abs(v));
   exponent = 0;
   std::frexp(largest, &exponent);
-  for (Vec3& v : vectors)
-    v = {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
+  // A product with a power of two is rounded as ldexp() is, in a fraction of its time.
+  constexpr int kLeast = -1023;  // 2^1023 is the largest power of two
+  if (exponent >= kLeast) {
+    const double scale = std::ldexp(1.0, -exponent);
+    for (Vec3& v : vectors) v = scale * v;
+  } else {
+    for (Vec3& v : vectors)
+      v = {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
+  }
   return vectors;
 }
 
@@ -44,6 +51,30 @@ Vec3 unit(const Vec3& direction) {
   const Vec3 scaled = normalised(near_one(std::array{direction}, exponent)[0]);
   const double length = norm(scaled);
   return length > 0 ? (1 / length) * scaled : Vec3{0, 0, 0};
+}
+
+std::array<Vec3, 4> places_at(std::span<const VertexMotion* const, 4> vertices, double toi) {
+  std::array<Vec3, 4> places;
+  for (int k = 0; k < 4; ++k) places[k] = at(*vertices[k], toi);
+  return places;
+}
+
+// Of vertices that are relative to the first.
+std::array<double, 4> weights_of(ContactKind kind, const std::array<Vec3, 4>& x) {
+  if (kind == ContactKind::kVertexFace) {
+    const auto face = closest_weights(x[1], x[2], x[3]);
+    return {1, face[0], face[1], face[2]};
+  }
+  const auto [s, r] = closest_shares(x[1], x[2], x[3]);
+  return {1 - s, s, 1 - r, r};
+}
+
+bool nearly_parallel(const Vec3& a, const Vec3& b) {
+  int ignored = 0;
+  const Vec3 p = near_one(std::array{a}, ignored)[0];
+  const Vec3 q = near_one(std::array{b}, ignored)[0];
+  const Vec3 n = cross(p, q);
+  return dot(n, n) < 1e-3 * dot(p, p) * dot(q, q);
 }
 
 ClosestFeatures closest_features(ContactKind kind, const std::array<double, 4>& weights) {
@@ -69,24 +100,21 @@ ClosestFeatures closest_features(ContactKind kind, const std::array<double, 4>& 
 
 }  // namespace
 
+ClosestPlace closest_place(ContactKind kind, std::span<const VertexMotion* const, 4> vertices, double toi) {
+  const std::array<Vec3, 4> x = from_first(places_at(vertices, toi)).x;
+  return {weights_of(kind, x), kind == ContactKind::kEdgeEdge && nearly_parallel(x[1], x[3] - x[2])};
+}
+
 ContactGeometry contact_geometry(ContactKind kind, std::span<const VertexMotion* const, 4> vertices,
                                  double toi) {
   ContactGeometry geometry;
-  std::array<Vec3, 4> at_toi;
-  for (int k = 0; k < 4; ++k) at_toi[k] = at(*vertices[k], toi);
+  const std::array<Vec3, 4> at_toi = places_at(vertices, toi);
   const auto [x, exponent] = from_first(at_toi);
   auto& w = geometry.weights;
   const int of_a = kind == ContactKind::kVertexFace ? 1 : 2;  // vertices of the first feature
-  Vec3 normal;
-  if (kind == ContactKind::kVertexFace) {
-    const auto face = closest_weights(x[1], x[2], x[3]);
-    w = {1, face[0], face[1], face[2]};
-    normal = cross(x[2] - x[1], x[3] - x[1]);
-  } else {
-    const auto [s, r] = closest_shares(x[1], x[2], x[3]);
-    w = {1 - s, s, 1 - r, r};
-    normal = cross(x[1], x[3] - x[2]);
-  }
+  w = weights_of(kind, x);
+  const Vec3 normal =
+      kind == ContactKind::kVertexFace ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1], x[3] - x[2]);
   geometry.closest = closest_features(kind, w);
   const auto sum = [&](int from, int to, const auto& of) {
     Vec3 total{0, 0, 0};

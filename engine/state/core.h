@@ -25,12 +25,13 @@ namespace warmfront {
 /// A question's answer, pair by pair.
 struct FoundPairs {
   std::vector<Contact> contacts;
-  std::vector<ContactGeometry> geometry;  ///< of these, when asked for
-  std::vector<double> vertex_distances;   ///< by given vertex, instead of these
+  std::vector<ContactGeometry> geometry;   ///< of these, when asked for
+  std::vector<ClosestPair> closest_pairs;  ///< of these, when they are reduced
+  std::vector<double> vertex_distances;    ///< by given vertex, instead of these
 
   std::size_t memory_bytes() const {
     return contacts.capacity() * sizeof(Contact) + geometry.capacity() * sizeof(ContactGeometry) +
-           vertex_distances.capacity() * sizeof(double);
+           closest_pairs.capacity() * sizeof(ClosestPair) + vertex_distances.capacity() * sizeof(double);
   }
 };
 

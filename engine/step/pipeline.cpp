@@ -20,6 +20,7 @@
 #include "engine/step/near_stage.h"
 #include "engine/step/orphan_stage.h"
 #include "engine/step/patch_stage.h"
+#include "engine/step/reduced_rows.h"
 #include "engine/step/refit_stage.h"
 #include "engine/step/step_timer.h"
 #include "engine/step/widest_separation.h"
@@ -66,6 +67,7 @@ class PipelineWith final : public Pipeline {
     const FoundPairs& found = core.found();
     result.contacts = found.contacts;
     result.geometry = found.geometry;
+    result.closest_pairs = found.closest_pairs;
     if (core.options.report == Report::kVertexDistances) result.vertex_distances = found.vertex_distances;
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
@@ -134,7 +136,8 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return sizeof(*this) + trees_.memory_bytes() + front_.front().memory_bytes() + narrow_.memory_bytes() +
-           near_.memory_bytes() + orphans_.memory_bytes() + longest_.memory_bytes();
+           near_.memory_bytes() + orphans_.memory_bytes() + reduced_rows_.memory_bytes() +
+           longest_.memory_bytes();
   }
 
  private:
@@ -149,6 +152,7 @@ class PipelineWith final : public Pipeline {
       // Memory that grew with the step is given back, too.
       pipeline.narrow_.release();
       pipeline.near_.release();
+      pipeline.reduced_rows_ = {};
       core.found() = {};
       core.rigid_parts.undo();
       pipeline.forget_steps(core, Rebuild::kInterrupted);
@@ -290,6 +294,7 @@ class PipelineWith final : public Pipeline {
     orphans_.run(core, narrow_, retests(core.options), stop);
     timer.add(&StageTimes::adjacent);
     const NarrowPhaseOutput output = narrow_.finish(core.found().contacts);
+    reduced_rows_.run(core, stop);
     compute_contact_fields(core, stop);
     timer.add(&StageTimes::elementary);
     return output;
@@ -416,6 +421,7 @@ class PipelineWith final : public Pipeline {
   FrontStage<Bounds> front_;
   NarrowPhase<Bounds> narrow_;
   OrphanStage orphans_;
+  ReducedRows reduced_rows_;
   LongestTrial longest_;
   AskedWidths widths_;
   std::uint64_t self_checks_ = 0;

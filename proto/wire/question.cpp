@@ -21,6 +21,7 @@ v1::Question to_proto(const Question& question) {
   message.set_leave_out_overlaps(question.leave_out_overlaps);
   if (question.of_state()) message.set_where(to_proto(question.where));
   if (options.keep_distance) message.set_keep_distance(*options.keep_distance);
+  if (options.reduced) message.set_reduced(true);
   return message;
 }
 
@@ -40,6 +41,7 @@ Result<Question> question_from(const v1::Question& message) {
   if (message.has_max_contacts()) options.max_contacts = message.max_contacts();
   question.leave_out_overlaps = message.leave_out_overlaps();
   if (message.has_keep_distance()) options.keep_distance = message.keep_distance();
+  options.reduced = message.reduced();
   if (Status known = read(message.where(), "question.where", question.where); !known) return known.error();
   if (message.where() != v1::Question::WHERE_UNSPECIFIED && !question.of_state())
     return invalid_argument("question.where: it is of KIND_PROXIMITY and KIND_INTERSECTIONS only");

@@ -46,6 +46,12 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
     if (fields.squared_distance) answer.squared_distance.push_back(geometry.squared_distance);
     if (fields.closest) answer.closest.push_back(static_cast<std::uint8_t>(geometry.closest));
   }
+  answer.multiplicity.reserve(result.closest_pairs.size());
+  answer.stencil.reserve(result.closest_pairs.size());
+  for (const ClosestPair& pair : result.closest_pairs) {
+    answer.multiplicity.push_back(pair.multiplicity);
+    answer.stencil.push_back(pair.stencil);
+  }
   return answer;
 }
 
@@ -61,25 +67,30 @@ std::size_t bytes_per_row(const ContactFields& fields) {
 
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields) {
   return result.contacts.size() * (bytes_per_row(fields) + (result.ef > 0 ? Answer::kMoreOfEdgeFace : 0)) +
-         result.vertex_distances.size_bytes();
+         result.closest_pairs.size() * Answer::kMoreOfReduced + result.vertex_distances.size_bytes();
 }
 
-std::size_t held_per_contact(const ContactFields& fields) {
+std::size_t held_per_contact(const ContactFields& fields, bool reduced) {
   // Vectors that grow as contacts are found have room for twice as many at most: those of the threads, and
   // those that they are put together in, of which a collider has one for motions and one for proximity; and
   // so have those of what is told of each. The answer's columns are made in one piece, and encoded in
   // another.
   constexpr std::size_t kGrown = 2;
   const std::size_t found = 3 * sizeof(Contact) + (fields.any() ? 2 * sizeof(ContactGeometry) : 0);
-  return kGrown * found + 2 * (bytes_per_row(fields) + Answer::kMoreOfEdgeFace);
+  // What reducing takes: the closest pair of each row, what it shares with others, and its place in a list.
+  const std::size_t reducing = reduced ? 3 * sizeof(ClosestPair) : 0;
+  return kGrown * (found + reducing) +
+         2 * (bytes_per_row(fields) + (reduced ? Answer::kMoreOfReduced : Answer::kMoreOfEdgeFace));
 }
 
 std::size_t growing_part(std::size_t max_session_bytes, bool explain) {
   return max_session_bytes / 2 / (explain ? 2 : 1);
 }
 
-std::size_t most_contacts(std::size_t max_session_bytes, bool explain, const ContactFields& fields) {
-  return std::max<std::size_t>(growing_part(max_session_bytes, explain) / held_per_contact(fields), 1);
+std::size_t most_contacts(std::size_t max_session_bytes, bool explain, const ContactFields& fields,
+                          bool reduced) {
+  return std::max<std::size_t>(growing_part(max_session_bytes, explain) / held_per_contact(fields, reduced),
+                               1);
 }
 
 }  // namespace warmfront::server

@@ -51,6 +51,9 @@ struct Answer {
   std::vector<std::array<double, 3>> direction;
   std::vector<double> squared_distance;
   std::vector<std::uint8_t> closest;
+  // Of a reduced answer; see ClosestPair.
+  std::vector<std::uint32_t> multiplicity;
+  std::vector<std::uint8_t> stencil;
   /// Of a question for distances by vertex, which has no rows.
   std::vector<double> vertex_distances;
   /// On the session's account for as long as anyone has the answer: the session, or a stream that sends it.
@@ -63,7 +66,7 @@ struct Answer {
   std::size_t bytes_per_row() const {
     return kBytesPerRow + (weights.empty() ? 0 : 32) + (normal.empty() ? 0 : 24) + (points.empty() ? 0 : 48) +
            (direction.empty() ? 0 : 24) + (squared_distance.empty() ? 0 : 8) + (closest.empty() ? 0 : 1) +
-           (edge_faces.empty() ? 0 : kMoreOfEdgeFace);
+           (edge_faces.empty() ? 0 : kMoreOfEdgeFace) + (multiplicity.empty() ? 0 : kMoreOfReduced);
   }
   std::size_t contact_bytes() const {
     return rows() * bytes_per_row() + vertex_distances.size() * sizeof(double);
@@ -71,18 +74,20 @@ struct Answer {
 
   static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< of the columns that are always there
   static constexpr std::size_t kMoreOfEdgeFace = 4;            ///< five vertices instead of four
+  static constexpr std::size_t kMoreOfReduced = 4 + 1;         ///< multiplicity and stencil
 };
 
 /// Contact bytes of an answer, in memory and on the wire.
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields);
 
 /// The most that a session holds for one contact of a step, from its being found until its answer is sent,
-/// what a front keeps of it apart.
-std::size_t held_per_contact(const ContactFields& fields);
+/// what a front keeps of it apart. `reduced`: before it is found to be the same closest pair as another.
+std::size_t held_per_contact(const ContactFields& fields, bool reduced = false);
 
 /// The most contacts that a step may have, so that they take up no more than the part of `max_session_bytes`
 /// that is theirs. At least 1.
-std::size_t most_contacts(std::size_t max_session_bytes, bool explain, const ContactFields& fields);
+std::size_t most_contacts(std::size_t max_session_bytes, bool explain, const ContactFields& fields,
+                          bool reduced = false);
 /// That part: of the two parts of a session that grow with its motion, its front is the other. What runs
 /// beside it to explain takes its part of that.
 std::size_t growing_part(std::size_t max_session_bytes, bool explain);

@@ -510,10 +510,11 @@ Outcome<Question> Session::within_limits(Question question) const {
                    " is above the session's " + std::to_string(options_.max_contacts));
   const ColliderOptions asked = merged(options_, question);
   if (Status valid = validate(asked); !valid) return fault_from(valid.error(), "question.");
-  // With more fields than the session's, fewer contacts have room.
-  if (options.fields)
-    question.options.max_contacts = std::min(
-        asked.max_contacts, most_contacts(limits_.max_session_bytes, options_.explain, *options.fields));
+  // With more fields than the session's, or what reducing takes, fewer contacts have room.
+  if (options.fields || options.reduced)
+    question.options.max_contacts =
+        std::min(asked.max_contacts,
+                 most_contacts(limits_.max_session_bytes, options_.explain, asked.fields, options.reduced));
   return question;
 }
 

@@ -265,6 +265,10 @@ void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1
   if (!answer.squared_distance.empty())
     set_bytes(*columns.mutable_squared_distance(), answer.squared_distance, first, count);
   if (!answer.closest.empty()) set_bytes(*columns.mutable_closest(), answer.closest, first, count);
+  if (!answer.multiplicity.empty()) {
+    set_bytes(*columns.mutable_multiplicity(), answer.multiplicity, first, count);
+    set_bytes(*columns.mutable_stencil(), answer.stencil, first, count);
+  }
 }
 
 void fill_distances(const Answer& answer, std::size_t first, std::size_t count, std::string& bytes) {

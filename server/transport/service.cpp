@@ -175,6 +175,7 @@ class CollisionService final : public Base {
           use.set_weight(tenant->share.weight());
           reply.set_version(kVersion);
           reply.add_features(v1::FEATURE_PAIR_FILTERS);
+          reply.add_features(v1::FEATURE_REDUCED_PROXIMITY);
           reply.add_features(v1::FEATURE_THICKNESS);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));

@@ -28,6 +28,8 @@ std::uint64_t hash_of(const Answer& answer) {
       hash.add(static_cast<ContactKind>(answer.kind[i]), status, answer.vertices[i], answer.toi[i]);
   }
   hash.add_distances(answer.vertex_distances);
+  for (std::size_t i = 0; i < answer.multiplicity.size(); ++i)
+    hash.add_closest_pair({answer.multiplicity[i], answer.stencil[i]});
   return hash.value();
 }
 

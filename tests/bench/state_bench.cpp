@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What questions about a state take, over a recorded sequence: what is near, within shares of the first
 // frame's diagonal, and what is tangled; from cold, after whole and tenth steps, and again while nothing
-// moved; and the loop of a solver, who asks for what is near, how far it may go, and moves, each beside the
-// others and alone. Prints medians of one run, and passes no verdict.
+// moved; the first also reduced to closest pairs; and the loop of a solver, who asks for what is near, how
+// far it may go, and moves, each beside the others and alone. Prints medians of one run, and passes no
+// verdict.
 //   state_bench FOLDER [FRAMES [THREADS [SHARE...]]]   a folder with mesh.ply and frames.pc2; 10 frames from
 //   the middle, 1 thread, and shares 0.001 and 0.01 unless given
 #include <algorithm>
@@ -144,6 +145,14 @@ int run(const char* folder, int frames, int threads, const std::vector<double>& 
     print(what, bench.measure([&](Collider& collider) {
       return collider.proximity(distance, Where::kBase, barrier).value().contacts.size();
     }));
+    std::snprintf(what, sizeof what, "within %g, reduced", share);
+    std::vector<double> left;
+    print(what, bench.measure([&](Collider& collider) {
+      const StepResult reduced = collider.proximity(distance, Where::kBase, {.reduced = true}).value();
+      left.push_back(static_cast<double>(reduced.contacts.size()));
+      return reduced.vf + reduced.ee;
+    }));
+    std::printf("reduced to %.0f rows\n", median(left));
   }
   print("tangled",
         bench.measure([](Collider& collider) { return collider.intersections().value().contacts.size(); }));

@@ -314,8 +314,8 @@ TEST(Looks, OfAStepAreAsManyAsItsWorkAsksFor) {
 // ---- changes ----
 
 // The O(scene) work is done once, however many bodies are added.
-// Found by fuzzing recordings: a separation far below the coordinates' grid needs integers of thousands of bits, and a
-// block of such pairs took seconds.
+// Found by fuzzing recordings: a separation far below the coordinates' grid needs integers of thousands of
+// bits, and a block of such pairs took seconds.
 TEST(Looks, OfPairsThatOnlyLongIntegersDecideAreAsManyAsThese) {
   const HostileScene scene = stacked_sheets(2, 4, BodyKind::kDeformable);
   std::vector<double> through = scene.positions;
@@ -403,6 +403,7 @@ TEST(WarmQuestions, AllocateNothing) {
     ask("a shorter trial", [&] { return collider.trial(Doubles(half)); });
     ask("max_step", [&] { return collider.max_step(Doubles(y)); });
     ask("trial of what max_step saw", [&] { return collider.trial(Doubles(half)); });
+    ask("reduced proximity", [&] { return collider.proximity(1e-3, Where::kTrialEnd, {.reduced = true}); });
     ask("commit", [&] { return collider.commit(1); });
     ask("step", [&] {
       auto answer = collider.step(Doubles(x));

@@ -377,10 +377,13 @@ Script trials() {
   script.operations.emplace_back(NearOperation{0.1, Where::kBase, told});
   const QuestionOptions by_vertex{.report = Report::kVertexDistances};
   script.operations.emplace_back(NearOperation{0.4, Where::kBase, by_vertex});
+  const QuestionOptions reduced{.fields = ContactFields{.weights = true}, .reduced = true};
+  script.operations.emplace_back(NearOperation{0.3, Where::kBase, reduced});
   script.operations.emplace_back(NearOperation{0, Where::kBase, {}, true});
   script.operations.emplace_back(both);
   script.operations.emplace_back(NearOperation{0, Where::kTrialEnd, {.report = Report::kAny}, true});
   script.operations.emplace_back(NearOperation{0.2, Where::kTrialEnd, by_vertex});
+  script.operations.emplace_back(NearOperation{0.2, Where::kTrialEnd, {.reduced = true}});
   return script;
 }
 

@@ -97,6 +97,7 @@ json told(const QuestionOptions& options) {
   if (options.report) question["report"] = to_string(*options.report);
   if (options.fields) question["fields"] = told(*options.fields);
   if (options.max_contacts) question["max_contacts"] = *options.max_contacts;
+  if (options.reduced) question["reduced"] = true;
   return question;
 }
 
@@ -169,7 +170,9 @@ client::Answer answer_of(const json& reply) {
                      from_hex<std::array<double, 6>>(reply.at("points")),
                      from_hex<std::array<double, 3>>(reply.at("direction")),
                      from_hex<double>(reply.at("squared_distance")),
-                     from_hex<ClosestFeatures>(reply.at("closest"))};
+                     from_hex<ClosestFeatures>(reply.at("closest")),
+                     from_hex<std::uint32_t>(reply.at("multiplicity")),
+                     from_hex<std::uint8_t>(reply.at("stencil"))};
   return answer;
 }
 

@@ -43,7 +43,8 @@ def frame_of(frame):
     return said
 
 
-COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direction", "squared_distance", "closest")
+COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direction", "squared_distance", "closest",
+           "multiplicity", "stencil")
 
 
 def hex_of(number):

@@ -44,12 +44,18 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
     if (fields.squared_distance) table.squared_distance.push_back(expected.geometry[i].squared_distance);
     if (fields.closest) table.closest.push_back(expected.geometry[i].closest);
   }
+  for (const ClosestPair& pair : expected.closest_pairs) {
+    table.multiplicity.push_back(pair.multiplicity);
+    table.stencil.push_back(pair.stencil);
+  }
   const client::ContactTable& given = answer.contacts;
   if (given.kind != table.kind || given.status != table.status || given.vertices != table.vertices ||
       given.edge_faces != table.edge_faces)
     return "other contacts";
   if (!same_bits(answer.vertex_distances, expected.vertex_distances)) return "other distances";
   if (!same_bits(given.toi, table.toi)) return "other times";
+  if (given.multiplicity != table.multiplicity || given.stencil != table.stencil)
+    return "other closest pairs";
   const bool same_fields =
       same_bits(given.weights, table.weights) && same_bits(given.normal, table.normal) &&
       same_bits(given.points, table.points) && same_bits(given.direction, table.direction) &&

@@ -20,6 +20,7 @@
 #include "engine/scene/thickness.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/pair_rules.h"
+#include "tests/support/reduced_oracle.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::testing {
@@ -479,6 +480,11 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
         outcome.vertex_distances[v] = std::min(outcome.vertex_distances[v], bound);
     }
   }
+  if (options.reduced) {
+    ReducedOracle reduced = reduced_oracle(made, vertices, outcome.contacts);
+    outcome.contacts = std::move(reduced.contacts);
+    outcome.closest_pairs = std::move(reduced.closest_pairs);
+  }
   if (options.fields.any()) describe(outcome, made, vertices);
   return outcome;
 }
@@ -590,6 +596,8 @@ NearOperation draw_near(Draws& draws, const AcceptedState& state) {
   } else if (draws.below(3) == 0) {
     near.options.report = Report::kVertexDistances;
     near.options.fields.reset();
+  } else {
+    near.options.reduced = draws.below(3) == 0;
   }
   return near;
 }

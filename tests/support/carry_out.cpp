@@ -120,6 +120,7 @@ Outcome outcome_of(Call::Answer&& answer) {
     outcome.earliest_toi = answer.step->earliest_toi;
     outcome.contacts.assign(answer.step->contacts.begin(), answer.step->contacts.end());
     outcome.geometry.assign(answer.step->geometry.begin(), answer.step->geometry.end());
+    outcome.closest_pairs.assign(answer.step->closest_pairs.begin(), answer.step->closest_pairs.end());
     outcome.vertex_distances.assign(answer.step->vertex_distances.begin(),
                                     answer.step->vertex_distances.end());
   }

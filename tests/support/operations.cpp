@@ -85,7 +85,8 @@ std::string to_string(const Operation& operation) {
             const std::string of = near.tangled ? "intersections("
                                                 : (by_vertex ? "vertex_distances(" : "proximity(") +
                                                       std::to_string(near.distance);
-            return of + (near.where == Where::kTrialEnd ? ", at the trial's end)" : ")");
+            return of + (near.options.reduced ? ", reduced" : "") +
+                   (near.where == Where::kTrialEnd ? ", at the trial's end)" : ")");
           },
           [](const CheckOperation&) { return std::string("self_check()"); },
           [](const ForgetOperation&) { return std::string("forget_warmth()"); },
@@ -113,6 +114,7 @@ std::string difference(const Outcome& was, const Outcome& expected) {
   if (std::string text = difference("contacts", was.contacts, expected.contacts); !text.empty()) return text;
   if (!std::ranges::equal(was.vertex_distances, expected.vertex_distances, same_bits))
     return "vertex_distances differ";
+  if (was.closest_pairs != expected.closest_pairs) return "closest pairs differ";
   return difference("geometry", was.geometry, expected.geometry);
 }
 

@@ -80,6 +80,7 @@ struct Outcome {
   std::optional<double> earliest_toi;
   std::vector<Contact> contacts;
   std::vector<ContactGeometry> geometry;
+  std::vector<ClosestPair> closest_pairs;
   std::vector<double> vertex_distances;
 
   bool done() const { return kind == Kind::kDone; }

@@ -32,6 +32,7 @@ class EngineTarget final : public ReplayTarget {
     ContactHash hash;
     hash.add_step(collider_.scene(), answer.contacts);
     hash.add_distances(answer.vertex_distances);
+    for (const ClosestPair& pair : answer.closest_pairs) hash.add_closest_pair(pair);
     return AnswerDigest{answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
   }
 

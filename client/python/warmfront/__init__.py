@@ -14,6 +14,7 @@ V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon 
 was answered last, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
 canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
+from ._stencils import RowsByVertex, Stencil, Stencils, rows_by_vertex
 from .answer import (
     AllDeformable, Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, StageTimes, Statistics, Status,
     StepCounts, VertexDistances,
@@ -38,8 +39,9 @@ __all__ = [
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
     "FailedPreconditionError", "FiltersInfo", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
     "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "PairFilters", "Patience", "PermissionDenied",
-    "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "Security",
-    "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "StepCounts",
+    "PermissionDeniedError", "PrincipalUse", "ResourceExhausted", "ResourceExhaustedError", "RowsByVertex",
+    "rows_by_vertex", "Security", "ServerInfo", "Session", "SessionInfo", "StageTimes", "Statistics", "Status", "Stencil",
+    "Stencils", "StepCounts",
     "Timeouts", "Unauthenticated", "UnauthenticatedError", "Unavailable", "UnavailableError",
     "Unimplemented", "UnimplementedError", "VertexDistances", "WarmfrontError",
 ]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ._topology import Topology
 from ._wire import Malformed, fields
+from ._stencils import STENCILS
 from .answer import Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status, VertexDistances
 from .errors import InternalError, WarmfrontError, class_of
 from .v1 import step_pb2
@@ -30,9 +31,12 @@ _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     8: ("squared_distance", "<f8", ()),
     9: ("closest", "u1", ()),
     10: ("direction", "<f8", (3,)),
+    11: ("multiplicity", "<u4", ()),
+    12: ("stencil", "u1", ()),
 }
 _EDGE_FACE = 2  # the kind of all rows of intersections, which have five vertices
 _ALWAYS = ("kind", "status", "v", "toi")
+REDUCED = ("multiplicity", "stencil")  # the columns of a reduced answer
 
 Columns = dict[str, npt.NDArray[Any]]
 
@@ -113,6 +117,10 @@ def _parse_columns(view: memoryview) -> Columns:
             raise malformed("a contact of unknown status")
         if "closest" in columns and (columns["closest"] > 3).any():
             raise malformed("closest features of unknown kind")
+        if ("multiplicity" in columns) != ("stencil" in columns):
+            raise malformed("columns of unequal length")
+        if "stencil" in columns and not STENCILS[columns["stencil"]].all():
+            raise malformed("a stencil of no closest pair")
     return columns
 
 

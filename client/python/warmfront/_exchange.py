@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import Optional, Union
 
-from ._contacts import AnswerPart, error_from, finish, intersections_of, max_step_of, up_to, vertex_distances_of
+from ._contacts import REDUCED, AnswerPart, error_from, finish, intersections_of, max_step_of, up_to, vertex_distances_of
 from ._frame import Request, SentCommit
 from ._resume import Link, TimeUp
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
@@ -191,6 +191,11 @@ class Exchange:
             if link.known is not None:
                 link.known = summary.state
         self._answered()
+        # By the answer, and not by what a daemon lists before: behind a proxy another one may answer.
+        if not isinstance(request, SentCommit) and request.question.reduced and isinstance(answer, Contacts) \
+                and answer.multiplicity is not None and len(answer.multiplicity) < len(answer):
+            raise UnimplementedError("reduced: the daemon is older than it, and lists each closest pair as often as rows have "
+                                     "it; update it, or ask without")
         return answer
 
     def _complete(self, request: Request, parts: list[AnswerPart]) -> Answer:
@@ -204,6 +209,8 @@ class Exchange:
             link.trial = None
             return up_to(told, request.fraction, request.number)
         asked = link.asked_fields if request.question.fields is None else request.question.fields
+        if request.question.reduced:
+            asked = (*(() if asked is None else asked), *REDUCED)
         contacts = finish(parts, asked, link.state.topology())
         if request.counts:
             link.state.take(request)

@@ -34,6 +34,7 @@ class Question:
     fields: Optional[tuple[str, ...]] = None
     of_trial_end: bool = False
     by_vertex: bool = False  # answered by a number a vertex
+    reduced: bool = False
 
     @property
     def is_trial(self) -> bool:
@@ -60,11 +61,12 @@ def question_of(
     leave_out_overlaps: bool = False,
     where: Optional[Where] = None,
     keep_distance: Optional[float] = None,
+    reduced: bool = False,
 ) -> Question:
     """InvalidArgumentError for what the contract has no word for, and for what does not go together."""
     # Most questions: a step of a small scene takes no longer than reading all options.
     given = (tier, tolerance, min_separation, report, fields, max_contacts, where, keep_distance)
-    if kind in _PLAIN and not leave_out_overlaps and all(option is None for option in given):
+    if kind in _PLAIN and not leave_out_overlaps and not reduced and all(option is None for option in given):
         return _PLAIN[kind]
     if kind not in _KINDS:
         raise InvalidArgumentError(f"kind: {kind!r} is none of {', '.join(get_args(QuestionKind))}")
@@ -78,6 +80,10 @@ def question_of(
                                    f"where: it is of proximity and intersections alone, and not of a {kind}")
     if keep_distance is not None and kind != "max_step":
         raise InvalidArgumentError(f"keep_distance: it is of max_step alone, and not of a {kind}")
+    if reduced and kind != "proximity":
+        raise InvalidArgumentError(f"reduced: it is of proximity alone, and not of a {kind}")
+    if reduced and report == "vertex-distances":
+        raise InvalidArgumentError("reduced: report \"vertex-distances\" lists no pairs; leave it out, or use \"all\"")
     options = Options(tier=tier, tolerance=tolerance, min_separation=min_separation, report=report, max_contacts=max_contacts,
                       fields=fields or ())
     message = step_pb2.Question()
@@ -90,13 +96,16 @@ def question_of(
         message.where = _WHERES[where]
     if keep_distance is not None:
         message.keep_distance = share_of(keep_distance)
+    if reduced:
+        message.reduced = True
     # A step without more to say is what daemons took before there were questions.
     if kind != "step" or message.ByteSize() > 0:
         message.kind = _KINDS[kind]
     columns: Optional[tuple[str, ...]] = () if kind == "max_step" else None
     if fields is not None:
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
-    return Question(kind, message.SerializeToString(), columns, where == "trial_end", report == "vertex-distances")
+    return Question(kind, message.SerializeToString(), columns, where == "trial_end", report == "vertex-distances",
+                    bool(reduced))
 
 
 def share_of(keep_distance: float) -> float:

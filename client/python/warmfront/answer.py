@@ -10,6 +10,7 @@ from typing import Any, Literal, Optional
 import numpy as np
 import numpy.typing as npt
 
+from ._stencils import RowsByVertex, Stencils, rows_by_vertex, stencils_of
 from ._topology import Topology
 
 FrontState = Literal["none", "built", "updated", "rebuilt", "capped"]
@@ -205,10 +206,14 @@ class Contacts:
     `normal` is the features' own: with a separation it differs, by up to a right angle and more, from `direction` if a
     closest point lies on the face's rim or at an edge's end. Use the direction to push two things apart, and the normal only
     where they touch.
+    Of `proximity(reduced=True)`, else None: multiplicity (k) uint32, how many rows have the same closest features where they
+    are not reduced; stencil (k) uint8: bit i is set where v[:, i] is of these features, all four of nearly parallel edges. See
+    `stencils()`.
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
     frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and
     the columns are empty.
+    (Reduced, of all rows that were.)
     possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 
@@ -229,6 +234,8 @@ class Contacts:
         direction: Optional[npt.NDArray[np.float64]],
         squared_distance: Optional[npt.NDArray[np.float64]],
         closest: Optional[npt.NDArray[np.uint8]],
+        multiplicity: Optional[npt.NDArray[np.uint32]],
+        stencil: Optional[npt.NDArray[np.uint8]],
         summary: Any,
         topology: Optional[Topology] = None,
     ) -> None:
@@ -244,6 +251,8 @@ class Contacts:
         self.direction = direction
         self.squared_distance = squared_distance
         self.closest = closest
+        self.multiplicity = multiplicity
+        self.stencil = stencil
         self.vf: int = summary.vf
         self.ee: int = summary.ee
         self.possible: int = summary.possible
@@ -298,6 +307,18 @@ class Contacts:
         ms = {name: getattr(message.ms, name) for name in StageTimes.__dataclass_fields__}
         states: tuple[FrontState, ...] = ("none", "none", "built", "updated", "rebuilt", "capped")
         return Statistics(StageTimes(**ms), StepCounts(**counts), states[message.front_state])
+
+    def stencils(self) -> Stencils:
+        """Of `proximity(reduced=True)`: the vertices of the closest features by kind, with multiplicities, as a barrier is
+        assembled. ValueError of an answer that is not reduced."""
+        if self.multiplicity is None or self.stencil is None:
+            raise ValueError("stencils: the rows are not reduced; ask proximity(..., reduced=True)")
+        return stencils_of(self.kind, self.v, self.multiplicity, self.stencil)
+
+    def by_vertex(self, vertex_count: int) -> RowsByVertex:
+        """The rows that each of `vertex_count` vertices is in, ascending: what an assembler that goes by vertices loops over.
+        ValueError where a row has a vertex beyond."""
+        return rows_by_vertex(self.v, vertex_count)
 
     def table(self) -> npt.NDArray[np.void]:
         """The rows as one structured array, (k), with the columns' names as its fields. A copy."""

@@ -225,6 +225,7 @@ class Session:
         report: Optional[Report] = None,
         fields: Optional[Collection[ContactField]] = None,
         max_contacts: Optional[int] = None,
+        reduced: bool = False,
         timeout: Optional[float] = None,
     ) -> Contacts:
         """All vertex-face and edge-edge pairs without a common vertex that are within a distance (scene length unit) of each
@@ -234,13 +235,20 @@ class Session:
         up to 2^-19 of their size beyond the distance (status POSSIBLE). The columns are those of a step; the useful fields are
         "squared_distance", "weights", "direction" and "closest". report: "all" or "count"; `vertex_distances()` lists no pair.
 
+        reduced: list each closest pair once, as barriers are summed: of all rows with the same two vertices, or the same edge
+        and vertex, closest, the first, with the columns multiplicity (k) uint32, how many they are, and stencil (k) uint8;
+        `Contacts.stencils()` gives their vertices by kind. vf, ee and possible count all rows, and so does max_contacts. Nearly
+        parallel edges a and b (|a x b|^2 < 10^-3 |a|^2 |b|^2) keep a row of their own, since barriers of such a pair are
+        multiplied by a mollifier of its own (Li et al. 2020, "Incremental Potential Contact"). UnimplementedError from a
+        daemon that is older.
+
         The session stays where it is, and `commit()` still takes the last trial. Errors and timeout as in `trial()`;
         FailedPreconditionError for the end of a trial that there is not.
         """
         if report == "vertex-distances":
             raise InvalidArgumentError("report: it has no contacts; ask vertex_distances()")
         question = question_of("proximity", tier=tier, min_separation=distance, report=report, fields=fields,
-                               max_contacts=max_contacts, where=where)
+                               max_contacts=max_contacts, where=where, reduced=reduced)
         answer = self._ask(Motion(), question, timeout)
         assert isinstance(answer, Contacts)
         return answer
@@ -315,6 +323,7 @@ class Session:
         report: Optional[Report] = None,
         fields: Optional[Collection[ContactField]] = None,
         max_contacts: Optional[int] = None,
+        reduced: bool = False,
     ) -> int:
         """Sends the next question without waiting for its answer, which `next_answer()` takes, and returns its frame's number:
         a "step", "trial", "max_step", "commit" (which takes a fraction and nothing else), "proximity" (which takes the
@@ -327,14 +336,14 @@ class Session:
         motion = Motion(positions, bodies, poses, vertices, vertex_positions)
         with self._turn:
             if kind == "commit":
-                if not motion.empty or leave_out_overlaps or any(
+                if not motion.empty or leave_out_overlaps or reduced or any(
                         option is not None for option in
                         (tier, tolerance, min_separation, report, fields, max_contacts, where, keep_distance)):
                     raise InvalidArgumentError("commit: it takes the last trial as it is; give a fraction and nothing else")
                 return self._submit(None, question_of("step"), fraction_of(fraction))
             question = question_of(kind, tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
                                    fields=fields, max_contacts=max_contacts, leave_out_overlaps=leave_out_overlaps,
-                                   where=where, keep_distance=keep_distance)
+                                   where=where, keep_distance=keep_distance, reduced=reduced)
             if kind in ("proximity", "intersections") and not motion.empty:
                 raise InvalidArgumentError(f"{kind}: it moves nothing; make the motion a trial, and ask where=\"trial_end\"")
             return self._submit(motion, question)

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,6 +48,7 @@ class AnySessionTest : public ::testing::Test {
     std::size_t contacts = 0;
     int cut_short = 0;
     std::ptrdiff_t nearer = 0;
+    std::size_t merged_rows = 0;
     for (std::uint64_t k = 1; k <= 12; ++k) {
       const std::vector<Number> there = at<Number>(k);
       const Frame frame{std::span<const Number>(there)};
@@ -66,6 +68,17 @@ class AnySessionTest : public ::testing::Test {
         same(a, b);
         EXPECT_EQ(a.value().vertex_distances.size(), grids_.scene().vertex_count);
         EXPECT_EQ(a.value().vertex_distances, b.value().vertex_distances);
+        for (const auto& fields : {ContactFields{}, ContactFields{.weights = true, .closest = true}}) {
+          const QuestionOptions reduced{.fields = fields, .reduced = true};
+          const auto one = both[0].proximity(0.3, where, reduced),
+                     two = both[1].proximity(0.3, where, reduced);
+          same(one, two);
+          const ContactTable& rows = one.value().contacts;
+          EXPECT_EQ(rows.multiplicity.size(), rows.size());
+          EXPECT_EQ(std::accumulate(rows.multiplicity.begin(), rows.multiplicity.end(), std::uint64_t{0}),
+                    one.value().vf + one.value().ee);
+          merged_rows += one.value().vf + one.value().ee - rows.size();
+        }
         nearer += std::ranges::count_if(a.value().vertex_distances, [](double d) { return d < 0.3; });
       }
       const auto here = both[0].max_step(frame, true, {.min_separation = 0.01});
@@ -92,6 +105,7 @@ class AnySessionTest : public ::testing::Test {
     EXPECT_GT(contacts, 50U);
     EXPECT_GT(cut_short, 6);
     EXPECT_GT(nearer, 100);
+    EXPECT_GT(merged_rows, 100U);
   }
 
   test::LocalDaemon daemon_;

@@ -49,6 +49,55 @@ TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(json["frames"][k]["vf"], counted["frames"][k]["vf"]);
 }
 
+TEST(CliNear, ListsEachClosestPairOnce) {
+  test::LocalDaemon daemon;
+  const TemporaryFolder folder;
+  const Json all = report("--distance 0.05"), here = report("--distance 0.05 --reduced"),
+             there = report("--distance 0.05 --reduced --server " + daemon.address());
+  EXPECT_EQ(here["contacts_hash"], there["contacts_hash"]);
+  EXPECT_NE(here["contacts_hash"], all["contacts_hash"]);
+  EXPECT_THAT(keys(here["frames"][0]),
+              ElementsAre("frame", "vf", "ee", "possible", "rows", "least_distance", "ms"));
+  std::uint64_t rows = 0;
+  for (std::size_t k = 0; k < 9; ++k) {
+    for (const char* what : {"vf", "ee", "possible", "least_distance"})
+      EXPECT_EQ(here["frames"][k][what], all["frames"][k][what]);
+    EXPECT_EQ(here["frames"][k]["rows"], there["frames"][k]["rows"]);
+    rows += here["frames"][k]["rows"].get<std::uint64_t>();
+  }
+  EXPECT_GT(rows, 0U);
+  std::uint64_t pairs = 0, listed = 0;
+  for (const Json& frame : all["frames"])
+    pairs += frame["vf"].get<std::uint64_t>() + frame["ee"].get<std::uint64_t>();
+  EXPECT_LT(rows, pairs);
+
+  const auto written = [&](const std::string& name) {
+    const Outcome outcome =
+        run(std::string("near ") + kScene + " --distance 0.05 --reduced --fields closest --contacts " +
+            folder.file(name));
+    EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
+    EXPECT_THAT(outcome.out, HasSubstr("rows"));
+    return folder.read(name);
+  };
+  std::istringstream lines(written("near.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "frame,type,v0,v1,v2,v3,toi,status,closest,multiplicity,stencil");
+  std::uint64_t multiplicities = 0;
+  while (std::getline(lines, line)) {
+    const std::size_t last = line.rfind(','), before = line.rfind(',', last - 1);
+    multiplicities += std::stoull(line.substr(before + 1, last - before - 1));
+    ++listed;
+  }
+  EXPECT_EQ(listed, rows);
+  EXPECT_EQ(multiplicities, pairs);
+  EXPECT_THAT(written("near.jsonl"), HasSubstr(",\"multiplicity\":1,\"stencil\":15}"));
+  run(std::string("near ") + kScene + " --distance 0.05 --reduced --contacts " + folder.file("near.vtp"));
+  EXPECT_THAT(folder.read("near_000001.vtp"), HasSubstr("Name=\"multiplicity\""));
+  EXPECT_EQ(run(std::string("near ") + kScene + " --distance 0.05 --reduced --count", "2>&1").code,
+            kExitUsage);
+}
+
 TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   test::LocalDaemon daemon;
   const TemporaryFolder folder;

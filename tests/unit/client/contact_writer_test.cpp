@@ -105,12 +105,12 @@ TEST(ContactWriter, FieldsAskedForFollow) {
   geometry.closest = ClosestFeatures::kFaceVertex;
   const std::vector<ContactGeometry> both(2, geometry);
   for (const char* name : {"c.csv", "c.jsonl", "c.vtp"}) {
-    auto writer = open_contact_writer(folder.file(name), {.weights = true,
-                                                          .normal = true,
-                                                          .points = true,
-                                                          .direction = true,
-                                                          .squared_distance = true,
-                                                          .closest = true});
+    auto writer = open_contact_writer(folder.file(name), ContactFields{.weights = true,
+                                                                       .normal = true,
+                                                                       .points = true,
+                                                                       .direction = true,
+                                                                       .squared_distance = true,
+                                                                       .closest = true});
     ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), kContacts, both).ok());
     ASSERT_TRUE(writer.value()->close().ok());
   }
@@ -131,6 +131,37 @@ TEST(ContactWriter, FieldsAskedForFollow) {
   const std::string vtp = folder.read("c_000001.vtp");
   EXPECT_THAT(vtp, HasSubstr("Name=\"point_b\" NumberOfComponents=\"3\""));
   EXPECT_THAT(vtp, HasSubstr("Name=\"closest\""));
+}
+
+TEST(ContactWriter, SaysWhatIsNewAndWhatEnded) {
+  const TemporaryFolder folder;
+  WrittenFields fields = ContactFields{.weights = true};
+  fields.continuity = true;
+  std::vector<ContactRecord> contacts = kContacts;
+  contacts[0].continuity = RowContinuity::kKept;
+  contacts.push_back({ContactKind::kVertexFace, ContactStatus::kHit, {4, 1, 2, 3}, 0.5});
+  contacts.back().continuity = RowContinuity::kEnded;
+  ContactGeometry geometry;
+  geometry.weights = {1, 0.25, 0.25, 0.5};
+  const std::vector<ContactGeometry> of_two(2, geometry);
+  for (const char* name : {"c.csv", "c.jsonl", "c.vtp"}) {
+    auto writer = open_contact_writer(folder.file(name), fields);
+    const std::size_t rows = std::string_view(name).ends_with(".vtp") ? 2 : 3;
+    const std::span<const ContactRecord> told = std::span(contacts).first(rows);
+    ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), told, of_two).ok());
+    ASSERT_TRUE(writer.value()->close().ok());
+  }
+  EXPECT_EQ(folder.read("c.csv"),
+            "frame,type,v0,v1,v2,v3,toi,status,w0,w1,w2,w3,continuity\n"
+            "1,vf,5,1,2,3,0.10000000000000001,hit,1,0.25,0.25,0.5,kept\n"
+            "1,ee,0,4,1,2,0,possible,1,0.25,0.25,0.5,new\n"
+            "1,vf,4,1,2,3,,,,,,,ended\n");
+  EXPECT_THAT(folder.read("c.jsonl"), HasSubstr(",\"weights\":[1,0.25,0.25,0.5],\"continuity\":\"kept\"}"));
+  EXPECT_THAT(
+      folder.read("c.jsonl"),
+      HasSubstr(
+          "{\"frame\":1,\"type\":\"vf\",\"v0\":4,\"v1\":1,\"v2\":2,\"v3\":3,\"continuity\":\"ended\"}"));
+  EXPECT_THAT(folder.read("c_000001.vtp"), HasSubstr("Name=\"continuity\""));
 }
 
 TEST(ContactWriter, UnknownExtensionsAndUnwritableFilesFail) {

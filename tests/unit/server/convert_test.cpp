@@ -6,6 +6,7 @@
 #include <grpcpp/impl/codegen/proto_utils.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <random>
 
@@ -116,6 +117,46 @@ TEST(AnswerChunksTest, AnyChunkSizeGivesTheSameRowsOnceAndOneSummary) {
       EXPECT_EQ(received.statistics.front_state, FrontState::kRebuilt);
     }
   }
+}
+
+TEST(AnswerChunksTest, ReducedRowsComeWithWhatTheyStandForInChunksOfAnySize) {
+  const auto make_reduced = [] {
+    Answer made = make_rows(50);
+    for (std::uint32_t i = 0; i < 50; ++i) {
+      made.multiplicity.push_back(1 + 3 * i);
+      made.stencil.push_back(std::array<std::uint8_t, 3>{15, 7, 5}[i % 3]);
+    }
+    return made;
+  };
+  const Answer answer = make_reduced();
+  EXPECT_EQ(answer.bytes_per_row(), Answer::kBytesPerRow + 5);
+  for (const std::size_t chunk_bytes : {1u, 31u, 310u, 1u << 20}) {
+    client::Answer received;
+    AnswerChunks chunks(std::make_shared<const Answer>(make_reduced()), chunk_bytes);
+    while (!chunks.done()) {
+      grpc::ByteBuffer chunk = chunks.next();
+      v1::StreamStepsResponse response;
+      ASSERT_TRUE(grpc::SerializationTraits<v1::StreamStepsResponse>::Deserialize(&chunk, &response).ok());
+      ASSERT_TRUE(client::append_part(response.answer(), received).ok());
+      if (!response.answer().last()) continue;
+      ASSERT_TRUE(client::finish_answer(response.answer(), received).ok());
+    }
+    EXPECT_EQ(received.contacts.multiplicity, answer.multiplicity);
+    EXPECT_EQ(received.contacts.stencil, answer.stencil);
+  }
+  v1::ContactColumns columns;
+  fill_columns(answer, 0, 3, columns);
+  const auto malformed = [&](auto spoil) {
+    v1::ContactColumns bad = columns;
+    spoil(bad);
+    client::ContactTable table;
+    return !client::append_columns(bad, table).ok();
+  };
+  EXPECT_FALSE(malformed([](v1::ContactColumns&) {}));
+  EXPECT_TRUE(malformed([](v1::ContactColumns& bad) { bad.clear_stencil(); }));
+  EXPECT_TRUE(malformed([](v1::ContactColumns& bad) { bad.mutable_multiplicity()->pop_back(); }));
+  for (const char stencil : {0, 1, 8, 16, 127, -1})
+    EXPECT_TRUE(malformed([&](v1::ContactColumns& bad) { bad.mutable_stencil()->back() = stencil; }));
 }
 
 TEST(ParserTest, EveryTruncationOfAMessageIsRefusedOrIncomplete) {

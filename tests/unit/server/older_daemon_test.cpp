@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A current client and a daemon too old for session states: its copy cannot be verified, so it is never
-// reused; the session is created again, and the answers are right.
+// reused; the session is created again, and the answers are right. And one too old for reduced rows, which it
+// would send as they are.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -22,11 +23,15 @@ using client::Client;
 using client::Session;
 using Doubles = std::span<const double>;
 
-/// Hands each call on to a daemon of today, and takes the states out of what comes back.
+/// What a daemon does not know, and what came before it neither.
+enum class Unknown { kStates, kReduced };
+
+/// Hands each call on to a daemon of today, and takes out of what goes and comes back what it does not know.
 class OlderService final : public v1::CollisionService::Service {
  public:
-  explicit OlderService(const std::string& address)
-      : stub_(
+  explicit OlderService(const std::string& address, Unknown unknown = Unknown::kStates)
+      : states_(unknown != Unknown::kStates),
+        stub_(
             v1::CollisionService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()))) {
   }
 
@@ -57,7 +62,7 @@ class OlderService final : public v1::CollisionService::Service {
     for (v1::CreateSessionRequest part; upload->Read(&part);) writer->Write(part);
     writer->WritesDone();
     const grpc::Status status = writer->Finish();
-    response->mutable_session()->clear_state();
+    if (!states_) response->mutable_session()->clear_state();
     return status;
   }
   grpc::Status StreamSteps(
@@ -66,11 +71,15 @@ class OlderService final : public v1::CollisionService::Service {
     const auto context = own(call);
     const auto onwards = stub_->StreamSteps(context.get());
     std::thread requests([&] {
-      for (v1::StreamStepsRequest request; stream->Read(&request);) onwards->Write(request);
+      for (v1::StreamStepsRequest request; stream->Read(&request);) {
+        if (request.step().has_question()) request.mutable_step()->mutable_question()->clear_reduced();
+        onwards->Write(request);
+      }
       context->TryCancel();
     });
     for (v1::StreamStepsResponse response; onwards->Read(&response);) {
-      if (response.has_attached()) {
+      if (states_) {
+      } else if (response.has_attached()) {
         response.mutable_attached()->clear_state();
         response.mutable_attached()->clear_state_before();
       } else if (response.has_answer() && response.answer().has_summary()) {
@@ -89,6 +98,7 @@ class OlderService final : public v1::CollisionService::Service {
   static std::unique_ptr<grpc::ClientContext> own(grpc::ServerContext* call) {
     return grpc::ClientContext::FromServerContext(*call);
   }
+  const bool states_;
   const std::unique_ptr<v1::CollisionService::Stub> stub_;
 };
 
@@ -148,6 +158,34 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
       EXPECT_EQ(refused.error().code, ErrorCode::kUnimplemented) << refused.error().message;
     }
     EXPECT_EQ(direct.list_sessions().value().size(), 1u) << "nothing is left of it";
+  }
+  server->Shutdown(std::chrono::system_clock::now());
+}
+
+TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
+  LocalDaemon daemon;
+  OlderService service(daemon.address(), Unknown::kReduced);
+  const TemporaryFolder folder;
+  const std::string address = "unix:" + (folder.path() / "older.sock").string();
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+  builder.RegisterService(&service);
+  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  {
+    const MovingGrids grids(5);
+    const std::vector<double> start = grids.positions(0);
+    Client client = Client::connect(address).value();
+    Session session = client.create_session(grids.scene(), Doubles(start)).value();
+    const auto all = session.proximity(0.5);
+    ASSERT_TRUE(all.ok() && all.value().contacts.size() > 0);
+    const auto reduced = session.proximity(0.5, Where::kBase, {.reduced = true});
+    ASSERT_FALSE(reduced.ok());
+    EXPECT_EQ(reduced.error().code, ErrorCode::kUnimplemented) << reduced.error().message;
+    EXPECT_TRUE(session.proximity(1e-9, Where::kBase, {.reduced = true}).ok())
+        << "nothing is near, nothing to reduce";
+    const auto after = session.proximity(0.5);
+    ASSERT_TRUE(after.ok()) << "the session goes on";
+    EXPECT_EQ(after.value().contacts, all.value().contacts);
   }
   server->Shutdown(std::chrono::system_clock::now());
 }

@@ -475,6 +475,8 @@ TEST_F(TrialsTest, ARefusedQuestionSaysWhatIsWrongWithIt) {
     q.set_keep_distance(0.5);
     q.set_tier(v1::TIER_FAST);
   });
+  for (const Kind::Kind kind : {trial, step, max_step})
+    expect("reduced", kind, [](Question& q) { q.set_reduced(true); });
   expect("max_contacts", trial,
          [](Question& q) { q.set_max_contacts(std::numeric_limits<std::uint64_t>::max()); });
   EXPECT_TRUE(exchange(*stream, frame_message(1, frame(1))).has_answer());

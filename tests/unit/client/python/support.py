@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points")
+COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "multiplicity", "stencil")
 
 
 def bits(contacts):

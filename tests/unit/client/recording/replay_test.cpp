@@ -146,6 +146,9 @@ void solve_for_a_while(Client& client) {
     EXPECT_EQ(session.trial(mixture.frame, {.tolerance = 3.0}).error().code, ErrorCode::kInvalidArgument);
     EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition);
     ASSERT_TRUE(session.max_step(mixture.frame, k % 2 == 0).ok());
+    const auto near = session.proximity(0.5, Where::kTrialEnd, {.reduced = true});
+    ASSERT_TRUE(near.ok());
+    EXPECT_GT(near.value().contacts.multiplicity.size(), 0U);
     if (k % 3 == 0) {
       ASSERT_TRUE(session.step(mixture.frame, {.min_separation = 0.01}).ok());
     } else {
@@ -168,8 +171,8 @@ TEST_F(ReplayTest, TrialsAndCommitsReplayAsWhatTheyAre) {
     const ReplayResult result = replay_here(file);
     EXPECT_EQ(result.difference, "");
     EXPECT_EQ(result.defect, "");
-    EXPECT_EQ(result.steps, 6u * 4 + 4)
-        << "three questions and a frame each, and four commits that are refused";
+    EXPECT_EQ(result.steps, 6u * 5 + 4)
+        << "four questions and a frame each, and four commits that are refused";
     expect_replays(file);
   }
 }

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows as those who assemble forces need them: by closest features, and by vertex. Pure functions."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+_EDGE_EDGE = 1  # of Contacts.kind
+
+
+@dataclass(frozen=True, eq=False)
+class Stencil:
+    """Closest pairs of one kind, m of them. v (m, 2 to 4) uint32: their vertices. multiplicity (m) uint32. rows (m) int64:
+    where in `Contacts` each is, ascending."""
+
+    v: npt.NDArray[np.uint32]
+    multiplicity: npt.NDArray[np.uint32]
+    rows: npt.NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Stencils:
+    """What a barrier is summed over, each with its multiplicity; vertices in the order of the letters.
+
+    vv: two vertices, v (m, 2). ev: the edge's two, then the vertex, v (m, 3). ee: edge a's two, then edge b's, v (m, 4); of
+    nearly parallel edges, too, whose closest points may be anywhere on them. fv: the face's three, then the vertex, v (m, 4).
+    """
+
+    vv: Stencil
+    ev: Stencil
+    ee: Stencil
+    fv: Stencil
+
+
+@dataclass(frozen=True, eq=False)
+class RowsByVertex:
+    """Compressed rows (CSR): `rows[begin[i]:begin[i + 1]]` are those that vertex i is in, ascending, each once. begin (n + 1),
+    rows: int64. `len()` of it is n, and `by_vertex[i]` the rows of vertex i."""
+
+    begin: npt.NDArray[np.int64]
+    rows: npt.NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.begin) - 1
+
+    def __getitem__(self, vertex: int) -> npt.NDArray[np.int64]:
+        if not 0 <= vertex < len(self):
+            raise IndexError(f"vertex {vertex} is none of {len(self)}")
+        return self.rows[self.begin[vertex]:self.begin[vertex + 1]]
+
+
+#: By stencil, a byte: has it two of the row's vertices or more, and no other bit?
+STENCILS: npt.NDArray[np.bool_] = np.array([bits < 16 and bin(bits).count("1") >= 2 for bits in range(256)])
+
+
+def _columns_by_stencil() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """How many vertices each stencil has, and which of a row they are: (2, 16, 4) by kind, in the order of the letters."""
+    sizes = np.array([bin(bits).count("1") for bits in range(16)])
+    columns = np.zeros((2, 16, 4), np.int64)
+    for kind in range(2):
+        for bits in range(16):
+            first = [k for k in range(4) if bits >> k & 1]
+            if kind == _EDGE_EDGE:  # edge b has two of three: it comes first
+                last = [k for k in first if len(first) == 3 and k < 2 and bits & 12 == 12]
+            else:  # the face's or edge's before the vertex
+                last = [k for k in first if len(first) > 2 and k == 0]
+            ordered = [k for k in first if k not in last] + last
+            columns[kind, bits, :len(ordered)] = ordered
+    return sizes, columns
+
+
+_SIZES, _COLUMNS = _columns_by_stencil()
+
+
+def stencils_of(kind: npt.NDArray[np.uint8], v: npt.NDArray[np.uint32], multiplicity: npt.NDArray[np.uint32],
+                stencil: npt.NDArray[np.uint8]) -> Stencils:
+    """Of the columns of a reduced answer."""
+    sizes = _SIZES[stencil]
+
+    def of(chosen: npt.NDArray[np.bool_], size: int) -> Stencil:
+        rows = np.flatnonzero(chosen)
+        columns = _COLUMNS[kind[rows], stencil[rows], :size]
+        return Stencil(np.take_along_axis(v[rows], columns, 1), multiplicity[rows], rows)
+
+    four, edges = sizes == 4, kind == _EDGE_EDGE
+    return Stencils(of(sizes == 2, 2), of(sizes == 3, 3), of(four & edges, 4), of(four & ~edges, 4))
+
+
+def rows_by_vertex(v: Any, vertex_count: int) -> RowsByVertex:
+    """The rows that each vertex is in, of (k, m) vertices of k rows."""
+    columns = np.asarray(v)
+    if len(columns) > 0 and columns.size > 0 and int(columns.max()) >= vertex_count:
+        row = int(np.flatnonzero((columns >= vertex_count).any(1))[0])
+        raise ValueError(f"row {row}: vertex {int(columns[row].max())} is none of {vertex_count}")
+    # A degenerate face has a vertex twice.
+    again = np.zeros(columns.shape, bool)
+    for later in range(1, columns.shape[1]):
+        again[:, later] = (columns[:, :later] == columns[:, later:later + 1]).any(1)
+    once = ~again.ravel()
+    vertices = columns.ravel()[once].astype(np.int64)
+    rows = np.repeat(np.arange(len(columns)), columns.shape[1])[once]
+    begin = np.zeros(vertex_count + 1, np.int64)
+    np.cumsum(np.bincount(vertices, minlength=vertex_count), out=begin[1:])
+    # Vertex and row as one number: these are sorted in less time than an order of the vertices takes.
+    pairs = np.sort(vertices << 32 | rows)
+    return RowsByVertex(begin, pairs & 0xFFFFFFFF)
