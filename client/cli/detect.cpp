@@ -370,6 +370,11 @@ Verb add_detect(CLI::App& app) {
                  "Write the contacts: .csv, .jsonl, or .vtp (one file per frame, and a .pvd that lists "
                  "them); - for stdout, as CSV and without other output")
       ->type_name("FILE");
+  app.add_flag("--continuity", a.files.continuity,
+               "Write in --contacts whether each contact is new, or kept from the step before");
+  app.add_flag(
+      "--ended", a.files.ended,
+      "--continuity, and write the contacts of the step before that ended, after those that there are");
   app.add_option("--meshes", a.files.meshes,
                  "Write the meshes for ParaView: .vtp (one file per frame, each vertex with its least time "
                  "of impact, and a .pvd that lists them)")

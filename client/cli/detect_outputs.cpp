@@ -2,9 +2,11 @@
 // Files of frames and contacts: see detect_outputs.h.
 #include "client/cli/detect_outputs.h"
 
+#include <array>
 #include <utility>
 
 #include "client/cli/verb.h"
+#include "engine/continuity.h"
 
 namespace warmfront::client {
 
@@ -14,6 +16,8 @@ Status DetectOutputs::check(const OutputFiles& files, const ColliderOptions& opt
   if (files.contacts.empty()) {
     if (options.fields.any())
       return invalid_argument("--fields says what --contacts writes of a contact; name a file");
+    if (files.continuity || files.ended)
+      return invalid_argument("--continuity and --ended say what --contacts writes; name a file");
     return {};
   }
   if (!is_contact_file_name(files.contacts))
@@ -21,6 +25,11 @@ Status DetectOutputs::check(const OutputFiles& files, const ColliderOptions& opt
                             ": the name must end in .csv, .jsonl or .vtp, or be - for CSV on stdout");
   if (options.report == Report::kCount)
     return invalid_argument("--contacts needs --report all or earliest: count gives no list");
+  if ((files.continuity || files.ended) && options.report == Report::kEarliest)
+    return invalid_argument(
+        "--continuity and --ended need all contacts of each step; leave out --report earliest");
+  if (files.ended && files.contacts.ends_with(".vtp"))
+    return invalid_argument("--ended: contacts that ended are nowhere for .vtp; use .csv or .jsonl");
   return {};
 }
 
@@ -28,8 +37,12 @@ Result<DetectOutputs> DetectOutputs::open(const OutputFiles& files, const Contac
                                           const std::string& name, const SceneDescription& scene,
                                           const FrameSteps& steps) {
   DetectOutputs outputs;
+  outputs.continuity_ = files.continuity || files.ended;
+  outputs.ended_ = files.ended;
+  WrittenFields written = fields;
+  written.continuity = outputs.continuity_;
   if (!files.contacts.empty()) {
-    Result<std::unique_ptr<ContactWriter>> created = open_contact_writer(files.contacts, fields);
+    Result<std::unique_ptr<ContactWriter>> created = open_contact_writer(files.contacts, written);
     if (!created) return created.error();
     outputs.contacts_ = std::move(created).value();
   }
@@ -51,10 +64,38 @@ Result<DetectOutputs> DetectOutputs::open(const OutputFiles& files, const Contac
   return outputs;
 }
 
+std::vector<ContactRecord> DetectOutputs::with_continuity(const std::vector<ContactRecord>& contacts) {
+  struct Columns {
+    explicit Columns(const std::vector<ContactRecord>& rows) {
+      for (const ContactRecord& row : rows) {
+        kind.push_back(row.kind);
+        vertices.push_back(row.vertices);
+      }
+    }
+    std::vector<ContactKind> kind;
+    std::vector<std::array<std::uint32_t, 4>> vertices;
+  };
+  const Columns earlier(before_), now(contacts);
+  const Continuity of = continuity({earlier.kind, earlier.vertices}, {now.kind, now.vertices});
+  std::vector<ContactRecord> told = contacts;
+  for (std::size_t i = 0; i < told.size(); ++i)
+    told[i].continuity = of.earlier[i] == Continuity::kNew ? RowContinuity::kNew : RowContinuity::kKept;
+  if (ended_) {
+    for (const std::size_t row : of.ended) {
+      told.push_back(before_[row]);
+      told.back().continuity = RowContinuity::kEnded;
+    }
+  }
+  before_ = contacts;
+  return told;
+}
+
 Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer) {
   if (contacts_) {
-    Status status =
-        contacts_->write(steps.number(), steps.start(), steps.end(), answer.contacts, answer.geometry);
+    const std::vector<ContactRecord> told =
+        continuity_ ? with_continuity(answer.contacts) : std::vector<ContactRecord>();
+    Status status = contacts_->write(steps.number(), steps.start(), steps.end(),
+                                     continuity_ ? told : answer.contacts, answer.geometry);
     if (!status) return status;
   }
   if (meshes_) {

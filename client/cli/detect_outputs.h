@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/cli/frame_steps.h"
 #include "client/cli/html_page.h"
@@ -17,8 +18,10 @@ namespace warmfront::client {
 
 /// File names; empty: not written.
 struct OutputFiles {
-  std::string contacts;  ///< .csv, .jsonl or .vtp
-  std::string meshes;    ///< .vtp
+  std::string contacts;     ///< .csv, .jsonl or .vtp
+  bool continuity = false;  ///< with whether each contact was there in the step before
+  bool ended = false;       ///< with those that were, and are not any more
+  std::string meshes;       ///< .vtp
   std::string html;
   std::uint64_t html_limit = std::uint64_t{64} << 20;
 };
@@ -42,6 +45,12 @@ class DetectOutputs {
   Status close(const DetectReport& report);
 
  private:
+  // The contacts with what the step before says of them; with `ended_`, those that ended behind them.
+  std::vector<ContactRecord> with_continuity(const std::vector<ContactRecord>& contacts);
+
+  bool continuity_ = false;
+  bool ended_ = false;
+  std::vector<ContactRecord> before_;  // with continuity_, the contacts of the step before
   std::string html_file_;
   std::unique_ptr<ContactWriter> contacts_;
   std::optional<VtpMeshWriter> meshes_;

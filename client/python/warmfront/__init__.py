@@ -14,6 +14,7 @@ V0, V (n, 3) float32 or float64, F (m, 3) integers. A session survives a daemon 
 was answered last, with exactly one answer to each frame and the same bits. Errors are `WarmfrontError`s, one class a
 canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
+from ._continuity import Continuity, continuity
 from ._stencils import RowsByVertex, Stencil, Stencils, rows_by_vertex
 from .answer import (
     AllDeformable, Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, StageTimes, Statistics, Status,
@@ -36,6 +37,7 @@ from .session import Session
 __all__ = [
     "Aborted", "AbortedError", "AllDeformable", "AlreadyExists", "AlreadyExistsError", "Body",
     "Cancelled", "CancelledError", "Client", "Closest", "Code", "Committed", "connect", "Contact", "Contacts",
+    "Continuity", "continuity",
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",
     "FailedPreconditionError", "FiltersInfo", "Internal", "InternalError", "Intersections", "InvalidArgument", "InvalidArgumentError",
     "Kind", "Limits", "MaxStep", "NotFound", "NotFoundError", "Options", "PairFilters", "Patience", "PermissionDenied",

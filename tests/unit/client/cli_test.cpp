@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -69,6 +70,9 @@ TEST(Cli, UsageErrorsExitWith3AndOneLine) {
                                 "detect builtin:bart --contacts - --json -",
                                 "detect builtin:bart --contacts - --html -",
                                 "detect builtin:bart --contacts c.csv --report count",
+                                "detect builtin:bart --continuity",
+                                "detect builtin:bart --ended --contacts c.vtp",
+                                "detect builtin:bart --continuity --contacts c.csv --report earliest",
                                 "detec builtin:bart",
                                 "sessions list --server 127.0.0.1",
                                 "sessions list --server ::1:50051",
@@ -139,6 +143,49 @@ TEST(Cli, SegmentsAreMetAndWhatIsLeftOutIsSaid) {
   EXPECT_EQ(lone.code, kExitFailed);
   EXPECT_THAT(lone.out,
               HasSubstr("p.obj: 2 vertices and no face; points and edges alone are not modelled yet"));
+}
+
+// Each row of a step is new or kept, and each row of the step before is kept or ended.
+TEST(Cli, ContactsSayWhetherTheyWereThereBefore) {
+  const TemporaryFolder folder;
+  const auto rows_of = [&](const std::string& options) {
+    EXPECT_EQ(run(std::string("detect ") + kScene + " --frames 2:9 " + options + " --contacts " +
+                  folder.file("c.csv"))
+                  .code,
+              kExitOk);
+    std::istringstream lines(folder.read("c.csv"));
+    std::map<int, std::map<std::string, std::set<std::string>>> rows;  // by frame and continuity
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_THAT(line, ::testing::EndsWith(",toi,status,continuity"));
+    while (std::getline(lines, line)) {
+      const std::size_t features = line.find(',') + 1;
+      std::size_t end = features;
+      for (int k = 0; k < 5; ++k) end = line.find(',', end) + 1;
+      rows[std::stoi(line)][line.substr(line.rfind(',') + 1)].insert(line.substr(features, end - features));
+    }
+    return rows;
+  };
+  auto told = rows_of("--ended --min-separation 0.05");
+  std::set<std::string> before;
+  std::size_t kept = 0, ended = 0;
+  for (int frame = 3; frame <= 9; ++frame) {
+    std::set<std::string> left = told[frame]["kept"];
+    kept += left.size();
+    ended += told[frame]["ended"].size();
+    left.merge(std::set(told[frame]["ended"]));
+    EXPECT_EQ(left, before) << frame;
+    before = told[frame]["kept"];
+    before.merge(std::set(told[frame]["new"]));
+    EXPECT_EQ(before.size(), told[frame]["kept"].size() + told[frame]["new"].size()) << frame;
+  }
+  EXPECT_GT(kept, 10U);
+  EXPECT_GT(ended, 10U);
+  auto without = rows_of("--continuity --min-separation 0.05");
+  for (int frame = 3; frame <= 9; ++frame) {
+    EXPECT_EQ(without[frame]["new"], told[frame]["new"]);
+    EXPECT_TRUE(without[frame]["ended"].empty());
+  }
 }
 
 TEST(Cli, ContactsGoToStdoutAsCsvWithNothingElseThere) {

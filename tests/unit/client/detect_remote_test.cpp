@@ -103,6 +103,26 @@ TEST(DetectRemote, KeepsToTheWindowOfTheDaemonThatItIsResumedAt) {
   EXPECT_NE(second.log().find("session_created"), std::string::npos) << "it was resumed there";
 }
 
+// What is new, kept and ended follows from the answers, and these from the frames, whoever gives them.
+TEST(DetectRemote, ContinuityIsTheSameAfterAResume) {
+  test::LocalDaemon first, second;
+  test::Switchboard board(first.address());
+  const test::TemporaryFolder folder;
+  const std::filesystem::path local = folder.path() / "local.csv", remote = folder.path() / "remote.csv";
+  const std::string detect =
+      "detect 'builtin:cloth-ball?triangles=1000&frames=60' --min-separation 0.05 --ended";
+  ASSERT_EQ(run(detect + " --contacts " + local.string()).code, kExitOk);
+  auto answers = std::async(std::launch::async, [&] {
+    return run(detect + " --contacts " + remote.string() + " --server " + board.address());
+  });
+  // Fewer times than a session goes on without an answer.
+  for (int k = 0; k < 4 && answers.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
+       ++k)
+    board.lead_to(k % 2 == 0 ? second.address() : first.address());
+  EXPECT_EQ(answers.get().code, kExitOk);
+  EXPECT_EQ(text_of(remote), text_of(local));
+}
+
 TEST(DetectRemote, WritesEachFramesContactsWithItsOwnMesh) {
   test::LocalDaemon daemon;
   const test::TemporaryFolder folder;
