@@ -48,6 +48,9 @@ SceneState::SceneState(SceneDescription scene, const Positions& positions)
       positions_(std::make_shared<const std::string>(bytes_of(positions))),
       poses_(scene_.bodies.size()) {
   scene_.filters.rest_at(positions);
+  const auto is_zero = [](double thickness) { return thickness == 0; };
+  if (scene_.thickness.size() == scene_.vertex_count && std::ranges::all_of(scene_.thickness, is_zero))
+    scene_.thickness.clear();  // nothing that a daemon has to know
 }
 
 void SceneState::describe(v1::SessionHeader& header) const {

@@ -36,7 +36,7 @@ Result<Body> body_from(const v1::Body& message, const std::string& where) {
 
 bool is_thick(const v1::SessionHeader& header) {
   return header.vertex_thickness() || std::ranges::any_of(header.bodies(), [](const v1::Body& body) {
-           return body.thickness() != 0;
+           return body.kind() != v1::BODY_KIND_REMOVED && body.thickness() != 0;
          });
 }
 

@@ -37,7 +37,8 @@ def _features_in(header: session_pb2.SessionHeader) -> list[session_pb2.Feature]
     features = []
     if header.HasField("filters"):
         features.append(session_pb2.FEATURE_PAIR_FILTERS)
-    if header.vertex_thickness or any(body.thickness != 0 for body in header.bodies):
+    if header.vertex_thickness or any(body.thickness != 0 and body.kind != session_pb2.BODY_KIND_REMOVED
+                                      for body in header.bodies):
         features.append(session_pb2.FEATURE_THICKNESS)
     return features
 

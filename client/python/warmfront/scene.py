@@ -249,14 +249,14 @@ def _vertex_pairs_of(pairs: Any, where: str) -> npt.NDArray[np.uint32]:
 
 
 def thickness_of(thickness: Any, vertices: int) -> Optional[npt.NDArray[np.float64]]:
-    """(n) float64, a copy; None where there is none. InvalidArgumentError for another shape, and for what is no number;
+    """(n) float64, a copy; None where nothing is thick. InvalidArgumentError for another shape, and for what is no number;
     whether each is a length is the daemon's to say."""
     if thickness is None:
         return None
     array = numbers_of(thickness, np.dtype("<f8"), "thickness")
     if array.shape != (vertices,):
         raise InvalidArgumentError(f"thickness: shape {array.shape}; give ({vertices},), a length for each vertex")
-    return np.array(array, dtype="<f8", order="C")
+    return np.array(array, dtype="<f8", order="C") if array.any() else None
 
 
 def indices_of(indices: Any, where: str) -> npt.NDArray[np.uint32]:

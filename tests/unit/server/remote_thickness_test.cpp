@@ -83,6 +83,25 @@ TEST(RemoteThicknessTest, AnswersAsInThisProcessAndAfterRestarts) {
   }
 }
 
+// A daemon tells of no thickness then, and is not too old for it.
+TEST(RemoteThicknessTest, WhereNothingIsThickOrNotAnyMoreTheSessionIsMadeAgain) {
+  LocalDaemon daemon;
+  Client client = Client::connect(daemon.address()).value();
+  const MovingGrids grids(6);
+  const std::vector<double> start = grids.positions(0), next = grids.positions(1);
+  SceneDescription scene = two_bodies(grids);
+  scene.bodies[0].thickness = 0.1;
+  scene.thickness.assign(grids.vertex_count(), 0.0);
+  client::Session session = client.create_session(scene, Doubles(start)).value();
+  Body removed = scene.bodies[0];
+  removed.kind = BodyKind::kRemoved;
+  ASSERT_TRUE(session.change_body(0, removed).ok());
+  daemon.restart();
+  const auto answer = session.step(Frame(Doubles(next)));
+  ASSERT_TRUE(answer.ok()) << answer.error().message;
+  EXPECT_EQ(session.resumes(), 1u);
+}
+
 TEST(RemoteThicknessTest, WhatIsWrongAtTheStartHasTheSameCode) {
   LocalDaemon daemon;
   Client client = Client::connect(daemon.address()).value();

@@ -59,6 +59,14 @@ def test_it_comes_again_with_the_session(daemon, client, cloth, dtype):
     assert none == 0 and resumes == 3
 
 
+def test_where_nothing_is_thick_or_not_any_more_the_session_is_made_again(daemon, client):
+    """A daemon tells of no thickness then, and is not too old for it."""
+    with client.session(BEFORE, FACES, bodies=[Body(3, thickness=1), Body(3)], thickness=[0] * 6) as session:
+        session.change_body(0, Body(3, "removed", thickness=1))
+        daemon.restart()
+        assert not session.step(bodies={1: AFTER[3:]}) and session.resumes == 1
+
+
 @pytest.mark.parametrize("message, scene", [
     (r"bodies\[1\].thickness: is -1", {"bodies": [Body(3), Body(3, thickness=-1)]}),
     (r"bodies\[0\].thickness: is nan", {"bodies": [Body(3, thickness=np.nan), Body(3)]}),
