@@ -70,12 +70,12 @@ class Collider {
   Result<StepResult> proximity(double distance, Where where = Where::kBase,
                                const QuestionOptions& options = {},
                                const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
-  /// How far each vertex is from anything beyond their thickness, at most `distance`: a proximity() question whose answer is
-  /// StepResult::vertex_distances, and no row of it is kept, so that it takes O(n) memory however many pairs are
-  /// near. The distances are proved in both tiers, lower bounds: within 2^-19 of a pair's size of its own
-  /// distance, and far nearer unless the pair is degenerate. A vertex that is displaced by less than half of its
-  /// bound, as all others are, meets nothing: what methods that bound displacements ask for (Chen et al. 2025,
-  /// "Offset Geometric Contact"). Fails as proximity().
+  /// How far each vertex is from anything beyond their thickness, at most `distance`: a proximity() question
+  /// whose answer is StepResult::vertex_distances, and no row of it is kept, so that it takes O(n) memory
+  /// however many pairs are near. The distances are proved in both tiers, lower bounds: within 2^-19 of a
+  /// pair's size of its own distance, and far nearer unless the pair is degenerate. A vertex that is
+  /// displaced by less than half of its bound, as all others are, meets nothing: what methods that bound
+  /// displacements ask for (Chen et al. 2025, "Offset Geometric Contact"). Fails as proximity().
   Result<StepResult> vertex_distances(double distance, Where where = Where::kBase,
                                       const QuestionOptions& options = {},
                                       const std::atomic<bool>* cancelled = nullptr,
@@ -111,11 +111,11 @@ class Collider {
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions,
                                  const std::atomic<bool>* cancelled = nullptr);
   /// Changes a body's description from the next step on: kind, self-collision, group, mask, thickness, name;
-  /// its range stays. Another thickness makes the next step a cold one. kRemoved removes it for good. The current positions of a body that becomes rigid are its
-  /// reference shape. Other bodies stay warm; an equal description changes nothing. kInvalidArgument for an
-  /// unknown or removed body, and as Scene::create(); kResourceExhausted and kCancelled as create(). Whether
-  /// it fails so or by an exception, the collider is as it was. O(bodies), and as much more as the body
-  /// itself takes.
+  /// its range stays. Another thickness makes the next step a cold one. kRemoved removes it for good. The
+  /// current positions of a body that becomes rigid are its reference shape. Other bodies stay warm; an equal
+  /// description changes nothing. kInvalidArgument for an unknown or removed body, and as Scene::create();
+  /// kResourceExhausted and kCancelled as create(). Whether it fails so or by an exception, the collider is
+  /// as it was. O(bodies), and as much more as the body itself takes.
   Status change_body(std::uint32_t index, Body body, const std::atomic<bool>* cancelled = nullptr);
 
   /// Other filters from the next question on, in place of all that there are; of all vertices that there are

@@ -117,8 +117,8 @@ class Scene {
   /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, bodies overlap or
   /// leave a gap, a face joins two bodies, a group, mask or excluded pair has no effect, or filters or
   /// thickness are of other vertices or out of range; and with kUnimplemented when nothing could ever touch:
-  /// vertices without any face, unless bodies are declared, so that faces can be added later. O((n + m) log m). Throws Stopped when told to stop, as do all functions
-  /// that take a StopSignal.
+  /// vertices without any face, unless bodies are declared, so that faces can be added later. O((n + m) log
+  /// m). Throws Stopped when told to stop, as do all functions that take a StopSignal.
   static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
   /// The scene with one more body, whose vertices, faces and edges come after all others; existing numbers do

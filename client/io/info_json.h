@@ -21,7 +21,7 @@ struct SceneInfo {
   double fps = 30;
   std::vector<Body> bodies;
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs;
-  PairFilters filters;  ///< without the rest shape, which is the first frame
+  PairFilters filters;            ///< without the rest shape, which is the first frame
   std::vector<double> thickness;  ///< of each vertex, or empty
   std::string generator;
 };
@@ -34,8 +34,8 @@ std::string_view to_string(BodyKind kind);
 /// "thickness"},
 /// "excluded_pairs", a list of pairs of indices of bodies, and "filters", an object with any of
 /// "within_edges", "near_at_rest", "excluded_vertex_pairs" and "patches", as PairFilters has them, and
-/// "vertex_thickness", a length for each vertex; other fields are ignored. Errors name `file` and the byte, or the field and body. Scene::create() checks whether
-/// all fit together.
+/// "vertex_thickness", a length for each vertex; other fields are ignored. Errors name `file` and the byte,
+/// or the field and body. Scene::create() checks whether all fit together.
 Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file);
 
 /// All fields, indented, with a final line end.

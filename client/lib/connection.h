@@ -38,8 +38,8 @@ class Connection {
   /// kUnimplemented where the daemon that serves this session lacks the feature: kinds of input that it would
   /// ignore.
   std::optional<RemoteError> need(v1::Feature feature, const std::string& session_id);
-  /// Uploads the scene. `positions` are the bytes as in step.proto. Fails as need() for a header that announces
-  /// what needs a feature.
+  /// Uploads the scene. `positions` are the bytes as in step.proto. Fails as need() for a header that
+  /// announces what needs a feature.
   std::optional<RemoteError> create(const v1::SessionHeader& header, const SceneDescription& scene,
                                     std::string_view positions, v1::CreateSessionResponse& response);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Within which widths the bounds of two parts count as near each other, in one question. Plain values; `thickness`
-// must outlive them.
+// Within which widths the bounds of two parts count as near each other, in one question. Plain values;
+// `thickness` must outlive them.
 #pragma once
 
 #include "engine/bounds/width.h"
@@ -10,8 +10,8 @@
 
 namespace warmfront {
 
-/// One width for all pairs where nothing is thick. Else each pair of parts has its own, by the thickest vertex of
-/// either: so a thick body costs what is near it something, and nothing else.
+/// One width for all pairs where nothing is thick. Else each pair of parts has its own, by the thickest
+/// vertex of either: so a thick body costs what is near it something, and nothing else.
 class PartWidths {
  public:
   PartWidths(const Width& of_all = {}) : of_all_(of_all) {}  // NOLINT: implicit by design

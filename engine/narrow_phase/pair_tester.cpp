@@ -121,8 +121,9 @@ void PairTester::filter_faces() {
   if (count == 0) return;
   for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
   const bool by_distance = input_->options.report != Report::kCandidates;
-  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds, certified_reach(input_->options.tolerance))
-                  : 0;
+  const std::uint32_t apart = by_distance ? triangles_apart(corners_, input_->vertex_bounds,
+                                                            certified_reach(input_->options.tolerance))
+                                          : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
     const auto [f, g, left_out] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
     input_->options.pair_test == PairTest::kIntersection ? edge_face_pairs(f, g)
@@ -158,9 +159,9 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   const float latest = until();
   const Width width = width_of(face_f, face_g);
   const std::uint32_t wanted = owned | perhaps;
-  std::uint32_t bits =
-      latest < 1 ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, width)
-                 : overlapping_features(bounds(face_f), bounds(face_g), wanted, width);
+  std::uint32_t bits = latest < 1
+                           ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, width)
+                           : overlapping_features(bounds(face_f), bounds(face_g), wanted, width);
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
@@ -178,7 +179,9 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   }
 }
 
-const Face& PairTester::face_of(Primitive primitive) const { return input_->scene.faces()[primitive]; }
+const Face& PairTester::face_of(Primitive primitive) const {
+  return input_->scene.faces()[primitive];
+}
 
 Width PairTester::width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const {
   return input_->widths.around(a[0], b[0]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How thick a scene's vertices are, and so how far apart its features must stay. Immutable once built; safe to
-// share between threads.
+// How thick a scene's vertices are, and so how far apart its features must stay. Immutable once built; safe
+// to share between threads.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,13 @@
 
 namespace warmfront {
 
-/// By vertex, in new numbers, in the scene's unit. A face or an edge is as thick as the thickest of its vertices.
+/// By vertex, in new numbers, in the scene's unit. A face or an edge is as thick as the thickest of its
+/// vertices.
 class Thickness {
  public:
   Thickness() = default;  ///< nothing has any
-  /// Of a scene in given numbers, of which `parts` are the ranges of vertices, in new numbers. O(n), or nothing
-  /// where nothing has any. Throws Stopped when told to stop.
+  /// Of a scene in given numbers, of which `parts` are the ranges of vertices, in new numbers. O(n), or
+  /// nothing where nothing has any. Throws Stopped when told to stop.
   Thickness(const Scene& given, std::span<const FeatureRange> parts, const Renumbering& numbering,
             StopSignal stop);
 
@@ -38,8 +39,8 @@ class Thickness {
   double of_part(std::uint32_t part) const { return of_part_[part]; }
   /// Of the part that a vertex is in.
   double of_part_around(std::uint32_t vertex) const { return of_part_[part_of_vertex_[vertex]]; }
-  /// At least separation_of() of any two features of two parts, by so much that the cascade's own rounding of a
-  /// sum of their thickness is less.
+  /// At least separation_of() of any two features of two parts, by so much that the cascade's own rounding of
+  /// a sum of their thickness is less.
   double between(double asked, std::uint32_t part_a, std::uint32_t part_b) const;
   /// The thickest of all.
   double most() const { return most_; }
@@ -60,18 +61,19 @@ class Thickness {
   std::uint64_t built_sum_ = 0;
 };
 
-/// kInvalidArgument where a scene of which no vertex is thicker does not go with the options: in tier fast, which
-/// decides touching, and for a separation that would leave double's range.
+/// kInvalidArgument where a scene of which no vertex is thicker does not go with the options: in tier fast,
+/// which decides touching, and for a separation that would leave double's range.
 Status check_thickness(double most, const ColliderOptions& options);
 
-/// The separation of a pair of features with these thicknesses, in a question with this separation for all. It
-/// grows with each of the three, roundings included: so what holds for the thickest of several holds for all.
+/// The separation of a pair of features with these thicknesses, in a question with this separation for all.
+/// It grows with each of the three, roundings included: so what holds for the thickest of several holds for
+/// all.
 inline double separation_of(double asked, double thickness_a, double thickness_b) {
   return asked + (thickness_a + thickness_b);
 }
 
-/// What is left, at least, of a distance of two features when the thickness of both is taken from it; 0 where that
-/// is more. Rounded down by more than the three operations are rounded.
+/// What is left, at least, of a distance of two features when the thickness of both is taken from it; 0 where
+/// that is more. Rounded down by more than the three operations are rounded.
 inline double beyond_thickness(double distance, double thickness_a, double thickness_b) {
   const double thickness = thickness_a + thickness_b;
   if (thickness == 0) return distance;

@@ -126,9 +126,8 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   }
   const Motion& moves = motion.vertices();
   const double room = trial ? moves.frame().to_scene(kPairBesideTheWay * moves.magnitude()) : 0;
-  part.rigid =
-      part.clearance &&
-      apart(part.edges, *part.clearance, part.at_start, part.at_end, options, separation, room);
+  part.rigid = part.clearance &&
+               apart(part.edges, *part.clearance, part.at_start, part.at_end, options, separation, room);
   part.follows = true;
   ++part.fitted;
 }

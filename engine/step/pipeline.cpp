@@ -120,8 +120,8 @@ class PipelineWith final : public Pipeline {
     core.workers->run([&] {
       status = warmfront::self_check<Bounds>({core, trees_.trees(), trees_.roots(), trees_.refit_in(),
                                               trees_.step(), near_.pairs(), near_.apart_pairs(),
-                                              front ? &front_.front() : nullptr, trees_.magnitude(), part_widths_,
-                                              self_checks_++, stop});
+                                              front ? &front_.front() : nullptr, trees_.magnitude(),
+                                              part_widths_, self_checks_++, stop});
     });
     return status;
   }
@@ -321,7 +321,8 @@ class PipelineWith final : public Pipeline {
   void remember_trial(const Core& core, StopSignal stop) {
     if (!narrow_.knows_met()) return;
     const bool left_out = core.rigid_parts.count() > 0 || !near_.apart_pairs().empty();
-    // Of pairs that rest only the answers are kept, not which pairs met: another question may ask about these.
+    // Of pairs that rest only the answers are kept, not which pairs met: another question may ask about
+    // these.
     const bool kept = narrow_.met_kept() || front_.front().counts().rested > 0;
     longest_.remember(core, {.left_out = left_out, .kept = kept}, stop);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An array that an upload announces and then brings in chunks of bytes. An array is used by one thread at a time.
+// An array that an upload announces and then brings in chunks of bytes. An array is used by one thread at a
+// time.
 #pragma once
 
 #include <cstddef>

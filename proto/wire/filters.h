@@ -46,8 +46,9 @@ bool upload(const PairFilters& filters, std::size_t chunk, Send send) {
   const FilterBytes bytes = bytes_of(filters);
   return send_chunks(bytes.rest_positions, chunk, send,
                      [](Request& to, std::string piece) { to.set_rest_positions(std::move(piece)); }) &&
-         send_chunks(bytes.excluded_vertex_pairs, chunk, send,
-                     [](Request& to, std::string piece) { to.set_excluded_vertex_pairs(std::move(piece)); }) &&
+         send_chunks(
+             bytes.excluded_vertex_pairs, chunk, send,
+             [](Request& to, std::string piece) { to.set_excluded_vertex_pairs(std::move(piece)); }) &&
          send_chunks(bytes.patches, chunk, send,
                      [](Request& to, std::string piece) { to.set_patches(std::move(piece)); });
 }

@@ -22,9 +22,11 @@ std::optional<Fault> Upload::add(const v1::CreateSessionRequest& request) {
   using Request = v1::CreateSessionRequest;
   if (request.part_case() == Request::kHeader) return add_header(request.header());
   if (request.part_case() == Request::PART_NOT_SET)
-    return invalid("CreateSession: a message carries none of header, faces, positions, thickness and filters' arrays");
+    return invalid(
+        "CreateSession: a message carries none of header, faces, positions, thickness and filters' arrays");
   if (!spec_)
-    return invalid("CreateSession: the header comes first, then faces, positions, thickness and filters' arrays");
+    return invalid(
+        "CreateSession: the header comes first, then faces, positions, thickness and filters' arrays");
   if (request.part_case() == Request::kFaces) return add_faces(request.faces());
   const Status added = request.part_case() == Request::kPositions   ? positions_->append(request.positions())
                        : request.part_case() == Request::kThickness ? thickness_.append(request.thickness())
@@ -43,8 +45,7 @@ std::optional<Fault> Upload::add_header(const v1::SessionHeader& header) {
     if (!filters) return fault_from(filters.error());
     filters_ = std::move(filters).value();
   }
-  if (header.vertex_thickness())
-    thickness_ = wire::ChunkedArray<double>("thickness", header.vertex_count());
+  if (header.vertex_thickness()) thickness_ = wire::ChunkedArray<double>("thickness", header.vertex_count());
   thick_ = wire::is_thick(header);
   spec_ = std::move(spec).value();
   face_count_ = header.face_count();

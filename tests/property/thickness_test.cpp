@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thick vertices, of bodies and each of their own: each pair is decided by its own separation, as brute force
 // decides it pair by pair: in steps, trials, max_step (and keep_distance), candidates, proximity and vertex
-// distances; whatever tier, front, bounds, leaves and threads; warm and cold, after commits, and after changes
-// of bodies and of their number.
+// distances; whatever tier, front, bounds, leaves and threads; warm and cold, after commits, and after
+// changes of bodies and of their number.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -180,12 +180,11 @@ class Thick : public Draws {
     std::vector<Contact> found;
     for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
       ElementaryCounts counts;
-      const Verdict verdict =
-          elementary_test(features,
-                          {.tier = options.tier,
-                           .tolerance = options.tolerance,
-                           .min_separation = options.min_separation + thick},
-                          counts);
+      const Verdict verdict = elementary_test(features,
+                                              {.tier = options.tier,
+                                               .tolerance = options.tolerance,
+                                               .min_separation = options.min_separation + thick},
+                                              counts);
       if (!verdict.contact) return;
       contact.status = verdict.status;
       contact.toi = verdict.toi;
@@ -278,8 +277,8 @@ class Thick : public Draws {
     std::vector<double> beyond(scene_->vertex_count(), distance);
     for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
       ElementaryCounts counts;
-      const Verdict verdict = proximity_test(features, Instant::kStart,
-                                             {.tier = options_.tier, .min_separation = distance + thick}, counts);
+      const Verdict verdict = proximity_test(
+          features, Instant::kStart, {.tier = options_.tier, .min_separation = distance + thick}, counts);
       if (!verdict.contact) return;
       contact.status = verdict.status;
       contact.toi = toi;
@@ -298,13 +297,15 @@ class Thick : public Draws {
       RC_ASSERT(distances.value().vertex_distances[v] >= beyond[v]);
     }
     // Triangles meet or do not, whatever they are thick.
-    Collider thin = Collider::create(thin_scene(), std::span<const double>(at), {}, testing::workers()).value();
+    Collider thin =
+        Collider::create(thin_scene(), std::span<const double>(at), {}, testing::workers()).value();
     const Result<StepResult> meet = thin.intersections();
     const Result<StepResult> tangled = collider_->intersections(where);
     RC_ASSERT(meet.value().ef == tangled.value().ef);
-    RC_ASSERT(std::ranges::equal(meet.value().contacts, tangled.value().contacts, {},
-                                 [](const Contact& c) { return std::pair(c.a, c.b); },
-                                 [](const Contact& c) { return std::pair(c.a, c.b); }));
+    RC_ASSERT(std::ranges::equal(
+        meet.value().contacts, tangled.value().contacts, {},
+        [](const Contact& c) { return std::pair(c.a, c.b); },
+        [](const Contact& c) { return std::pair(c.a, c.b); }));
     RC_ASSERT(collider_->self_check().ok());
   }
 

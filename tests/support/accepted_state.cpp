@@ -425,8 +425,9 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
                  const double separation = options.min_separation + thickness;
                  const KeepDistance keep{options.keep_distance.value_or(0), separation};
                  return options.keep_distance ? keep_distance_test(features, keep, kept)
-                        : candidates          ? candidate_test(features, separation)
-                                     : elementary_test(features, elementary_options(options, thickness), counts);
+                        : candidates
+                            ? candidate_test(features, separation)
+                            : elementary_test(features, elementary_options(options, thickness), counts);
                }),
       options);
   if (max_step) {  // which tells of the first alone
@@ -453,21 +454,23 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     return outcome;
   }
   ElementaryCounts counts;
-  Outcome outcome = answer_of(found_by(scene, made, vertices,
-                                       [&](const FeatureVertices& features, double thickness) {
-                                         return proximity_test(features, options.instant,
-                                                               elementary_options(options, thickness), counts);
-                                       }),
-                              options);
+  Outcome outcome =
+      answer_of(found_by(scene, made, vertices,
+                         [&](const FeatureVertices& features, double thickness) {
+                           return proximity_test(features, options.instant,
+                                                 elementary_options(options, thickness), counts);
+                         }),
+                options);
   outcome.earliest_toi.reset();
   if (options.report == Report::kVertexDistances) {
     outcome.vertex_distances.assign(made.vertex_count(), near.distance);
     ColliderOptions all = options;
     all.report = Report::kAll;
     all.max_contacts = ~std::size_t{0};
-    const auto reported = found_by(scene, made, vertices, [&](const FeatureVertices& features, double thickness) {
-      return proximity_test(features, options.instant, elementary_options(all, thickness), counts);
-    });
+    const auto reported =
+        found_by(scene, made, vertices, [&](const FeatureVertices& features, double thickness) {
+          return proximity_test(features, options.instant, elementary_options(all, thickness), counts);
+        });
     for (const Contact& pair : reported) {
       const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
       const auto ids = made.vertices_of(pair);

@@ -134,7 +134,8 @@ TEST(InfoJson, ErrorsNameTheField) {
   EXPECT_THAT(error(R"({"filters": {"excluded_vertex_pairs": [[1]]}})"),
               HasSubstr("filters: 'excluded_vertex_pairs' must hold pairs"));
   EXPECT_THAT(error(R"({"filters": {"patches": [0, -1]}})"), HasSubstr("filters: 'patches' must hold"));
-  EXPECT_THAT(error(R"({"vertex_thickness": [0, "thin"]})"), HasSubstr("'vertex_thickness' must hold a length"));
+  EXPECT_THAT(error(R"({"vertex_thickness": [0, "thin"]})"),
+              HasSubstr("'vertex_thickness' must hold a length"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0}]})"), HasSubstr("body 0: 'vertex_count' is missing"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 4294967296}]})"),
               HasSubstr("'vertex_count'"));

@@ -201,7 +201,8 @@ TEST(GateTest, AdmitsAsManyAsItsLimit) {
 
 TEST(EstimateTest, GrowsWithTheScene) {
   const Limits limits;
-  EXPECT_GT(estimate_bytes(1000, 2000, 8, false, false, limits), estimate_bytes(1000, 2000, 4, false, false, limits));
+  EXPECT_GT(estimate_bytes(1000, 2000, 8, false, false, limits),
+            estimate_bytes(1000, 2000, 4, false, false, limits));
   EXPECT_GT(estimate_bytes(0, 0, 4, false, false, limits), 0u);
   EXPECT_GT(estimate_bytes(16'000'000, 16'000'000, 8, false, false, limits), std::size_t{16} << 30);
 }
