@@ -2,9 +2,11 @@
 """One StreamSteps call as writes that do not block and reads with a time limit. Used by one thread at a time."""
 from __future__ import annotations
 
+import atexit
 import queue
 import threading
 import time
+import weakref
 from collections.abc import Iterator
 from typing import Optional, Union
 
@@ -48,6 +50,11 @@ class _Watchdog:
             self._ended = True
             self._changed.notify()
 
+    def join(self, seconds: float) -> None:
+        """After end()."""
+        if self._thread is not None:
+            self._thread.join(seconds)
+
     def _watch(self) -> None:
         with self._changed:
             while not self._ended:
@@ -68,6 +75,8 @@ class StepStream:
         self._requests: queue.SimpleQueue[Optional[bytes]] = queue.SimpleQueue()
         self._call = connection.stream(_serve(self._requests), session_id)
         self._watchdog = _Watchdog(self._call)
+        self._is_open = True
+        _open_streams.add(self)
 
     def write(self, message: bytes) -> None:
         """Sends a serialized v1.StreamStepsRequest. Accepted even if the stream is over: reads report that."""
@@ -90,10 +99,32 @@ class StepStream:
         return parse_response(message)
 
     def close(self) -> None:
-        """Cancels the call if it is not over."""
+        """Cancels the call if it is not over. Closing again does nothing."""
+        if not self._is_open:
+            return
+        self._is_open = False
         self._requests.put(None)
         self._watchdog.end()
         self._call.cancel()
+
+    def close_at_exit(self, deadline: float) -> None:
+        """The same, and waits until no thread of the call or the watchdog is at work any more."""
+        self.close()
+        self._watchdog.join(max(0.0, deadline - time.monotonic()))
+        while not self._call.done() and time.monotonic() < deadline:
+            time.sleep(0.001)
+
+
+_open_streams: weakref.WeakSet[StepStream] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """The interpreter ends threads wherever they are, with the locks that they hold: whoever asks for one of these then, as
+    destructors do, waits forever. So what streams left open is closed before that."""
+    deadline = time.monotonic() + 2
+    for stream in list(_open_streams):
+        stream.close_at_exit(deadline)
 
 
 def _serve(requests: queue.SimpleQueue[Optional[bytes]]) -> Iterator[bytes]:
