@@ -78,6 +78,9 @@ class AcceptTest : public ::testing::Test {
 };
 
 TEST_F(AcceptTest, AFileLostToAnotherThreadIsTakenBack) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer needs a file for each look at an object's type";
+#endif
   ASSERT_TRUE(connect(clients_[0]));
   EXPECT_EQ(accept(), -1);
   EXPECT_EQ(errno, EAGAIN);
