@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +14,14 @@ _EDGE_EDGE = 1  # of Contacts.kind
 @dataclass(frozen=True, eq=False)
 class Stencil:
     """Closest pairs of one kind, m of them. v (m, 2 to 4) uint32: their vertices. multiplicity (m) uint32. rows (m) int64:
-    where in `Contacts` each is, ascending."""
+    where in `Contacts` each is, ascending. weights (m, 2 to 4) float64, where the answer has weights, else None: of the same
+    vertices, with signs, so that (weights[:, :, None] * x[v]).sum(1) is the vector from the row's second closest point to its
+    first, which `direction` points along."""
 
     v: npt.NDArray[np.uint32]
     multiplicity: npt.NDArray[np.uint32]
     rows: npt.NDArray[np.int64]
+    weights: Optional[npt.NDArray[np.float64]] = None
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -76,17 +79,19 @@ def _columns_by_stencil() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
 
 _SIZES, _COLUMNS = _columns_by_stencil()
+_SIGNS = np.array([[1, -1, -1, -1], [1, 1, -1, -1]])  # of a row's weights, by kind
 
 
 def stencils_of(kind: npt.NDArray[np.uint8], v: npt.NDArray[np.uint32], multiplicity: npt.NDArray[np.uint32],
-                stencil: npt.NDArray[np.uint8]) -> Stencils:
+                stencil: npt.NDArray[np.uint8], weights: Optional[npt.NDArray[np.float64]] = None) -> Stencils:
     """Of the columns of a reduced answer."""
     sizes = _SIZES[stencil]
 
     def of(chosen: npt.NDArray[np.bool_], size: int) -> Stencil:
         rows = np.flatnonzero(chosen)
         columns = _COLUMNS[kind[rows], stencil[rows], :size]
-        return Stencil(np.take_along_axis(v[rows], columns, 1), multiplicity[rows], rows)
+        signed = None if weights is None else np.take_along_axis(weights[rows] * _SIGNS[kind[rows]], columns, 1)
+        return Stencil(np.take_along_axis(v[rows], columns, 1), multiplicity[rows], rows, signed)
 
     four, edges = sizes == 4, kind == _EDGE_EDGE
     return Stencils(of(sizes == 2, 2), of(sizes == 3, 3), of(four & edges, 4), of(four & ~edges, 4))

@@ -313,7 +313,7 @@ class Contacts:
         assembled. ValueError of an answer that is not reduced."""
         if self.multiplicity is None or self.stencil is None:
             raise ValueError("stencils: the rows are not reduced; ask proximity(..., reduced=True)")
-        return stencils_of(self.kind, self.v, self.multiplicity, self.stencil)
+        return stencils_of(self.kind, self.v, self.multiplicity, self.stencil, self.weights)
 
     def by_vertex(self, vertex_count: int) -> RowsByVertex:
         """The rows that each of `vertex_count` vertices is in, ascending: what an assembler that goes by vertices loops over.

@@ -45,13 +45,13 @@ def test_each_closest_pair_once(client, cloth, where, frame):
         session.trial(cloth.frames[32])
         rows = session.proximity(0.05, where=where, fields=["weights"])
         kept, multiplicity = grouped(rows, cloth.frames[frame])
-        reduced = session.proximity(0.05, where=where, fields=["closest", "weights"], reduced=True)
+        reduced = session.proximity(0.05, where=where, fields=["closest", "weights", "direction"], reduced=True)
         assert len(reduced) == len(kept) < len(rows) and (reduced.vf, reduced.ee) == (rows.vf, rows.ee)
         for name in ("kind", "status", "v", "toi", "weights"):
             assert (getattr(reduced, name) == getattr(rows, name)[kept]).all()
         assert (reduced.multiplicity == multiplicity).all() and multiplicity.max() > 4
         plain = session.proximity(0.05, where=where, reduced=True)
-        assert plain.weights is None and (plain.stencil == reduced.stencil).all()
+        assert plain.weights is None and plain.stencils().fv.weights is None and (plain.stencil == reduced.stencil).all()
         assert rows.multiplicity is None and rows.stencil is None
         session.submit(kind="proximity", min_separation=0.05, where=where, reduced=True)
         assert session.next_answer().multiplicity.tobytes() == plain.multiplicity.tobytes()
@@ -66,6 +66,10 @@ def test_each_closest_pair_once(client, cloth, where, frame):
         for kind, size in (("vv", 2), ("ev", 3), ("ee", 4), ("fv", 4)):
             stencil = getattr(stencils, kind)
             assert stencil.v.shape == (len(stencil), size) and (stencil.multiplicity == reduced.multiplicity[stencil.rows]).all()
+            apart = (stencil.weights[:, :, None] * cloth.frames[frame][stencil.v]).sum(1)
+            length = np.linalg.norm(apart, axis=1)
+            far = length > 1e-6
+            assert np.allclose(apart[far] / length[far, None], reduced.direction[stencil.rows][far], atol=1e-4)
             for vertices, row in zip(stencil.v, stencil.rows):
                 v, edges, bits = reduced.v[row], reduced.kind[row] == Kind.EDGE_EDGE, on[row]
                 first, second = v[:2 if edges else 1][bits[:2 if edges else 1]], v[2 if edges else 1:][bits[2 if edges else 1:]]
