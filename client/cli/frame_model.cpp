@@ -27,11 +27,13 @@ Result<BodiesMode> parse_bodies_mode(std::string_view name) {
 
 Result<SceneDescription> with_bodies(SceneDescription description, BodiesMode mode) {
   if (mode == BodiesMode::kDeclared) return description;
-  for (const Body& body : description.bodies) {  // how thick they are is no matter of the model
-    if (body.thickness == 0) continue;
+  if (std::ranges::any_of(description.bodies, [](const Body& body) { return body.thickness != 0; })) {
+    // How thick bodies are is no matter of the model.
+    const Result<Scene> declared = Scene::create(description);
+    if (!declared) return declared.error();
     description.thickness.resize(description.vertex_count);
-    for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v)
-      description.thickness[v] += body.thickness;
+    for (std::uint32_t v = 0; v < description.vertex_count; ++v)
+      description.thickness[v] = declared.value().thickness_of(v);
   }
   description.bodies.clear();
   description.excluded_pairs.clear();

@@ -26,6 +26,7 @@ class CsvContactWriter final : public ContactWriter {
 
   Status write(std::uint64_t frame, const Positions&, const Positions&,
                std::span<const ContactRecord> contacts, std::span<const ContactGeometry> geometry) override {
+    static const ContactGeometry kNone;
     std::string lines;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const ContactRecord& contact = contacts[i];
@@ -34,7 +35,7 @@ class CsvContactWriter final : public ContactWriter {
       if (contact.continuity == RowContinuity::kEnded)
         lines += blank_;
       else
-        append_columns(lines, contact, fields_.any() ? geometry[i] : ContactGeometry());
+        append_columns(lines, contact, fields_.any() ? geometry[i] : kNone);
       if (fields_.continuity) lines.append(",").append(to_string(contact.continuity));
       lines += '\n';
       if (lines.size() > kBlock) {

@@ -24,19 +24,15 @@ class PartWidths {
 
   Width of(const PartPair& parts) const {
     if (thickness_ == nullptr) return of_all_;
-    return between(thickness_->of_part(parts.a), thickness_->of_part(parts.b));
+    return Width::of(frame_.to_local(thickness_->between(separation_, parts.a, parts.b)));
   }
   /// Of the parts that two vertices are in.
   Width around(std::uint32_t vertex_a, std::uint32_t vertex_b) const {
     if (thickness_ == nullptr) return of_all_;
-    return between(thickness_->of_part_around(vertex_a), thickness_->of_part_around(vertex_b));
+    return of({thickness_->part_around(vertex_a), thickness_->part_around(vertex_b)});
   }
 
  private:
-  Width between(double thickness_a, double thickness_b) const {
-    return Width::of(frame_.to_local(separation_of(separation_, thickness_a, thickness_b)));
-  }
-
   Width of_all_;
   double separation_ = 0;
   const Thickness* thickness_ = nullptr;

@@ -37,8 +37,8 @@ class Thickness {
   }
   /// The thickest vertex of a part.
   double of_part(std::uint32_t part) const { return of_part_[part]; }
-  /// Of the part that a vertex is in.
-  double of_part_around(std::uint32_t vertex) const { return of_part_[part_of_vertex_[vertex]]; }
+  /// The part that a vertex is in.
+  std::uint32_t part_around(std::uint32_t vertex) const { return part_of_vertex_[vertex]; }
   /// At least separation_of() of any two features of two parts, by so much that the cascade's own rounding of
   /// a sum of their thickness is less.
   double between(double asked, std::uint32_t part_a, std::uint32_t part_b) const;

@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/topology.h"
 #include "engine/contact.h"
 #include "engine/elementary/keep_distance.h"
@@ -63,11 +62,6 @@ struct Core {
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
   bool tests_itself(std::uint32_t part) const {
     return model.self_collision(part) && !rigid_parts.rigid(part);
-  }
-
-  /// At least that of any pair of features of two parts, in the question in hand.
-  double separation_between(const PartPair& parts) const {
-    return thickness.between(options.min_separation, parts.a, parts.b);
   }
 
   /// Bytes held, the scene included.

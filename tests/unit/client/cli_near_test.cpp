@@ -143,6 +143,19 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   EXPECT_EQ(counts("--server " + daemon.address()), with);
   EXPECT_EQ(counts("--filter-edges 0 --filter-near-at-rest 0"), without);
 
+  // So does how thick its bodies are, whichever bodies they are taken for.
+  info.erase("filters");
+  for (Json& body : info["bodies"]) body["thickness"] = 0.05;
+  folder.write("scene/info.json", info.dump());
+  const Json thick = counts("--bodies components");
+  EXPECT_NE(thick, without);
+  EXPECT_EQ(counts("--bodies deformable"), thick);
+  info["bodies"][0]["vertex_count"] = 1 << 30;
+  folder.write("scene/info.json", info.dump());
+  const Outcome beyond = run("near " + scene + " --distance 0.2 --bodies deformable", "2>&1");
+  EXPECT_EQ(beyond.code, kExitFailed) << beyond.out;
+  EXPECT_THAT(beyond.out, HasSubstr("vertex_count"));
+
   const auto misuse = [&](const std::string& filters) {
     return run(std::string("near ") + kScene + " --distance 0.2 " + filters, "2>&1");
   };
