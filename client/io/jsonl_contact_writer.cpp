@@ -13,6 +13,7 @@ class JsonlContactWriter final : public ContactWriter {
 
   Status write(std::uint64_t frame, const Positions&, const Positions&,
                std::span<const ContactRecord> contacts, std::span<const ContactGeometry> geometry) override {
+    static const ContactGeometry kNone;
     std::string lines;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const ContactRecord& contact = contacts[i];
@@ -24,7 +25,7 @@ class JsonlContactWriter final : public ContactWriter {
             .append("\":")
             .append(std::to_string(contact.vertices[k]));
       if (contact.continuity != RowContinuity::kEnded)
-        append_told(lines, contact, fields_.any() ? geometry[i] : ContactGeometry());
+        append_told(lines, contact, fields_.any() ? geometry[i] : kNone);
       if (fields_.continuity)
         lines.append(",\"continuity\":\"").append(to_string(contact.continuity)).append("\"");
       lines += "}\n";

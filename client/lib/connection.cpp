@@ -119,10 +119,14 @@ std::optional<std::string> Connection::why_unreachable() {
   return status.error_message();
 }
 
-std::optional<RemoteError> Connection::need(v1::Feature feature, const std::string& session_id) {
+std::optional<RemoteError> Connection::need(std::span<const v1::Feature> features,
+                                            const std::string& session_id) {
+  if (features.empty()) return std::nullopt;
   v1::GetServerInfoResponse info;
   if (std::optional<RemoteError> error = server_info(info, session_id)) return error;
-  if (std::ranges::count(info.features(), feature) == 0) return too_old_for(feature);
+  for (const v1::Feature feature : features) {
+    if (std::ranges::count(info.features(), feature) == 0) return too_old_for(feature);
+  }
   return std::nullopt;
 }
 
@@ -130,9 +134,7 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
                                               std::string_view positions,
                                               v1::CreateSessionResponse& response) {
   const std::vector<v1::Feature> features = features_in(header);
-  for (const v1::Feature feature : features) {
-    if (std::optional<RemoteError> error = need(feature, header.session_id())) return error;
-  }
+  if (std::optional<RemoteError> error = need(features, header.session_id())) return error;
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
   context.set_wait_for_ready(true);
@@ -144,20 +146,18 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
   v1::CreateSessionRequest request;
   *request.mutable_header() = header;
   // When a write fails, the status has the reason.
-  bool writing = upload->Write(request);
+  using Request = v1::CreateSessionRequest;
+  const auto send = [&](const Request& piece) { return upload->Write(piece); };
   const std::string_view faces(reinterpret_cast<const char*>(scene.faces.data()),
                                scene.faces.size() * sizeof(scene.faces[0]));
-  for (std::size_t at = 0; writing && at < faces.size(); at += kUploadChunk) {
-    request.set_faces(std::string(faces.substr(at, kUploadChunk)));
-    writing = upload->Write(request);
-  }
-  for (std::size_t at = 0; writing && at < positions.size(); at += kUploadChunk) {
-    request.set_positions(std::string(positions.substr(at, kUploadChunk)));
-    writing = upload->Write(request);
-  }
-  const auto send = [&](const v1::CreateSessionRequest& piece) { return upload->Write(piece); };
-  if (writing) writing = wire::upload_thickness(scene.thickness, kUploadChunk, send);
-  if (writing) wire::upload(scene.filters, kUploadChunk, send);
+  static_cast<void>(
+      send(request) &&
+      wire::send_chunks(faces, kUploadChunk, send,
+                        [](Request& to, std::string piece) { to.set_faces(std::move(piece)); }) &&
+      wire::send_chunks(positions, kUploadChunk, send,
+                        [](Request& to, std::string piece) { to.set_positions(std::move(piece)); }) &&
+      wire::upload_thickness(scene.thickness, kUploadChunk, send) &&
+      wire::upload(scene.filters, kUploadChunk, send));
   upload->WritesDone();
   const grpc::Status status = upload->Finish();
   if (!status.ok()) return remote_error_from(status);

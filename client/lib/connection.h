@@ -7,6 +7,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -35,9 +36,9 @@ class Connection {
   /// serves that session.
   std::optional<RemoteError> server_info(v1::GetServerInfoResponse& response,
                                          const std::string& session_id = {});
-  /// kUnimplemented where the daemon that serves this session lacks the feature: kinds of input that it would
-  /// ignore.
-  std::optional<RemoteError> need(v1::Feature feature, const std::string& session_id);
+  /// kUnimplemented where the daemon that serves this session lacks one of the features: kinds of input that
+  /// it would ignore.
+  std::optional<RemoteError> need(std::span<const v1::Feature> features, const std::string& session_id);
   /// Uploads the scene. `positions` are the bytes as in step.proto. Fails as need() for a header that
   /// announces what needs a feature.
   std::optional<RemoteError> create(const v1::SessionHeader& header, const SceneDescription& scene,

@@ -220,7 +220,9 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
   may_commit_ = false;  // whether or not it fails, as with Collider
   Result<v1::SceneChange> encoded = state_.encode(addition, positions);
   if (!encoded) return encoded.error();
-  if (Status known = need_thickness(addition.body); !known) return known.error();
+  if (addition.body.thickness != 0) {
+    if (Status known = need(v1::FEATURE_THICKNESS); !known) return known.error();
+  }
   const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
   if (Status changed =
           change(std::move(encoded).value(), [&] { state_.take(std::move(addition), positions); });
@@ -232,7 +234,9 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
 Status Session::Impl::change_body(std::uint32_t index, Body body) {
   may_commit_ = false;
   if (Status status = state_.check_change(index, body); !status) return status;
-  if (Status known = need_thickness(body); !known) return known;
+  if (body.thickness != 0) {
+    if (Status known = need(v1::FEATURE_THICKNESS); !known) return known;
+  }
   v1::SceneChange encoded;
   encoded.mutable_change()->set_index(index);
   *encoded.mutable_change()->mutable_body() = to_proto(body);
@@ -242,19 +246,17 @@ Status Session::Impl::change_body(std::uint32_t index, Body body) {
 }
 
 // Of a daemon that is not there the change itself will tell.
-Status Session::Impl::need_thickness(const Body& body) {
-  if (body.thickness == 0 || failed_) return {};
-  const std::optional<RemoteError> error = connection_->need(v1::FEATURE_THICKNESS, id());
+Status Session::Impl::need(v1::Feature feature) {
+  if (failed_) return *failed_;
+  const std::optional<RemoteError> error = connection_->need({&feature, 1}, id());
   if (error && error->error.code == ErrorCode::kUnimplemented) return error->error;
   return {};
 }
 
 Status Session::Impl::change_filters(PairFilters filters) {
   may_commit_ = false;
-  if (failed_) return *failed_;
   if (filters.any()) {
-    const std::optional<RemoteError> error = connection_->need(v1::FEATURE_PAIR_FILTERS, id());
-    if (error && error->error.code == ErrorCode::kUnimplemented) return error->error;
+    if (Status known = need(v1::FEATURE_PAIR_FILTERS); !known) return known;
   }
   v1::SceneChange encoded;
   *encoded.mutable_change_filters() = to_proto(filters);

@@ -43,8 +43,8 @@ struct Session::Impl {
   std::uint64_t resumes() const { return resumes_; }
 
  private:
-  /// kUnimplemented where the body is thick and the daemon knows of no thickness.
-  Status need_thickness(const Body& body);
+  /// kUnimplemented where the daemon lacks the feature; the session's failure where it has failed.
+  Status need(v1::Feature feature);
   /// The number of the next frame.
   std::uint64_t next_number() const;
   Result<std::uint64_t> send(SentFrame frame);

@@ -55,21 +55,17 @@ Result<Recorder> Recorder::create(const std::string& path, const SceneDescriptio
   *header.mutable_options() = to_proto(options);
   recorder.state_.describe(header);
   recorder.writer_->write(message);
-  const auto upload = [&](std::string_view bytes, auto set) {
-    for (std::size_t at = 0; at < bytes.size(); at += kUploadChunk) {
-      set(*message.mutable_create(), std::string(bytes.substr(at, kUploadChunk)));
-      recorder.writer_->write(message);
-    }
-  };
-  upload({reinterpret_cast<const char*>(scene.faces.data()), scene.faces.size() * sizeof(scene.faces[0])},
-         [](v1::CreateSessionRequest& to, std::string bytes) { to.set_faces(std::move(bytes)); });
-  upload(recorder.state_.positions(),
-         [](v1::CreateSessionRequest& to, std::string bytes) { to.set_positions(std::move(bytes)); });
-  const auto write = [&](const v1::CreateSessionRequest& piece) {
+  using Request = v1::CreateSessionRequest;
+  const auto write = [&](const Request& piece) {
     *message.mutable_create() = piece;
     recorder.writer_->write(message);
     return true;
   };
+  wire::send_chunks(
+      {reinterpret_cast<const char*>(scene.faces.data()), scene.faces.size() * sizeof(scene.faces[0])},
+      kUploadChunk, write, [](Request& to, std::string bytes) { to.set_faces(std::move(bytes)); });
+  wire::send_chunks(recorder.state_.positions(), kUploadChunk, write,
+                    [](Request& to, std::string bytes) { to.set_positions(std::move(bytes)); });
   wire::upload_thickness(scene.thickness, kUploadChunk, write);
   wire::upload(recorder.state_.scene().filters, kUploadChunk, write);
   return recorder;

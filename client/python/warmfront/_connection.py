@@ -209,10 +209,12 @@ class Connection:
             pass
         return ""
 
-    def need(self, feature: session_pb2.Feature, session_id: str, timeout: Optional[float] = None) -> None:
-        """UnimplementedError where the daemon that serves this session lacks the feature."""
-        if feature not in self.server_info(timeout, session_id).features:
-            raise UnimplementedError(_TOO_OLD_FOR[feature])
+    def need(self, features: Sequence[session_pb2.Feature], session_id: str, timeout: Optional[float] = None) -> None:
+        """UnimplementedError where the daemon that serves this session lacks one of the features."""
+        known = self.server_info(timeout, session_id).features if features else ()
+        for feature in features:
+            if feature not in known:
+                raise UnimplementedError(_TOO_OLD_FOR[feature])
 
     def create(self, header: session_pb2.SessionHeader, arrays: Sequence[tuple[str, Bytes]],
                timeout: Optional[float] = None) -> Any:
@@ -226,8 +228,7 @@ class Connection:
                 for at in range(0, len(view), _UPLOAD_CHUNK):
                     yield b"".join(field(_PARTS[name].number, view[at:at + _UPLOAD_CHUNK]))
         features = _features_in(header)
-        for feature in features:
-            self.need(feature, header.session_id, timeout)
+        self.need(features, header.session_id, timeout)
         response = self._call(lambda channel: channel.upload, requests(), header.session_id, timeout or self.timeouts.create,
                               wait_for_ready=True)
         # Another daemon than the one that was asked, behind a proxy, would take the scene without what it does not know of.

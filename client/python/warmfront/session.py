@@ -463,7 +463,7 @@ class Session:
     def _need(self, feature: session_pb2.Feature) -> None:
         """UnimplementedError where the daemon lacks the feature. One that is lost the change finds out, too."""
         try:
-            self._alive().connection.need(feature, self.id)
+            self._alive().connection.need([feature], self.id)
         except UnimplementedError:
             raise
         except WarmfrontError:
