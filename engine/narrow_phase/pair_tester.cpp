@@ -193,10 +193,10 @@ std::pair<double, double> PairTester::thickness_of(const FeaturePair& pair) cons
   return {input_->thickness.of(vertices.first(of_a)), input_->thickness.of(vertices.subspan(of_a))};
 }
 
-double PairTester::separation(const FeaturePair& pair) const {
-  if (!input_->thickness.any()) return input_->options.min_separation;
+double PairTester::separation(const FeaturePair& pair, double asked) const {
+  if (!input_->thickness.any()) return asked;
   const auto [a, b] = thickness_of(pair);
-  return separation_of(input_->options.min_separation, a, b);
+  return separation_of(asked, a, b);
 }
 
 float PairTester::until() const {
@@ -388,10 +388,7 @@ void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
   for (const FeaturePair& pair : pairs) {
     certified.latest = std::min(1.0, shared_->earliest.load(std::memory_order_relaxed));
     KeepDistance keep = input_->keep;
-    if (input_->thickness.any()) {
-      const auto [a, b] = thickness_of(pair);
-      keep.beyond = separation_of(keep.beyond, a, b);
-    }
+    keep.beyond = separation(pair, keep.beyond);
     take_verdict(pair, keep_distance_test(features_of(pair), keep, certified));
   }
 }

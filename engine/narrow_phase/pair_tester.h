@@ -134,7 +134,11 @@ class PairTester {
   Width width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const;
   // Of the first and of the second feature; where anything is thick.
   std::pair<double, double> thickness_of(const FeaturePair& pair) const;
-  double separation(const FeaturePair& pair) const;
+  // Of the pair, in a question with this separation for all.
+  double separation(const FeaturePair& pair, double asked) const;
+  double separation(const FeaturePair& pair) const {
+    return separation(pair, input_->options.min_separation);
+  }
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.
   void push_unless_at_rest(const FeaturePair& pair);

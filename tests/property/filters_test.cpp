@@ -17,7 +17,7 @@
 #include "engine/collider.h"
 #include "engine/elementary/keep_distance.h"
 #include "tests/support/brute_force.h"
-#include "tests/support/draws.h"
+#include "tests/support/drawn_bodies.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
@@ -25,24 +25,13 @@
 namespace warmfront {
 namespace {
 
-using testing::Draws;
+using testing::DrawnBodies;
 using testing::PairRules;
 
-class Filtered : public Draws {
+class Filtered : public DrawnBodies {
  public:
-  explicit Filtered(std::uint64_t seed) : Draws(seed) {
-    const int bodies = below(3) == 0 ? 0 : 1 + below(3);
-    for (int b = 0; b < std::max(1, bodies); ++b) {
-      auto [addition, rows] = draw_shape();
-      for (auto face : addition.faces) {
-        for (auto& v : face) v += static_cast<std::int32_t>(description_.vertex_count);
-        description_.faces.push_back(face);
-      }
-      addition.body.first_vertex = description_.vertex_count;
-      description_.vertex_count += addition.body.vertex_count;
-      if (bodies > 0) description_.bodies.push_back(addition.body);
-      x_.insert(x_.end(), rows.begin(), rows.end());
-    }
+  explicit Filtered(std::uint64_t seed) : DrawnBodies(seed) {
+    draw_bodies();
     rest_ = x_;
     if (below(3) == 0)
       for (double& x : rest_) x += uniform(0.3);  // another shape than where it begins
@@ -77,16 +66,6 @@ class Filtered : public Draws {
   std::uint64_t left_out() const { return left_out_; }
 
  private:
-  std::pair<BodyAddition, std::vector<double>> draw_shape() {
-    const testing::RandomScene made = testing::random_scene(random_);
-    BodyAddition addition{{"", 0, made.scene->vertex_count(), static_cast<BodyKind>(below(3))}, {}};
-    addition.body.self_collision = below(4) != 0;
-    for (const Face& face : made.scene->faces())
-      addition.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
-                                static_cast<std::int32_t>(face[2])});
-    return {addition, made.positions};
-  }
-
   PairFilters draw_filters() {
     PairFilters filters;
     const auto n = static_cast<int>(description_.vertex_count);
@@ -167,10 +146,7 @@ class Filtered : public Draws {
     std::vector<SceneChange> changes;
     changes.emplace_back(AddBody{addition, rows});
     RC_ASSERT(all_->change(changes).ok());
-    addition.body.first_vertex = description_.vertex_count;
-    description_.bodies.push_back(addition.body);
-    description_.vertex_count += addition.body.vertex_count;
-    x_.insert(x_.end(), rows.begin(), rows.end());
+    append(addition, rows);
     rest_.insert(rest_.end(), rows.begin(), rows.end());
     if (filters_.near_at_rest > 0)
       filters_.rest_positions.insert(filters_.rest_positions.end(), rows.begin(), rows.end());
@@ -183,18 +159,8 @@ class Filtered : public Draws {
     take_rules();
   }
 
-  std::vector<double> draw_motion() {
-    std::vector<double> y = testing::random_motion(random_, *scene_, x_);
-    for (const Body& body : description_.bodies) {
-      if (body.kind != BodyKind::kStatic) continue;
-      const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
-      std::copy_n(x_.begin() + first, 3 * body.vertex_count, y.begin() + first);
-    }
-    return y;
-  }
-
   void move() {
-    const std::vector<double> y = draw_motion();
+    const std::vector<double> y = draw_motion(*scene_);
     const std::span<const double> there = y;
     QuestionOptions question;
     if (below(3) == 0) question.tier = static_cast<Tier>(below(3));
@@ -241,14 +207,6 @@ class Filtered : public Draws {
     const std::span<const double> there = y;
     const Result<StepResult> answer = cold.trial(there, question);
     RC_ASSERT(std::ranges::equal(answer.value().contacts, some_->trial(there, question).value().contacts));
-  }
-
-  bool may_meet(std::uint32_t p, std::uint32_t q) const {
-    if (description_.bodies.empty()) return true;
-    const Body& a = description_.bodies[p];
-    const Body& b = description_.bodies[q];
-    if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
-    return a.kind != BodyKind::kStatic || b.kind != BodyKind::kStatic;
   }
 
   void expect_max_step(const std::vector<double>& y) {
@@ -310,9 +268,7 @@ class Filtered : public Draws {
     RC_ASSERT(some_->self_check().ok());
   }
 
-  SceneDescription description_;  // without filters
   PairFilters filters_;
-  std::vector<double> x_;
   std::vector<double> rest_;
   ColliderOptions options_;
   std::optional<Collider> all_;

@@ -19,31 +19,21 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "tests/support/brute_force.h"
-#include "tests/support/draws.h"
+#include "tests/support/drawn_bodies.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
 
-using testing::Draws;
+using testing::DrawnBodies;
 
-class Thick : public Draws {
+class Thick : public DrawnBodies {
  public:
-  explicit Thick(std::uint64_t seed) : Draws(seed) {
-    const int bodies = below(3) == 0 ? 0 : 1 + below(3);
-    for (int b = 0; b < std::max(1, bodies); ++b) {
-      auto [addition, rows] = draw_shape();
-      for (auto face : addition.faces) {
-        for (auto& v : face) v += static_cast<std::int32_t>(description_.vertex_count);
-        description_.faces.push_back(face);
-      }
-      addition.body.first_vertex = description_.vertex_count;
-      description_.vertex_count += addition.body.vertex_count;
-      if (bodies > 0) description_.bodies.push_back(addition.body);
-      x_.insert(x_.end(), rows.begin(), rows.end());
-    }
-    if (bodies == 0 || below(2) == 0) {
+  explicit Thick(std::uint64_t seed) : DrawnBodies(seed) {
+    draw_bodies();
+    for (Body& body : description_.bodies) body.thickness = draw_thickness();
+    if (description_.bodies.empty() || below(2) == 0) {
       const bool few = below(2) == 0;
       for (std::uint32_t v = 0; v < description_.vertex_count; ++v)
         description_.thickness.push_back(few && below(8) != 0 ? 0 : draw_thickness());
@@ -74,17 +64,6 @@ class Thick : public Draws {
   double draw_thickness() {
     constexpr std::array kThickness{0.0, 0.01, 0.05, 0.2};
     return kThickness[static_cast<std::size_t>(below(4))];
-  }
-
-  std::pair<BodyAddition, std::vector<double>> draw_shape() {
-    const testing::RandomScene made = testing::random_scene(random_);
-    BodyAddition addition{{"", 0, made.scene->vertex_count(), static_cast<BodyKind>(below(3))}, {}};
-    addition.body.self_collision = below(4) != 0;
-    addition.body.thickness = draw_thickness();
-    for (const Face& face : made.scene->faces())
-      addition.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
-                                static_cast<std::int32_t>(face[2])});
-    return {addition, made.positions};
   }
 
   ColliderOptions draw_options() {
@@ -122,22 +101,10 @@ class Thick : public Draws {
   void add_body() {
     if (description_.bodies.empty() || description_.bodies.size() > 4) return;
     auto [addition, rows] = draw_shape();
+    addition.body.thickness = draw_thickness();
     RC_ASSERT(collider_->add_body(addition, std::span<const double>(rows)).ok());
-    addition.body.first_vertex = description_.vertex_count;
-    description_.bodies.push_back(addition.body);
-    description_.vertex_count += addition.body.vertex_count;
-    x_.insert(x_.end(), rows.begin(), rows.end());
+    append(addition, rows);
     scene_ = collider_->shared_scene();
-  }
-
-  std::vector<double> draw_motion() {
-    std::vector<double> y = testing::random_motion(random_, *scene_, x_);
-    for (const Body& body : description_.bodies) {
-      if (body.kind != BodyKind::kStatic) continue;
-      const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
-      std::copy_n(x_.begin() + first, 3 * body.vertex_count, y.begin() + first);
-    }
-    return y;
   }
 
   // By the description alone.
@@ -151,14 +118,6 @@ class Thick : public Draws {
       most = std::max(most, of_vertex);
     }
     return most;
-  }
-
-  bool may_meet(std::uint32_t p, std::uint32_t q) const {
-    if (description_.bodies.empty()) return true;
-    const Body& a = description_.bodies[p];
-    const Body& b = description_.bodies[q];
-    if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
-    return a.kind != BodyKind::kStatic || b.kind != BodyKind::kStatic;
   }
 
   // Calls visit(contact, features, thickness of both) for each pair that counts.
@@ -200,7 +159,7 @@ class Thick : public Draws {
   }
 
   void move() {
-    const std::vector<double> y = draw_motion();
+    const std::vector<double> y = draw_motion(*scene_);
     const std::span<const double> there = y;
     QuestionOptions question;
     if (below(3) == 0) question.tier = below(2) == 0 ? Tier::kCertified : Tier::kExact;
@@ -311,17 +270,11 @@ class Thick : public Draws {
 
   std::shared_ptr<const Scene> thin_scene() const {
     SceneDescription thin = description_;
-    thin.faces.clear();
-    for (const Face& face : scene_->faces())
-      thin.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
-                            static_cast<std::int32_t>(face[2])});
     thin.thickness.clear();
     for (Body& body : thin.bodies) body.thickness = 0;
     return std::make_shared<const Scene>(Scene::create(std::move(thin)).value());
   }
 
-  SceneDescription description_;  // its faces: of the bodies that it began with
-  std::vector<double> x_;
   ColliderOptions options_;
   std::shared_ptr<const Scene> scene_;
   std::optional<Collider> collider_;
