@@ -102,16 +102,28 @@ class OlderService final : public v1::CollisionService::Service {
   const std::unique_ptr<v1::CollisionService::Stub> stub_;
 };
 
+/// Listens for a service, as long as it lives.
+struct Serving {
+  explicit Serving(grpc::Service& service) {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+    builder.RegisterService(&service);
+    server = builder.BuildAndStart();
+  }
+  ~Serving() { server->Shutdown(std::chrono::system_clock::now()); }
+  Serving(const Serving&) = delete;
+  Serving& operator=(const Serving&) = delete;
+
+  const TemporaryFolder folder;
+  const std::string address = "unix:" + (folder.path() / "older.sock").string();
+  std::unique_ptr<grpc::Server> server;
+};
+
 TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
   LocalDaemon daemon;
   OlderService service(daemon.address());
-  const TemporaryFolder folder;
-  const std::string address = "unix:" + (folder.path() / "older.sock").string();
-  grpc::ServerBuilder builder;
-  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
-  builder.RegisterService(&service);
-  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
-  Switchboard board(address);
+  const Serving older(service);
+  Switchboard board(older.address);
   {
     const MovingGrids grids(5);
     SceneDescription scene = grids.scene();
@@ -131,7 +143,7 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     step(1);
     step(2);
     EXPECT_EQ(session.resumes(), 0u) << "what was just made there is taken for what it is";
-    board.lead_to(address);
+    board.lead_to(older.address);
     step(3);
     EXPECT_EQ(session.resumes(), 1u);
     EXPECT_EQ(direct.get_session(session.id()).value().steps, 1u) << "made again, at frame 2";
@@ -159,22 +171,16 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     }
     EXPECT_EQ(direct.list_sessions().value().size(), 1u) << "nothing is left of it";
   }
-  server->Shutdown(std::chrono::system_clock::now());
 }
 
 TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
   LocalDaemon daemon;
   OlderService service(daemon.address(), Unknown::kReduced);
-  const TemporaryFolder folder;
-  const std::string address = "unix:" + (folder.path() / "older.sock").string();
-  grpc::ServerBuilder builder;
-  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
-  builder.RegisterService(&service);
-  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  const Serving older(service);
   {
     const MovingGrids grids(5);
     const std::vector<double> start = grids.positions(0);
-    Client client = Client::connect(address).value();
+    Client client = Client::connect(older.address).value();
     Session session = client.create_session(grids.scene(), Doubles(start)).value();
     const auto all = session.proximity(0.5);
     ASSERT_TRUE(all.ok() && all.value().contacts.size() > 0);
@@ -187,7 +193,6 @@ TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
     ASSERT_TRUE(after.ok()) << "the session goes on";
     EXPECT_EQ(after.value().contacts, all.value().contacts);
   }
-  server->Shutdown(std::chrono::system_clock::now());
 }
 
 }  // namespace
