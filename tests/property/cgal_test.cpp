@@ -28,6 +28,7 @@
 namespace warmfront {
 namespace {
 
+#ifdef WARMFRONT_HAS_CGAL
 using FacePairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // sorted, each once
 
 FacePairs sorted(FacePairs pairs) {
@@ -38,7 +39,6 @@ FacePairs sorted(FacePairs pairs) {
   return pairs;
 }
 
-#ifdef WARMFRONT_HAS_CGAL
 int shared(const Face& f, const Face& g) {
   return static_cast<int>(
       std::ranges::count_if(f, [&](std::uint32_t v) { return std::ranges::find(g, v) != g.end(); }));
@@ -63,7 +63,6 @@ FacePairs cgal_pairs(const Scene& scene, const std::vector<float>& x) {
   }
   return sorted(std::move(pairs));
 }
-#endif
 
 // An edge that meets a face is of all faces along it.
 FacePairs our_pairs(const Scene& scene, std::span<const Contact> rows) {
@@ -84,6 +83,7 @@ bool has_area(const std::vector<float>& x, const Face& face) {
   }
   return area > 0;
 }
+#endif
 
 TEST(IntersectionsAndCgal, TellTheSameFacesOfRecordedFrames) {
 #ifndef WARMFRONT_HAS_CGAL
