@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -40,6 +41,7 @@ struct Arguments {
   FilterArguments filters;
   std::string send = "all";
   std::vector<std::string> mix;
+  std::optional<double> distance;
   bool check = false;
   std::vector<std::string> limits;
   std::string knee;
@@ -105,6 +107,12 @@ Result<Series> read(Arguments& a) {
   const Result<Mix> mix = parse_mix(a.mix);
   if (!mix) return invalid_argument("--mix " + mix.error().message);
   a.plan.mix = mix.value();
+  if (a.distance.has_value() != a.plan.mix.has(Asked::kProximity))
+    return invalid_argument(a.distance ? "--distance is of proximity, which --mix does not ask"
+                                       : "--mix proximity: within which distance? Give --distance");
+  a.plan.distance = a.distance.value_or(0);
+  if (!(a.plan.distance >= 0 && std::isfinite(a.plan.distance)))
+    return invalid_argument("--distance: give a finite length >= 0");
   if (!a.mix.empty() && !a.plan.record_dir.empty())
     return invalid_argument("--record writes what was stepped: leave out --mix");
 
@@ -227,7 +235,8 @@ int load_verb(Arguments a) {
   if (Status status = describe_server(a.plan, report); !status) return failure(status.error().message);
   std::optional<ExpectedAnswers> expected;
   if (a.check) {
-    Result<ExpectedAnswers> computed = ExpectedAnswers::compute(playback.value(), opened.value().options);
+    Result<ExpectedAnswers> computed = ExpectedAnswers::compute(playback.value(), opened.value().options,
+                                                                a.plan.mix, a.plan.distance);
     if (!computed) return failure(computed.error().message);
     expected.emplace(std::move(computed).value());
   }
@@ -269,10 +278,12 @@ Verb add_load(CLI::App& app) {
   app.add_option("--seed", a.plan.seed, "Seed of the random gaps")->capture_default_str();
   take_list(
       app.add_option("--mix", a.mix,
-                     "What each session asks in turn, and how often: step, trial, commit, max_step, like "
-                     "trial=3,commit=1. Trials and max_steps are of the motion to the next frame, which a "
-                     "commit takes whole. Without it: steps"))
+                     "What each session asks in turn, and how often: step, trial, commit, max_step, "
+                     "proximity, intersections, like proximity=1,trial=3,commit=1. Trials and max_steps are "
+                     "of the motion to the next frame, which a commit takes whole; proximity and "
+                     "intersections of where the session is. Without it: steps"))
       ->type_name("NAME=COUNT");
+  app.add_option("--distance", a.distance, "Of proximity in --mix: the pairs within it, in the scene's unit");
   const auto time = [&](const char* name, double& seconds, const char* help, bool positive) {
     CLI::Option* option = app.add_option(name, seconds, help);
     option->transform(CLI::AsNumberWithUnit(

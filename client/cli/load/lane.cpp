@@ -141,17 +141,29 @@ bool Lane::step(std::optional<double> due, Kind kind, const std::atomic<bool>& s
 }
 
 Result<Answer> Lane::ask(Asked asked) {
-  if (asked == Asked::kStep) return session_->step(next_);
-  const QuestionKind kind = asked == Asked::kTrial ? QuestionKind::kTrial : QuestionKind::kMaxStep;
-  const Result<std::uint64_t> sent =
-      asked == Asked::kCommit ? session_->submit_commit() : session_->submit(next_, {.kind = kind});
-  if (!sent) return sent.error();
-  return session_->next_answer();
+  const auto answered = [this](const Result<std::uint64_t>& sent) {
+    return sent ? session_->next_answer() : Result<Answer>(sent.error());
+  };
+  switch (asked) {
+    case Asked::kStep:
+      break;
+    case Asked::kTrial:
+      return session_->trial(next_);
+    case Asked::kCommit:
+      return answered(session_->submit_commit());
+    case Asked::kMaxStep:
+      return answered(session_->submit(next_, {.kind = QuestionKind::kMaxStep}));
+    case Asked::kProximity:
+      return session_->proximity(plan_.distance);
+    case Asked::kIntersections:
+      return session_->intersections();
+  }
+  return session_->step(next_);
 }
 
 void Lane::check(const Answer& answer, Asked asked) {
-  const AnswerDigest& expected = expected_->at(tick_ + 1);
-  const bool whole = asked == Asked::kStep || asked == Asked::kTrial;
+  const AnswerDigest& expected = expected_->of(asked, tick_);
+  const bool whole = asked != Asked::kCommit && asked != Asked::kMaxStep;
   // Candidates begin earlier than anything touches.
   if (!whole && plan_.options.report == Report::kCandidates) return;
   ++tally_.checked;

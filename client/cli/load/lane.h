@@ -59,7 +59,7 @@ class Lane {
   bool step(std::optional<double> due, Kind kind, const std::atomic<bool>& stop);
   Result<Answer> ask(Asked asked);
   void take(const Answer& answer, const FrameTimes& times, Kind kind, Asked asked);
-  /// Compares with what is expected of the motion to `tick_ + 1`.
+  /// Compares with what is expected where the session is, at `tick_`.
   void check(const Answer& answer, Asked asked);
 
   // Constant after construction.

@@ -23,7 +23,7 @@ std::size_t& count_of(Counts& counts, Asked asked) {
 Error malformed(std::string_view item, const std::string& why) {
   return invalid_argument(in_quotes(item) + ": " + why +
                           "; give NAME=COUNT, like trial=3,commit=1, where NAME " +
-                          "is one of step, trial, commit, max_step");
+                          "is one of step, trial, commit, max_step, proximity, intersections");
 }
 
 // NAME=COUNT.
@@ -47,6 +47,8 @@ std::size_t share(std::size_t count, std::size_t groups, std::size_t i) {
 std::vector<Asked> cycle_of(Counts counts) {
   const std::size_t trials = count_of(counts, Asked::kTrial), max_steps = count_of(counts, Asked::kMaxStep);
   const std::size_t commits = count_of(counts, Asked::kCommit), steps = count_of(counts, Asked::kStep);
+  const std::size_t near = count_of(counts, Asked::kProximity);
+  const std::size_t tangles = count_of(counts, Asked::kIntersections);
   const std::size_t groups = std::max<std::size_t>(1, commits > 0 ? commits : steps);
   // Evenly mixed; a max_step comes first, as solvers ask. Each commit gets at least one of them.
   std::vector<Asked> asks(max_steps + trials);
@@ -58,6 +60,8 @@ std::vector<Asked> cycle_of(Counts counts) {
   std::vector<Asked> cycle;
   auto ask = asks.cbegin();
   for (std::size_t g = 0; g < groups; ++g) {
+    cycle.insert(cycle.end(), share(near, groups, g), Asked::kProximity);
+    cycle.insert(cycle.end(), share(tangles, groups, g), Asked::kIntersections);
     const auto end = ask + static_cast<std::ptrdiff_t>(share(asks.size(), groups, g));
     cycle.insert(cycle.end(), ask, end);
     ask = end;

@@ -21,7 +21,8 @@ struct Plan {
   ClientSecurity security;
   ColliderOptions options;
   SendMode send = SendMode::kAll;
-  Mix mix;  ///< what each session asks in turn
+  Mix mix;              ///< what each session asks in turn
+  double distance = 0;  ///< of its proximity questions
   std::uint32_t sessions = 1;
   Arrival arrival = Arrival::kClosed;
   double rate = 0;         ///< open loop: frames (of a mix: questions) a second over all sessions

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/cli/progress.h"
+#include "client/lib/any_session.h"
 
 namespace warmfront::client::load {
 
@@ -20,20 +21,30 @@ Positions Playback::at(std::uint64_t tick) const {
   return view(frames_[at < frames_.size() ? at : period() - at]);
 }
 
-Result<ExpectedAnswers> ExpectedAnswers::compute(const Playback& playback, const ColliderOptions& options) {
-  Result<std::unique_ptr<Stepper>> stepper = make_local_stepper(playback.scene(), playback.at(0), options, 0);
-  if (!stepper) return stepper.error();
-  std::vector<AnswerDigest> digests(playback.period());
-  Progress progress("expected answer", playback.period());
-  for (std::uint64_t tick = 1; tick <= playback.period(); ++tick) {
-    const Result<StepAnswer> answer = stepper.value()->step(playback.at(tick));
-    if (!answer)
-      return Error{answer.error().code,
-                   "in this process, tick " + std::to_string(tick) + ": " + answer.error().message};
-    digests[tick % playback.period()] = digest_of(answer.value());
-    progress.update(tick);
+Result<ExpectedAnswers> ExpectedAnswers::compute(const Playback& playback, const ColliderOptions& options,
+                                                 const Mix& mix, double distance) {
+  Result<AnySession> created = AnySession::create(playback.scene(), playback.at(0), options);
+  if (!created) return created.error();
+  AnySession session = std::move(created).value();
+  const std::uint64_t period = playback.period();
+  ExpectedAnswers expected;
+  Progress progress("expected answer", period);
+  for (std::uint64_t tick = 0; tick < period; ++tick) {
+    const auto keep = [tick](const Result<Answer>& answer, std::vector<AnswerDigest>& digests) -> Status {
+      if (!answer)
+        return Error{answer.error().code,
+                     "in this process, tick " + std::to_string(tick) + ": " + answer.error().message};
+      digests.push_back(digest_of(answer.value()));
+      return {};
+    };
+    Status kept;
+    if (mix.has(Asked::kProximity)) kept = keep(session.proximity(distance), expected.near_);
+    if (kept && mix.has(Asked::kIntersections)) kept = keep(session.intersections(), expected.tangles_);
+    if (kept) kept = keep(session.step(Frame(playback.at(tick + 1))), expected.motions_);
+    if (!kept) return kept.error();
+    progress.update(tick + 1);
   }
-  return ExpectedAnswers(std::move(digests));
+  return expected;
 }
 
 }  // namespace warmfront::client::load

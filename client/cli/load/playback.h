@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/answer_digest.h"
+#include "client/cli/load/mix.h"
 #include "client/io/input.h"
 #include "engine/options.h"
 #include "engine/result.h"
@@ -33,20 +34,30 @@ class Playback {
   std::vector<PositionBuffer> frames_;
 };
 
-/// The engine's answer, in this process, to every step of a playback. An answer depends only on a step's
-/// begin and end, so these are right for every session, wherever it starts.
+/// The engine's answers, in this process, to what a mix asks at every tick of a playback. An answer depends
+/// only on a motion's begin and end, or on the state, so these are right for every session, wherever it
+/// starts.
 class ExpectedAnswers {
  public:
   /// Steps through a whole period; slow. Frames give all positions, so all `send` modes except poses must
-  /// agree.
-  static Result<ExpectedAnswers> compute(const Playback& playback, const ColliderOptions& options);
+  /// agree. `distance`: of proximity questions.
+  static Result<ExpectedAnswers> compute(const Playback& playback, const ColliderOptions& options,
+                                         const Mix& mix, double distance);
 
-  /// Of the step from tick - 1 to tick.
-  const AnswerDigest& at(std::uint64_t tick) const { return digests_[tick % digests_.size()]; }
+  /// At `tick`. Of commits and max_steps: that of the motion which they are about.
+  const AnswerDigest& of(Asked asked, std::uint64_t tick) const {
+    const std::vector<AnswerDigest>& digests = asked == Asked::kProximity       ? near_
+                                               : asked == Asked::kIntersections ? tangles_
+                                                                                : motions_;
+    return digests[tick % motions_.size()];
+  }
 
  private:
-  explicit ExpectedAnswers(std::vector<AnswerDigest> digests) : digests_(std::move(digests)) {}
-  std::vector<AnswerDigest> digests_;  // by tick
+  ExpectedAnswers() = default;
+  // By tick.
+  std::vector<AnswerDigest> motions_;  // to the next tick
+  std::vector<AnswerDigest> near_;     // empty, like the next, where the mix does not ask
+  std::vector<AnswerDigest> tangles_;
 };
 
 }  // namespace warmfront::client::load

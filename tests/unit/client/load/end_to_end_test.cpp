@@ -114,13 +114,13 @@ TEST_F(LoadEndToEnd, AMixAsksWhatItSaysAndGetsTheEnginesAnswers) {
   for (const char* send : {"all", "moved"}) {
     SCOPED_TRACE(send);
     const Outcome outcome = load(
-        std::string("--sessions 2 --duration 1s --warmup 0s --mix max_step=1,trial=2,commit=1,step=1 --check "
-                    "--limit errors=0 --json - --send ") +
+        std::string("--sessions 2 --duration 1s --warmup 0s --check --limit errors=0 --json - --distance 0.02 "
+                    "--mix max_step=1,trial=2,commit=1,step=1,proximity=1,intersections=1 --send ") +
             send,
         "2>/dev/null");
     ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
     const Json point = Json::parse(outcome.out)["points"][0];
-    EXPECT_EQ(point["mix"], "max_step=1,trial=2,commit=1,step=1");
+    EXPECT_EQ(point["mix"], "max_step=1,trial=2,commit=1,step=1,proximity=1,intersections=1");
     EXPECT_EQ(point["counts"]["checked"], point["counts"]["all_frames"]);
     EXPECT_EQ(point["counts"]["different"], 0);
     const Json& questions = point["ms"]["questions"];
@@ -129,10 +129,14 @@ TEST_F(LoadEndToEnd, AMixAsksWhatItSaysAndGetsTheEnginesAnswers) {
     EXPECT_NEAR(count("trial"), 2 * count("commit"), 4) << "each session is within a cycle at the end";
     EXPECT_NEAR(count("max_step"), count("commit"), 2);
     EXPECT_NEAR(count("step"), count("commit"), 2);
-    EXPECT_EQ(count("step") + count("trial") + count("commit") + count("max_step"),
-              point["counts"]["frames"].get<int>());
-    for (const char* name : {"step", "trial", "commit", "max_step"})
-      EXPECT_GE(questions[name]["p99"], questions[name]["p50"]);
+    EXPECT_NEAR(count("proximity"), count("commit"), 2);
+    EXPECT_NEAR(count("intersections"), count("commit"), 2);
+    int all = 0;
+    for (const auto& [name, latency] : questions.items()) {
+      all += latency["count"].get<int>();
+      EXPECT_GE(latency["p99"], latency["p50"]) << name;
+    }
+    EXPECT_EQ(all, point["counts"]["frames"].get<int>());
   }
   const Outcome text = load("--duration 200ms --warmup 0s --mix trial=1,commit=1 --csv " + file("mix.csv"));
   EXPECT_EQ(text.code, kExitOk);
@@ -172,7 +176,8 @@ TEST_F(LoadEndToEnd, MisuseIsSaidInOneLine) {
   for (const char* wrong :
        {"--sessions 0", "--sessions 1.5", "--sessions 5000", "--sessions 2:1:x2", "--rate -1", "--duration 5",
         "--duration 0s", "--limit p42=1ms", "--limit p99=20", "--poisson", "--mix trial=0", "--mix look=1",
-        "--mix commit=1", "--mix trial=1,trial=2", "--mix trial=1 --record .", "--knee p99=1ms --rate 1:4:x2",
+        "--mix commit=1", "--mix trial=1,trial=2", "--mix proximity=1", "--mix trial=1 --distance 1",
+        "--mix proximity=1 --distance -1", "--mix trial=1 --record .", "--knee p99=1ms --rate 1:4:x2",
         "--check --send poses"}) {
     const Outcome outcome = load(wrong);
     EXPECT_EQ(outcome.code, kExitUsage) << wrong << "\n" << outcome.out;

@@ -26,6 +26,9 @@ TEST(LoadMix, QuestionsComeBeforeTheCommitThatTakesThem) {
   EXPECT_THAT(cycle({"step=2", "trial=4"}), ElementsAre(kTrial, kTrial, kStep, kTrial, kTrial, kStep));
   EXPECT_THAT(cycle({"max_step=2"}), ElementsAre(kMaxStep, kMaxStep));
   EXPECT_THAT(cycle({"step=1"}), ElementsAre(kStep));
+  EXPECT_THAT(cycle({"proximity=2", "max_step=2", "commit=2", "intersections=1"}),
+              ElementsAre(kProximity, kMaxStep, kCommit, kProximity, kIntersections, kMaxStep, kCommit));
+  EXPECT_THAT(cycle({"proximity=1"}), ElementsAre(kProximity));
 }
 
 TEST(LoadMix, EveryCycleHasTheCountsAndAQuestionForEachCommit) {
@@ -33,7 +36,7 @@ TEST(LoadMix, EveryCycleHasTheCountsAndAQuestionForEachCommit) {
     for (std::size_t trial = 0; trial < 5; ++trial) {
       for (std::size_t max_step = 0; max_step < 4; ++max_step) {
         for (std::size_t commit = 0; commit <= trial + max_step; ++commit) {
-          const std::array<std::size_t, kAskedKinds> counts{step, trial, commit, max_step};
+          const std::array<std::size_t, kAskedKinds> counts{step, trial, commit, max_step, trial, step};
           std::vector<std::string> items;
           for (std::size_t k = 0; k < kAskedKinds; ++k)
             if (counts[k] > 0) items.push_back(kAskedNames[k] + ("=" + std::to_string(counts[k])));
@@ -42,7 +45,7 @@ TEST(LoadMix, EveryCycleHasTheCountsAndAQuestionForEachCommit) {
           bool stands = false;
           for (const Asked asked : mix.cycle) {
             EXPECT_TRUE(asked != kCommit || stands) << mix.text;
-            stands = !moves(asked);
+            if (!of_state(asked)) stands = !moves(asked);
           }
           for (std::size_t k = 0; k < kAskedKinds; ++k)
             EXPECT_EQ(std::ranges::count(mix.cycle, static_cast<Asked>(k)), static_cast<long>(counts[k]))
@@ -61,7 +64,7 @@ TEST(LoadMix, SaysWhatIsWrong) {
     ASSERT_FALSE(refused.ok()) << item;
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
     EXPECT_THAT(refused.error().message, HasSubstr(std::string("'") + item + "': "));
-    EXPECT_THAT(refused.error().message, HasSubstr("one of step, trial, commit, max_step"));
+    EXPECT_THAT(refused.error().message, HasSubstr("one of step, trial, commit, max_step, proximity, intersections"));
   }
   const auto message = [](const std::vector<std::string>& items) { return parse_mix(items).error().message; };
   EXPECT_THAT(message({"trial=1", "trial=2"}), HasSubstr("given twice"));
