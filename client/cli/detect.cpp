@@ -267,6 +267,7 @@ int detect(Arguments arguments) {
   report.vertices = input.scene().vertex_count;
   report.triangles = input.scene().faces.size();
   report.options = arguments.options;
+  report.model = summary_of(scene.value());
   report.threads = stepper.value()->threads();
   const Status stepped = step_through(arguments, steps.value(), frames, *stepper.value(),
                                       explanation ? &*explanation : nullptr, outputs.value(), report);

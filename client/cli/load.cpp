@@ -231,12 +231,13 @@ int load_verb(Arguments a) {
   report.vertices = playback.value().scene().vertex_count;
   report.triangles = playback.value().scene().faces.size();
   report.frames = playback.value().frame_count();
+  report.model = summary_of(playback.value().scene());
   report.checked = a.check;
   if (Status status = describe_server(a.plan, report); !status) return failure(status.error().message);
   std::optional<ExpectedAnswers> expected;
   if (a.check) {
-    Result<ExpectedAnswers> computed = ExpectedAnswers::compute(playback.value(), opened.value().options,
-                                                                a.plan.mix, a.plan.distance);
+    Result<ExpectedAnswers> computed =
+        ExpectedAnswers::compute(playback.value(), opened.value().options, a.plan.mix, a.plan.distance);
     if (!computed) return failure(computed.error().message);
     expected.emplace(std::move(computed).value());
   }

@@ -18,6 +18,7 @@
 
 #include "client/cli/contact_fields.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/model_summary.h"
 #include "client/cli/states.h"
 #include "client/io/contact_writer.h"
 #include "client/io/file.h"
@@ -181,7 +182,8 @@ class DistanceFile {
   OutputFile file_;
 };
 
-Json format_json(const Arguments& arguments, double distance, const Listing& listing) {
+Json format_json(const Arguments& arguments, const ModelSummary& model, double distance,
+                 const Listing& listing) {
   Json frames = Json::array();
   for (const NearFrame& frame : listing.frames()) {
     Json& told = frames.emplace_back(
@@ -192,6 +194,7 @@ Json format_json(const Arguments& arguments, double distance, const Listing& lis
   }
   Json root{{"tier", arguments.tier}, {"distance", distance}};
   if (!arguments.count) root["contacts_hash"] = listing.hash();
+  add_to(root, model);
   root["frames"] = std::move(frames);
   return root;
 }
@@ -249,7 +252,8 @@ int near(const Arguments& arguments) {
     if (Status status = distances->close(); !status) return failure(status.error().message);
   }
   if (!arguments.json_file.empty()) {
-    const std::string text = format_json(arguments, distance, listing).dump(1) + "\n";
+    const std::string text =
+        format_json(arguments, summary_of(states.scene()), distance, listing).dump(1) + "\n";
     if (Status status = write_text(arguments.json_file, text); !status)
       return failure(status.error().message);
   }

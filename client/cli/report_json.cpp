@@ -61,15 +61,16 @@ Json format_frame(const FrameReport& frame) {
 std::string format_json(const DetectReport& report) {
   Json frames = Json::array();
   for (const FrameReport& frame : report.frames) frames.push_back(format_frame(frame));
-  const Json root{{"vertices", report.vertices},
-                  {"triangles", report.triangles},
-                  {"tier", to_string(report.options.tier)},
-                  {"tolerance", report.options.tolerance},
-                  {"threads", report.threads},
-                  {"front", to_string(report.options.front)},
-                  {"bounds", to_string(report.options.bounds)},
-                  {"contacts_hash", report.contacts_hash},
-                  {"frames", std::move(frames)}};
+  Json root{{"vertices", report.vertices},
+            {"triangles", report.triangles},
+            {"tier", to_string(report.options.tier)},
+            {"tolerance", report.options.tolerance},
+            {"threads", report.threads},
+            {"front", to_string(report.options.front)},
+            {"bounds", to_string(report.options.bounds)},
+            {"contacts_hash", report.contacts_hash}};
+  add_to(root, report.model);
+  root["frames"] = std::move(frames);
   return root.dump(1) + "\n";
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/model_summary.h"
 #include "engine/options.h"
 #include "engine/statistics.h"
 
@@ -28,6 +29,7 @@ struct DetectReport {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   ColliderOptions options;
+  ModelSummary model;
   int threads = 0;
   /// ContactHash over all steps, in hexadecimal; empty without contacts (`--report count`).
   std::string contacts_hash;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/model_summary.h"
 #include "client/cli/server_options.h"
 #include "client/lib/client.h"
 #include "engine/options.h"
@@ -43,31 +44,27 @@ std::string format_time(std::chrono::system_clock::time_point time) {
 }
 
 Json to_json(const SessionInfo& info) {
-  return {{"id", info.id},
-          {"principal", info.principal},
-          {"vertices", info.vertex_count},
-          {"triangles", info.face_count},
-          {"edges", info.edge_count},
-          {"bodies", info.body_count},
-          {"precision", info.float32 ? "float32" : "float64"},
-          {"tier", to_string(info.options.tier)},
-          {"tolerance", info.options.tolerance},
-          {"min_separation", info.options.min_separation},
-          {"report", to_string(info.options.report)},
-          {"filters",
-           {{"within_edges", info.filters.within_edges},
-            {"near_at_rest", info.filters.near_at_rest},
-            {"excluded_vertex_pairs", info.filters.excluded_vertex_pairs},
-            {"patches", info.filters.patches}}},
-          {"most_thickness", info.most_thickness},
-          {"front", to_string(info.options.front)},
-          {"bounds", to_string(info.options.bounds)},
-          {"last_frame", info.last_frame},
-          {"steps", info.steps},
-          {"memory_bytes", info.memory_bytes},
-          {"attached", info.attached},
-          {"created", format_time(info.created)},
-          {"idle_ms", info.idle.count()}};
+  Json json{{"id", info.id},
+            {"principal", info.principal},
+            {"vertices", info.vertex_count},
+            {"triangles", info.face_count},
+            {"edges", info.edge_count},
+            {"bodies", info.body_count},
+            {"precision", info.float32 ? "float32" : "float64"},
+            {"tier", to_string(info.options.tier)},
+            {"tolerance", info.options.tolerance},
+            {"min_separation", info.options.min_separation},
+            {"report", to_string(info.options.report)},
+            {"front", to_string(info.options.front)},
+            {"bounds", to_string(info.options.bounds)},
+            {"last_frame", info.last_frame},
+            {"steps", info.steps},
+            {"memory_bytes", info.memory_bytes},
+            {"attached", info.attached},
+            {"created", format_time(info.created)},
+            {"idle_ms", info.idle.count()}};
+  add_to(json, summary_of(info));
+  return json;
 }
 
 void print_row(const SessionInfo& info) {

@@ -20,6 +20,7 @@
 #include "client/cli/filter_options.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
+#include "client/cli/model_summary.h"
 #include "client/cli/open_session.h"
 #include "client/cli/print.h"
 #include "client/cli/progress.h"
@@ -185,7 +186,8 @@ Medians medians_of(const std::vector<SolveFrame>& frames) {
   return {median(max_step), median(first), median(further), median(commit), median(all), median(step)};
 }
 
-Json format_json(const Arguments& arguments, const std::vector<SolveFrame>& frames, const std::string& hash) {
+Json format_json(const Arguments& arguments, const ModelSummary& model, const std::vector<SolveFrame>& frames,
+                 const std::string& hash) {
   Json list = Json::array();
   for (const SolveFrame& frame : frames) {
     Json trials = Json::array();
@@ -210,8 +212,14 @@ Json format_json(const Arguments& arguments, const std::vector<SolveFrame>& fram
   if (arguments.max_step) medians["max_step"] = m.max_step;
   medians["frame"] = m.frame;
   if (arguments.compare) medians["step"] = m.step;
-  return {{"tier", arguments.tier}, {"trials", arguments.trials},      {"shrink", arguments.shrink},
-          {"contacts_hash", hash},  {"median_ms", std::move(medians)}, {"frames", std::move(list)}};
+  Json root{{"tier", arguments.tier},
+            {"trials", arguments.trials},
+            {"shrink", arguments.shrink},
+            {"contacts_hash", hash},
+            {"median_ms", std::move(medians)}};
+  add_to(root, model);
+  root["frames"] = std::move(list);
+  return root;
 }
 
 void print_frame(const SolveFrame& frame) {
@@ -276,7 +284,7 @@ int play(const Arguments& arguments, FrameSteps& steps, const SceneDescription& 
   }
   progress.clear();
   if (!arguments.json_file.empty()) {
-    const std::string text = format_json(arguments, frames, search.hash()).dump(2) + "\n";
+    const std::string text = format_json(arguments, summary_of(scene), frames, search.hash()).dump(2) + "\n";
     if (Status status = write_text(arguments.json_file, text); !status)
       return failure(status.error().message);
   }

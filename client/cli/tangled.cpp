@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/model_summary.h"
 #include "client/cli/states.h"
 #include "client/cli/tangle.h"
 #include "client/io/contact_writer.h"
@@ -60,7 +61,7 @@ void append_lines(std::string& lines, std::uint64_t frame, const std::vector<Edg
   }
 }
 
-Json format_json(const std::vector<TangledFrame>& frames) {
+Json format_json(const ModelSummary& model, const std::vector<TangledFrame>& frames) {
   std::uint64_t tangled = 0;
   Json list = Json::array();
   for (const TangledFrame& frame : frames) {
@@ -70,7 +71,10 @@ Json format_json(const std::vector<TangledFrame>& frames) {
                     {"first", frame.first ? Json(*frame.first) : Json(nullptr)},
                     {"ms", frame.ms}});
   }
-  return {{"tangled_frames", tangled}, {"frames", std::move(list)}};
+  Json root{{"tangled_frames", tangled}};
+  add_to(root, model);
+  root["frames"] = std::move(list);
+  return root;
 }
 
 void print_frame(const TangledFrame& frame, const Positions& at) {
@@ -108,7 +112,7 @@ int tangled(const Arguments& arguments) {
     if (Status status = write_text(arguments.pairs_file, lines); !status)
       return failure(status.error().message);
   }
-  const Json json = format_json(frames);
+  const Json json = format_json(summary_of(states.scene()), frames);
   if (!arguments.json_file.empty()) {
     if (Status status = write_text(arguments.json_file, json.dump(1) + "\n"); !status)
       return failure(status.error().message);

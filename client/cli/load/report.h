@@ -8,6 +8,7 @@
 
 #include "client/cli/load/limits.h"
 #include "client/cli/load/measured.h"
+#include "client/cli/model_summary.h"
 
 namespace warmfront::client::load {
 
@@ -28,6 +29,7 @@ struct Report {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   std::uint64_t frames = 0;
+  ModelSummary model;
   std::string server;
   std::string server_version;
   std::uint32_t server_threads = 0;

@@ -105,6 +105,7 @@ std::string format_json(const Report& report) {
         {"vertices", report.vertices},
         {"triangles", report.triangles},
         {"frames", report.frames}}}};
+  add_to(json["scene"], report.model);
   json["points"] = Json::array();
   for (const Point& point : report.points) json["points"].push_back(to_json(point));
   const auto or_null = [](const std::optional<double>& value) {

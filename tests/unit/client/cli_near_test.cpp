@@ -42,7 +42,7 @@ TEST(CliNear, HasTheSameAnswersInThisProcessAndBehindADaemon) {
 
 TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
   const Json json = report("--distance 0.05");
-  EXPECT_THAT(keys(json), ElementsAre("tier", "distance", "contacts_hash", "frames"));
+  EXPECT_THAT(keys(json), ElementsAre("tier", "distance", "contacts_hash", "filters", "most_thickness", "frames"));
   EXPECT_THAT(keys(json["frames"][0]), ElementsAre("frame", "vf", "ee", "possible", "least_distance", "ms"));
   const Json counted = report("--distance 0.05 --count");
   EXPECT_THAT(keys(counted), ElementsAre("tier", "distance", "frames"));
@@ -130,12 +130,17 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
     const Outcome outcome =
         run("near " + scene + " --distance 0.2 --json - --count " + options, "2>/dev/null");
     EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
-    Json frames = Json::parse(outcome.out)["frames"];
-    for (Json& frame : frames) frame.erase("ms");
-    return frames;
+    Json told = Json::parse(outcome.out);
+    for (Json& frame : told["frames"]) frame.erase("ms");
+    return told;
   };
   const Json with = counts("--filter-edges 1 --filter-near-at-rest 0.07"), without = counts("");
-  EXPECT_NE(with, without);
+  EXPECT_NE(with["frames"], without["frames"]);
+  EXPECT_EQ(
+      with["filters"],
+      Json({{"within_edges", 1}, {"near_at_rest", 0.07}, {"excluded_vertex_pairs", 0}, {"patches", false}}));
+  EXPECT_EQ(without["filters"]["within_edges"], 0);
+  EXPECT_EQ(without["most_thickness"], 0);
   Json info = Json::parse(folder.read("scene/info.json"));
   info["filters"] = {{"within_edges", 1}, {"near_at_rest", 0.07}};
   folder.write("scene/info.json", info.dump());
@@ -148,7 +153,8 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   for (Json& body : info["bodies"]) body["thickness"] = 0.05;
   folder.write("scene/info.json", info.dump());
   const Json thick = counts("--bodies components");
-  EXPECT_NE(thick, without);
+  EXPECT_NE(thick["frames"], without["frames"]);
+  EXPECT_EQ(thick["most_thickness"], 0.05);
   EXPECT_EQ(counts("--bodies deformable"), thick);
   info["bodies"][0]["vertex_count"] = 1 << 30;
   folder.write("scene/info.json", info.dump());

@@ -251,7 +251,7 @@ TEST(Cli, DetectJsonHasTheFieldsThatToolsRead) {
   ASSERT_EQ(outcome.code, kExitOk);
   const Json report = Json::parse(outcome.out);
   EXPECT_THAT(keys(report), ElementsAre("vertices", "triangles", "tier", "tolerance", "threads", "front",
-                                        "bounds", "contacts_hash", "frames"));
+                                        "bounds", "contacts_hash", "filters", "most_thickness", "frames"));
   EXPECT_EQ(report["tier"], "certified");
   EXPECT_EQ(report["tolerance"], 1e-6);
   EXPECT_EQ(report["threads"], 2);
