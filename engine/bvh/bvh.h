@@ -39,6 +39,7 @@ struct Bvh {
   std::vector<Bounds> nodes;     ///< by NodeId
   LeafContents<Bounds> leaves;
   FaceLeaves face_leaves;
+  std::vector<std::uint32_t> patches;  ///< node_patches() of the filters
   TreeMotion motion;
   TreeTravel travel;
   double built_looseness = 0;  ///< looseness() after the first refit; 0 before it
@@ -68,7 +69,7 @@ struct Bvh {
   }
 
   std::size_t memory_bytes() const {
-    return held_bytes(order, nodes, face_leaves.leaf, motion.states) + leaves.memory_bytes() +
+    return held_bytes(order, nodes, face_leaves.leaf, patches, motion.states) + leaves.memory_bytes() +
            travel.memory_bytes();
   }
 

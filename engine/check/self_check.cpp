@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "engine/bounds/moving.h"
+#include "engine/bvh/node_patches.h"
 #include "engine/bvh/topology_checksum.h"
 #include "engine/check/check_neighbours.h"
 #include "engine/front/descend.h"
@@ -90,6 +91,8 @@ class SelfCheck {
     const std::string of_part = " of part " + std::to_string(p);
     if (!holds_each_once(p))
       return broken("the hierarchy" + of_part + " does not contain each primitive exactly once");
+    if (kept_.trees[p].patches != patches_of(p))
+      return broken("the patches of nodes" + of_part + " are not those of the filters");
     if (!leaves_agree(p)) return broken("the leaves" + of_part + " do not match its primitive order");
     const FeatureRange& features = core_.topology->parts[p].features;
     for_each_index(features.first_vertex, features.end_vertex, kept_.stop, [&](std::size_t i) {
@@ -110,6 +113,11 @@ class SelfCheck {
             broken("node " + std::to_string(node) + of_part + " does not contain its children");
         },
         kNodesAtOnce);
+  }
+
+  std::vector<std::uint32_t> patches_of(std::uint32_t p) const {
+    const Bvh<Bounds>& tree = kept_.trees[p];
+    return node_patches(core_.topology->scene, tree.shape, tree.order, core_.filter.patches(), kept_.stop);
   }
 
   bool holds_each_once(std::uint32_t p) const {

@@ -40,12 +40,13 @@ std::uint64_t checksum(const Core& core, StopSignal stop = {});
 
 /// Fails with kDataLoss when data that cannot be recomputed are broken: the checksum, that of the filters, or
 /// positions outside of their bounds (either may be wrong). Fails with kInternal when cached data are: a
-/// hierarchy that does not contain each primitive once or whose bounds do not contain them; near parts that
-/// are not tested; parts wrongly marked as apart; a front that is no cut through its test tree in depth-first
-/// order, or marks overlapping pairs as disjoint; neighbouring blocks that are missing or wrongly marked as
-/// apart; counts that do not add up. The message says what and where. Checks everything except the nearness
-/// of parts, about a million pairs a turn, and neighbours' budgets, a fraction a turn. Costs about a refit
-/// and two visits of each pair of the front. Throws Stopped when told to stop.
+/// hierarchy that does not contain each primitive once, whose bounds do not contain them, or whose nodes
+/// count as in another patch; near parts that are not tested; parts wrongly marked as apart; a front that is
+/// no cut through its test tree in depth-first order, or marks overlapping pairs as disjoint; neighbouring
+/// blocks that are missing or wrongly marked as apart; counts that do not add up. The message says what and
+/// where. Checks everything except the nearness of parts, about a million pairs a turn, and neighbours'
+/// budgets, a fraction a turn. Costs about a refit and two visits of each pair of the front. Throws Stopped
+/// when told to stop.
 template <class Bounds>
 Status self_check(const KeptState<Bounds>& kept);
 

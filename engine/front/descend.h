@@ -5,8 +5,10 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "engine/bounds/overlap.h"
+#include "engine/bvh/node_patches.h"
 #include "engine/front/leaf_pairs.h"
 
 namespace warmfront {
@@ -17,12 +19,16 @@ struct TreePair {
   const Bvh<Bounds>& a;
   const Bvh<Bounds>& b;
 
+  PatchesOfTwo patches;
   GapAt gap_at;  ///< where gaps are measured, and budgets begin
   Width width;   ///< within which nodes count as overlapping
 
+  /// The gap of two nodes of which no pair of features counts: they never meet.
+  static constexpr float kLeftOut = std::numeric_limits<float>::max();
+
   TreePair(const Bvh<Bounds>& the_a, const Bvh<Bounds>& the_b, GapAt the_end = GapAt::kEnd,
            const Width& the_width = {})
-      : a(the_a), b(the_b), gap_at(the_end), width(the_width) {}
+      : a(the_a), b(the_b), patches(a.patches, b.patches), gap_at(the_end), width(the_width) {}
 
   Bvtt bvtt() const { return {a.shape, b.shape, &a == &b}; }
   /// Union of the two nodes' states.
@@ -31,11 +37,11 @@ struct TreePair {
     if (a.motion.all_moving || b.motion.all_moving) return kMoving | kChanged;
     return a.motion.states[pair.a] | b.motion.states[pair.b];
   }
-  /// As separation(). A node overlaps itself by definition (an empty leaf's bounds would say no).
-  float gap(const NodePair& pair, std::uint64_t& bv_tests) const {
-    return gap(pair, bv_tests, width);
-  }
+  /// As separation(); kLeftOut in one patch. A node overlaps itself by definition (an empty leaf's bounds
+  /// would say no).
+  float gap(const NodePair& pair, std::uint64_t& bv_tests) const { return gap(pair, bv_tests, width); }
   float gap(const NodePair& pair, std::uint64_t& bv_tests, const Width& within) const {
+    if (patches.are_one(pair.a, pair.b)) return kLeftOut;
     if (&a == &b && pair.a == pair.b) return -1;
     ++bv_tests;
     return separation(a.nodes[pair.a], b.nodes[pair.b], gap_at, within);

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "engine/bvh/node_patches.h"
 #include "engine/simd/lanes.h"
 
 namespace warmfront {
@@ -92,6 +93,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
                 leaf);
 
   const NodeId first_leaf = tree.shape.first_leaf();
+  const PatchesOfTwo patches(tree.patches, tree.patches);
   chunks.resize(tree.shape.subtree_count());
   std::vector<NeighbourPair> of_leaf;
   std::vector<std::uint32_t> others;  // the leaves that these reach, ascending
@@ -111,6 +113,7 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
     }
     const std::uint32_t subtree = tree.shape.subtree_of(first_leaf + leaf);
     for (const std::uint32_t other : others) {
+      if (patches.are_one(first_leaf + leaf, first_leaf + other)) continue;  // as a traversal does
       const bool within = tree.shape.subtree_of(first_leaf + other) == subtree;
       NeighbourChunk& chunk = within ? chunks[subtree] : open_chunk(chunks, tree.shape.subtree_count());
       std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),

@@ -36,8 +36,8 @@ struct NeighbourChunk {
   std::vector<Leaves> leaves;
   std::vector<NeighbourPair> pairs;
   NodeSet nodes;  ///< all leaves
-  /// Some pair's budget does not last for the width of the last question: there may be something to tell of it
-  /// even when nothing moves.
+  /// Some pair's budget does not last for the width of the last question: there may be something to tell of
+  /// it even when nothing moves.
   bool may_have_contacts = true;
   /// What was found when nothing moved, which holds in every step until a leaf changes.
   struct AtRest {
@@ -59,9 +59,10 @@ struct NeighbourChunk {
 std::size_t due_neighbours(std::span<const NeighbourPair> pairs, std::span<const NodeTravel> travel,
                            std::uint32_t reserve, std::uint32_t* due);
 
-/// All pairs of blocks that have a place in `tree.leaves.shared`, with budgets that are spent; none where the
-/// tree keeps no travel of blocks. First a chunk for each subtree (TreeShape::subtree_of()), of the pairs
-/// that are in it, then those that are in two. O(P). Throws Stopped when told to stop.
+/// All pairs of blocks that have a place in `tree.leaves.shared`, with budgets that are spent, but those of
+/// leaves in one patch; none where the tree keeps no travel of blocks. First a chunk for each subtree
+/// (TreeShape::subtree_of()), of the pairs that are in it, then those that are in two. O(P). Throws Stopped
+/// when told to stop.
 template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop = {});
 

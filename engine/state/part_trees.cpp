@@ -8,6 +8,7 @@
 
 #include "engine/bounds/moving.h"
 #include "engine/bvh/build.h"
+#include "engine/bvh/node_patches.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {
@@ -19,6 +20,11 @@ constexpr std::uint32_t kGrain = 4096;
 /// A hierarchy is rebuilt when its looseness has grown this much since its build; looked at every few steps.
 constexpr double kLoosenessLimit = 2.0;
 constexpr std::int64_t kLoosenessSteps = 4;
+
+template <class Bounds>
+std::vector<std::uint32_t> patches_of(const Core& core, const Bvh<Bounds>& tree, StopSignal stop) {
+  return node_patches(core.topology->scene, tree.shape, tree.order, core.filter.patches(), stop);
+}
 
 }  // namespace
 
@@ -40,6 +46,7 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   trees_.resize(parts.size());
   tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
     trees_[p].arrange(scene, parts[p].shape, parts[p].order, parts[p].shared, is_lazy(core.options), stop);
+    trees_[p].patches = patches_of(core, trees_[p], stop);
   });
   std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
   std::fill(bases_.begin() + static_cast<std::ptrdiff_t>(first), bases_.end(), Base{});
@@ -59,6 +66,7 @@ std::span<const std::uint32_t> PartTrees<Bounds>::rearrange_loose(const Core& co
     std::vector<Primitive> order = build_order(scene, core.motion.vertices(), tree.shape, tree.order, stop);
     auto shared = tree.leaves.shared == nullptr ? nullptr : shared_vertices(scene, tree.shape, order, stop);
     tree.arrange(scene, tree.shape, std::move(order), std::move(shared), is_lazy(core.options), stop);
+    tree.patches = patches_of(core, tree, stop);
     refit_in_[p] = kNever;
     bases_[p] = {};
     rearranged_.push_back(p);

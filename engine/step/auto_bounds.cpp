@@ -38,6 +38,7 @@ class AutoPipeline final : public Pipeline {
   void options_changed(Core& core) override { pipeline_->options_changed(core); }
   void parts_changed() override { pipeline_->parts_changed(); }
   void thickness_changed(Core& core) noexcept override { pipeline_->thickness_changed(core); }
+  void patches_changed(Core& core) noexcept override { pipeline_->patches_changed(core); }
   BoundsKind bounds() const override { return pipeline_->bounds(); }
   Status self_check(const Core& core, StopSignal stop) override { return pipeline_->self_check(core, stop); }
   void forget(Core& core) override { pipeline_->forget(core); }

@@ -104,6 +104,11 @@ class PipelineWith final : public Pipeline {
     core.rigid_parts.undo();
   }
 
+  void patches_changed(Core& core) noexcept override {
+    forget_steps(core, Rebuild::kForgotten);
+    trees_.clear();
+  }
+
   void parts_changed() override {
     orphans_.forget_edge_faces();
     longest_.forget();

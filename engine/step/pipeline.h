@@ -34,6 +34,8 @@ class Pipeline {
   virtual void parts_changed() = 0;
   /// Vertices that were there are thicker, or thinner: what budgets, bounds and answers were made for.
   virtual void thickness_changed(Core& core) noexcept = 0;
+  /// Filters have other patches: what traversals left out by them may count now.
+  virtual void patches_changed(Core& core) noexcept = 0;
   /// The kind that the next step uses.
   virtual BoundsKind bounds() const = 0;
   /// See self_check(); passes when the next step will make all of it anew anyway. Throws Stopped when told to

@@ -72,9 +72,10 @@ std::size_t last_of_filters(std::span<const SceneChange> changes) {
 }
 
 // What was found of other pairs does not hold.
-void filters_changed(WarmScene& warm) {
+void filters_changed(WarmScene& warm, bool patches_change) {
   warm.pipeline->parts_changed();
   warm.pipeline->options_changed(warm.core);
+  if (patches_change) warm.pipeline->patches_changed(warm.core);
 }
 
 }  // namespace
@@ -109,6 +110,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   bool thickness_changes = false;
   const bool filters_change =
       std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
+  const bool patches_change = core.scene->filters().patches != scene->filters().patches;
   bool tests_more = extended;
   bool names_alone = !extended && !filters_change;
   std::erase_if(others, [&](Redescribed& other) {
@@ -146,7 +148,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   if (!extended && others.empty()) {  // and so a scene without declared bodies
     core.workers->run([&] { core.filter = core.make_filter(scene->filters(), core.model, stop); });
     core.scene = std::move(scene);
-    filters_changed(warm);
+    filters_changed(warm, patches_change);
     return {};
   }
   std::optional<Growth> growth;
@@ -173,7 +175,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   core.scene = std::move(scene);
   core.take(std::move(*parts));
   warm.pipeline->parts_changed();
-  if (filters_change) filters_changed(warm);
+  if (filters_change) filters_changed(warm, patches_change);
   if (thickness_changes) warm.pipeline->thickness_changed(core);
   return {};
 }

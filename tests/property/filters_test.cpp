@@ -82,10 +82,12 @@ class Filtered : public DrawnBodies {
     }
     if (below(2) == 0) {
       const int patches = 1 + below(3);
+      const bool frayed = below(2) == 0;  // else whole nodes of hierarchies are in one
       for (int v = 0; v < n; ++v) {
         // Mostly ranges, as of a mesh that was divided.
         const int of_range = 1 + v * patches / n;
-        filters.patches.push_back(static_cast<std::uint32_t>(below(5) != 0 ? of_range : below(patches + 1)));
+        filters.patches.push_back(
+            static_cast<std::uint32_t>(frayed && below(5) == 0 ? below(patches + 1) : of_range));
       }
     }
     return filters;

@@ -187,6 +187,8 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
                      "of part 0 does not contain each primitive exactly once");
   this->expect_found([](K& k) { std::swap(k.trees[1].order[0], k.trees[1].order[200]); }, broken,
                      "leaves of part 1");
+  this->expect_found([](K& k) { k.trees[1].patches.assign(k.trees[1].shape.node_count(), 3); }, broken,
+                     "patches of nodes of part 1");
   this->expect_found([](K& k) { k.trees[1].face_leaves.leaf[9] ^= 1; }, broken, "leaves of part 1");
   this->expect_found([](K& k) { k.trees[0].leaves.corners[2].vertex[1][0] ^= 1; }, broken,
                      "leaves of part 0");
