@@ -183,7 +183,8 @@ TEST_F(CliSolve, HasTheSameAnswersInThisProcessAndBehindADaemon) {
 
 TEST_F(CliSolve, JsonHasTheFieldsThatToolsRead) {
   const Json json = report("--compare --trials 2");
-  EXPECT_THAT(keys(json), ElementsAre("tier", "trials", "shrink", "contacts_hash", "median_ms", "frames"));
+  EXPECT_THAT(keys(json), ElementsAre("tier", "trials", "shrink", "contacts_hash", "median_ms", "filters",
+                                      "most_thickness", "frames"));
   EXPECT_THAT(keys(json["median_ms"]),
               ElementsAre("first_trial", "further_trial", "commit", "frame", "step"));
   const Json& frame = json["frames"][0];

@@ -42,10 +42,11 @@ TEST(CliNear, HasTheSameAnswersInThisProcessAndBehindADaemon) {
 
 TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
   const Json json = report("--distance 0.05");
-  EXPECT_THAT(keys(json), ElementsAre("tier", "distance", "contacts_hash", "filters", "most_thickness", "frames"));
+  EXPECT_THAT(keys(json),
+              ElementsAre("tier", "distance", "contacts_hash", "filters", "most_thickness", "frames"));
   EXPECT_THAT(keys(json["frames"][0]), ElementsAre("frame", "vf", "ee", "possible", "least_distance", "ms"));
   const Json counted = report("--distance 0.05 --count");
-  EXPECT_THAT(keys(counted), ElementsAre("tier", "distance", "frames"));
+  EXPECT_THAT(keys(counted), ElementsAre("tier", "distance", "filters", "most_thickness", "frames"));
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(json["frames"][k]["vf"], counted["frames"][k]["vf"]);
 }
 
@@ -293,7 +294,7 @@ TEST_F(CliTangled, HasTheSameAnswersInThisProcessAndBehindADaemon) {
     EXPECT_EQ(there.code, kExitNo);
     if (std::string(how).starts_with("--json")) {
       Json first = Json::parse(here.out), second = Json::parse(there.out);
-      EXPECT_THAT(keys(first), ElementsAre("tangled_frames", "frames"));
+      EXPECT_THAT(keys(first), ElementsAre("tangled_frames", "filters", "most_thickness", "frames"));
       for (Json* json : {&first, &second})
         for (Json& frame : (*json)["frames"]) frame.erase("ms");
       EXPECT_EQ(first, second);
