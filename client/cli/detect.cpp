@@ -20,6 +20,7 @@
 #include "client/cli/filter_options.h"
 #include "client/cli/frame_model.h"
 #include "client/cli/frame_steps.h"
+#include "client/cli/html_options.h"
 #include "client/cli/progress.h"
 #include "client/cli/recording/recorder.h"
 #include "client/cli/remote_stepper.h"
@@ -95,7 +96,7 @@ Status check_usage(Arguments& arguments) {
     return invalid_argument("--threads is for this process; with --server the daemon's --threads applies");
   if (Status status = check_one_stdout({{"--json", arguments.json_file},
                                         {"--contacts", arguments.files.contacts},
-                                        {"--html", arguments.files.html}});
+                                        {"--html", arguments.files.html.file}});
       !status)
     return status;
   return DetectOutputs::check(arguments.files, arguments.options);
@@ -103,7 +104,7 @@ Status check_usage(Arguments& arguments) {
 
 /// Is one of the outputs stdout, which must then carry nothing else?
 bool takes_stdout(const Arguments& arguments) {
-  return arguments.json_file == "-" || arguments.files.contacts == "-" || arguments.files.html == "-";
+  return arguments.json_file == "-" || arguments.files.contacts == "-" || arguments.files.html.file == "-";
 }
 
 void print_header() {
@@ -210,7 +211,7 @@ int detect(Arguments arguments) {
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
     return missing ? failure(status.error().message) : usage_error(status.error().message);
   }
-  if (Status status = check_writable(std::array{arguments.json_file, arguments.files.html}); !status)
+  if (Status status = check_writable(std::array{arguments.json_file, arguments.files.html.file}); !status)
     return failure(status.error().message);
   Result<std::unique_ptr<Input>> opened = open_input(arguments.inputs);
   if (!opened) return failure(opened.error().message);
@@ -380,15 +381,8 @@ Verb add_detect(CLI::App& app) {
                  "Write the meshes for ParaView: .vtp (one file per frame, each vertex with its least time "
                  "of impact, and a .pvd that lists them)")
       ->type_name("FILE");
-  CLI::Option* html = app.add_option("--html", a.files.html,
-                                     "Write one self-contained page: the meshes moving, their contacts by "
-                                     "time of impact, counts and stage times")
-                          ->type_name("FILE");
-  app.add_option("--html-limit", a.files.html_limit,
-                 "Maximum size of the data in --html; beyond it, an error")
-      ->transform(CLI::AsSizeValue(false))
-      ->default_str("64MiB")
-      ->needs(html);
+  add_html_options(app, a.files.html,
+                   "the meshes moving, their contacts by time of impact, counts and stage times");
   app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, without other output")
       ->type_name("FILE");
   app.add_option("--record", a.record_file,

@@ -3,8 +3,10 @@
 #include "client/cli/detect_outputs.h"
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "client/cli/detect_page.h"
 #include "client/cli/verb.h"
 #include "engine/continuity.h"
 
@@ -53,11 +55,11 @@ Result<DetectOutputs> DetectOutputs::open(const OutputFiles& files, const Contac
     if (Status status = outputs.meshes_->write(steps.number(), steps.end(), {}); !status)
       return status.error();
   }
-  if (!files.html.empty()) {
+  if (!files.html.file.empty()) {
     Result<HtmlPage> started =
-        HtmlPage::start(short_name(name), scene, steps.step_count() + 1, files.html_limit);
+        HtmlPage::start(PageOf::kSteps, short_name(name), scene, steps.step_count() + 1, files.html.limit);
     if (!started) return started.error();
-    outputs.html_file_ = files.html;
+    outputs.html_file_ = files.html.file;
     outputs.page_.emplace(std::move(started).value());
     outputs.page_->add_frame(steps.end());
   }
@@ -103,7 +105,7 @@ Status DetectOutputs::step(const FrameSteps& steps, const StepAnswer& answer) {
   }
   if (page_) {
     page_->add_frame(steps.end());
-    if (Status status = page_->add_contacts(answer.contacts); !status) return status;
+    if (Status status = add_contacts(*page_, answer.contacts); !status) return status;
   }
   return {};
 }
@@ -115,7 +117,7 @@ Status DetectOutputs::close(const DetectReport& report) {
   if (meshes_) {
     if (Status status = meshes_->close(); !status) return status;
   }
-  return page_ ? page_->write(html_file_, report) : Status();
+  return page_ ? page_->write(html_file_, told_of(report)) : Status();
 }
 
 }  // namespace warmfront::client

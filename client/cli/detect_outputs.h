@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "client/cli/frame_steps.h"
+#include "client/cli/html_options.h"
 #include "client/cli/html_page.h"
+#include "client/cli/report_json.h"
 #include "client/cli/stepper.h"
 #include "client/io/contact_writer.h"
 #include "client/io/vtp_mesh_writer.h"
@@ -22,8 +24,7 @@ struct OutputFiles {
   bool continuity = false;  ///< with whether each contact was there in the step before
   bool ended = false;       ///< with those that were, and are not any more
   std::string meshes;       ///< .vtp
-  std::string html;
-  std::uint64_t html_limit = std::uint64_t{64} << 20;
+  HtmlArguments html;
 };
 
 class DetectOutputs {

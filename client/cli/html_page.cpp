@@ -121,33 +121,6 @@ Json bodies_of(const SceneDescription& scene) {
   return bodies;
 }
 
-/// A column of the timeline: a number a step.
-template <class Value>
-Json column(const DetectReport& report, Value value) {
-  Json values = Json::array();
-  for (const FrameReport& frame : report.frames) values.push_back(value(frame));
-  return values;
-}
-
-Json timeline(const DetectReport& report) {
-  const auto ms = [&](double StageTimes::*stage) {
-    return column(report, [stage](const FrameReport& f) { return f.statistics.ms.*stage; });
-  };
-  return {
-      {"steps", column(report, [](const FrameReport& f) { return f.frame; })},
-      {"vf", column(report, [](const FrameReport& f) { return f.vf; })},
-      {"ee", column(report, [](const FrameReport& f) { return f.ee; })},
-      {"possible", column(report, [](const FrameReport& f) { return f.possible; })},
-      {"earliest_toi",
-       column(report, [](const FrameReport& f) { return f.earliest_toi ? Json(*f.earliest_toi) : Json(); })},
-      {"ms",
-       {{"total", ms(&StageTimes::total)},
-        {"refit", ms(&StageTimes::refit)},
-        {"front", ms(&StageTimes::front)},
-        {"elementary", ms(&StageTimes::elementary)},
-        {"adjacent", ms(&StageTimes::adjacent)}}}};
-}
-
 /// JSON in which an HTML parser finds no end of the script.
 std::string script_safe(const Json& json) {
   std::string text;
@@ -158,9 +131,10 @@ std::string script_safe(const Json& json) {
 
 }  // namespace
 
-Result<HtmlPage> HtmlPage::start(std::string name, const SceneDescription& scene, std::uint64_t frames,
-                                 std::uint64_t limit) {
+Result<HtmlPage> HtmlPage::start(PageOf asked, std::string name, const SceneDescription& scene,
+                                 std::uint64_t frames, std::uint64_t limit) {
   HtmlPage page;
+  page.asked_ = asked;
   page.name_ = std::move(name);
   page.scene_ = scene;
   page.frames_ = frames;
@@ -170,9 +144,16 @@ Result<HtmlPage> HtmlPage::start(std::string name, const SceneDescription& scene
   return page;
 }
 
+std::string_view HtmlPage::values_name() const {
+  static constexpr std::array<std::string_view, 4> kNames{"contact-toi", "contact-share", "contact-share",
+                                                          ""};
+  return kNames.at(static_cast<std::size_t>(asked_));
+}
+
 std::uint64_t HtmlPage::size() const {
   return base64_size(6 * std::uint64_t{scene_.vertex_count} * frames_) +
-         base64_size(12 * scene_.faces.size()) + base64_size(21 * contact_toi_.size());
+         base64_size(12 * scene_.faces.size()) +
+         base64_size(4 * row_vertices_.size() + 4 * row_values_.size() + row_kinds_.size());
 }
 
 void HtmlPage::add_frame(const Positions& positions) {
@@ -180,20 +161,22 @@ void HtmlPage::add_frame(const Positions& positions) {
              positions);
 }
 
-Status HtmlPage::add_contacts(std::span<const ContactRecord> contacts) {
-  for (const ContactRecord& contact : contacts) {
-    contact_vertices_.insert(contact_vertices_.end(), contact.vertices.begin(), contact.vertices.end());
-    contact_toi_.push_back(static_cast<float>(contact.toi));
-    contact_kind_.push_back(static_cast<std::uint8_t>(contact.kind));
-  }
-  contact_ends_.push_back(contact_toi_.size());
-  if (size() > limit_)
-    return too_large("positions and the contacts up to step " + std::to_string(contact_ends_.size()), size(),
-                     limit_);
-  return {};
+void HtmlPage::add_row(std::span<const std::uint32_t> vertices, std::uint8_t kind, double value) {
+  row_vertices_.insert(row_vertices_.end(), vertices.begin(), vertices.end());
+  row_kinds_.push_back(kind);
+  if (!values_name().empty()) row_values_.push_back(static_cast<float>(value));
 }
 
-Status HtmlPage::write(const std::string& path, const DetectReport& report) const {
+Status HtmlPage::end_step() {
+  row_ends_.push_back(row_kinds_.size());
+  if (size() <= limit_) return {};
+  const std::string steps = std::to_string(row_ends_.size());
+  const std::string rows =
+      asked_ == PageOf::kSteps ? "the contacts up to step " + steps : "the pairs so far";
+  return too_large("positions and " + rows, size(), limit_);
+}
+
+Status HtmlPage::write(const std::string& path, const Json& told) const {
   Result<OutputFile> created = OutputFile::create(path);
   if (!created) return created.error();
   OutputFile& file = created.value();
@@ -210,26 +193,21 @@ Status HtmlPage::write(const std::string& path, const DetectReport& report) cons
     steps.insert(steps.end(), next.begin(), next.end());
   }
   write_blob<std::uint16_t>(file, "positions", steps);
-  write_blob<std::uint32_t>(file, "contact-v", contact_vertices_);
-  write_blob<float>(file, "contact-toi", contact_toi_);
-  write_blob<std::uint8_t>(file, "contact-kind", contact_kind_);
+  write_blob<std::uint32_t>(file, "contact-v", row_vertices_);
+  if (!values_name().empty()) write_blob<float>(file, values_name(), row_values_);
+  write_blob<std::uint8_t>(file, "contact-kind", row_kinds_);
 
+  static constexpr std::array kAsked{"steps", "near", "closest", "tangled"};
   Json json{{"name", name_},
-            {"vertices", report.vertices},
-            {"triangles", report.triangles},
-            {"tier", to_string(report.options.tier)},
-            {"tolerance", report.options.tolerance},
-            {"min_separation", report.options.min_separation},
-            {"front", to_string(report.options.front)},
-            {"bounds", to_string(report.options.bounds)},
-            {"threads", report.threads},
-            {"contacts_hash", report.contacts_hash},
+            {"asked", kAsked.at(static_cast<std::size_t>(asked_))},
+            {"vertices", scene_.vertex_count},
+            {"triangles", scene_.faces.size()},
             {"bodies", bodies_of(scene_)},
             {"origin", quantizer.origin},
             {"quantum", quantizer.quantum},
             {"error", error},
-            {"contact_ends", contact_ends_}};
-  json.update(timeline(report));
+            {"contact_ends", row_ends_}};
+  json.update(told);
   file.write("<script type=\"application/json\" id=\"scene\">" + script_safe(json) + "</script>\n");
   file.write(kHtmlTail);
   return file.close();

@@ -1,53 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
-// `detect --html`: one self-contained page that shows the moving meshes, the contacts of each frame by their
-// time of impact, and the timeline. Styles and scripts are the files in html/. Used by one thread at a time.
+// One self-contained page that shows the moving meshes, what was found in each frame (contacts by their time
+// of impact, pairs by their distance), and the timeline. Styles and scripts are the files in html/. Used by
+// one thread at a time.
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "client/cli/report_json.h"
-#include "client/io/contact_record.h"
 #include "client/io/mesh.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 
 namespace warmfront::client {
 
+/// What was asked. The number of a row's kind is in the order of the kinds named here; its vertices are as
+/// ContactRecord or, where said, others have them.
+enum class PageOf : std::uint8_t {
+  kSteps,         ///< from frame to frame: vertex-face and edge-edge contacts, by their time of impact
+  kNear,          ///< of each frame: vertex-face and edge-edge pairs, by the share of what counts as near
+  kClosestPairs,  ///< the same of closest pairs: by ClosestFeatures, and as Stencil has them
+  kTangled,       ///< of each frame: an edge and a face, by five vertices
+};
+
 /// What the page carries, each in a <script> of its own: `scene`, JSON; and in base64, little-endian: `faces`
-/// (m, 3) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin; `contact-v` (k, 4) uint32;
-/// `contact-toi` (k) float32; `contact-kind` (k) uint8.
+/// (m, 3) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin; `contact-v` (k, 4), or (k, 5)
+/// of kTangled, uint32; `contact-kind` (k) uint8; and (k) float32: of steps `contact-toi`, of kNear and
+/// kClosestPairs `contact-share`. A step is from one frame to the next; else a frame is a step of its own.
 class HtmlPage {
  public:
   /// A page for `frames` frames of the scene, the first one included. kResourceExhausted, naming sizes and
   /// options, when its positions alone would take more than `limit` bytes.
-  static Result<HtmlPage> start(std::string name, const SceneDescription& scene, std::uint64_t frames,
-                                std::uint64_t limit);
+  static Result<HtmlPage> start(PageOf asked, std::string name, const SceneDescription& scene,
+                                std::uint64_t frames, std::uint64_t limit);
 
-  /// The positions at the beginning, and then those at the end of each step with its contacts.
+  PageOf asked() const { return asked_; }
+
+  /// The positions of each frame in turn.
   void add_frame(const Positions& positions);
-  /// kResourceExhausted when the page would be larger than its limit.
-  Status add_contacts(std::span<const ContactRecord> contacts);
+  /// A row of the step at hand, by 4 or 5 vertices; `value` is what colours it.
+  void add_row(std::span<const std::uint32_t> vertices, std::uint8_t kind, double value);
+  /// Ends a step's rows. kResourceExhausted when the page would be larger than its limit.
+  Status end_step();
 
   /// Positions are rounded to 65,536 steps of the whole motion's extent along each axis; the page states the
-  /// largest error, at most half of such a step.
-  Status write(const std::string& path, const DetectReport& report) const;
+  /// largest error, at most half of such a step. `told`: further fields of `scene`, for html/asked.js: how it
+  /// was asked, and columns with a value a step, of which there must be `steps` (frame numbers), `ms` and
+  /// the counts of each kind.
+  Status write(const std::string& path, const nlohmann::ordered_json& told) const;
 
  private:
   HtmlPage() = default;
   std::uint64_t size() const;
+  /// The name of the blob of values; empty where there are none.
+  std::string_view values_name() const;
 
+  PageOf asked_ = PageOf::kSteps;
   std::string name_;
   SceneDescription scene_;
   std::uint64_t limit_ = 0;
   std::uint64_t frames_ = 0;
   std::vector<PositionBuffer> positions_;  // by frame
-  std::vector<std::uint32_t> contact_vertices_;
-  std::vector<float> contact_toi_;
-  std::vector<std::uint8_t> contact_kind_;
-  std::vector<std::uint64_t> contact_ends_;  // of each step
+  std::vector<std::uint32_t> row_vertices_;
+  std::vector<std::uint8_t> row_kinds_;
+  std::vector<float> row_values_;        // empty where there are none
+  std::vector<std::uint64_t> row_ends_;  // of each step
 };
 
 /// The page before and after its data (html/page.html with style and scripts in it).

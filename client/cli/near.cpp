@@ -18,8 +18,10 @@
 
 #include "client/cli/contact_fields.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/html_options.h"
 #include "client/cli/model_summary.h"
 #include "client/cli/states.h"
+#include "client/cli/states_page.h"
 #include "client/io/contact_writer.h"
 #include "client/io/file.h"
 #include "engine/contact_hash.h"
@@ -41,6 +43,7 @@ struct Arguments {
   std::string contacts_file;
   std::string distances_file;
   std::string json_file;
+  HtmlArguments html;
 };
 
 /// One frame's answer.
@@ -59,6 +62,8 @@ Status check_usage(const Arguments& arguments) {
     return invalid_argument("--distance: give a finite length >= 0");
   if (arguments.count && !arguments.contacts_file.empty())
     return invalid_argument("--count lists no pairs for --contacts; leave one of them out");
+  if (arguments.count && !arguments.html.file.empty())
+    return invalid_argument("--count lists no pairs for --html; leave one of them out");
   if (arguments.count && arguments.reduced)
     return invalid_argument("--count lists no pairs for --reduced; leave one of them out");
   if (!arguments.fields.empty() && arguments.contacts_file.empty())
@@ -68,7 +73,8 @@ Status check_usage(const Arguments& arguments) {
                             ": give a .csv, .jsonl or .vtp file, or -");
   if (Status status = check_one_stdout({{"--json", arguments.json_file},
                                         {"--contacts", arguments.contacts_file},
-                                        {"--vertex-distances", arguments.distances_file}});
+                                        {"--vertex-distances", arguments.distances_file},
+                                        {"--html", arguments.html.file}});
       !status)
     return status;
   return arguments.states.check();
@@ -94,8 +100,8 @@ double diagonal(const Positions& positions) {
 class Listing {
  public:
   Listing(const Arguments& arguments, double distance, ContactFields fields,
-          std::unique_ptr<ContactWriter> writer)
-      : distance_(distance), wanted_(fields), writer_(std::move(writer)) {
+          std::unique_ptr<ContactWriter> writer, StatesPage* page)
+      : distance_(distance), wanted_(fields), writer_(std::move(writer)), page_(page) {
     question_.tier = parse_tier(arguments.tier).value();
     if (arguments.count) question_.report = Report::kCount;
     if (!arguments.count) fields.squared_distance = true;
@@ -103,21 +109,28 @@ class Listing {
     question_.fields = fields;
   }
 
-  Status look(AnySession& session, std::uint64_t number, const Positions& at) {
+  Status look(AnySession& session, const States& states) {
     const auto start = std::chrono::steady_clock::now();
     const Result<Answer> answer = session.proximity(distance_, Where::kBase, question_);
     const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
     if (!answer) return answer.error();
     const ContactTable& table = answer.value().contacts;
-    NearFrame frame{number, answer.value().vf, answer.value().ee, answer.value().possible, table.size(),
-                    {},     ms.count()};
+    NearFrame frame{
+        states.number(), answer.value().vf, answer.value().ee, answer.value().possible, table.size(), {},
+        ms.count()};
     if (table.size() > 0) frame.least = std::sqrt(*std::ranges::min_element(table.squared_distance));
     frames_.push_back(frame);
     hash_.begin_step(table.size());
     for (std::size_t i = 0; i < table.size(); ++i)
       hash_.add(table.kind[i], table.status[i], table.vertices[i], table.toi[i]);
     for (std::size_t i = 0; i < table.multiplicity.size(); ++i) hash_.add_closest_pair(table.closest_pair(i));
-    return writer_ ? writer_->write(number, at, at, records_of(table), geometry_of(table)) : Status{};
+    if (page_) {
+      if (Status status = page_->add_near(states, distance_, answer.value(), ms.count()); !status)
+        return status;
+    }
+    const Positions at = states.positions();
+    return writer_ ? writer_->write(states.number(), at, at, records_of(table), geometry_of(table))
+                   : Status{};
   }
 
   Status close() { return writer_ ? writer_->close() : Status{}; }
@@ -144,6 +157,7 @@ class Listing {
   QuestionOptions question_;
   ContactFields wanted_;
   std::unique_ptr<ContactWriter> writer_;
+  StatesPage* page_;  // may be null
   std::vector<NearFrame> frames_;
   ContactHash hash_;
 };
@@ -211,7 +225,7 @@ void print_frame(const NearFrame& frame, bool reduced) {
 
 int near(const Arguments& arguments) {
   if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
-  if (Status status = check_writable(std::array{arguments.json_file}); !status)
+  if (Status status = check_writable(std::array{arguments.json_file, arguments.html.file}); !status)
     return failure(status.error().message);
   States states;
   if (const std::optional<int> failed = states.open(arguments.states)) return *failed;
@@ -232,14 +246,23 @@ int near(const Arguments& arguments) {
     if (!made) return failure(made.error().message);
     distances.emplace(std::move(made).value());
   }
-  Listing listing(arguments, distance, fields, std::move(writer));
-  const bool table =
-      arguments.json_file != "-" && arguments.contacts_file != "-" && arguments.distances_file != "-";
+  std::optional<StatesPage> page;
+  if (!arguments.html.file.empty()) {
+    Result<StatesPage> started =
+        StatesPage::start(arguments.html, arguments.reduced ? PageOf::kClosestPairs : PageOf::kNear,
+                          arguments.states.inputs.front(), states);
+    if (!started) return failure(started.error().message);
+    page.emplace(std::move(started).value());
+  }
+  Listing listing(arguments, distance, fields, std::move(writer), page ? &*page : nullptr);
+  const std::array written_files{arguments.json_file, arguments.contacts_file, arguments.distances_file,
+                                 arguments.html.file};
+  const bool table = std::ranges::find(written_files, "-") == written_files.end();
   if (table)
     std::printf("%8s %10s %10s %10s%s %14s %10s\n", "frame", "vf", "ee", "possible",
                 arguments.reduced ? "       rows" : "", "least distance", "ms");
   const int looked = states.each([&](AnySession& session) -> Status {
-    Status status = listing.look(session, states.number(), states.positions());
+    Status status = listing.look(session, states);
     if (status && distances)
       status =
           distances->look(session, states.number(), distance, {.tier = parse_tier(arguments.tier).value()});
@@ -250,6 +273,10 @@ int near(const Arguments& arguments) {
   if (Status status = listing.close(); !status) return failure(status.error().message);
   if (distances) {
     if (Status status = distances->close(); !status) return failure(status.error().message);
+  }
+  if (page) {
+    const Json question{{"tier", arguments.tier}, {"distance", distance}, {"contacts_hash", listing.hash()}};
+    if (Status status = page->write(question); !status) return failure(status.error().message);
   }
   if (!arguments.json_file.empty()) {
     const std::string text =
@@ -297,6 +324,9 @@ Verb add_near(CLI::App& app) {
       ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, without other output")
       ->type_name("FILE");
+  add_html_options(app, a.html,
+                   "the meshes in each frame, its pairs by their distance (with --reduced its closest "
+                   "pairs), counts and times");
   return [arguments] { return near(*arguments); };
 }
 

@@ -3,6 +3,7 @@
 #include "client/cli/tangled.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cinttypes>
@@ -14,8 +15,10 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/html_options.h"
 #include "client/cli/model_summary.h"
 #include "client/cli/states.h"
+#include "client/cli/states_page.h"
 #include "client/cli/tangle.h"
 #include "client/io/contact_writer.h"
 #include "client/io/file.h"
@@ -31,6 +34,7 @@ struct Arguments {
   bool any = false;
   std::string pairs_file;
   std::string json_file;
+  HtmlArguments html;
 };
 
 /// One frame's answer.
@@ -44,7 +48,11 @@ struct TangledFrame {
 Status check_usage(const Arguments& arguments) {
   if (arguments.any && !arguments.pairs_file.empty())
     return invalid_argument("--any lists no pairs for --pairs; leave one of them out");
-  if (Status status = check_one_stdout({{"--json", arguments.json_file}, {"--pairs", arguments.pairs_file}});
+  if (arguments.any && !arguments.html.file.empty())
+    return invalid_argument("--any lists no pairs for --html; leave one of them out");
+  if (Status status = check_one_stdout({{"--json", arguments.json_file},
+                                        {"--pairs", arguments.pairs_file},
+                                        {"--html", arguments.html.file}});
       !status)
     return status;
   return arguments.states.check();
@@ -86,11 +94,18 @@ void print_frame(const TangledFrame& frame, const Positions& at) {
 
 int tangled(const Arguments& arguments) {
   if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
-  if (Status status = check_writable(std::array{arguments.json_file, arguments.pairs_file}); !status)
-    return failure(status.error().message);
+  const std::array written_files{arguments.json_file, arguments.pairs_file, arguments.html.file};
+  if (Status status = check_writable(written_files); !status) return failure(status.error().message);
   States states;
   if (const std::optional<int> failed = states.open(arguments.states)) return *failed;
-  const bool table = arguments.json_file != "-" && arguments.pairs_file != "-";
+  std::optional<StatesPage> page;
+  if (!arguments.html.file.empty()) {
+    Result<StatesPage> started =
+        StatesPage::start(arguments.html, PageOf::kTangled, arguments.states.inputs.front(), states);
+    if (!started) return failure(started.error().message);
+    page.emplace(std::move(started).value());
+  }
+  const bool table = std::ranges::find(written_files, "-") == written_files.end();
   if (table) std::printf("%8s %10s %10s\n", "frame", "pairs", "ms");
   std::vector<TangledFrame> frames;
   std::string lines = "frame,e0,e1,f0,f1,f2,x,y,z\n";
@@ -105,12 +120,15 @@ int tangled(const Arguments& arguments) {
     if (!pairs.empty()) frames.back().first = pairs.front();
     if (!arguments.pairs_file.empty()) append_lines(lines, states.number(), pairs, states.positions());
     if (table) print_frame(frames.back(), states.positions());
-    return {};
+    return page ? page->add_tangled(states, answer.value(), ms.count()) : Status();
   });
   if (looked != kExitOk) return looked;
   if (!arguments.pairs_file.empty()) {
     if (Status status = write_text(arguments.pairs_file, lines); !status)
       return failure(status.error().message);
+  }
+  if (page) {
+    if (Status status = page->write(Json::object()); !status) return failure(status.error().message);
   }
   const Json json = format_json(summary_of(states.scene()), frames);
   if (!arguments.json_file.empty()) {
@@ -137,6 +155,7 @@ Verb add_tangled(CLI::App& app) {
       ->type_name("FILE");
   app.add_option("--json", a.json_file, "Write the report as JSON; - for stdout, without other output")
       ->type_name("FILE");
+  add_html_options(app, a.html, "the meshes in each frame, the edges that meet faces, counts and times");
   app.footer("Exit code 1: an edge meets a face that it shares no vertex with.");
   return [arguments] { return tangled(*arguments); };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The timeline: counts and stage times of each step as stacked areas, a cursor, and what a step was under the pointer.
+// The timeline: counts and times of each step as stacked areas, a cursor, and what a step was under the pointer.
 const left = 46, right = 6, top_ = 6, bottom = 16;  // margins, in pixels
 const number = x => x.toLocaleString("en", { maximumFractionDigits: x < 10 ? 3 : x < 100 ? 2 : 0 });
 
@@ -67,7 +67,8 @@ function makeChart(id, series, seek, tip) {
   return {
     draw,
     cursor(t) {
-      svg.querySelector(".cursor").setAttribute("d", `M${x(t).toFixed(1)} ${top_}V${height - bottom}`);
+      const at = states ? x(wholeIfState(t) + 0.5) : x(t);
+      svg.querySelector(".cursor").setAttribute("d", `M${at.toFixed(1)} ${top_}V${height - bottom}`);
     },
   };
 }
@@ -77,12 +78,7 @@ function showTip(svg, x, k) {
   const box = document.getElementById("tip");
   box.hidden = svg === null;
   if (!svg) return;
-  const i = k - 1, ms = scene.ms, first = scene.earliest_toi[i];
-  box.innerHTML = `<b>frame ${scene.steps[i]} </b><br>${number(scene.vf[i])} vertex-face, ${number(scene.ee[i])} edge-edge` +
-    (scene.possible[i] ? ` (${number(scene.possible[i])} possible)` : "") +
-    `<br>first at ${first === null ? "&ndash;" : first.toPrecision(4)}<br>${number(ms.total[i])} ms: refit ` +
-    `${number(ms.refit[i])}, front ${number(ms.front[i])}, elementary ${number(ms.elementary[i])}, adjacent ` +
-    `${number(ms.adjacent[i])}`;
+  box.innerHTML = `<b>frame ${scene.steps[k - 1]} </b><br>${asked.tip(k - 1)}`;
   const charts = document.getElementById("charts").getBoundingClientRect(), at = svg.getBoundingClientRect();
   const middle = at.left - charts.left + x(k - 0.5), half = box.offsetWidth / 2;
   box.style.left = `${Math.min(charts.width - half, Math.max(half, middle))}px`;

@@ -3,10 +3,10 @@
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const rgb = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
 
-// From early to late: crimson, amber, yellow. Nothing else on the page is warm and saturated.
+// From early to late, or from touching to far: crimson, amber, yellow. Nothing else on the page is warm and saturated.
 const ramp = ["#b0124d", "#e8590c", "#f7c325"].map(rgb);
-function toiColor(toi) {
-  const x = 2 * Math.min(1, Math.max(0, toi)), i = Math.min(1, Math.floor(x));
+function rampColor(value) {
+  const x = 2 * Math.min(1, Math.max(0, value)), i = Math.min(1, Math.floor(x));
   return ramp[i].map((c, axis) => c + (ramp[i + 1][axis] - c) * (x - i));
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contacts of the step under way: a mark each, and the edges of those between edges. What is still to come within the
-// step is faint.
+// What was found in the step at hand: a mark each, and its edges. What is still to come within the step is faint.
 
 // Where segments p0 p1 and q0 q1 (at 0, 3, 6, 9 of x) are closest, the mean of both points, into out[at ...].
 function closest(x, out, at) {
@@ -25,26 +24,25 @@ function makeContacts(gl) {
   function vertices(k, share, isShown) {
     const [first, end] = contactsOf(k);
     const rows = [];
-    for (let c = first; c < end; ++c) if (isShown(contactV[4 * c])) rows.push(c);
-    const lines = rows.filter(c => contactKind[c] === 1);
-    const data = new Float32Array(row * (rows.length + 4 * lines.length));
+    for (let c = first; c < end; ++c) if (isShown(contactV[corners * c])) rows.push(c);
+    const ends = rows.reduce((sum, c) => sum + kindOf(c).ends.length, 0);
+    const data = new Float32Array(row * (rows.length + ends));
     const x = new Float64Array(12);
     let next = row * rows.length;
     rows.forEach((c, i) => {
-      const look = [...toiColor(contactToi[c]), contactToi[c] <= share + 1e-9 ? 1 : 0.3, contactKind[c]];
-      for (let j = 0; j < 4; ++j) place(contactV[4 * c + j], k, share, x, 3 * j);
-      if (contactKind[c] === 1) {
-        closest(x, data, row * i);
-        for (let j = 0; j < 4; ++j, next += row) {
-          data.set(x.subarray(3 * j, 3 * j + 3), next);
-          data.set(look, next + 3);
-        }
-      } else {
-        data.set(x.subarray(0, 3), row * i);
-      }
+      const kind = kindOf(c);
+      const come = states || contactValue[c] <= share + 1e-9;
+      const look = [...rampColor(contactValue[c]), come ? 1 : 0.3, marks.indexOf(kind.mark)];
+      kind.between.forEach((corner, j) => place(contactV[corners * c + corner], k, share, x, 3 * j));
+      closest(x, data, row * i);
       data.set(look, row * i + 3);
+      for (const corner of kind.ends) {
+        place(contactV[corners * c + corner], k, share, data, next);
+        data.set(look, next + 3);
+        next += row;
+      }
     });
-    return [data, rows.length, 4 * lines.length];
+    return [data, rows.length, ends];
   }
 
   function drawWith({ program, uniforms }, mode, start, count, matrix, pixels, opacity) {
@@ -64,16 +62,16 @@ function makeContacts(gl) {
 
   return {
     draw(k, share, matrix, isShown) {
-      const [data, marks, ends] = vertices(k, share, isShown);
+      const [data, count, ends] = vertices(k, share, isShown);
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, data, gl.STREAM_DRAW);
       gl.enable(gl.BLEND);
-      const pixels = Math.min(10, Math.max(3.5, 10 * Math.sqrt(150 / Math.max(marks, 1))));
+      const pixels = Math.min(10, Math.max(3.5, 10 * Math.sqrt(150 / Math.max(count, 1))));
       // What lies behind something shines through a little.
       for (const [test, opacity] of [[false, dark.matches ? 0.4 : 0.25], [true, 1]]) {
         (test ? gl.enable : gl.disable).call(gl, gl.DEPTH_TEST);
-        if (marks < 3000) drawWith(line, gl.LINES, marks, ends, matrix, pixels, opacity);
-        drawWith(point, gl.POINTS, 0, marks, matrix, pixels, opacity);
+        if (count < 3000) drawWith(line, gl.LINES, count, ends, matrix, pixels, opacity);
+        drawWith(point, gl.POINTS, 0, count, matrix, pixels, opacity);
       }
       gl.disable(gl.BLEND);
     },

@@ -11,9 +11,12 @@ function bytesOf(id) {
 
 const faces = new Uint32Array(bytesOf("faces"));          // (m, 3)
 const positions = new Uint16Array(bytesOf("positions"));  // (frames, n, 3), in quanta from the origin
-const contactV = new Uint32Array(bytesOf("contact-v"));   // (k, 4)
-const contactToi = new Float32Array(bytesOf("contact-toi"));
-const contactKind = new Uint8Array(bytesOf("contact-kind"));  // 0 vertex-face, 1 edge-edge
+const corners = scene.asked === "tangled" ? 5 : 4;
+const contactV = new Uint32Array(bytesOf("contact-v"));   // (k, corners)
+const contactKind = new Uint8Array(bytesOf("contact-kind"));  // of asked.kinds
+// What colours each, in [0, 1]: time of impact, or share of the distance.
+const values = { steps: "contact-toi", near: "contact-share", closest: "contact-share" }[scene.asked];
+const contactValue = values ? new Float32Array(bytesOf(values)) : new Float32Array(contactKind.length);
 
 // However far away and however small the scene is: drawn, its motion's extent is around 0, and 1 at most.
 const extent = scene.quantum.map(q => 65535 * q);
@@ -24,18 +27,28 @@ const quantum = extent.map(e => e / 65535), origin = extent.map(e => -e / 2);
 const vertexCount = scene.vertices;
 const stepCount = scene.steps.length;
 
-// Time t in [0, stepCount]: step k (from 1) is under way in (k - 1, k].
-const stepAt = t => Math.min(stepCount, Math.max(1, Math.ceil(t)));
-const shareAt = t => t - (stepAt(t) - 1);
+// Time t counts frames from the first. Steps: step k (from 1) is under way in (k - 1, k]. States: step k is frame k - 1 as it
+// stands, and is shown in [k - 1, k).
+const states = scene.asked !== "steps";
+const lastTime = states ? stepCount - 1 : stepCount;
+const firstFrame = scene.steps[0] - (states ? 0 : 1);
+const wholeIfState = t => (states ? Math.floor(t) : t);
+const stepAt = t => Math.min(stepCount, Math.max(1, states ? Math.floor(t) + 1 : Math.ceil(t)));
+const shareAt = t => (states ? 0 : t - (stepAt(t) - 1));
+const timeOf = k => (states ? k - 1 : k);
+// Is anything found at time t? Not before the first step.
+const isAsked = t => states || t > 0;
+// The frames that step k is between.
+const framesOf = k => [k - 1, states ? k - 1 : k];
 
-// The contacts of step k are rows [first, end).
+// What was found in step k is rows [first, end).
 function contactsOf(k) {
   return [k > 1 ? scene.contact_ends[k - 2] : 0, scene.contact_ends[k - 1]];
 }
 
-// Writes where vertex v is at time t into out[at ...].
+// Writes where vertex v is in step k into out[at ...].
 function place(v, k, share, out, at) {
-  const a = 3 * ((k - 1) * vertexCount + v), b = a + 3 * vertexCount;
+  const [a, b] = framesOf(k).map(frame => 3 * (frame * vertexCount + v));
   for (let axis = 0; axis < 3; ++axis) {
     const x = positions[a + axis];
     out[at + axis] = origin[axis] + quantum[axis] * (x + (positions[b + axis] - x) * share);

@@ -6,16 +6,17 @@ let time = 0, playing = false, waiting = false;
 
 function words(t) {
   const k = stepAt(t), [first, end] = contactsOf(k);
-  const count = t > 0 ? scene.vf[k - 1] + scene.ee[k - 1] : 0;
+  const count = isAsked(t) ? totalOf(k - 1) : 0;
   const listed = end - first;
-  return `frame ${(scene.steps[0] - 1 + t).toFixed(2)}, ${number(count)} contacts` +
-         (count > 0 && listed < scene.vf[k - 1] + scene.ee[k - 1] ? ` (${number(listed)} listed)` : "");
+  const frame = states ? scene.steps[k - 1] : (firstFrame + t).toFixed(2);
+  return `frame ${frame}, ${number(count)} ${states && count === 1 ? asked.thing : asked.things}` +
+         (count > listed ? ` (${number(listed)} listed)` : "");
 }
 
 function draw() {
   waiting = false;
   picture.draw(time);
-  byId("time").value = time;
+  byId("time").value = wholeIfState(time);
   byId("time").setAttribute("aria-valuetext", words(time));
   byId("now").textContent = words(time);
   charts.forEach(chart => chart.cursor(time));
@@ -25,22 +26,23 @@ function redraw() {
   waiting = true;
 }
 function seek(t) {
-  time = Math.min(stepCount, Math.max(0, t));
+  time = Math.min(lastTime, Math.max(0, wholeIfState(t)));
   redraw();
 }
 function play(on) {
   playing = on;
   byId("play").innerHTML = on ? "&#10074;&#10074;" : "&#9654;";
   byId("play").setAttribute("aria-label", on ? "Pause" : "Play");
+  time = wholeIfState(time);
   if (!on) return;
-  if (time >= stepCount) time = 0;
+  if (time >= lastTime) time = 0;
   let last = performance.now();
   requestAnimationFrame(function tick(now) {
     if (!playing) return;
     time += Math.max(0, now - last) / 1000 * Number(byId("speed").value);
     last = now;
-    if (time >= stepCount) {
-      time = stepCount;
+    if (time >= stepCount) {  // the last state is shown as long as the others
+      time = lastTime;
       play(false);
     }
     draw();
@@ -49,20 +51,34 @@ function play(on) {
 }
 
 const charts = [
-  makeChart("contacts-chart", ["vf", "ee"].map(name => ({ name, values: scene[name] })), seek, showTip),
-  makeChart("times-chart", ["refit", "front", "elementary", "adjacent"].map(name => ({ name, values: scene.ms[name] })), seek,
-            showTip),
+  makeChart("contacts-chart", asked.kinds.map(name => ({ name, values: asked.counts[name] })), seek, showTip),
+  makeChart("times-chart", asked.stages.map(name => ({ name, values: scene.ms[name] })), seek, showTip),
 ];
 
 function title() {
-  const range = `${number(scene.triangles)} triangles, ${number(scene.vertices)} vertices, ${number(stepCount)} step${stepCount === 1 ? "" : "s"}`;
-  const how = `${scene.tier}${scene.tier === "certified" ? " " + scene.tolerance.toExponential() : ""}` +
-              (scene.min_separation > 0 ? `, separation ${scene.min_separation}` : "") +
-              `, front ${scene.front}, bounds ${scene.bounds}, ${scene.threads} thread${scene.threads === 1 ? "" : "s"}`;
+  const range = `${number(scene.triangles)} triangles, ${number(scene.vertices)} vertices, ${plural(stepCount, states ? "frame" : "step")}`;
   byId("title").textContent = document.title = scene.name;
-  byId("subtitle").textContent = `${range} · ${how}`;
+  byId("subtitle").textContent = `${range} · ${asked.how}`;
   byId("foot").textContent = `Positions are drawn within ${scene.error.toExponential(1)} of the scene's` +
-    (scene.contacts_hash ? `; contacts_hash ${scene.contacts_hash}` : "; contacts were counted, not listed");
+    (scene.contacts_hash ? `; contacts_hash ${scene.contacts_hash}` : states ? "" : "; contacts were counted, not listed");
+}
+
+// What marks and colours stand for. Of states only the kinds that occur, or all where none does.
+function legends() {
+  const occur = asked.kinds.filter(kind => !states || asked.counts[kind].some(count => count > 0));
+  const named = occur.length > 0 ? occur : asked.kinds;
+  const key = (name, text) => `<span class="key ${name}">${text}</span> `;
+  document.querySelectorAll(".things").forEach(span => { span.textContent = asked.things; });
+  document.querySelector("#legend .name").textContent = asked.ramp ? asked.ramp.name : asked.how;
+  document.querySelector("#legend .ends").innerHTML = asked.ramp ? asked.ramp.ends.map(end => `<span>${end}</span>`).join("") : "";
+  document.querySelector("#legend .marks").innerHTML =
+    named.map(kind => `<span><span class="${kinds[kind].mark}"></span>${kinds[kind].name}</span>`).join(" ");
+  byId("ramp").hidden = !asked.ramp;
+  byId("contacts-keys").innerHTML = named.map(kind => key(kind, kinds[kind].name)).join("");
+  byId("times-keys").innerHTML = asked.stages.length > 1 ? asked.stages.map(stage => key(stage, stage)).join("") : "";
+  canvas.setAttribute("aria-label", `The meshes, with ${asked.coloured}`);
+  byId("contacts-chart").setAttribute("aria-label", `${asked.things[0].toUpperCase()}${asked.things.slice(1)} of each frame`);
+  byId("times-chart").setAttribute("aria-label", asked.stages.length > 1 ? "Stage times of each frame" : "Time of each frame");
 }
 
 function bodyList() {
@@ -90,10 +106,10 @@ function recolor() {
 
 const keys = {
   " ": () => play(!playing),
-  ArrowLeft: event => seek(Math.ceil(time) - (event.shiftKey ? 10 : 1)),
+  ArrowLeft: event => seek(Math.ceil(wholeIfState(time)) - (event.shiftKey ? 10 : 1)),
   ArrowRight: event => seek(Math.floor(time) + (event.shiftKey ? 10 : 1)),
   Home: () => seek(0),
-  End: () => seek(stepCount),
+  End: () => seek(lastTime),
   0: () => { camera.reset(); redraw(); },
 };
 addEventListener("keydown", event => {
@@ -104,7 +120,8 @@ addEventListener("keydown", event => {
   keys[event.key](event);
 });
 byId("play").addEventListener("click", () => play(!playing));
-byId("time").max = stepCount;
+Object.assign(byId("time"), { max: lastTime, step: states ? 1 : 0.01 });
+byId("play").disabled = lastTime === 0;
 byId("time").addEventListener("input", event => seek(Number(event.target.value)));
 for (const name of ["faces", "edges", "contacts"])
   byId(`${name}-on`).addEventListener("change", event => { shown[name] = event.target.checked; redraw(); });
@@ -112,16 +129,17 @@ byId("up").addEventListener("change", event => { camera.up = event.target.value;
 dark.addEventListener("change", recolor);
 const resized = () => { charts.forEach(chart => chart.draw()); draw(); };
 addEventListener("resize", resized);
-// page.html#frame=12.5&up=y opens there and so; else where the most contacts are, with z up.
+// page.html#frame=12.5&up=y opens there and so; else where the most is found, with z up.
 function openAt() {
-  const asked = /frame=([\d.]+)/.exec(location.hash), up = /up=([yz])/.exec(location.hash);
+  const to = /frame=([\d.]+)/.exec(location.hash), up = /up=([yz])/.exec(location.hash);
   if (up) camera.up = byId("up").value = up[1];
-  const totals = scene.steps.map((_, i) => scene.vf[i] + scene.ee[i]);
-  seek(asked ? Number(asked[1]) - (scene.steps[0] - 1) : 1 + totals.indexOf(Math.max(...totals)));
+  const totals = scene.steps.map((_, i) => totalOf(i));
+  seek(to ? Number(to[1]) - firstFrame : timeOf(1 + totals.indexOf(Math.max(...totals))));
 }
 addEventListener("hashchange", openAt);
 
 title();
+legends();
 bodyList();
 followPointer(redraw);
 openAt();

@@ -69,10 +69,10 @@ function makeMesh(gl) {
   function drawWith({ program, uniforms }, k, share, matrix) {
     gl.useProgram(program);
     gl.bindBuffer(gl.ARRAY_BUFFER, frames);
-    for (const [index, frame] of [[0, k - 1], [1, k]]) {
+    framesOf(k).forEach((frame, index) => {
       gl.enableVertexAttribArray(index);
       gl.vertexAttribPointer(index, 3, gl.UNSIGNED_SHORT, false, 6, 6 * frame * vertexCount);
-    }
+    });
     gl.bindBuffer(gl.ARRAY_BUFFER, bodies);
     gl.enableVertexAttribArray(2);
     gl.vertexAttribPointer(2, 1, gl.UNSIGNED_SHORT, false, 2, 0);

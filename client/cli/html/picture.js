@@ -46,7 +46,7 @@ function makePicture() {
         mesh.drawEdges(k, share, matrix);
         gl.disable(gl.BLEND);
       }
-      if (shown.contacts && t > 0) contacts.draw(k, share, matrix, v => !mesh.isHidden(bodyOfVertex(v)));
+      if (shown.contacts && isAsked(t)) contacts.draw(k, share, matrix, v => !mesh.isHidden(bodyOfVertex(v)));
     },
   };
 }

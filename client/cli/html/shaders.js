@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// WebGL2 programs: the mesh (faces or edges) between two frames, and the contacts.
+// WebGL2 programs: the mesh (faces or edges) between two frames, and the marks of what was found.
 const meshVertex = `#version 300 es
 in vec3 from, to;
 in float body;
@@ -44,7 +44,7 @@ void main() {
   pixel = ink;
 }`;
 
-// Points are round (vertex-face) or diamonds (edge-edge); lines are the edges of edge-edge contacts.
+// Points are marks of the shapes that asked.js numbers; lines are edges of what they mark.
 const contactVertex = `#version 300 es
 in vec3 at;
 in vec4 look;  // colour, and opacity
@@ -58,7 +58,7 @@ void main() {
   color = look;
   kind = shape;
   gl_Position = camera * vec4(at + nearer, 1);
-  gl_PointSize = pixels * (shape > 0.5 ? 1.15 : 1.0);
+  gl_PointSize = pixels * (shape > 1.5 ? 1.3 : shape > 0.5 ? 1.15 : 1.0);
 }`;
 const pointFragment = `#version 300 es
 precision highp float;
@@ -69,7 +69,10 @@ uniform float opacity, inner;
 out vec4 pixel;
 void main() {
   vec2 p = 2.0 * gl_PointCoord - 1.0;
-  float r = kind > 0.5 ? abs(p.x) + abs(p.y) : length(p);
+  float r = length(p);
+  if (kind > 2.5) r = 1.3 * max(abs(p.x), abs(p.y));
+  else if (kind > 1.5) r = 2.0 * max(p.y, 0.866 * abs(p.x) - 0.5 * p.y);
+  else if (kind > 0.5) r = abs(p.x) + abs(p.y);
   if (r > 1.0) discard;
   pixel = vec4(mix(color.rgb, rim, smoothstep(inner - 0.06, inner + 0.06, r)), color.a * opacity * (1.0 - smoothstep(0.9, 1.0, r)));
 }`;

@@ -159,7 +159,8 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   EXPECT_EQ(counts("--bodies deformable"), thick);
   info["bodies"][0]["vertex_count"] = 1 << 30;
   folder.write("scene/info.json", info.dump());
-  const Outcome beyond = run("near " + scene + " --distance 0.2 --bodies deformable", "2>&1");
+  const Outcome beyond =
+      run("near " + scene + " --distance 0.2 --bodies deformable --html " + folder.file("p.html"), "2>&1");
   EXPECT_EQ(beyond.code, kExitFailed) << beyond.out;
   EXPECT_THAT(beyond.out, HasSubstr("vertex_count"));
 
@@ -234,6 +235,28 @@ TEST(CliNear, ListsThePairsWithTheirDistances) {
   EXPECT_GT(rows, 0U);
 }
 
+/// Without what a run takes.
+std::string page_of(const std::string& command) {
+  const Outcome outcome = run(command + " --html -", "2>/dev/null");
+  EXPECT_THAT(outcome.out, ::testing::StartsWith("<!doctype html>")) << command;
+  EXPECT_THAT(outcome.out, ::testing::EndsWith("</html>\n")) << command;
+  const std::size_t ms = outcome.out.find("\"ms\":{\"total\":[");
+  EXPECT_NE(ms, std::string::npos) << command;
+  return std::string(outcome.out).erase(ms, outcome.out.find(']', ms) - ms);
+}
+
+TEST(CliNear, WritesTheSamePageInThisProcessAndBehindADaemon) {
+  test::LocalDaemon daemon;
+  const std::string scene = kScene;
+  for (const std::string& command :
+       {"near " + scene + " --distance 0.05", "near " + scene + " --distance 0.05 --reduced",
+        "near " + scene + " --distance 0.02 --of-diagonal --tier exact", "tangled " + scene}) {
+    const std::string here = page_of(command);
+    EXPECT_EQ(here, page_of(command + " --server " + daemon.address()));
+    EXPECT_THAT(here, HasSubstr(command.starts_with("tangled") ? R"("asked":"tangled")" : R"("distance":)"));
+  }
+}
+
 TEST(CliNear, TakesOneMesh) {
   const TemporaryFolder folder;
   ASSERT_EQ(run(std::string("scene cloth-ball --triangles 1000 --frames 2 --out ") + folder.file("s")).code,
@@ -247,7 +270,9 @@ TEST(CliNear, MisuseIsSaidInOneLine) {
   for (const char* wrong :
        {"", "--distance -1", "--distance nan", "--distance 1 --tier fast", "--distance 1 --fields closest",
         "--distance 1 --count --contacts c.csv", "--distance 1 --contacts c.txt",
-        "--distance 1 --contacts - --json -", "--distance 1 --threads 2 --server unix:/tmp/none"}) {
+        "--distance 1 --contacts - --json -", "--distance 1 --count --html p.html",
+        "--distance 1 --html - --json -", "--distance 1 --html-limit 1MiB",
+        "--distance 1 --threads 2 --server unix:/tmp/none"}) {
     const Outcome outcome = run(std::string("near ") + kScene + " " + wrong);
     EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
     EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;
@@ -308,7 +333,8 @@ TEST_F(CliTangled, HasTheSameAnswersInThisProcessAndBehindADaemon) {
 }
 
 TEST_F(CliTangled, MisuseIsSaidInOneLine) {
-  for (const char* wrong : {"--any --pairs p.csv", "--pairs - --json -", "--frames 1", "--bodies none"}) {
+  for (const char* wrong : {"--any --pairs p.csv", "--pairs - --json -", "--any --html p.html",
+                            "--pairs - --html -", "--html-limit 1MiB", "--frames 1", "--bodies none"}) {
     const Outcome outcome = run("tangled " + apart() + " " + wrong);
     EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
     EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uses the page as a reader does, and sends home what it saw: test_page.py judges it.
+// Uses the page as a reader does, and sends home what it saw: test_page.py and test_states_page.py judge it.
 (async () => {
   const result = { errors: window.pageErrors };
   const frame = () => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
@@ -70,6 +70,8 @@
     const pointer = (kind, x) => chart.dispatchEvent(
       new PointerEvent(kind, { clientX: x, clientY: box.top + 20, pointerId: 1, bubbles: true }));
     chart.setPointerCapture = () => {};  // there is no such pointer
+    pointer("pointerdown", box.left + 46 + 0.37 * (box.width - 52));  // between the margins
+    result.clickedInside = at();
     pointer("pointerdown", box.right - 7);
     result.clicked = at();
     pointer("pointermove", box.left + 47);
@@ -90,13 +92,17 @@
     by("play").click();
     for (let i = 0; i < 400 && window.warmfront.playing && at() < 3; ++i) await frame();
     result.played = at();
-    by("play").click();
+    if (window.warmfront.playing) by("play").click();  // a slow browser may be at the end already
     result.paused = !window.warmfront.playing;
+    result.pausedAt = at();
 
     result.bars = document.querySelectorAll("#charts path.area").length;
     result.unnamed = [...document.querySelectorAll("button, input, select, canvas, svg")].filter(
       e => !(e.ariaLabel || e.getAttribute("aria-label") || e.labels?.length)).length;
     result.title = document.title;
+    for (const id of ["subtitle", "legend", "shown", "foot"]) result[id] = by(id).innerText.replace(/\s+/g, " ").trim();
+    result.captions = [...document.querySelectorAll("figcaption")].map(e => e.innerText.replace(/\s+/g, " ").trim());
+    result.playable = !by("play").disabled;
     result.steps = scene.steps.length;
   } catch (error) {
     result.errors.push(String(error.stack));

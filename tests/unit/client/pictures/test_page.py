@@ -1,33 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`detect --html`: what the page carries is what was found, and in a browser it opens, draws, scrubs and plays.
-
-The browser is Chromium, where it is installed.
-"""
-import base64
+"""`detect --html`: what the page carries is what was found, and in a browser it opens, draws, scrubs and plays."""
 import csv
-import http.server
 import json
-import pathlib
-import queue
 import re
-import shutil
-import subprocess
-import threading
 
 import numpy as np
 import pytest
 from conftest import detect, run
-
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-CHECKS = (pathlib.Path(__file__).parent / "checks.js").read_text()
-
-
-def blob(page, name, dtype):
-    return np.frombuffer(base64.b64decode(re.search(f'id="{name}">([^<]*)</script>', page).group(1)), dtype)
-
-
-def scene_of(page):
-    return json.loads(re.search(r'id="scene">(.*)</script>', page).group(1))
+from page import blob, browse, needs_browser, scene_of
 
 
 def test_the_page_carries_what_was_found(folder):
@@ -86,47 +66,7 @@ def test_a_page_beyond_its_limit_is_an_error(folder, tmp_path):
     assert detect(folder, "--html", tmp_path / "no" / "page.html").returncode == 2
 
 
-class Host(http.server.BaseHTTPRequestHandler):
-    """Serves `server.page`, and takes what checks.js saw into `server.seen`."""
-
-    def do_GET(self):
-        self.send_response(200 if self.path == "/" else 404)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.end_headers()
-        self.wfile.write(self.server.page if self.path == "/" else b"")
-
-    def do_POST(self):
-        self.server.seen.put(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
-        self.send_response(204)
-        self.end_headers()
-
-    def log_message(self, *_):
-        pass
-
-
-def browse(page, tmp_path, size="1200,800"):
-    """What checks.js saw."""
-    early = "<script>window.pageErrors = []; addEventListener('error', e => pageErrors.push(e.message)); " \
-            "console.error = (...words) => pageErrors.push(words.join(' '));</script>"
-    text = page.read_text().replace("<head>", "<head>" + early).replace("</body>", f"<script>{CHECKS}</script></body>")
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Host) as server:
-        server.page, server.seen = text.encode(), queue.Queue()
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        browser = subprocess.Popen(
-            [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-             "--disable-background-networking", "--disable-component-update", "--disable-sync",
-             "--enable-unsafe-swiftshader", "--use-angle=swiftshader", f"--user-data-dir={tmp_path / 'profile'}",
-             f"--window-size={size}", "--remote-debugging-port=0", f"http://127.0.0.1:{server.server_port}/"],
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
-            return server.seen.get(timeout=240)
-        finally:
-            browser.terminate()
-            browser.wait(30)
-            server.shutdown()
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+@needs_browser
 @pytest.mark.parametrize("size", ["1200,800", "420,900"])
 def test_in_a_browser(folder, tmp_path, size):
     seen = browse(folder / "page.html", tmp_path, size)
@@ -155,7 +95,7 @@ def write_obj(path, vertices):
     path.write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) + "f 1 2 3\nf 4 5 6\n")
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+@needs_browser
 @pytest.mark.parametrize("scale, offset", [(1e-3, 1e8), (1e-290, 0), (1e300, 0)])
 def test_scenes_far_away_tiny_and_huge(tmp_path, scale, offset):
     before = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, 1], [1.25, 0.25, 1], [0.25, 1.25, 1]])
@@ -173,7 +113,7 @@ def test_scenes_far_away_tiny_and_huge(tmp_path, scale, offset):
     assert seen["errors"] == [] and seen["marks"] > 20 and seen["drawn"] > 1000
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+@needs_browser
 def test_counts_without_a_list(folder, tmp_path):
     assert detect(folder, "--report", "count", "--html", tmp_path / "page.html").returncode == 0
     seen = browse(tmp_path / "page.html", tmp_path)
