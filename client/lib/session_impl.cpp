@@ -378,6 +378,7 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
   const bool awaited = !frame.answered;
   const bool not_reduced = frame.question.options.reduced && partial_.contacts.size() > 0 &&
                            partial_.contacts.multiplicity.empty();
+  const bool not_kept = frame.question.options.keep_distance && !summary.has_keep_distance();
   if (frame.counts())
     last_trial_.reset();
   else if (awaited && frame.is_trial())
@@ -395,6 +396,10 @@ std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& p
         ErrorCode::kUnimplemented,
         "reduced: the daemon is older than it, and lists each closest pair as often as rows have it; "
         "update it, or ask without"};
+  if (not_kept)
+    return Error{ErrorCode::kUnimplemented,
+                 "keep_distance: the daemon is older than it, and answers as if nothing but contact were to "
+                 "be kept from; update it, or ask without"};
   return answer;
 }
 

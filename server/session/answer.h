@@ -26,6 +26,8 @@ struct Answer {
   SessionState state_before;  ///< ... and the one that it was stepped from; of a trial the same
   /// Of a question that leaves them out; see StepResult.
   std::uint64_t overlaps_at_start = 0;
+  /// Of a question for a step length that keeps a share of each pair's distance.
+  std::optional<double> keep_distance;
   /// Of a commit: vf, ee and possible are of the contacts that the trial listed; where not, they are not
   /// known.
   bool commit_counted = false;

@@ -566,6 +566,7 @@ Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& ask
   if (!result) return fault_from(result.error(), name_of(frame) + ": ", limit);
   answer->statistics = result.value().statistics;
   answer->queue_ms = 1e3 * waited.count();
+  answer->keep_distance = question.value().options.keep_distance;
   last_counts_ = answer->statistics.counts;
   last_counts_beside_.reset();
   if (result.value().all_deformable) {

@@ -244,6 +244,7 @@ v1::StepSummary summary_of(const Answer& answer) {
   }
   summary.set_queue_ms(answer.queue_ms);
   summary.set_overlaps_at_start(answer.overlaps_at_start);
+  if (answer.keep_distance) summary.set_keep_distance(*answer.keep_distance);
   summary.set_commit_counted(answer.commit_counted);
   *summary.mutable_state() = to_proto(answer.state);
   *summary.mutable_state_before() = to_proto(answer.state_before);

@@ -177,6 +177,7 @@ class CollisionService final : public Base {
           reply.add_features(v1::FEATURE_PAIR_FILTERS);
           reply.add_features(v1::FEATURE_REDUCED_PROXIMITY);
           reply.add_features(v1::FEATURE_THICKNESS);
+          reply.add_features(v1::FEATURE_KEEP_DISTANCE);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
           reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));

@@ -196,6 +196,10 @@ class Exchange:
                 and answer.multiplicity is not None and len(answer.multiplicity) < len(answer):
             raise UnimplementedError("reduced: the daemon is older than it, and lists each closest pair as often as rows have "
                                      "it; update it, or ask without")
+        if not isinstance(request, SentCommit) and request.question.keeps_distance \
+                and not summary.HasField("keep_distance"):
+            raise UnimplementedError("keep_distance: the daemon is older than it, and answers as if nothing but contact were to be "
+                                     "kept from; update it, or ask without")
         return answer
 
     def _complete(self, request: Request, parts: list[AnswerPart]) -> Answer:

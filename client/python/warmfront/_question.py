@@ -35,6 +35,7 @@ class Question:
     of_trial_end: bool = False
     by_vertex: bool = False  # answered by a number a vertex
     reduced: bool = False
+    keeps_distance: bool = False
 
     @property
     def is_trial(self) -> bool:
@@ -105,7 +106,7 @@ def question_of(
     if fields is not None:
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
     return Question(kind, message.SerializeToString(), columns, where == "trial_end", report == "vertex-distances",
-                    bool(reduced))
+                    bool(reduced), keep_distance is not None)
 
 
 def share_of(keep_distance: float) -> float:

@@ -192,6 +192,10 @@ class Committed:
     frame: int
 
 
+_COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direction", "squared_distance", "closest",
+            "multiplicity", "stencil")
+
+
 class Contacts:
     """One frame's answer: k contacts as columns, sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge).
 
@@ -212,8 +216,7 @@ class Contacts:
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
     frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and
-    the columns are empty.
-    (Reduced, of all rows that were.)
+    the columns are empty; of a reduced answer, of all rows before they were reduced.
     possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 
@@ -322,7 +325,7 @@ class Contacts:
 
     def table(self) -> npt.NDArray[np.void]:
         """The rows as one structured array, (k), with the columns' names as its fields. A copy."""
-        columns = {name: getattr(self, name) for name in ("kind", "status", "v", "toi", "weights", "normal", "points")}
+        columns = {name: getattr(self, name) for name in _COLUMNS}
         present = {name: column for name, column in columns.items() if column is not None}
         rows = np.empty(len(self), [(name, column.dtype, column.shape[1:]) for name, column in present.items()])
         for name, column in present.items():

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A current client and a daemon too old for session states: its copy cannot be verified, so it is never
-// reused; the session is created again, and the answers are right. And one too old for reduced rows, which it
-// would send as they are.
+// reused; the session is created again, and the answers are right. And one too old for what is asked of it,
+// which it would answer as if it were not.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ using client::Session;
 using Doubles = std::span<const double>;
 
 /// What a daemon does not know, and what came before it neither.
-enum class Unknown { kStates, kReduced };
+enum class Unknown { kStates, kQuestions };
 
 /// Hands each call on to a daemon of today, and takes out of what goes and comes back what it does not know.
 class OlderService final : public v1::CollisionService::Service {
@@ -72,7 +72,10 @@ class OlderService final : public v1::CollisionService::Service {
     const auto onwards = stub_->StreamSteps(context.get());
     std::thread requests([&] {
       for (v1::StreamStepsRequest request; stream->Read(&request);) {
-        if (request.step().has_question()) request.mutable_step()->mutable_question()->clear_reduced();
+        if (request.step().has_question()) {
+          request.mutable_step()->mutable_question()->clear_reduced();
+          request.mutable_step()->mutable_question()->clear_keep_distance();
+        }
         onwards->Write(request);
       }
       context->TryCancel();
@@ -175,7 +178,7 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
 
 TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
   LocalDaemon daemon;
-  OlderService service(daemon.address(), Unknown::kReduced);
+  OlderService service(daemon.address(), Unknown::kQuestions);
   const Serving older(service);
   {
     const MovingGrids grids(5);
@@ -192,6 +195,26 @@ TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
     const auto after = session.proximity(0.5);
     ASSERT_TRUE(after.ok()) << "the session goes on";
     EXPECT_EQ(after.value().contacts, all.value().contacts);
+  }
+}
+
+TEST(OlderDaemon, ThatKeepsNoDistanceIsFoundOutByItsAnswer) {
+  LocalDaemon daemon;
+  OlderService service(daemon.address(), Unknown::kQuestions);
+  const Serving older(service);
+  {
+    const MovingGrids grids(5);
+    const std::vector<double> start = grids.positions(0), end = grids.positions(1);
+    for (const std::string& address : {daemon.address(), older.address}) {
+      Client client = Client::connect(address).value();
+      Session session = client.create_session(grids.scene(), Doubles(start)).value();
+      const bool knows = address == daemon.address();
+      EXPECT_TRUE(session.max_step(Doubles(end)).ok());
+      const auto kept = session.max_step(Doubles(end), false, {.keep_distance = 0.5});
+      ASSERT_EQ(kept.ok(), knows);
+      if (!knows) EXPECT_EQ(kept.error().code, ErrorCode::kUnimplemented) << kept.error().message;
+      EXPECT_TRUE(session.step(Doubles(end)).ok()) << "the session goes on";
+    }
   }
 }
 

@@ -79,7 +79,7 @@ class Copy:
         answer.summary.state.CopyFrom(self.state)
         return answer
 
-    def ask(self, frame, ignores_questions):
+    def ask(self, frame, ignores_questions=False, keeps_distances=True):
         kind = "step" if ignores_questions else KINDS[frame.question.kind]
         if kind == "step":
             again = self._again(frame.frame, frame.positions)
@@ -95,6 +95,8 @@ class Copy:
         answer = self._answer(frame.frame, self.at, end)
         if kind == "max_step" and frame.question.leave_out_overlaps:
             answer.summary.overlaps_at_start = 7
+        if keeps_distances and frame.question.HasField("keep_distance"):
+            answer.summary.keep_distance = frame.question.keep_distance
         if kind == "step":
             self._counts(frame.positions, end)
             answer.summary.state.CopyFrom(self.state)
@@ -122,14 +124,16 @@ class Copy:
 class FakeDaemon:
     """received: what came, such as "trial 1" or "commit 1 0.5". disturb: called with these words of each request, it may
     return "cut" (it is not carried out), "lose" (it is carried out, its answer is lost), both of which end the stream,
-    "forget" (as "cut", and the session is gone) or "hang". ignores_questions: as a daemon that is older than they are. Each
-    resume begins with "attach" in `received`, and "create" where the session is made."""
+    "forget" (as "cut", and the session is gone) or "hang". ignores_questions: as a daemon that is older than they are;
+    keeps_distances: as one that knows keep_distance. Each resume begins with "attach" in `received`, and "create" where the
+    session is made."""
 
     def __init__(self, folder):
         self.address = f"unix:{folder}/fake.sock"
         self.received = []
         self.disturb = lambda words: None
         self.ignores_questions = False
+        self.keeps_distances = True
         self.copies = {}
         self._over = threading.Event()
         self._lock = threading.Lock()
@@ -208,7 +212,7 @@ class FakeDaemon:
                         if request.HasField("commit"):
                             response.answer.CopyFrom(copy.commit(request.commit))
                         else:
-                            response.answer.CopyFrom(copy.ask(request.step, self.ignores_questions))
+                            response.answer.CopyFrom(copy.ask(request.step, self.ignores_questions, self.keeps_distances))
                     except Refused as refused:
                         response.error.status.CopyFrom(refused.status)
                         response.error.frame = (request.commit if request.HasField("commit") else request.step).frame

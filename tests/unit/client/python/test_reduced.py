@@ -56,6 +56,10 @@ def test_each_closest_pair_once(client, cloth, where, frame):
         session.submit(kind="proximity", min_separation=0.05, where=where, reduced=True)
         assert session.next_answer().multiplicity.tobytes() == plain.multiplicity.tobytes()
 
+        table = reduced.table()
+        assert table.dtype.names == ("kind", "status", "v", "toi", "weights", "direction", "closest", "multiplicity", "stencil")
+        assert (table["multiplicity"] == multiplicity).all() and (table["direction"] == reduced.direction).all()
+
         own = reduced.stencil == 15
         assert (reduced.multiplicity[own] == 1).all()
         on = (reduced.stencil[:, None] >> np.arange(4) & 1).astype(bool)

@@ -178,6 +178,15 @@ def test_options_of_one_question_travel_with_it(fake, client):
     assert not questions[-1].step.HasField("question")  # what daemons took before there were questions
 
 
+def test_a_daemon_that_is_older_than_keep_distance_is_found_out(fake, client):
+    fake.keeps_distances = False
+    with client.session(draw(0), FACES) as session:
+        with pytest.raises(UnimplementedError, match="keep_distance: the daemon is older"):
+            session.max_step(draw(1), keep_distance=0.5)
+        session.max_step(draw(1))
+        session.commit(0.5)
+
+
 def test_questions_in_flight_are_answered_in_order(fake, session):
     X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
     numbers = [session.submit(Y, kind="trial"), session.submit(kind="commit", fraction=0.5), session.submit(Z, kind="max_step"),
@@ -275,10 +284,10 @@ def test_a_trial_that_another_daemon_refuses_is_the_commits_error(fake, session,
     X = session.positions
     ask = Copy.ask
 
-    def refuse(copy, frame, ignores):
+    def refuse(copy, frame, *knows):
         if frame.question.kind == 2:
             raise Refused(8, "more than max-contacts", 8)
-        return ask(copy, frame, ignores)
+        return ask(copy, frame, *knows)
     monkeypatch.setattr(Copy, "ask", refuse)
     fake.disturb = once("commit 1 0.5", "forget")
     with pytest.raises(warmfront.ResourceExhaustedError, match="more than max-contacts"):
