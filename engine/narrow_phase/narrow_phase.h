@@ -99,8 +99,8 @@ class NarrowPhase final : public LeafPairSinks {
   /// By the threads' clocks: their time since the last call, or begin(), summed.
   StageSeconds take_times();
 
-  /// Of intersections: tests edges and faces that no pair of faces offers, edge_face_orphans() of a part. Parallel;
-  /// flush() must follow.
+  /// Of intersections: tests edges and faces that no pair of faces offers, edge_face_orphans() of a part.
+  /// Parallel; flush() must follow.
   void test_edge_face_orphans(std::span<const FeatureIds> orphans);
   /// Tests the orphan sets of parts, in parallel. With `retest`, also those whose vertices have not changed
   /// since their last test.

@@ -16,6 +16,7 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/narrow_phase/coplanarity_filter.h"
+#include "engine/narrow_phase/proximity_filter.h"
 #include "engine/narrow_phase/rest_filter.h"
 #include "engine/narrow_phase/separation_filter.h"
 #include "engine/scene/adjacency.h"
@@ -326,16 +327,25 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   output_.counts.exact_tests += counts.exact_tests;
 }
 
-// No filter before it: what these exclude, they exclude of a motion.
+// None of the filters before it that exclude pairs of a motion.
 void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
   ElementaryOptions elementary = elementary_options();
   ElementaryCounts counts;
   const Instant instant = input_->options.instant;
+  const double toi = instant == Instant::kStart ? 0 : 1;
   const bool by_vertex = input_->options.report == Report::kVertexDistances;
-  for (const FeaturePair& pair : pairs) {
+  std::array<double, FeatureBlock::kCapacity> separations;
+  std::array<Nearness, FeatureBlock::kCapacity> nearness;
+  for (std::size_t i = 0; i < pairs.size(); ++i) separations[i] = separation(pairs[i]);
+  proximity_filter(pairs, input_->vertices, instant, {separations.data(), pairs.size()}, nearness.data());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (nearness[i] == Nearness::kApart) continue;
+    const FeaturePair& pair = pairs[i];
     const std::uint64_t before = counts.exact_tests;
-    elementary.min_separation = separation(pair);
-    const Verdict verdict = proximity_test(features_of(pair), instant, elementary, counts);
+    elementary.min_separation = separations[i];
+    const Verdict verdict = nearness[i] == Nearness::kNear
+                                ? Verdict{true, ContactStatus::kHit, toi}
+                                : proximity_test(features_of(pair), instant, elementary, counts);
     look_after_exact(counts.exact_tests - before);
     if (by_vertex && verdict.contact)
       lower_distances(pair, least_distance(features_of(pair), instant, elementary.min_separation));

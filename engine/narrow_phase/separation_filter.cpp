@@ -4,61 +4,20 @@
 #include "engine/narrow_phase/separation_filter.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 
 #include "engine/elementary/vec3.h"
+#include "engine/narrow_phase/difference_polygons.h"
 #include "engine/simd/lanes3.h"
 #include "engine/simd/target_clones.h"
 
 namespace warmfront {
 namespace {
 
-constexpr int kLanes = 4;
-
-using Lanes = Double4;
-using LaneMask = decltype(Lanes{} < Lanes{});
-
-using Four3 = Lanes3<Lanes>;
-
-// The polygon of differences between the primitives (exact_polygon.h) at both times: a triangle, which
-// repeats its first corner at the end, or a parallelogram.
-using Polygons = Four3[2][4];  // [time][corner]
-
-// One corner of four pairs, at one end of the step.
-WARMFRONT_INLINE void gather(const VertexMotion* const (&vertex)[kLanes][2],
-                             std::array<double, 4> VertexMotion::*end, Four3& to) {
-  Lanes of[kLanes];  // a pair's difference: x, y, z and padding
-  for (int i = 0; i < kLanes; ++i) {
-    Lanes minuend;
-    Lanes subtrahend;
-    std::memcpy(&minuend, (vertex[i][0]->*end).data(), sizeof minuend);
-    std::memcpy(&subtrahend, (vertex[i][1]->*end).data(), sizeof subtrahend);
-    of[i] = minuend - subtrahend;
-  }
-  const Lanes xz01 = __builtin_shuffle(of[0], of[1], LaneMask{0, 4, 2, 6});
-  const Lanes xz23 = __builtin_shuffle(of[2], of[3], LaneMask{0, 4, 2, 6});
-  const Lanes y01 = __builtin_shuffle(of[0], of[1], LaneMask{1, 5, 3, 7});
-  const Lanes y23 = __builtin_shuffle(of[2], of[3], LaneMask{1, 5, 3, 7});
-  to.x = __builtin_shuffle(xz01, xz23, LaneMask{0, 1, 4, 5});
-  to.y = __builtin_shuffle(y01, y23, LaneMask{0, 1, 4, 5});
-  to.z = __builtin_shuffle(xz01, xz23, LaneMask{2, 3, 6, 7});
-}
-
-WARMFRONT_INLINE void gather(const FeaturePair* const (&pairs)[kLanes],
-                             std::span<const VertexMotion> vertices, Polygons& to) {
-  // The vertices whose difference is a corner: one of the second primitive minus one of the first.
-  constexpr int kCorners[2][4][2]{{{1, 0}, {2, 0}, {3, 0}, {1, 0}}, {{2, 0}, {3, 0}, {3, 1}, {2, 1}}};
-  for (int k = 0; k < 4; ++k) {
-    const VertexMotion* vertex[kLanes][2];
-    for (int i = 0; i < kLanes; ++i) {
-      const auto& corner = kCorners[pairs[i]->kind == ContactKind::kEdgeEdge][k];
-      for (int end = 0; end < 2; ++end) vertex[i][end] = &vertices[pairs[i]->vertices[corner[end]]];
-    }
-    gather(vertex, &VertexMotion::t0, to[0][k]);
-    gather(vertex, &VertexMotion::t1, to[1][k]);
-  }
-}
+constexpr int kLanes = DifferencePolygons::kLanes;
+using Lanes = DifferencePolygons::Lanes;
+using LaneMask = DifferencePolygons::Mask;
+using Four3 = DifferencePolygons::Four3;
+using Polygons = DifferencePolygons::Corners[2];  // [time]
 
 // Where `direction` keeps all corners on one side of the origin at both times.
 //
@@ -85,12 +44,7 @@ WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Four3& direction,
 // projected polygon of differences is convex, and if the origin is outside, one of its sides proves it: the
 // normal of side S is S x v. (For two convex polygons that only translate this test is complete.)
 WARMFRONT_INLINE unsigned certainly_apart(const Polygons& p) {
-  Lanes size{};
-  for (int time = 0; time < 2; ++time) {
-    for (int k = 0; k < 4; ++k) {
-      size = greater(size, largest_of(magnitudes(p[time][k])));
-    }
-  }
+  const Lanes size = greater(DifferencePolygons::size(p[0]), DifferencePolygons::size(p[1]));
   const Four3 v = ((p[1][0] - p[0][0]) + (p[1][1] - p[0][1])) + ((p[1][2] - p[0][2]) + (p[1][3] - p[0][3]));
   LaneMask apart{};
   for (int k = 0; k < 3; ++k) {  // opposite sides of a parallelogram are parallel
@@ -99,9 +53,7 @@ WARMFRONT_INLINE unsigned certainly_apart(const Polygons& p) {
     apart |= keeps_apart(p, cross(end - begin, v), size);
   }
   apart &= size < 0x1p300;  // no overflow, no NaN
-  unsigned mask = 0;
-  for (int i = 0; i < kLanes; ++i) mask |= static_cast<unsigned>(apart[i] & 1) << i;
-  return mask;
+  return DifferencePolygons::bits_of(apart);
 }
 
 }  // namespace
@@ -115,7 +67,8 @@ std::size_t separation_filter(std::span<const FeaturePair> pairs, std::span<cons
     const FeaturePair* of[kLanes];
     for (std::size_t i = 0; i < kLanes; ++i) of[i] = &pairs[survivors[first + (i < lanes ? i : 0)]];
     Polygons polygons;
-    gather(of, vertices, polygons);
+    DifferencePolygons::gather(of, vertices, &VertexMotion::t0, polygons[0]);
+    DifferencePolygons::gather(of, vertices, &VertexMotion::t1, polygons[1]);
     const unsigned apart = certainly_apart(polygons);
     for (std::size_t i = 0; i < lanes; ++i) {
       survivors[kept] = survivors[first + i];

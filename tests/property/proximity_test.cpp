@@ -9,11 +9,14 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "engine/collider.h"
+#include "engine/narrow_phase/proximity_filter.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/near_oracle.h"
 #include "tests/support/near_torture.h"
@@ -73,11 +76,28 @@ void expect_bound(const FeatureCase& query, Instant at, double most) {
   }
 }
 
+// What the filter proves, in any lane.
+Nearness filtered(const FeatureCase& query, Instant at, double distance) {
+  const std::vector<FeaturePair> pairs(5, {{0, 1, 2, 3}, 0, 0, query.kind});
+  const std::vector<double> separations(pairs.size(), distance);
+  std::array<Nearness, 5> found;
+  proximity_filter(pairs, query.vertices, at, separations, found.data());
+  for (const Nearness& lane : found) EXPECT_EQ(lane, found[0]);
+  return found[0];
+}
+
+// What is proved is true.
+void expect_proved(const FeatureCase& query, Instant at, double distance, bool near) {
+  const Nearness proved = filtered(query, at, distance);
+  EXPECT_TRUE(proved == Nearness::kUnproved || (proved == Nearness::kNear) == near);
+}
+
 // Returns whether they are near.
 bool expect_truth(const FeatureCase& query, Instant at, double distance) {
   const FeatureCase still = standing(query, at);
   const bool near = near_truth(still.features(), distance).contact;
   const double toi = at == Instant::kStart ? 0 : 1;
+  expect_proved(query, at, distance, near);
 
   const Verdict exact = proximity(query.features(), at, Tier::kExact, distance);
   EXPECT_EQ(exact.contact, near);
@@ -126,6 +146,70 @@ TEST(ProximityTorture, EveryFamilyAtEveryDistance) {
   }
   EXPECT_GT(near, 500);
   EXPECT_GT(far, 500);
+}
+
+// Distances within some 2^-56 to 2^-40 of the pair's size of the true one, where what is proved ends.
+TEST(ProximityFilter, ProvesNothingWrongWhereItsErrorsMatter) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> digits(-56, -40);
+  std::array<int, 3> proved{};
+  const auto look = [&](std::string_view name, const FeatureCase& query, double distance) {
+    const Instant at = random() % 2 == 0 ? Instant::kStart : Instant::kEnd;
+    const FeatureCase still = standing(query, at);
+    const double size = size_of(still.features());
+    for (int trial = 0; trial < 6; ++trial) {
+      const double beside = std::exp2(digits(random)) * size * (trial % 2 == 0 ? 1 : -1);
+      const double d = std::clamp(distance + beside, 0.0, std::numeric_limits<double>::max());
+      SCOPED_TRACE(std::string(name) + " " + to_text(testing::NearCase{query, d}));
+      expect_proved(query, at, d, near_truth(still.features(), d).contact);
+      ++proved[static_cast<std::size_t>(filtered(query, at, d))];
+      ASSERT_FALSE(::testing::Test::HasFailure());
+    }
+  };
+  for (const testing::NearFamily& family : testing::near_families()) {
+    for (int trial = 0; trial < 200; ++trial) {
+      const auto kind = trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge;
+      const testing::NearCase made = family.make(random, kind);
+      ASSERT_NO_FATAL_FAILURE(look(family.name, made.query, made.separation));
+    }
+  }
+  // Plain pairs, around the least double that is no less than their distance.
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  for (int trial = 0; trial < 1500; ++trial) {
+    FeatureCase query(trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge,
+                      std::array<VertexMotion, 4>{});
+    const double scale = std::ldexp(1.0, static_cast<int>(random() % 300) - 150);
+    for (VertexMotion& vertex : query.vertices) {
+      for (int axis = 0; axis < 3; ++axis) vertex.t0[axis] = vertex.t1[axis] = scale * uniform();
+    }
+    double below = least_distance(query.features(), Instant::kStart, 10 * scale);
+    if (below == 0) continue;
+    double above = below + 0x1p-40 * scale;
+    for (double middle = 0.5 * (below + above); middle > below && middle < above;
+         middle = 0.5 * (below + above))
+      (near_truth(query.features(), middle).contact ? above : below) = middle;
+    ASSERT_NO_FATAL_FAILURE(look("plain", query, above));
+    for (int units = -6; units <= 6; ++units)
+      expect_proved(query, Instant::kStart, above + units * 0x1p-53 * scale,
+                    above + units * 0x1p-53 * scale >= above);
+    ASSERT_FALSE(::testing::Test::HasFailure()) << "plain " << to_text(testing::NearCase{query, above});
+  }
+  for (const int count : proved) EXPECT_GT(count, 1000);
+}
+
+TEST(ProximityFilter, DecidesNearlyAllPlainPairs) {
+  std::mt19937_64 random(12);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  int unproved = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    FeatureCase query(trial % 2 == 0 ? ContactKind::kVertexFace : ContactKind::kEdgeEdge,
+                      std::array<VertexMotion, 4>{});
+    for (VertexMotion& vertex : query.vertices) {
+      for (int axis = 0; axis < 3; ++axis) vertex.t0[axis] = vertex.t1[axis] = uniform();
+    }
+    unproved += filtered(query, Instant::kEnd, 0.5 + 0.5 * uniform()) == Nearness::kUnproved ? 1 : 0;
+  }
+  EXPECT_LT(unproved, 20);
 }
 
 // Where the direction between the closest points is clear, the bound is as good as doubles are.

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// The polygons of differences between the primitives of pairs (elementary/exact_polygon.h), four pairs at a
+// time, one per lane. Only for sources that dispatch by instruction set.
+#pragma once
+
+#include <array>
+#include <cstring>
+#include <span>
+
+#include "engine/motion/motion.h"
+#include "engine/narrow_phase/feature_block.h"
+#include "engine/simd/lanes3.h"
+
+namespace warmfront {
+
+struct DifferencePolygons {
+  static constexpr int kLanes = 4;
+  using Lanes = Double4;
+  using Mask = decltype(Lanes{} < Lanes{});
+  using Four3 = Lanes3<Lanes>;
+  /// A triangle, whose first corner stands again at the end, or a parallelogram, in order around.
+  using Corners = Four3[4];
+
+  /// The pairs' corners at one end of the step, VertexMotion::t0 or t1; one rounding a coordinate.
+  WARMFRONT_INLINE static void gather(const FeaturePair* const (&pairs)[kLanes],
+                                      std::span<const VertexMotion> vertices,
+                                      std::array<double, 4> VertexMotion::*end, Corners& to) {
+    // The vertices whose difference is a corner: one of the second primitive minus one of the first.
+    constexpr int kCorners[2][4][2]{{{1, 0}, {2, 0}, {3, 0}, {1, 0}}, {{2, 0}, {3, 0}, {3, 1}, {2, 1}}};
+    for (int k = 0; k < 4; ++k) {
+      const VertexMotion* vertex[kLanes][2];
+      for (int i = 0; i < kLanes; ++i) {
+        const auto& corner = kCorners[pairs[i]->kind == ContactKind::kEdgeEdge][k];
+        for (int of = 0; of < 2; ++of) vertex[i][of] = &vertices[pairs[i]->vertices[corner[of]]];
+      }
+      gather(vertex, end, to[k]);
+    }
+  }
+
+  /// The largest coordinate of any corner.
+  WARMFRONT_INLINE static Lanes size(const Corners& corners) {
+    Lanes size{};
+    for (const Four3& corner : corners) size = greater(size, largest_of(magnitudes(corner)));
+    return size;
+  }
+
+  /// Bit i is set where lane i is.
+  WARMFRONT_INLINE static unsigned bits_of(const Mask& mask) {
+    unsigned bits = 0;
+    for (int i = 0; i < kLanes; ++i) bits |= static_cast<unsigned>(mask[i] & 1) << i;
+    return bits;
+  }
+
+ private:
+  // One corner of four pairs.
+  WARMFRONT_INLINE static void gather(const VertexMotion* const (&vertex)[kLanes][2],
+                                      std::array<double, 4> VertexMotion::*end, Four3& to) {
+    Lanes of[kLanes];  // a pair's difference: x, y, z and padding
+    for (int i = 0; i < kLanes; ++i) {
+      Lanes minuend;
+      Lanes subtrahend;
+      std::memcpy(&minuend, (vertex[i][0]->*end).data(), sizeof minuend);
+      std::memcpy(&subtrahend, (vertex[i][1]->*end).data(), sizeof subtrahend);
+      of[i] = minuend - subtrahend;
+    }
+    const Lanes xz01 = __builtin_shuffle(of[0], of[1], Mask{0, 4, 2, 6});
+    const Lanes xz23 = __builtin_shuffle(of[2], of[3], Mask{0, 4, 2, 6});
+    const Lanes y01 = __builtin_shuffle(of[0], of[1], Mask{1, 5, 3, 7});
+    const Lanes y23 = __builtin_shuffle(of[2], of[3], Mask{1, 5, 3, 7});
+    to.x = __builtin_shuffle(xz01, xz23, Mask{0, 1, 4, 5});
+    to.y = __builtin_shuffle(y01, y23, Mask{0, 1, 4, 5});
+    to.z = __builtin_shuffle(xz01, xz23, Mask{2, 3, 6, 7});
+  }
+};
+
+}  // namespace warmfront
