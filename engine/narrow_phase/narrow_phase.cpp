@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <tuple>
 #include <utility>
 
 #include "engine/narrow_phase/block_pairs.h"
+#include "engine/narrow_phase/gather_sorted.h"
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
@@ -205,7 +205,9 @@ struct NarrowPhase<Bounds>::Impl {
   std::uint64_t step = 0;
   std::vector<const MetPairs*> met;  // of test_met(): by thread, and where its pairs begin among all
   std::vector<std::size_t> met_begin;
-  std::vector<std::size_t> orphans_begin;  // of test_orphans(): where each part's blocks begin
+  std::vector<std::size_t> orphans_begin;       // of test_orphans(): where each part's blocks begin
+  std::vector<std::span<const Contact>> found;  // of finish(): by thread, and room for gather_sorted()
+  std::vector<std::size_t> buckets;
 
   Sink& local_sink() {
     Sink& sink = sinks.local();
@@ -325,48 +327,53 @@ void NarrowPhase<Bounds>::test_edge_face_orphans(std::span<const FeatureIds> orp
   });
 }
 
-/// Contacts that are copied between two looks at the stop flag.
-constexpr std::size_t kPiece = std::size_t{1} << 16;
+/// So many contacts are put in order by counting.
+constexpr std::size_t kMany = 4096;
 
 template <class Bounds>
 NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   NarrowPhaseOutput sum;
-  const StopSignal stop = impl_->input->stop;
-  contacts.clear();
+  const NarrowPhaseInput& input = *impl_->input;
+  std::vector<std::span<const Contact>>& lists = impl_->found;
+  lists.clear();
+  std::size_t found = 0;
   for (Sink& sink : impl_->sinks) {
-    const NarrowPhaseOutput& output = sink.tester.output();
-    sum.add(output);
-    const std::span<const Contact> some = sink.tester.contacts();
-    for (std::size_t i = 0; i < some.size(); i += kPiece) {
-      stop.check();
-      const auto piece = some.subspan(i, std::min(kPiece, some.size() - i));
-      contacts.insert(contacts.end(), piece.begin(), piece.end());
-    }
+    sum.add(sink.tester.output());
+    lists.emplace_back(sink.tester.contacts());
+    found += lists.back().size();
   }
-  if (impl_->input->options.report == Report::kEarliest) {
+  const bool earliest = input.options.report == Report::kEarliest;
+  if (found >= kMany && !earliest) {
+    gather_sorted(lists, input.scene.vertex_count(), input.scene.edges().size(), contacts, impl_->buckets,
+                  input.stop);
+    return sum;
+  }
+  contacts.clear();
+  for (const std::span<const Contact> list : lists) append(contacts, list, input.stop);
+  if (earliest) {
     std::erase_if(contacts, [&](const Contact& c) { return c.toi > sum.earliest; });
     sum.vf =
         static_cast<std::uint64_t>(std::ranges::count(contacts, ContactKind::kVertexFace, &Contact::kind));
     sum.ee = contacts.size() - sum.vf;
-    sum.over_limit = contacts.size() > impl_->input->options.max_contacts;
+    sum.over_limit = contacts.size() > input.options.max_contacts;
     sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [](const Contact& c) {
       return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;
     }));
   }
-  sort_in_parallel(contacts, stop, [](const Contact& x, const Contact& y) {
-    return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
-  });
+  sort_in_parallel(contacts, input.stop, in_order);
   return sum;
 }
 
 template <class Bounds>
 void NarrowPhase<Bounds>::release() noexcept {
   for (Sink& sink : impl_->sinks) sink.tester.release();
+  std::vector<std::size_t>().swap(impl_->buckets);
 }
 
 template <class Bounds>
 std::size_t NarrowPhase<Bounds>::memory_bytes() const {
-  std::size_t bytes = sizeof(Impl) + held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin);
+  std::size_t bytes = sizeof(Impl) + held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin,
+                                                impl_->found, impl_->buckets);
   for (const Sink& sink : impl_->sinks) bytes += sink.memory_bytes();
   return bytes;
 }
