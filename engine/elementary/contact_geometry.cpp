@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/elementary/closest.h"
+#include "engine/elementary/powers_of_two.h"
 
 namespace warmfront {
 namespace {
@@ -19,12 +20,10 @@ template <std::size_t N>
 std::array<Vec3, N> near_one(std::array<Vec3, N> vectors, int& exponent) {
   double largest = 0;
   for (const Vec3& v : vectors) largest = std::max(largest, max_abs(v));
-  exponent = 0;
-  std::frexp(largest, &exponent);
+  exponent = largest > 0 ? exponent_of(largest) : 0;
   // A product with a power of two is rounded as ldexp() is, in a fraction of its time.
-  constexpr int kLeast = -1023;  // 2^1023 is the largest power of two
-  if (exponent >= kLeast) {
-    const double scale = std::ldexp(1.0, -exponent);
+  if (-exponent >= kLeastPower && -exponent <= kMostPower) {
+    const double scale = power_of_two(-exponent);
     for (Vec3& v : vectors) v = scale * v;
   } else {
     for (Vec3& v : vectors)

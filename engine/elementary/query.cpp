@@ -2,12 +2,11 @@
 #include "engine/elementary/query.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstdint>
 #include <cstdlib>
 #include <span>
 
 #include "engine/elementary/closest.h"
+#include "engine/elementary/powers_of_two.h"
 #include "engine/simd/lanes.h"
 
 namespace warmfront {
@@ -46,28 +45,18 @@ WARMFRONT_INLINE Query differences(const FeatureVertices& features, double presc
   return query;
 }
 
-// 2^exponent as two factors, each within double's range. Built from bits for a normal power, since std::ldexp
-// is a call.
+// 2^exponent as two factors, each within double's range.
 struct PowerOfTwo {
   double a;
   double b;
   explicit PowerOfTwo(int exponent) {
     const int half = std::abs(exponent) < 1000 ? 0 : exponent / 2;
-    a = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent - half) << 52);
-    b = std::bit_cast<double>(static_cast<std::uint64_t>(1023 + half) << 52);
+    a = power_of_two(exponent - half);
+    b = power_of_two(half);
   }
   double operator()(double x) const { return b == 1 ? x * a : x * a * b; }
   Vec3 operator()(const Vec3& v) const { return {(*this)(v.x), (*this)(v.y), (*this)(v.z)}; }
 };
-
-// The e for which x = m 2^e with m in [0.5, 1); x is positive.
-int exponent_of(double x) {
-  const auto biased = static_cast<int>(std::bit_cast<std::uint64_t>(x) >> 52);
-  if (biased != 0) return biased - 1022;
-  int exponent = 0;
-  std::frexp(x, &exponent);  // denormal
-  return exponent;
-}
 
 // The times at which all gaps, linear between p0 and p1, exceed the threshold.
 SeparatedTimes times_above(std::span<const double> p0, std::span<const double> p1, double threshold) {
