@@ -292,11 +292,12 @@ int detect(Arguments arguments) {
 Verb add_detect(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  app.add_option("INPUT", a.inputs,
-                 "A folder with mesh.ply and frames.pc2 (and info.json), or with t0.ply, t1.ply, ...; or two "
-                 "or more mesh "
-                 "files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] (see "
-                 "'scene --list')")
+  app.add_option(
+         "INPUT", a.inputs,
+         "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or two "
+         "or more mesh "
+         "files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] (see "
+         "'scene --list')")
       ->required();
   add_server_options(app, a.server, a.security,
                      "Step on the daemon at this address (HOST:PORT or unix:PATH), not in this process",

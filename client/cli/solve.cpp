@@ -321,10 +321,11 @@ int solve(Arguments arguments) {
 Verb add_solve(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  app.add_option("INPUT", a.inputs,
-                 "A folder with mesh.ply and frames.pc2 (and info.json), or with t0.ply, t1.ply, ...; or two "
-                 "or more mesh files (.ply, .obj, .stl) of one topology; or "
-                 "builtin:NAME[?triangles=N&frames=N] (see 'scene --list')")
+  app.add_option(
+         "INPUT", a.inputs,
+         "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or two "
+         "or more mesh files (.ply, .obj, .stl) of one topology; or "
+         "builtin:NAME[?triangles=N&frames=N] (see 'scene --list')")
       ->required();
   add_session_place(app, a.place);
   add_filter_options(app, a.filters);

@@ -14,7 +14,7 @@ namespace warmfront::client {
 
 void add_state_arguments(CLI::App& app, StateArguments& arguments) {
   app.add_option("INPUT", arguments.inputs,
-                 "A folder with mesh.ply and frames.pc2 (and info.json), or with t0.ply, t1.ply, ...; or "
+                 "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or "
                  "mesh files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] "
                  "(see 'scene --list')")
       ->required();

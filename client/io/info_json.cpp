@@ -2,8 +2,10 @@
 // info.json: see info_json.h.
 #include "client/io/info_json.h"
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "client/io/text.h"
 
@@ -11,6 +13,21 @@ namespace warmfront::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// How many letters are inserted, removed or replaced from one word to the other.
+std::size_t edits_between(std::string_view from, std::string_view to) {
+  std::vector<std::size_t> row(to.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (const char letter : from) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t k = 1; k <= to.size(); ++k) {
+      const std::size_t replaced = diagonal + (letter == to[k - 1] ? 0 : 1);
+      diagonal = row[k];
+      row[k] = std::min({row[k] + 1, row[k - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
 
 /// Reads fields of one object; keeps the first invalid one as the problem.
 class Fields {
@@ -61,16 +78,45 @@ class Fields {
     if (problem_.empty()) problem_ = where_ + "'" + key + "' " + what;
   }
 
-  const std::string& problem() const { return problem_; }
-
- private:
-  const Json* find(const char* key) const {
+  /// Null where it is missing.
+  const Json* find(const char* key) {
+    if (!knows(key)) known_.push_back(key);
     const auto found = object_.find(key);
     return found == object_.end() ? nullptr : &*found;
   }
 
+  /// Refuses every key but those that were looked for.
+  void refuse_others() {
+    for (const auto& [key, value] : object_.items()) {
+      if (!problem_.empty() || knows(key)) continue;
+      problem_ = where_ + "unknown key " + in_quotes(key) + "; the known ones are ";
+      std::string_view separator;
+      for (const std::string_view name : known_) {
+        problem_.append(separator).append(name);
+        separator = ", ";
+      }
+    }
+  }
+
+  /// Refuses every key that is almost one of `names`, but those that were looked for.
+  void refuse_misspelt(std::initializer_list<std::string_view> names) {
+    constexpr std::size_t kMostEdits = 2;
+    for (const auto& [key, value] : object_.items()) {
+      if (!problem_.empty() || knows(key)) continue;
+      for (const std::string_view name : names)
+        if (key.size() <= name.size() + kMostEdits && edits_between(key, name) <= kMostEdits)
+          problem_ = where_ + "unknown key " + in_quotes(key) + "; is '" + std::string(name) + "' meant?";
+    }
+  }
+
+  const std::string& problem() const { return problem_; }
+
+ private:
+  bool knows(std::string_view key) const { return std::ranges::find(known_, key) != known_.end(); }
+
   const Json& object_;
   std::string where_;
+  std::vector<std::string_view> known_;  // keys that were looked for, in order
   std::string problem_;
 };
 
@@ -108,6 +154,7 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
     body.kind = BodyKind::kRemoved;
   else
     fields.fail("kind", "must be deformable, rigid, static or removed, not " + in_quotes(kind));
+  fields.refuse_others();
   return fields.problem();
 }
 
@@ -134,10 +181,10 @@ std::string parse_filters(const Json& item, PairFilters& filters) {
   filters.within_edges = static_cast<std::uint32_t>(edges);
   fields.number("near_at_rest", filters.near_at_rest);
   if (!(filters.near_at_rest >= 0)) fields.fail("near_at_rest", "must be a length, or 0");
-  if (const auto pairs = item.find("excluded_vertex_pairs");
-      pairs != item.end() && !parse_pairs(*pairs, filters.excluded_vertex_pairs))
+  if (const Json* pairs = fields.find("excluded_vertex_pairs");
+      pairs && !parse_pairs(*pairs, filters.excluded_vertex_pairs))
     fields.fail("excluded_vertex_pairs", "must hold pairs of vertices");
-  if (const auto patches = item.find("patches"); patches != item.end()) {
+  if (const Json* patches = fields.find("patches")) {
     bool all = patches->is_array();
     for (std::size_t i = 0; all && i < patches->size(); ++i) {
       all = is_index((*patches)[i]);
@@ -145,6 +192,7 @@ std::string parse_filters(const Json& item, PairFilters& filters) {
     }
     if (!all) fields.fail("patches", "must hold a whole number for each vertex");
   }
+  fields.refuse_others();
   return fields.problem();
 }
 
@@ -197,7 +245,7 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
   fields.count("frames", kMost, info.frames);
   fields.number("fps", info.fps);
   fields.text("generator", info.generator);
-  if (const auto bodies = root.find("bodies"); bodies != root.end()) {
+  if (const Json* bodies = fields.find("bodies")) {
     if (!bodies->is_array()) return invalid_argument(prefix + "'bodies' must be a list");
     for (std::size_t i = 0; i < bodies->size(); ++i) {
       Body body;
@@ -206,16 +254,16 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
       info.bodies.push_back(std::move(body));
     }
   }
-  if (const auto pairs = root.find("excluded_pairs"); pairs != root.end()) {
+  if (const Json* pairs = fields.find("excluded_pairs")) {
     if (!pairs->is_array()) return invalid_argument(prefix + "'excluded_pairs' must be a list");
     if (!parse_pairs(*pairs, info.excluded_pairs))
       return invalid_argument(prefix + "'excluded_pairs' must hold pairs of body indices");
   }
-  if (const auto filters = root.find("filters"); filters != root.end()) {
+  if (const Json* filters = fields.find("filters")) {
     if (const std::string problem = parse_filters(*filters, info.filters); !problem.empty())
       return invalid_argument(prefix + problem);
   }
-  if (const auto thickness = root.find("vertex_thickness"); thickness != root.end()) {
+  if (const Json* thickness = fields.find("vertex_thickness")) {
     bool all = thickness->is_array();
     for (std::size_t v = 0; all && v < thickness->size(); ++v) {
       all = (*thickness)[v].is_number();
@@ -223,6 +271,7 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
     }
     if (!all) return invalid_argument(prefix + "'vertex_thickness' must hold a length for each vertex");
   }
+  fields.refuse_misspelt({"bodies", "excluded_pairs", "filters", "vertex_thickness"});
   if (!fields.problem().empty()) return invalid_argument(prefix + fields.problem());
   return info;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// info.json beside a mesh and its cache: the scene's name and bodies. Pure functions over bytes.
+// info.json beside meshes: the scene's name, bodies, filters and thickness. Pure functions over bytes.
 #pragma once
 
 #include <array>
@@ -34,8 +34,9 @@ std::string_view to_string(BodyKind kind);
 /// "thickness"},
 /// "excluded_pairs", a list of pairs of indices of bodies, and "filters", an object with any of
 /// "within_edges", "near_at_rest", "excluded_vertex_pairs" and "patches", as PairFilters has them, and
-/// "vertex_thickness", a length for each vertex; other fields are ignored. Errors name `file` and the byte,
-/// or the field and body. Scene::create() checks whether all fit together.
+/// "vertex_thickness", a length for each vertex. Other fields are ignored, but not within a body or the
+/// filters, nor where two letters make one of the last four: these are errors. Errors name `file` and the
+/// byte, or the field and body. Scene::create() checks whether all fit together.
 Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file);
 
 /// All fields, indented, with a final line end.

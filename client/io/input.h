@@ -48,7 +48,8 @@ class Input {
 };
 
 /// Checks the form of the arguments without opening a file; an error says what to give. They are
-/// - one folder with mesh.ply and frames.pc2 (and info.json, for the bodies), or with t0.ply, t1.ply, ...;
+/// - one folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; and info.json (info_json.h) for
+///   the bodies, filters and thickness;
 /// - two or more mesh files (.ply, .obj, .stl) of one topology, which are successive frames; or one, where
 ///   `least_frames` is 1;
 /// - one `builtin:NAME`, with `?key=value&...` (client/scenes/catalog.h).

@@ -27,6 +27,21 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
+/// What the folder's info.json says, if there is one; not yet the rest shape.
+Status add_info(const fs::path& folder, SceneDescription& scene) {
+  const fs::path path = folder / "info.json";
+  if (!is_there(path)) return {};
+  const Result<std::string> bytes = read_file(path.string());
+  if (!bytes) return bytes.error();
+  Result<SceneInfo> info = parse_info_json(bytes.value(), path.string());
+  if (!info) return info.error();
+  scene.bodies = std::move(info.value().bodies);
+  scene.excluded_pairs = std::move(info.value().excluded_pairs);
+  scene.filters = std::move(info.value().filters);
+  scene.thickness = std::move(info.value().thickness);
+  return {};
+}
+
 /// A mesh and its point cache.
 class CacheInput final : public Input {
  public:
@@ -112,23 +127,31 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::siz
   if (header.sample_count < least_frames)
     return invalid_argument(cache_path + ": " + std::to_string(header.sample_count) + " frames, but " +
                             std::to_string(least_frames) + " are needed");
-  if (const fs::path info_path = folder / "info.json"; is_there(info_path)) {
-    const Result<std::string> bytes = read_file(info_path.string());
-    if (!bytes) return bytes.error();
-    Result<SceneInfo> info = parse_info_json(bytes.value(), info_path.string());
-    if (!info) return info.error();
-    scene.bodies = std::move(info.value().bodies);
-    scene.excluded_pairs = std::move(info.value().excluded_pairs);
-    scene.filters = std::move(info.value().filters);
-    scene.thickness = std::move(info.value().thickness);
-    if (scene.filters.near_at_rest > 0) {
-      std::vector<float> first;
-      if (Status read = cache.value().read(0, first); !read) return read.error();
-      scene.filters.rest_at(std::span<const float>(first));
-    }
+  if (Status added = add_info(folder, scene); !added) return added.error();
+  if (scene.filters.near_at_rest > 0) {
+    std::vector<float> first;
+    if (Status read = cache.value().read(0, first); !read) return read.error();
+    scene.filters.rest_at(std::span<const float>(first));
   }
   return std::unique_ptr<Input>(std::make_unique<CacheInput>(folder.string(), std::move(scene),
                                                              std::move(cache).value(), std::move(notes)));
+}
+
+/// A frame each of `paths`; in the scene what info.json says in `folder`, if that is given.
+Result<std::unique_ptr<Input>> open_mesh_files(std::span<const std::string> paths, const fs::path* folder) {
+  Result<Mesh> first = read_listed_mesh(paths[0]);
+  if (!first) return first.error();
+  Faces listed;
+  if (!first.value().polygons.empty()) listed = first.value().faces;
+  if (const Status status = make_scene_mesh(first.value(), paths[0]); !status) return status.error();
+  std::vector<std::string> notes = notes_on(first.value(), paths[0]);
+  SceneDescription scene = describe(first.value());
+  if (folder != nullptr)
+    if (Status added = add_info(*folder, scene); !added) return added.error();
+  if (scene.filters.near_at_rest > 0) scene.filters.rest_at(view(first.value().positions));
+  return std::unique_ptr<Input>(std::make_unique<MeshFilesInput>(
+      paths[0], std::move(scene), std::vector<std::string>(paths.begin(), paths.end()), std::move(listed),
+      std::move(first.value().positions), std::move(notes)));
 }
 
 }  // namespace
@@ -149,22 +172,13 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::s
   if (paths.size() < least_frames)
     return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply" +
                             (least_frames > 1 ? " and t1.ply" : ""));
-  return open_mesh_files_input(paths, least_frames);
+  return open_mesh_files(paths, &folder);
 }
 
 Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,
                                                      std::size_t least_frames) {
   if (paths.size() < least_frames) return invalid_argument("a step needs two mesh files or more");
-  Result<Mesh> first = read_listed_mesh(paths[0]);
-  if (!first) return first.error();
-  Faces listed;
-  if (!first.value().polygons.empty()) listed = first.value().faces;
-  if (const Status status = make_scene_mesh(first.value(), paths[0]); !status) return status.error();
-  std::vector<std::string> notes = notes_on(first.value(), paths[0]);
-  SceneDescription scene = describe(first.value());
-  return std::unique_ptr<Input>(std::make_unique<MeshFilesInput>(
-      paths[0], std::move(scene), std::vector<std::string>(paths.begin(), paths.end()), std::move(listed),
-      std::move(first.value().positions), std::move(notes)));
+  return open_mesh_files(paths, nullptr);
 }
 
 }  // namespace warmfront::client

@@ -144,5 +144,24 @@ TEST(InfoJson, ErrorsNameTheField) {
   EXPECT_THAT(error(std::string(100'000, '[')), HasSubstr("too deeply"));
 }
 
+// What is misspelt would else be left out in silence.
+TEST(InfoJson, UnknownKeysOfTheModelAreRefused) {
+  const auto error = [](const std::string& text) {
+    const Result<SceneInfo> info = parse_info_json(text, "i");
+    return info ? "" : info.error().message;
+  };
+  EXPECT_EQ(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 1, "thicknes": 1}]})"),
+            "i: body 0: unknown key 'thicknes'; the known ones are first_vertex, vertex_count, name, kind, "
+            "self_collision, group, mask, thickness");
+  EXPECT_EQ(error(R"({"filters": {"within_edge": 1}})"),
+            "i: filters: unknown key 'within_edge'; the known ones are within_edges, near_at_rest, "
+            "excluded_vertex_pairs, patches");
+  EXPECT_EQ(error(R"({"fitlers": {}})"), "i: unknown key 'fitlers'; is 'filters' meant?");
+  for (const char* key : {"Bodies", "bodys", "excluded_pair", "excludedPairs", "filter", "vertexthickness"})
+    EXPECT_THAT(error(std::string("{\"") + key + "\": []}"), HasSubstr("unknown key")) << key;
+  for (const char* key : {"", "nam", "notes", "by", "excluded", "source_filters", "vertex_colours"})
+    EXPECT_EQ(error(std::string("{\"") + key + "\": []}"), "") << key;
+}
+
 }  // namespace
 }  // namespace warmfront::client

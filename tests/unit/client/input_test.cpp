@@ -102,6 +102,34 @@ TEST(Input, AFolderOfNumberedMeshesIsASequence) {
   EXPECT_EQ(std::get<0>(positions)[2], 0);
 }
 
+TEST(Input, AFolderOfNumberedMeshesHasItsInfo) {
+  const TemporaryFolder folder;
+  folder.write("t0.ply", triangle(1));
+  folder.write("t1.ply", triangle(5));
+  folder.write("info.json", R"({
+    "bodies": [{"name": "t", "first_vertex": 0, "vertex_count": 3, "kind": "static", "thickness": 0.5}],
+    "filters": {"within_edges": 1, "near_at_rest": 0.25}, "vertex_thickness": [0, 0, 0.125]})");
+  const Arguments arguments{folder.path()};
+  Result<std::unique_ptr<Input>> input = open_input(arguments);
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  const SceneDescription& scene = input.value()->scene();
+  ASSERT_EQ(scene.bodies.size(), 1U);
+  EXPECT_EQ(scene.bodies[0].kind, BodyKind::kStatic);
+  EXPECT_EQ(scene.bodies[0].thickness, 0.5);
+  EXPECT_EQ(scene.filters.within_edges, 1U);
+  EXPECT_THAT(scene.filters.rest_positions, ElementsAre(0, 0, 1, 1, 0, 1, 0, 1, 1)) << "the first frame";
+  EXPECT_THAT(scene.thickness, ElementsAre(0, 0, 0.125));
+
+  // It belongs to the folder: files that are named one by one have none.
+  const Arguments files{folder.file("t0.ply"), folder.file("t1.ply")};
+  input = open_input(files);
+  ASSERT_TRUE(input.ok()) << input.error().message;
+  EXPECT_TRUE(input.value()->scene().bodies.empty());
+  folder.write("info.json", "{");
+  EXPECT_THAT(open_error(arguments), HasSubstr("info.json"));
+  EXPECT_EQ(open_error(files), "");
+}
+
 // How a polygon is cut is decided by the first frame: in a later one it may lie otherwise, or even cross
 // itself.
 TEST(Input, PolygonsAreCutOnceForAllFrames) {
