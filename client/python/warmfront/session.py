@@ -285,7 +285,8 @@ class Session:
         trial or max_step would take it: by exact arithmetic, coplanar and degenerate ones included.
 
         report: "all", "count", or "any", which ends at the first. Neighbours that fold onto each other along a common edge
-        have no such pair. Else as `proximity()`.
+        have no such pair. What bodies and filters leave out is left out here, too: `change_filters(None)` before asking whether
+        a mesh is tangled at all. Else as `proximity()`.
         """
         question = question_of("intersections", report=report, max_contacts=max_contacts, where=where)
         answer = self._ask(Motion(), question, timeout)

@@ -37,7 +37,16 @@ def test_each_kind_leaves_its_pairs_out(client):
             answer = session.step(AFTER)
             assert pairs_of(answer) == left, filters
             counts = answer.statistics.counts
-            assert (counts.triangle_pairs_filtered + counts.feature_pairs_filtered > 0) == (left != all_pairs)
+            # What is all in one patch is not even reached.
+            reached = left != all_pairs and not (isinstance(filters, PairFilters) and filters.patches is not None)
+            assert (counts.triangle_pairs_filtered + counts.feature_pairs_filtered > 0) == reached
+
+
+def test_tangles_within_them_are_told_without_them(client):
+    with client.session(0.5 * (BEFORE + AFTER), FACES, filters={"patches": np.ones(6, int)}) as session:
+        assert not session.intersections()
+        session.change_filters(None)
+        assert session.intersections()
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
