@@ -28,7 +28,8 @@ PositionBuffer interpolate(const PositionBuffer& from, const PositionBuffer& to,
 
 }  // namespace
 
-Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_count) {
+Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_count,
+                                     std::size_t least_frames) {
   FrameRange range{0, frame_count - 1};
   const std::size_t colon = text.find(':');
   const std::string_view first = text.substr(0, colon);
@@ -37,9 +38,9 @@ Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_
                         (first.empty() || parse_index(first, range.first)) &&
                         (last.empty() || parse_index(last, range.last));
   if (!readable) return invalid_argument("--frames takes FIRST:LAST, not '" + std::string(text) + "'");
-  if (range.first >= range.last || range.last >= frame_count)
-    return invalid_argument("--frames " + std::string(text) +
-                            ": FIRST must be below LAST, and LAST at most " +
+  if (range.last >= frame_count || std::uint64_t{range.first} + least_frames > std::uint64_t{range.last} + 1)
+    return invalid_argument("--frames " + std::string(text) + ": FIRST must be " +
+                            (least_frames > 1 ? "below LAST" : "LAST or less") + ", and LAST at most " +
                             std::to_string(frame_count - 1));
   return range;
 }

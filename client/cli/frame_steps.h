@@ -2,6 +2,7 @@
 // The steps of an input: a range of frames, each step split in equal parts if asked. One thread at a time.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -17,9 +18,10 @@ struct FrameRange {
   std::uint32_t last = 0;
 };
 
-/// Reads "FIRST:LAST", in which either may be left out; both are indices of frames, and first < last <
-/// frame_count.
-Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_count);
+/// Reads "FIRST:LAST", in which either may be left out; both are indices of frames below frame_count, and the
+/// range has `least_frames`, 1 or 2, or more.
+Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_count,
+                                     std::size_t least_frames = 2);
 
 class FrameSteps {
  public:

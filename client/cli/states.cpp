@@ -42,7 +42,7 @@ std::optional<int> States::open(const StateArguments& arguments) {
   print_notes(input_->notes());
   FrameRange range{0, input_->frame_count() - 1};
   if (!arguments.frames.empty()) {
-    const Result<FrameRange> parsed = parse_frame_range(arguments.frames, input_->frame_count());
+    const Result<FrameRange> parsed = parse_frame_range(arguments.frames, input_->frame_count(), 1);
     if (!parsed) return usage_error(parsed.error().message);
     range = parsed.value();
   }

@@ -310,6 +310,24 @@ TEST_F(CliTangled, SaysWhatMeetsWhereAndEndsSo) {
   EXPECT_EQ(tangled("'builtin:cloth-ball?triangles=1000&frames=9' --frames 0:2").code, kExitOk);
 }
 
+// A state needs no frame before it, as a step does.
+TEST_F(CliTangled, OneFrameMayBeChosen) {
+  const std::string two = apart() + " " + crossing();
+  const Outcome second = tangled(two + " --frames 1:1");
+  EXPECT_EQ(second.code, kExitNo);
+  EXPECT_THAT(second.out, HasSubstr("1 of 1 frame tangled"));
+  EXPECT_THAT(tangled(two + " --frames :0").out, HasSubstr("0 of 1 frame tangled"));
+  const Outcome backward = run("tangled " + two + " --frames 1:0");
+  EXPECT_EQ(backward.code, kExitUsage);
+  EXPECT_THAT(backward.out, HasSubstr("FIRST must be LAST or less"));
+  EXPECT_EQ(tangled(two + " --frames 2:2").code, kExitUsage);
+  const Outcome step = run("detect " + two + " --frames 1:1");
+  EXPECT_EQ(step.code, kExitUsage);
+  EXPECT_THAT(step.out, HasSubstr("FIRST must be below LAST"));
+  EXPECT_EQ(run(std::string("near ") + kScene + " --distance 0.05 --frames 4:4 --count", "2>&1").code,
+            kExitOk);
+}
+
 TEST_F(CliTangled, HasTheSameAnswersInThisProcessAndBehindADaemon) {
   test::LocalDaemon daemon;
   for (const char* how : {"--json -", "--pairs -", "--json - --any"}) {
