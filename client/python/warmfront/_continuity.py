@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -24,10 +24,23 @@ class Continuity:
         """(k): is the row new?"""
         return self.kept < 0
 
+    def carry(self, values: Any, new: Any = 0.0) -> npt.NDArray[Any]:
+        """(k) or (k, ...): what `values` has for each row, or `new` where the row is new. values: a number, or an array of one
+        shape, for each row of the earlier answer, which may have had none. ValueError for another number of them."""
+        earlier = np.asarray(values)
+        before = int((self.kept >= 0).sum()) + len(self.ended)
+        if earlier.ndim == 0 or len(earlier) != before:
+            raise ValueError(f"carry: values of shape {earlier.shape}; give ({before}, ...), one for each earlier row")
+        fill = new if np.isscalar(new) else np.asarray(new)  # a plain number does not widen float32
+        made: npt.NDArray[Any] = np.full((len(self.kept), *earlier.shape[1:]), fill, np.result_type(earlier, fill))
+        rows = np.flatnonzero(self.kept >= 0)
+        made[rows] = earlier[self.kept[rows]]
+        return made
+
 
 def continuity(earlier: Optional[Contacts], now: Contacts) -> Continuity:
     """Of the rows of two answers of one session, for example of two frames: which are kept, and which ended. What friction and
-    warm-started multipliers are carried over by: `start = np.where(c.new, 0.0, multipliers[c.kept])`.
+    warm-started multipliers are carried over by: `multipliers = c.carry(multipliers)`.
 
     Rows are the same where their kind and vertices are; status, time and fields do not count. Of two reduced answers, where the
     vertices of their closest pairs are, whichever row stands for these. None for the earlier one: all are new. It is a function

@@ -2,6 +2,7 @@
 """What is asked of a frame, as a caller says it and as it travels. Immutable."""
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal, Optional, get_args
@@ -107,6 +108,17 @@ def question_of(
         columns = (fields,) if isinstance(fields, str) else tuple(fields)
     return Question(kind, message.SerializeToString(), columns, where == "trial_end", report == "vertex-distances",
                     bool(reduced), keep_distance is not None)
+
+
+def distance_of(distance: float) -> float:
+    """InvalidArgumentError unless it is a finite number, 0 or more."""
+    try:
+        value = float(distance)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"distance: {distance!r} is no number; give a length, 0 or more") from None
+    if not 0 <= value < math.inf:
+        raise InvalidArgumentError(f"distance: {value!r} is not a finite length >= 0")
+    return value
 
 
 def share_of(keep_distance: float) -> float:

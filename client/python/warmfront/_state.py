@@ -39,7 +39,7 @@ class SceneState:
         self.faces = faces_of(faces).copy()
         self.bodies = placed(bodies)
         self.excluded_pairs = list(excluded_pairs)
-        self.filters = filters.copied(lambda: self._rows)
+        self.filters = filters.copied(len(self._rows), lambda: self._rows)
         self.thickness = thickness_of(thickness, len(self._rows))
         self._topology: Optional[Topology] = None
         self._poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
@@ -70,8 +70,8 @@ class SceneState:
         header.face_count = len(self.faces)
         header.dtype = options_pb2.DTYPE_FLOAT32 if self.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
         del header.bodies[:]
-        for body in self.bodies:
-            body.put_into(header.bodies.add())
+        for index, body in enumerate(self.bodies):
+            body.put_into(header.bodies.add(), index)
         del header.excluded_pairs[:]
         for k, (a, b) in enumerate(self.excluded_pairs):
             try:
@@ -184,7 +184,7 @@ class SceneState:
 
     def encode_addition(self, body: Body, faces: Any, positions: Any) -> session_pb2.SceneChange:
         change = session_pb2.SceneChange()
-        replace(body, first_vertex=0).put_into(change.add.body)
+        replace(body, first_vertex=0).put_into(change.add.body, len(self.bodies))
         change.add.faces = faces_of(faces).tobytes()
         change.add.positions = positions_of(positions, body.vertex_count, self.dtype).tobytes()
         return change
@@ -220,7 +220,7 @@ class SceneState:
                                           "float32; give its positions in a frame before it becomes another kind")
         change = session_pb2.SceneChange()
         change.change.index = index
-        replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count).put_into(change.change.body)
+        replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count).put_into(change.change.body, index)
         return change
 
     def take_change(self, index: int, body: Body) -> None:

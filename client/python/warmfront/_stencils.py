@@ -2,6 +2,7 @@
 """Rows as those who assemble forces need them: by closest features, and by vertex. Pure functions."""
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -29,7 +30,8 @@ class Stencil:
 
 @dataclass(frozen=True, eq=False)
 class Stencils:
-    """What a barrier is summed over, each with its multiplicity; vertices in the order of the letters.
+    """What a barrier is summed over, each with its multiplicity; vertices in the order of the letters. Iterating gives the
+    four in this order.
 
     vv: two vertices, v (m, 2). ev: the edge's two, then the vertex, v (m, 3). ee: edge a's two, then edge b's, v (m, 4); of
     nearly parallel edges, too, whose closest points may be anywhere on them. fv: the face's three, then the vertex, v (m, 4).
@@ -39,6 +41,9 @@ class Stencils:
     ev: Stencil
     ee: Stencil
     fv: Stencil
+
+    def __iter__(self) -> Iterator[Stencil]:
+        return iter((self.vv, self.ev, self.ee, self.fv))
 
 
 @dataclass(frozen=True, eq=False)

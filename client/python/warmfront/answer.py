@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, Optional
 
@@ -169,7 +169,7 @@ class MaxStep:
     fraction: float
     first: Optional[Contact]
     overlaps_at_start: int
-    statistics: Statistics
+    statistics: Statistics = field(repr=False)
 
     def __float__(self) -> float:
         return self.fraction
@@ -217,7 +217,8 @@ class Contacts:
 
     frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and
     the columns are empty; of a reduced answer, of all rows before they were reduced.
-    possible: of both, those neither proved nor excluded. earliest_toi: the least toi, None without contacts.
+    possible: of both, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
+    of `proximity()`, which has no motion.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
 
     The columns are read-only views into the received message, possibly unaligned: `numpy.require(x, requirements="A")`

@@ -85,7 +85,8 @@ class Client:
         against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in
         order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. filters: pairs of
         features that do not count, `PairFilters` or a dict of its fields; the rest shape, where they need one and have none,
-        is these positions. thickness: (n), of each vertex, scene length unit, besides its body's (see `Body`); None: none.
+        is these positions. thickness: (n), of each vertex, or one number for all, scene length unit, besides its body's (see
+        `Body`); None: none.
         id: a UUID, random when empty. first_frame: the number of these positions; the first step is the
         next.
 

@@ -27,7 +27,8 @@ class Body:
     self_collision: of a deformable body.
     group, mask: 32 bits each; two bodies are tested when the group of either has a bit in the mask of the other.
     thickness: scene length unit, 0 to 2^1020: that much is added to the separation of every pair that one of the body's
-        vertices is in, as of the thickest of a face's or an edge's. Tiers certified and exact.
+        vertices is in, as of the thickest of a face's or an edge's; of a pair within the body twice that much, once for each
+        of the two. Tiers certified and exact.
     """
 
     vertex_count: int
@@ -39,16 +40,18 @@ class Body:
     mask: int = 0xFFFFFFFF
     thickness: float = 0.0
 
-    def put_into(self, message: Any) -> None:
-        """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have."""
+    def put_into(self, message: Any, index: int) -> None:
+        """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have, of the body by its
+        name or, without one, its index."""
+        body = f"body '{self.name}'" if self.name else f"body {index}"
         if self.kind not in _KINDS:
-            raise InvalidArgumentError(f"body '{self.name}': kind '{self.kind}' is none of {', '.join(_KINDS)}")
+            raise InvalidArgumentError(f"{body}: kind '{self.kind}' is none of {', '.join(_KINDS)}")
         for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask", "thickness"):
             try:
                 setattr(message, name, getattr(self, name) if name != "first_vertex" else self.first_vertex or 0)
             except (TypeError, ValueError):
                 raise InvalidArgumentError(
-                    f"body '{self.name}': {name} {getattr(self, name)!r} is not of the contract's type and range") from None
+                    f"{body}: {name} {getattr(self, name)!r} is not of the contract's type and range") from None
         message.kind = _KINDS.index(self.kind) + 1
 
 
@@ -72,9 +75,9 @@ class PairFilters:
     excluded_vertex_pairs: Any = None
     patches: Any = None
 
-    def copied(self, rest: Optional[Callable[[], npt.NDArray[Any]]] = None) -> PairFilters:
-        """With arrays of its own, of the wire's types. rest: the rest shape where one is needed and there is none.
-        InvalidArgumentError for what is no such array or number."""
+    def copied(self, vertices: int, rest: Optional[Callable[[], npt.NDArray[Any]]] = None) -> PairFilters:
+        """With arrays of its own, of the wire's types, for so many vertices. rest: the rest shape where one is needed and there
+        is none. InvalidArgumentError for what is no such array or number."""
         for name in ("within_edges", "near_at_rest"):
             try:
                 setattr(session_pb2.PairFilters(), name, getattr(self, name))
@@ -85,11 +88,13 @@ class PairFilters:
         if shape is None and rest is not None and self.near_at_rest > 0:
             shape = rest()
         pairs = self.excluded_vertex_pairs
+        patches = None if self.patches is None else indices_of(self.patches, "filters.patches").copy()
+        if patches is not None and len(patches) not in (0, vertices):
+            raise InvalidArgumentError(f"filters.patches: shape {patches.shape}; give ({vertices},), a patch for each vertex")
         return PairFilters(
             self.within_edges, self.near_at_rest,
-            None if shape is None else positions_of(shape, None, np.dtype("<f8"), "filters.rest_positions").copy(),
-            None if pairs is None else _vertex_pairs_of(pairs, "filters.excluded_vertex_pairs"),
-            None if self.patches is None else indices_of(self.patches, "filters.patches").copy())
+            None if shape is None else positions_of(shape, vertices, np.dtype("<f8"), "filters.rest_positions").copy(),
+            None if pairs is None else _vertex_pairs_of(pairs, "filters.excluded_vertex_pairs"), patches)
 
     @property
     def given(self) -> bool:
@@ -249,11 +254,12 @@ def _vertex_pairs_of(pairs: Any, where: str) -> npt.NDArray[np.uint32]:
 
 
 def thickness_of(thickness: Any, vertices: int) -> Optional[npt.NDArray[np.float64]]:
-    """(n) float64, a copy; None where nothing is thick. InvalidArgumentError for another shape, and for what is no number;
-    whether each is a length is the daemon's to say."""
+    """(n) float64, a copy, of one number for all or one for each; None where nothing is thick. InvalidArgumentError for another
+    shape, and for what is no number; whether each is a length is the daemon's to say."""
     if thickness is None:
         return None
-    array = numbers_of(thickness, np.dtype("<f8"), "thickness")
+    given = array_of(thickness, "thickness")
+    array = numbers_of(np.full(vertices, given) if given.ndim == 0 else given, np.dtype("<f8"), "thickness")
     if array.shape != (vertices,):
         raise InvalidArgumentError(f"thickness: shape {array.shape}; give ({vertices},), a length for each vertex")
     return np.array(array, dtype="<f8", order="C") if array.any() else None

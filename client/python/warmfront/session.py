@@ -24,7 +24,7 @@ import numpy.typing as npt
 from ._background import Background
 from ._exchange import Answer, Exchange
 from ._frame import Request, SentCommit
-from ._question import Question, QuestionKind, Where, fraction_of, question_of
+from ._question import Question, QuestionKind, Where, distance_of, fraction_of, question_of
 from ._resume import Link, TimeUp
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, UnimplementedError,
@@ -174,7 +174,8 @@ class Session:
         timeout: Optional[float] = None,
     ) -> Contacts:
         """What would this motion meet? As `step()` in arguments, answer and errors, but the session stays where it is: ask as
-        often as you like. `commit()` takes the last one."""
+        often as you like. `commit()` takes the last one. What is thick meets as soon as it is within the thickness of both,
+        besides the separation."""
         question = question_of("trial", tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
                                fields=fields, max_contacts=max_contacts)
         answer = self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question, timeout)
@@ -197,8 +198,8 @@ class Session:
         max_contacts: Optional[int] = None,
         timeout: Optional[float] = None,
     ) -> MaxStep:
-        """How far may this motion go before anything touches, or comes within the separation? A trial that tells the first
-        contact alone; it may be committed as one.
+        """How far may this motion go before anything touches, or comes within the separation, plus the thickness of both? A
+        trial that tells the first contact alone; it may be committed as one.
 
         leave_out_overlaps: what is not apart at the start does not count, only how much of it there is; else the answer is 0
         where there is any.
@@ -228,8 +229,9 @@ class Session:
         reduced: bool = False,
         timeout: Optional[float] = None,
     ) -> Contacts:
-        """All vertex-face and edge-edge pairs without a common vertex that are within a distance (scene length unit) of each
-        other, where the session is or, with where="trial_end", where the last trial or max_step would take it.
+        """All vertex-face and edge-edge pairs without a common vertex that are within a distance (scene length unit), plus the
+        thickness of both, of each other, where the session is or, with where="trial_end", at the end of the last trial or
+        max_step: of its whole motion, however far it may go.
 
         Tier "exact" decides the distance exactly; "certified" (and "fast", which counts as it) misses none, and may tell pairs
         up to 2^-19 of their size beyond the distance (status POSSIBLE). The columns are those of a step; the useful fields are
@@ -247,7 +249,7 @@ class Session:
         """
         if report == "vertex-distances":
             raise InvalidArgumentError("report: it has no contacts; ask vertex_distances()")
-        question = question_of("proximity", tier=tier, min_separation=distance, report=report, fields=fields,
+        question = question_of("proximity", tier=tier, min_separation=distance_of(distance), report=report, fields=fields,
                                max_contacts=max_contacts, where=where, reduced=reduced)
         answer = self._ask(Motion(), question, timeout)
         assert isinstance(answer, Contacts)
@@ -262,13 +264,14 @@ class Session:
         timeout: Optional[float] = None,
     ) -> VertexDistances:
         """How far each vertex is from anything: (n) float64, the least distance of any vertex-face or edge-edge pair that it is
-        in, capped at `distance` (scene length unit). Lower bounds, proved in every tier, within 2^-19 of the pair's size of its
-        distance: where no vertex is displaced by half of its own or more, nothing meets. Takes memory for n numbers, however
-        many pairs are near.
+        in, less the thickness of both, capped at `distance` (scene length unit). Lower bounds, proved in every tier, within
+        2^-19 of the pair's size of its distance: where no vertex is displaced by half of its own or more, nothing meets. Takes
+        memory for n numbers, however many pairs are near.
 
         Everything else as in `proximity()`.
         """
-        question = question_of("proximity", tier=tier, min_separation=distance, report="vertex-distances", where=where)
+        question = question_of("proximity", tier=tier, min_separation=distance_of(distance), report="vertex-distances",
+                               where=where)
         answer = self._ask(Motion(), question, timeout)
         assert isinstance(answer, VertexDistances)
         return answer
@@ -281,8 +284,9 @@ class Session:
         max_contacts: Optional[int] = None,
         timeout: Optional[float] = None,
     ) -> Intersections:
-        """All edges and faces without a common vertex that meet where the session is or, with where="trial_end", where the last
-        trial or max_step would take it: by exact arithmetic, coplanar and degenerate ones included.
+        """All edges and faces without a common vertex that meet where the session is or, with where="trial_end", at the end of
+        the last trial or max_step: of the triangles themselves, however thick, by exact arithmetic, coplanar and degenerate
+        ones included.
 
         report: "all", "count", or "any", which ends at the first. Neighbours that fold onto each other along a common edge
         have no such pair. What bodies and filters leave out is left out here, too: `change_filters(None)` before asking whether
@@ -482,7 +486,7 @@ class Session:
 
             def encode() -> session_pb2.SceneChange:
                 nonlocal other
-                other = filters_of(filters).copied()
+                other = filters_of(filters).copied(link.state.vertex_count)
                 if other.given:
                     self._need(session_pb2.FEATURE_PAIR_FILTERS)
                 return link.state.encode_filters(other)
@@ -518,7 +522,9 @@ class Session:
         "warmfront", which it shows. Makes no request, since the daemon's answer may take long."""
         link = getattr(self, "_link", None)
         if link is not None and link.failed is None and link.stream is not None:
-            message = f"session {link.session_id} was not closed; the daemon keeps it until it expires: use `with` or close()"
+            # A daemon of one's own ends with the client.
+            kept = "" if link.connection.is_private else "; the daemon keeps it until it expires"
+            message = f"session {link.session_id} was not closed{kept}: use `with` or close()"
             _log.warning(message)
             warnings.warn(message, ResourceWarning, source=self)
             link.drop_stream()

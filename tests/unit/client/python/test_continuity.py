@@ -70,6 +70,31 @@ def test_a_change_of_the_scene_keeps_what_was_there(client):
         assert len(expect(before, session.proximity(2.0)).ended) == 0
 
 
+def test_values_are_carried_over(client):
+    with client.session(BEFORE, FACES) as session:
+        none, some = session.proximity(1e-3), session.proximity(1.01)
+        more = session.proximity(2.0)
+        assert 0 < len(some) < len(more)
+        for values in (np.arange(len(some)) + 1.5, np.arange(3.0 * len(some)).reshape(-1, 3) + 1, np.arange(len(some), dtype=np.float32),
+                       list(range(len(some)))):
+            made = continuity(some, more)
+            carried = made.carry(values, new=-7)
+            assert carried.shape == (len(more), *np.shape(values)[1:])
+            assert (carried[made.new] == -7).all() and made.new.any()
+            assert (carried[~made.new] == np.asarray(values)[made.kept[~made.new]]).all()
+        assert made.carry(np.zeros(len(some), np.float32)).dtype == np.float32
+        assert made.carry(np.zeros(len(some), int)).dtype == made.carry(list(range(len(some)))).dtype == np.float64
+        assert (made.carry(np.zeros((len(some), 3)), new=[1, 2, 3])[made.new] == [1, 2, 3]).all()
+        # Where one of the two answers has no rows, or is none.
+        assert list(continuity(none, some).carry([])) == [0] * len(some)
+        assert (continuity(None, some).carry(np.empty((0, 3))) == np.zeros((len(some), 3))).all()
+        assert continuity(some, none).carry(np.ones((len(some), 3))).shape == (0, 3)
+        with pytest.raises(ValueError, match=rf"carry: values of shape \(2, 3\); give \({len(some)}, ...\)"):
+            made.carry(np.zeros((2, 3)))
+        with pytest.raises(ValueError, match=r"shape \(\)"):
+            made.carry(1.0)
+
+
 def test_nothing_before_and_answers_that_differ(client):
     with client.session(BEFORE, FACES) as session:
         none, some = session.proximity(1e-3), session.proximity(2.0)

@@ -33,7 +33,7 @@ def nan_at(vertex):
     (r"faces\[0\]", dict(faces=np.array([[0, 1, -1]]))),
     (r"bodies: cover 5 of 6 vertices", dict(bodies=[Body(3), Body(2)])),
     (r"body 'b': kind 'soft' is none of", dict(bodies=[Body(6, "soft", "b")])),
-    (r"body '': group -1 is not", dict(bodies=[Body(6, group=-1)])),
+    (r"body 1: group -1 is not", dict(bodies=[Body(3), Body(3, group=-1)])),
     (r"excluded_pairs\[0\]", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, 2)])),
     (r"excluded_pairs\[0\]: \(0, -1\) are no body indices", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, -1)])),
     (r"options.tier: 'sure' is none of fast, certified, exact", dict(options=Options(tier="sure"))),

@@ -54,6 +54,13 @@ def test_a_session_of_a_daemon_that_is_started_for_it(client):
     assert not runs(address) and not folder_of(address).exists()
 
 
+def test_a_session_that_was_not_closed_is_not_said_to_stay():
+    with warmfront.connect() as own:
+        session = own.session(BEFORE, FACES)
+        with pytest.warns(ResourceWarning, match=f"^session {session.id} was not closed: use `with`"):
+            del session
+
+
 def test_it_ends_with_the_last_that_uses_it():
     with warmfront.connect().session(BEFORE, FACES) as session:
         gc.collect()  # the client is gone

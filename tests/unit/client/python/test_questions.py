@@ -53,6 +53,7 @@ def test_after_a_commit_answers_are_those_of_a_session_made_there(client, cloth,
 def test_how_far(client):
     with client.session(BEFORE, FACES) as session:
         limit = session.max_step(AFTER)
+        assert repr(limit).startswith("MaxStep(fraction=0.49999") and "statistics" not in repr(limit)
         assert 0.499 < limit.fraction <= 0.5 and float(limit) == limit.fraction
         assert (limit.first.kind, limit.first.v, limit.first.status) == (Kind.VERTEX_FACE, (3, 0, 1, 2), Status.HIT)
         assert limit.first.toi == limit.fraction and limit.statistics.counts.vertices_moved == 3

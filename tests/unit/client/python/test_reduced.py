@@ -56,6 +56,9 @@ def test_each_closest_pair_once(client, cloth, where, frame):
         session.submit(kind="proximity", min_separation=0.05, where=where, reduced=True)
         assert session.next_answer().multiplicity.tobytes() == plain.multiplicity.tobytes()
 
+        vv, ev, ee, fv = told = reduced.stencils()
+        assert vv is told.vv and ev is told.ev and ee is told.ee and fv is told.fv
+
         table = reduced.table()
         assert table.dtype.names == ("kind", "status", "v", "toi", "weights", "direction", "closest", "multiplicity", "stencil")
         assert (table["multiplicity"] == multiplicity).all() and (table["direction"] == reduced.direction).all()

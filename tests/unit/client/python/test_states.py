@@ -97,6 +97,13 @@ def test_how_far_each_vertex_is_from_anything(client, cloth):
             session.proximity(d, report="vertex-distances")
         with pytest.raises(InvalidArgumentError, match="report"):
             session.intersections(report="vertex-distances")
+        for ask in (session.proximity, session.vertex_distances):
+            with pytest.raises(InvalidArgumentError, match="distance: -1.0 is not a finite length"):
+                ask(-1)
+            with pytest.raises(InvalidArgumentError, match="distance: inf is not a finite length"):
+                ask(np.inf)
+            with pytest.raises(InvalidArgumentError, match="distance: 'far' is no number"):
+                ask("far")
 
 
 def bits_of(told):

@@ -26,6 +26,8 @@ def test_thickness_adds_to_every_separation(client):
     assert not near(client, 0, bodies=[Body(3, thickness=0.5), Body(3, thickness=0.25)])
     assert near(client, 0, thickness=[0.5] * 6)
     assert near(client, 0, bodies=[Body(3, thickness=0.25), Body(3)], thickness=np.float32([0.25] * 3 + [0.5] * 3))
+    assert near(client, 0, thickness=0.5) and not near(client, 0, thickness=np.float32(0.4375)) and near(client, 1, thickness=0)
+    assert near(client, 0, bodies=[Body(6, thickness=0.5)]), "of one body: twice"
     rows = near(client, 0, thickness=[1, 0, 0, 0, 0, 0])  # the pairs of one vertex, and of what has it
     assert len(rows) > 0 and all(0 in row for row in np.asarray(rows.v).tolist())
 
@@ -74,6 +76,8 @@ def test_where_nothing_is_thick_or_not_any_more_the_session_is_made_again(daemon
     (r"thickness\[2\]: is inf", {"thickness": [0, 0, np.inf, 0, 0, 0]}),
     (r"thickness: shape \(2,\); give \(6,\)", {"thickness": [0, 1]}),
     (r"thickness: ", {"thickness": ["thin"] * 6}),
+    (r"thickness: ", {"thickness": "thin"}),
+    (r"thickness\[0\]: is -1", {"thickness": -1}),
     (r"thickness: tier .fast. decides touching", {"thickness": [1] * 6, "options": Options(tier="fast")}),
 ])
 def test_what_is_no_thickness_is_refused(client, message, scene):
