@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// PairTester's tests: a block of feature pairs, through the filters and the elementary test that the question
+// asks for. Pairs come and contacts go in pair_tester.cpp.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <utility>
+
+#include "engine/elementary/candidate.h"
+#include "engine/elementary/edge_face.h"
+#include "engine/elementary/elementary_test.h"
+#include "engine/elementary/keep_distance.h"
+#include "engine/elementary/proximity.h"
+#include "engine/narrow_phase/coplanarity_filter.h"
+#include "engine/narrow_phase/pair_tester.h"
+#include "engine/narrow_phase/proximity_filter.h"
+#include "engine/narrow_phase/separation_filter.h"
+
+namespace warmfront {
+
+FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
+  FeatureVertices features{pair.kind, {}};
+  for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
+  return features;
+}
+
+void PairTester::take_verdict(const FeaturePair& pair, const Verdict& verdict) {
+  if (!verdict.contact) return;
+  if (input_->options.leave_out_overlaps && verdict.status == ContactStatus::kOverlapAtStart)
+    ++output_.overlaps;
+  else
+    report(input_->numbering.given({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
+}
+
+void PairTester::test_features() {
+  if (block_.size == 0) return;
+  input_->stop.check();
+  const StageClock::In elementary(clock_, Stage::kElementary);
+  const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+  if (input_->options.pair_test == PairTest::kProximity) {
+    test_proximity(pairs);
+  } else if (input_->options.pair_test == PairTest::kIntersection) {
+    test_intersections(pairs);
+  } else if (input_->options.report == Report::kCandidates) {
+    for (const FeaturePair& pair : pairs)
+      take_verdict(pair, candidate_test(features_of(pair), separation(pair)));
+  } else if (input_->keep.share > 0) {
+    keep_distances(pairs);
+  } else {
+    run_cascade(pairs);
+  }
+  block_.size = 0;
+}
+
+void PairTester::look_after_exact(std::uint64_t exact_tests) const {
+  if (exact_tests > 0) input_->stop.check();
+}
+
+void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
+  const ColliderOptions& options = input_->options;
+  std::array<std::uint16_t, FeatureBlock::kCapacity> survivors;
+  std::array<double, FeatureBlock::kCapacity> separations;
+  const bool separated = options.min_separation > 0 || input_->thickness.any();
+  if (separated) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) separations[i] = separation(pairs[i]);
+  }
+  std::size_t count = coplanarity_filter(
+      pairs, input_->vertices, {separations.data(), separated ? pairs.size() : 0}, survivors.data());
+  output_.counts.coplanarity_passed += count;
+  if (!separated) count = separation_filter(pairs, input_->vertices, survivors.data(), count);
+  ElementaryOptions elementary = elementary_options();
+  ElementaryCounts counts;
+  for (std::size_t i = 0; i < count; ++i) {
+    const FeaturePair& pair = pairs[survivors[i]];
+    if (separated) elementary.min_separation = separations[survivors[i]];
+    if (options.report == Report::kEarliest)
+      elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
+    const std::uint64_t before = counts.exact_tests;
+    take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
+    look_after_exact(counts.exact_tests - before);
+  }
+  output_.counts.exact_tests += counts.exact_tests;
+}
+
+// None of the filters before it that exclude pairs of a motion.
+void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
+  ElementaryOptions elementary = elementary_options();
+  ElementaryCounts counts;
+  const Instant instant = input_->options.instant;
+  const double toi = instant == Instant::kStart ? 0 : 1;
+  const bool by_vertex = input_->options.report == Report::kVertexDistances;
+  std::array<double, FeatureBlock::kCapacity> separations;
+  std::array<Nearness, FeatureBlock::kCapacity> nearness;
+  for (std::size_t i = 0; i < pairs.size(); ++i) separations[i] = separation(pairs[i]);
+  proximity_filter(pairs, input_->vertices, instant, {separations.data(), pairs.size()}, nearness.data());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (nearness[i] == Nearness::kApart) continue;
+    const FeaturePair& pair = pairs[i];
+    const std::uint64_t before = counts.exact_tests;
+    elementary.min_separation = separations[i];
+    const Verdict verdict = nearness[i] == Nearness::kNear
+                                ? Verdict{true, ContactStatus::kHit, toi}
+                                : proximity_test(features_of(pair), instant, elementary, counts);
+    look_after_exact(counts.exact_tests - before);
+    if (by_vertex && verdict.contact)
+      lower_distances(pair, least_distance(features_of(pair), instant, elementary.min_separation));
+    take_verdict(pair, verdict);
+  }
+  output_.counts.exact_tests += counts.exact_tests;
+}
+
+// Only pairs that the test reports count, so that no distance depends on what was looked at.
+void PairTester::lower_distances(const FeaturePair& pair, double distance) {
+  if (input_->thickness.any()) {
+    const auto [a, b] = thickness_of(pair);
+    distance = beyond_thickness(distance, a, b);
+  }
+  for (const std::uint32_t v : pair.vertices) {
+    const std::atomic_ref<double> least(
+        input_->vertex_distances[number_of(input_->numbering.given(NewVertex{v}))]);
+    double now = least.load(std::memory_order_relaxed);
+    while (distance < now && !least.compare_exchange_weak(now, distance, std::memory_order_relaxed)) {
+    }
+  }
+}
+
+void PairTester::test_intersections(std::span<const FeaturePair> pairs) {
+  const ColliderOptions& options = input_->options;
+  const bool first_ends = options.report == Report::kAny;
+  const double toi = options.instant == Instant::kStart ? 0 : 1;
+  for (const FeaturePair& pair : pairs) {
+    if (first_ends && shared_->contacts.load(std::memory_order_relaxed) > 0) return;
+    EdgeFaceVertices vertices;
+    const Edge& edge = input_->scene.edges()[pair.a];
+    const Face& face = input_->scene.faces()[pair.b];
+    for (std::size_t k = 0; k < 5; ++k) vertices[k] = &input_->vertices[k < 2 ? edge[k] : face[k - 2]];
+    const std::uint64_t before = output_.counts.exact_tests;
+    if (edge_meets_face(vertices, options.instant, output_.counts.exact_tests))
+      report(input_->numbering.given({pair.kind, ContactStatus::kHit, pair.a, pair.b, toi}));
+    look_after_exact(output_.counts.exact_tests - before);
+  }
+}
+
+ElementaryOptions PairTester::elementary_options() const {
+  const ColliderOptions& options = input_->options;
+  return {.tier = options.tier, .tolerance = options.tolerance, .min_separation = options.min_separation};
+}
+
+// No filter of many pairs comes before: these know of one separation for all, and the answer may not depend
+// on what that is.
+void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
+  CertifiedOptions certified{.tolerance = input_->options.tolerance};
+  for (const FeaturePair& pair : pairs) {
+    certified.latest = std::min(1.0, shared_->earliest.load(std::memory_order_relaxed));
+    KeepDistance keep = input_->keep;
+    keep.beyond = separation(pair, keep.beyond);
+    take_verdict(pair, keep_distance_test(features_of(pair), keep, certified));
+  }
+}
+
+}  // namespace warmfront
