@@ -21,7 +21,7 @@ class Checksum {
     // Bits of doubles count as they are: nobody calculates with them.
     static_assert(sizeof(T) % 4 == 0 &&
                   (std::has_unique_object_representations_v<T> || std::is_same_v<T, double> ||
-                   std::is_same_v<T, std::array<double, 3>>));
+                   std::is_same_v<T, std::array<double, 4>>));
     add_word(values.size());
     const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
     for (std::size_t at = 0; at < values.size_bytes(); at += 4) {

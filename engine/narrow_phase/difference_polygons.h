@@ -21,19 +21,29 @@ struct DifferencePolygons {
   /// A triangle, whose first corner stands again at the end, or a parallelogram, in order around.
   using Corners = Four3[4];
 
+  /// Where vertices are: x, y, z and padding.
+  using Place = std::array<double, 4>;
+
   /// The pairs' corners at one end of the step, VertexMotion::t0 or t1; one rounding a coordinate.
   WARMFRONT_INLINE static void gather(const FeaturePair* const (&pairs)[kLanes],
-                                      std::span<const VertexMotion> vertices,
-                                      std::array<double, 4> VertexMotion::*end, Corners& to) {
+                                      std::span<const VertexMotion> vertices, Place VertexMotion::*end,
+                                      Corners& to) {
+    gather(
+        pairs, [&](std::uint32_t v) -> const Place& { return vertices[v].*end; }, to);
+  }
+  /// The same, with vertex v at place_of(v).
+  template <class PlaceOf>
+  WARMFRONT_INLINE static void gather(const FeaturePair* const (&pairs)[kLanes], const PlaceOf& place_of,
+                                      Corners& to) {
     // The vertices whose difference is a corner: one of the second primitive minus one of the first.
     constexpr int kCorners[2][4][2]{{{1, 0}, {2, 0}, {3, 0}, {1, 0}}, {{2, 0}, {3, 0}, {3, 1}, {2, 1}}};
     for (int k = 0; k < 4; ++k) {
-      const VertexMotion* vertex[kLanes][2];
+      const Place* places[kLanes][2];
       for (int i = 0; i < kLanes; ++i) {
         const auto& corner = kCorners[pairs[i]->kind == ContactKind::kEdgeEdge][k];
-        for (int of = 0; of < 2; ++of) vertex[i][of] = &vertices[pairs[i]->vertices[corner[of]]];
+        for (int of = 0; of < 2; ++of) places[i][of] = &place_of(pairs[i]->vertices[corner[of]]);
       }
-      gather(vertex, end, to[k]);
+      subtract(places, to[k]);
     }
   }
 
@@ -53,14 +63,13 @@ struct DifferencePolygons {
 
  private:
   // One corner of four pairs.
-  WARMFRONT_INLINE static void gather(const VertexMotion* const (&vertex)[kLanes][2],
-                                      std::array<double, 4> VertexMotion::*end, Four3& to) {
+  WARMFRONT_INLINE static void subtract(const Place* const (&places)[kLanes][2], Four3& to) {
     Lanes of[kLanes];  // a pair's difference: x, y, z and padding
     for (int i = 0; i < kLanes; ++i) {
       Lanes minuend;
       Lanes subtrahend;
-      std::memcpy(&minuend, (vertex[i][0]->*end).data(), sizeof minuend);
-      std::memcpy(&subtrahend, (vertex[i][1]->*end).data(), sizeof subtrahend);
+      std::memcpy(&minuend, places[i][0]->data(), sizeof minuend);
+      std::memcpy(&subtrahend, places[i][1]->data(), sizeof subtrahend);
       of[i] = minuend - subtrahend;
     }
     const Lanes xz01 = __builtin_shuffle(of[0], of[1], Mask{0, 4, 2, 6});

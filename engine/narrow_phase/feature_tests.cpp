@@ -14,6 +14,7 @@
 #include "engine/narrow_phase/coplanarity_filter.h"
 #include "engine/narrow_phase/pair_tester.h"
 #include "engine/narrow_phase/proximity_filter.h"
+#include "engine/narrow_phase/rest_filter.h"
 #include "engine/narrow_phase/separation_filter.h"
 
 namespace warmfront {
@@ -36,6 +37,9 @@ void PairTester::test_features() {
   if (block_.size == 0) return;
   input_->stop.check();
   const StageClock::In elementary(clock_, Stage::kElementary);
+  if (input_->filter.rest_distance() > 0 && input_->options.pair_test != PairTest::kIntersection)
+    output_.counts.feature_pairs_filtered += drop_near_at_rest(input_->filter, block_);
+  output_.counts.elementary_tests += block_.size;
   const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
   if (input_->options.pair_test == PairTest::kProximity) {
     test_proximity(pairs);

@@ -17,6 +17,7 @@ using Lanes = DifferencePolygons::Lanes;
 using Mask = DifferencePolygons::Mask;
 using Four3 = DifferencePolygons::Four3;
 using Corners = DifferencePolygons::Corners;
+using Place = DifferencePolygons::Place;
 
 WARMFRONT_INLINE Four3 select(const Mask& mask, const Four3& a, const Four3& b) {
   return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
@@ -73,13 +74,12 @@ WARMFRONT_INLINE Closest closest_to_origin(const Corners& p, const Mask& is_tria
 // than 4 u M |w|_1 <= 7 u M |w|, the corners' own rounding included, its square by u of itself.
 //
 // 128 u M are granted, and 128 u of squares.
-WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes],
-                             std::span<const VertexMotion> vertices,
-                             std::array<double, 4> VertexMotion::*instant, const Lanes& separation,
-                             unsigned& near, unsigned& apart) {
+template <class PlaceOf>
+WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes], const PlaceOf& place_of,
+                             const Lanes& separation, unsigned& near, unsigned& apart) {
   constexpr double kError = 0x1p-46;
   Corners p;
-  DifferencePolygons::gather(pairs, vertices, instant, p);
+  DifferencePolygons::gather(pairs, place_of, p);
   Mask is_triangle;
   for (int i = 0; i < kLanes; ++i) is_triangle[i] = pairs[i]->kind == ContactKind::kVertexFace ? -1 : 0;
   const Closest closest = closest_to_origin(p, is_triangle);
@@ -97,12 +97,9 @@ WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes],
   apart = DifferencePolygons::bits_of(in_range & (least > 0) & (least * least > squared * (beyond * beyond)));
 }
 
-}  // namespace
-
-WARMFRONT_TARGET_CLONES
-void proximity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices, Instant at,
-                      std::span<const double> separations, Nearness* nearness) {
-  const auto instant = at == Instant::kStart ? &VertexMotion::t0 : &VertexMotion::t1;
+template <class PlaceOf, class SeparationOf>
+WARMFRONT_INLINE void filter(std::span<const FeaturePair> pairs, const PlaceOf& place_of,
+                             const SeparationOf& separation_of, Nearness* nearness) {
   for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
     const std::size_t lanes = std::min<std::size_t>(kLanes, pairs.size() - first);
     const FeaturePair* of[kLanes];
@@ -110,15 +107,34 @@ void proximity_filter(std::span<const FeaturePair> pairs, std::span<const Vertex
     for (std::size_t i = 0; i < kLanes; ++i) {
       const std::size_t pair = first + (i < lanes ? i : 0);
       of[i] = &pairs[pair];
-      separation[i] = separations[pair];
+      separation[i] = separation_of(pair);
     }
     unsigned near = 0, apart = 0;
-    decide(of, vertices, instant, separation, near, apart);
+    decide(of, place_of, separation, near, apart);
     for (std::size_t i = 0; i < lanes; ++i)
       nearness[first + i] = (near >> i & 1U) != 0    ? Nearness::kNear
                             : (apart >> i & 1U) != 0 ? Nearness::kApart
                                                      : Nearness::kUnproved;
   }
+}
+
+}  // namespace
+
+WARMFRONT_TARGET_CLONES
+void proximity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices, Instant at,
+                      std::span<const double> separations, Nearness* nearness) {
+  const auto instant = at == Instant::kStart ? &VertexMotion::t0 : &VertexMotion::t1;
+  filter(
+      pairs, [&](std::uint32_t v) -> const Place& { return vertices[v].*instant; },
+      [&](std::size_t pair) { return separations[pair]; }, nearness);
+}
+
+WARMFRONT_TARGET_CLONES
+void proximity_filter(std::span<const FeaturePair> pairs, std::span<const std::array<double, 4>> places,
+                      double separation, Nearness* nearness) {
+  filter(
+      pairs, [&](std::uint32_t v) -> const Place& { return places[v]; },
+      [&](std::size_t) { return separation; }, nearness);
 }
 
 }  // namespace warmfront

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether the pairs of a block are within a distance of each other at an instant, as far as plain doubles
-// prove it, several pairs at a time. Pure function.
+// prove it, several pairs at a time. Pure functions.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -23,5 +24,9 @@ enum class Nearness : std::uint8_t {
 /// on that pair only.
 void proximity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices, Instant at,
                       std::span<const double> separations, Nearness* nearness);
+
+/// The same of pairs of vertices at `places`, (x, y, z, padding), by one separation.
+void proximity_filter(std::span<const FeaturePair> pairs, std::span<const std::array<double, 4>> places,
+                      double separation, Nearness* nearness);
 
 }  // namespace warmfront

@@ -2,9 +2,11 @@
 #include "engine/narrow_phase/rest_filter.h"
 
 #include <array>
+#include <utility>
 
 #include "engine/elementary/edge_face.h"
 #include "engine/elementary/proximity.h"
+#include "engine/narrow_phase/proximity_filter.h"
 
 namespace warmfront {
 namespace {
@@ -38,19 +40,30 @@ class AtRest {
   }
 
  private:
-  VertexMotion standing_at(std::uint32_t v) const {
-    const auto& [x, y, z] = filter_.at_rest(v);
-    return {{x, y, z, 0}, {x, y, z, 0}};
-  }
+  VertexMotion standing_at(std::uint32_t v) const { return {filter_.at_rest(v), filter_.at_rest(v)}; }
 
   const PairFilter& filter_;
 };
 
 }  // namespace
 
+std::size_t drop_near_at_rest(const PairFilter& filter, FeatureBlock& block) {
+  const AtRest rest(filter);
+  std::array<Nearness, FeatureBlock::kCapacity> nearness;
+  proximity_filter({block.pairs.data(), block.size}, filter.rest_shape(), filter.rest_distance(),
+                   nearness.data());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < block.size; ++i) {
+    const FeaturePair& pair = block.pairs[i];
+    const bool near = nearness[i] == Nearness::kNear ||
+                      (nearness[i] == Nearness::kUnproved && rest.near(pair.kind, pair.vertices));
+    if (!near) block.pairs[kept++] = pair;
+  }
+  return block.size - std::exchange(block.size, kept);
+}
+
 bool is_near_at_rest(const PairFilter& filter, const Scene& scene, const FeaturePair& pair) {
   const AtRest rest(filter);
-  if (pair.kind != ContactKind::kEdgeFace) return rest.near(pair.kind, pair.vertices);
   // Unless they meet, an end of the edge or a side of the face is in their shortest connection.
   const auto [a, b] = scene.edges()[pair.a];
   const Face& face = scene.faces()[pair.b];

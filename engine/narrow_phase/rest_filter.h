@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two features are too near each other at rest to count. Pure function.
+// Whether two features are too near each other at rest to count. Pure functions.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 
 #include "engine/narrow_phase/feature_block.h"
 #include "engine/scene.h"
@@ -10,8 +10,11 @@
 
 namespace warmfront {
 
-/// Are the features of this pair at most filter.rest_distance() > 0 apart at rest, in real arithmetic on the
-/// given doubles?
+/// Removes the pairs, vertex-face and edge-edge, whose features are at most filter.rest_distance() > 0 apart
+/// at rest, in real arithmetic on the given doubles; the others stay in order. Returns how many were removed.
+std::size_t drop_near_at_rest(const PairFilter& filter, FeatureBlock& block);
+
+/// The same of an edge and a face.
 bool is_near_at_rest(const PairFilter& filter, const Scene& scene, const FeaturePair& pair);
 
 }  // namespace warmfront

@@ -49,14 +49,14 @@ PairFilter::PairFilter(const PairFilters& filters, std::span<const FeatureRange>
   in_pieces(0, given.size(), stop, [&](std::size_t first, std::size_t end) {
     for (std::size_t v = first; v < end; ++v) {
       const double* x = filters.rest_positions.data() + std::size_t{3} * number_of(given[v]);
-      at_rest_.push_back({x[0], x[1], x[2]});
+      at_rest_.push_back({x[0], x[1], x[2], 0});
     }
   });
 }
 
 bool PairFilter::is_near_at_rest(std::uint32_t v, std::uint32_t w) const {
-  const std::array<double, 3>& x = at_rest_[v];
-  const std::array<double, 3>& y = at_rest_[w];
+  const std::array<double, 4>& x = at_rest_[v];
+  const std::array<double, 4>& y = at_rest_[w];
   const double dx = x[0] - y[0];
   const double dy = x[1] - y[1];
   const double dz = x[2] - y[2];

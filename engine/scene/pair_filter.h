@@ -40,9 +40,9 @@ class PairFilter {
 
   /// 0: no pair is left out for being near at rest.
   double rest_distance() const { return rest_distance_; }
-  const std::array<double, 3>& at_rest(std::uint32_t v) const { return at_rest_[v]; }
-  /// Of each vertex; empty where rest_distance() is 0.
-  std::span<const std::array<double, 3>> rest_shape() const { return at_rest_; }
+  const std::array<double, 4>& at_rest(std::uint32_t v) const { return at_rest_[v]; }
+  /// Of each vertex x, y, z and padding, as in VertexMotion; empty where rest_distance() is 0.
+  std::span<const std::array<double, 4>> rest_shape() const { return at_rest_; }
 
   const ExcludedVertices& excluded_vertices() const { return excluded_; }
   /// Of each vertex; empty without patches.
@@ -64,7 +64,7 @@ class PairFilter {
   std::uint64_t built_sum_ = 0;
   ExcludedVertices excluded_;
   std::vector<std::uint32_t> patches_;
-  std::vector<std::array<double, 3>> at_rest_;
+  std::vector<std::array<double, 4>> at_rest_;
   double rest_distance_ = 0;
   double squared_from_below_ = 0;  // of rest_distance_; < 0 where that says nothing
 };
