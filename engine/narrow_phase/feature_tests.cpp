@@ -97,6 +97,8 @@ void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
   std::array<Nearness, FeatureBlock::kCapacity> nearness;
   for (std::size_t i = 0; i < pairs.size(); ++i) separations[i] = separation(pairs[i]);
   proximity_filter(pairs, input_->vertices, instant, {separations.data(), pairs.size()}, nearness.data());
+  std::size_t reported = 0;
+  std::array<FeaturePair, FeatureBlock::kCapacity> near;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (nearness[i] == Nearness::kApart) continue;
     const FeaturePair& pair = pairs[i];
@@ -106,26 +108,49 @@ void PairTester::test_proximity(std::span<const FeaturePair> pairs) {
                                 ? Verdict{true, ContactStatus::kHit, toi}
                                 : proximity_test(features_of(pair), instant, elementary, counts);
     look_after_exact(counts.exact_tests - before);
-    if (by_vertex && verdict.contact)
-      lower_distances(pair, least_distance(features_of(pair), instant, elementary.min_separation));
+    if (by_vertex && verdict.contact) near[reported++] = pair;
     take_verdict(pair, verdict);
   }
   output_.counts.exact_tests += counts.exact_tests;
+  lower_distances({near.data(), reported});
 }
 
-// Only pairs that the test reports count, so that no distance depends on what was looked at.
+// Only pairs that the test reports count, so that no distance depends on what was looked at. Of these, most
+// are farther apart than anything that a vertex of theirs is known to be near by then: least_distance() is
+// less than 2^-19 of the size below the distance, so that it would lower none.
+void PairTester::lower_distances(std::span<const FeaturePair> pairs) {
+  if (pairs.empty()) return;
+  const Instant instant = input_->options.instant;
+  std::array<double, FeatureBlock::kCapacity> told;  // by now, of the four vertices at most
+  std::array<Nearness, FeatureBlock::kCapacity> nearness;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    double most = 0;
+    for (const std::uint32_t v : pairs[i].vertices)
+      most = std::max(most, distance_of(v).load(std::memory_order_relaxed));
+    told[i] = separation(pairs[i], most) * (1 + 0x1p-48);
+  }
+  proximity_filter(pairs, input_->vertices, instant, {told.data(), pairs.size()}, nearness.data(), 0x1p-18);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (nearness[i] != Nearness::kApart)
+      lower_distances(pairs[i], least_distance(features_of(pairs[i]), instant, separation(pairs[i])));
+  }
+}
+
 void PairTester::lower_distances(const FeaturePair& pair, double distance) {
   if (input_->thickness.any()) {
     const auto [a, b] = thickness_of(pair);
     distance = beyond_thickness(distance, a, b);
   }
   for (const std::uint32_t v : pair.vertices) {
-    const std::atomic_ref<double> least(
-        input_->vertex_distances[number_of(input_->numbering.given(NewVertex{v}))]);
+    const std::atomic_ref<double> least = distance_of(v);
     double now = least.load(std::memory_order_relaxed);
     while (distance < now && !least.compare_exchange_weak(now, distance, std::memory_order_relaxed)) {
     }
   }
+}
+
+std::atomic_ref<double> PairTester::distance_of(std::uint32_t v) const {
+  return std::atomic_ref<double>(input_->vertex_distances[number_of(input_->numbering.given(NewVertex{v}))]);
 }
 
 void PairTester::test_intersections(std::span<const FeaturePair> pairs) {

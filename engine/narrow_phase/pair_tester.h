@@ -120,7 +120,11 @@ class PairTester {
   void look_after_exact(std::uint64_t exact_tests) const;
   void run_cascade(std::span<const FeaturePair> pairs);
   void test_proximity(std::span<const FeaturePair> pairs);
+  // Of pairs that the test reports, for Report::kVertexDistances.
+  void lower_distances(std::span<const FeaturePair> pairs);
   void lower_distances(const FeaturePair& pair, double distance);
+  // What is told of a vertex, in new numbers, so far.
+  std::atomic_ref<double> distance_of(std::uint32_t v) const;
   void test_intersections(std::span<const FeaturePair> pairs);
   ElementaryOptions elementary_options() const;
   // The same where each pair has a separation of its own.

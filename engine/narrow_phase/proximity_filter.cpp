@@ -76,7 +76,7 @@ WARMFRONT_INLINE Closest closest_to_origin(const Corners& p, const Mask& is_tria
 // 128 u M are granted, and 128 u of squares.
 template <class PlaceOf>
 WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes], const PlaceOf& place_of,
-                             const Lanes& separation, unsigned& near, unsigned& apart) {
+                             const Lanes& asked, double excess, unsigned& near, unsigned& apart) {
   constexpr double kError = 0x1p-46;
   Corners p;
   DifferencePolygons::gather(pairs, place_of, p);
@@ -85,6 +85,7 @@ WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes], const Pl
   const Closest closest = closest_to_origin(p, is_triangle);
   const Lanes size = DifferencePolygons::size(p);
   const Lanes error = kError * size;
+  const Lanes separation = asked + excess * size;
   const Mask in_range = (size > 0x1p-200) & (size < 0x1p200);
   const Lanes squared = closest.squared * (1 + kError);
 
@@ -99,7 +100,7 @@ WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes], const Pl
 
 template <class PlaceOf, class SeparationOf>
 WARMFRONT_INLINE void filter(std::span<const FeaturePair> pairs, const PlaceOf& place_of,
-                             const SeparationOf& separation_of, Nearness* nearness) {
+                             const SeparationOf& separation_of, double excess, Nearness* nearness) {
   for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
     const std::size_t lanes = std::min<std::size_t>(kLanes, pairs.size() - first);
     const FeaturePair* of[kLanes];
@@ -110,7 +111,7 @@ WARMFRONT_INLINE void filter(std::span<const FeaturePair> pairs, const PlaceOf& 
       separation[i] = separation_of(pair);
     }
     unsigned near = 0, apart = 0;
-    decide(of, place_of, separation, near, apart);
+    decide(of, place_of, separation, excess, near, apart);
     for (std::size_t i = 0; i < lanes; ++i)
       nearness[first + i] = (near >> i & 1U) != 0    ? Nearness::kNear
                             : (apart >> i & 1U) != 0 ? Nearness::kApart
@@ -122,11 +123,11 @@ WARMFRONT_INLINE void filter(std::span<const FeaturePair> pairs, const PlaceOf& 
 
 WARMFRONT_TARGET_CLONES
 void proximity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices, Instant at,
-                      std::span<const double> separations, Nearness* nearness) {
+                      std::span<const double> separations, Nearness* nearness, double excess) {
   const auto instant = at == Instant::kStart ? &VertexMotion::t0 : &VertexMotion::t1;
   filter(
       pairs, [&](std::uint32_t v) -> const Place& { return vertices[v].*instant; },
-      [&](std::size_t pair) { return separations[pair]; }, nearness);
+      [&](std::size_t pair) { return separations[pair]; }, excess, nearness);
 }
 
 WARMFRONT_TARGET_CLONES
@@ -134,7 +135,7 @@ void proximity_filter(std::span<const FeaturePair> pairs, std::span<const std::a
                       double separation, Nearness* nearness) {
   filter(
       pairs, [&](std::uint32_t v) -> const Place& { return places[v]; },
-      [&](std::size_t) { return separation; }, nearness);
+      [&](std::size_t) { return separation; }, 0, nearness);
 }
 
 }  // namespace warmfront

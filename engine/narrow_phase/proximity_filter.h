@@ -21,9 +21,10 @@ enum class Nearness : std::uint8_t {
 
 /// Stage before proximity_test(): of each pair, by its own separation (>= 0, not NaN), what is certain in
 /// real arithmetic on the given doubles. `nearness` has room for all pairs. What is proved of a pair depends
-/// on that pair only.
+/// on that pair only. With `excess` the separation is larger by so much of the pair's size, the largest
+/// coordinate difference between vertices of the two primitives.
 void proximity_filter(std::span<const FeaturePair> pairs, std::span<const VertexMotion> vertices, Instant at,
-                      std::span<const double> separations, Nearness* nearness);
+                      std::span<const double> separations, Nearness* nearness, double excess = 0);
 
 /// The same of pairs of vertices at `places`, (x, y, z, padding), by one separation.
 void proximity_filter(std::span<const FeaturePair> pairs, std::span<const std::array<double, 4>> places,
