@@ -285,7 +285,8 @@ int near(const Arguments& arguments) {
       return failure(status.error().message);
   }
   if (table) {
-    std::printf("within %.9g: %zu frames", distance, listing.frames().size());
+    const std::size_t frames = listing.frames().size();
+    std::printf("within %.9g: %zu frame%s", distance, frames, frames == 1 ? "" : "s");
     if (!arguments.count) std::printf(", contacts hash %s", listing.hash().c_str());
     std::printf("\n");
   }
