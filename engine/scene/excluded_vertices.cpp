@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/scene/excluded_vertices.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/simd/target_clones.h"
 
 namespace warmfront {
 namespace {
@@ -99,6 +101,36 @@ ExcludedVertices::ExcludedVertices(const PairFilters& filters, std::span<const F
     begin_.push_back(items_.size());
   }
   items_.shrink_to_fit();
+}
+
+// Bit j is set where the row holds w[j].
+WARMFRONT_TARGET_CLONES
+std::uint32_t held_of(const std::uint32_t* row, std::size_t size, const Face& w) {
+  // Without a branch, so that the compiler compares several numbers at a time.
+  std::uint32_t found0 = 0, found1 = 0, found2 = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    found0 |= row[i] == w[0] ? 1U : 0U;
+    found1 |= row[i] == w[1] ? 2U : 0U;
+    found2 |= row[i] == w[2] ? 4U : 0U;
+  }
+  return found0 | found1 | found2;
+}
+
+std::uint32_t ExcludedVertices::pairs_of(const Face& f, const Face& g) const {
+  constexpr std::size_t kShort = 256;  // three rings of a regular mesh are 36 vertices
+  const auto [least, most] = std::ranges::minmax(g);
+  std::uint32_t pairs = 0;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::span<const std::uint32_t> row = of(f[i]);
+    // Vertices that are far from each other have numbers that are, too.
+    if (row.empty() || most < row.front() || least > row.back()) continue;
+    if (row.size() <= kShort) {
+      pairs |= held_of(row.data(), row.size(), g) << (3 * i);
+    } else {
+      for (std::uint32_t j = 0; j < 3; ++j) pairs |= contains(f[i], g[j]) ? 1U << (3 * i + j) : 0;
+    }
+  }
+  return pairs;
 }
 
 Status check_rings(const Scene& scene, StopSignal stop, std::uint32_t* worst) {

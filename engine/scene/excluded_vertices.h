@@ -35,10 +35,11 @@ class ExcludedVertices {
   /// For two different vertices.
   bool contains(std::uint32_t v, std::uint32_t w) const {
     const std::span<const std::uint32_t> row = of(v);
-    // Vertices that are far from each other have numbers that are, too.
     if (row.empty() || w < row.front() || w > row.back()) return false;
     return std::ranges::binary_search(row, w);
   }
+  /// Bit 3 i + j is set where vertices i of one face and j of the other, which differ, are such a pair.
+  std::uint32_t pairs_of(const Face& f, const Face& g) const;
 
   std::size_t memory_bytes() const { return held_bytes(begin_, items_); }
 
