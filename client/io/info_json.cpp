@@ -100,12 +100,15 @@ class Fields {
 
   /// Refuses every key that is almost one of `names`, but those that were looked for.
   void refuse_misspelt(std::initializer_list<std::string_view> names) {
-    constexpr std::size_t kLong = 8;  // "files" is a word of its own, and two edits from "filters"
+    constexpr std::size_t kMostEdits = 2;
+    constexpr std::size_t kLong = 8;  // "files" is two edits from "filters", and a word of its own
     for (const auto& [key, value] : object_.items()) {
       if (!problem_.empty() || knows(key)) continue;
       for (const std::string_view name : names) {
-        const std::size_t most = name.size() < kLong ? 1 : 2;
-        if (key.size() <= name.size() + most && edits_between(key, name) <= most)
+        const std::size_t longer = std::max(key.size(), name.size()),
+                          shorter = std::min(key.size(), name.size());
+        const bool alike = longer - shorter <= (name.size() < kLong ? 1 : kMostEdits);
+        if (alike && edits_between(key, name) <= kMostEdits)
           problem_ = where_ + "unknown key " + in_quotes(key) + "; is '" + std::string(name) + "' meant?";
       }
     }

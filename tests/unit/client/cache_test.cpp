@@ -159,7 +159,7 @@ TEST(InfoJson, UnknownKeysOfTheModelAreRefused) {
   EXPECT_EQ(error(R"({"fitlers": {}})"), "i: unknown key 'fitlers'; is 'filters' meant?");
   for (const char* key : {"Bodies", "bodys", "excluded_pair", "excludedPairs", "filter", "vertexthickness"})
     EXPECT_THAT(error(std::string("{\"") + key + "\": []}"), HasSubstr("unknown key")) << key;
-  for (const char* key : {"", "nam", "notes", "by", "excluded", "source_filters", "vertex_colours"})
+  for (const char* key : {"", "nam", "notes", "files", "by", "excluded", "source_filters", "vertex_colours"})
     EXPECT_EQ(error(std::string("{\"") + key + "\": []}"), "") << key;
 }
 

@@ -263,7 +263,7 @@ TEST(CliNear, TakesOneMesh) {
             kExitOk);
   const Outcome outcome = run("near " + folder.file("s/mesh.ply") + " --distance 0.05");
   EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
-  EXPECT_THAT(outcome.out, HasSubstr("1 frames"));
+  EXPECT_THAT(outcome.out, HasSubstr("1 frame, "));
 }
 
 TEST(CliNear, MisuseIsSaidInOneLine) {
