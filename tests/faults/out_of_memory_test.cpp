@@ -3,6 +3,8 @@
 // the call.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -94,6 +96,48 @@ TEST_P(OutOfMemory, AStepThatFailsDidNotHappen) {
         << "after allocation " << nth << " failed";
   }
   EXPECT_GT(failures, 5);
+}
+
+// So many pairs that they are put in order by counting, and that distances by vertex take several blocks.
+TEST(OutOfMemoryOfQuestions, AQuestionThatFailsLeavesEverythingAsItWas) {
+  std::mt19937_64 random(3);
+  const auto scene = testing::make_scene(21 * 21, testing::grid(20));
+  std::vector<double> crumpled(3 * 21 * 21);
+  for (double& x : crumpled) x = 8 * (static_cast<double>(random() >> 11) * 0x1p-53);
+  const auto workers = std::make_shared<Workers>(1);
+  const auto make = [&] {
+    return std::move(Collider::create(scene, std::span<const double>(crumpled), {}, workers)).value();
+  };
+  const std::array<QuestionOptions, 3> questions{
+      {{}, {.reduced = true}, {.report = Report::kVertexDistances}}};
+  for (const QuestionOptions& question : questions) {
+    const auto ask = [&](Collider& collider) { return collider.proximity(0.5, Where::kBase, question); };
+    Collider reference = make();
+    const StepResult expected = ask(reference).value();
+    ASSERT_GT(expected.vf + expected.ee, 8192U);
+    const std::vector<Contact> contacts(expected.contacts.begin(), expected.contacts.end());
+    const std::vector<double> distances(expected.vertex_distances.begin(), expected.vertex_distances.end());
+    int failures = 0;
+    for (long nth = 0;; ++nth) {
+      Collider collider = make();
+      bool failed = false;
+      try {
+        allocations_left = nth;
+        const bool answered = ask(collider).ok();
+        allocations_left = -1;
+        ASSERT_TRUE(answered);
+      } catch (const std::bad_alloc&) {
+        allocations_left = -1;
+        failed = true;
+      }
+      if (!failed) break;
+      ++failures;
+      const StepResult again = ask(collider).value();
+      ASSERT_TRUE(std::ranges::equal(again.contacts, contacts)) << "after allocation " << nth << " failed";
+      ASSERT_TRUE(std::ranges::equal(again.vertex_distances, distances)) << nth;
+    }
+    EXPECT_GT(failures, 10);
+  }
 }
 
 }  // namespace
