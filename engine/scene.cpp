@@ -65,11 +65,15 @@ const PairFilters& Scene::filters() const {
   return filters_ != nullptr ? *filters_ : none;
 }
 
-double Scene::most_thickness() const {
+double most_thickness(std::span<const Body> bodies) {
   double most = 0;
-  for (const Body& body : bodies_)
+  for (const Body& body : bodies)
     if (body.kind != BodyKind::kRemoved) most = std::max(most, body.thickness);
-  return most + mesh_->most_thickness;
+  return most;
+}
+
+double Scene::most_thickness() const {
+  return warmfront::most_thickness(bodies_) + mesh_->most_thickness;
 }
 
 Status Scene::take_bodies(SceneDescription& description, StopSignal stop) {

@@ -58,6 +58,9 @@ struct Body {
   friend bool operator==(const Body&, const Body&) = default;
 };
 
+/// No body is thicker, but those that are removed; 0 without any.
+double most_thickness(std::span<const Body> bodies);
+
 /// A caller's description of a scene.
 struct SceneDescription {
   std::uint32_t vertex_count = 0;

@@ -4,34 +4,17 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <span>
 
 namespace warmfront::client {
-namespace {
-
-double most_thickness(const SceneDescription& scene) {
-  const auto thickest = [](std::span<const double> values) {
-    return values.empty() ? 0.0 : *std::ranges::max_element(values);
-  };
-  const std::span<const double> of_vertices = scene.thickness;
-  double most = scene.bodies.empty() ? thickest(of_vertices) : 0;
-  for (const Body& body : scene.bodies) {
-    const double within =
-        of_vertices.empty() ? 0 : thickest(of_vertices.subspan(body.first_vertex, body.vertex_count));
-    most = std::max(most, body.thickness + within);
-  }
-  return most;
-}
-
-}  // namespace
 
 ModelSummary summary_of(const SceneDescription& scene) {
   const PairFilters& filters = scene.filters;
+  const double of_vertices = scene.thickness.empty() ? 0 : *std::ranges::max_element(scene.thickness);
   return {{.within_edges = filters.within_edges,
            .near_at_rest = filters.near_at_rest,
            .excluded_vertex_pairs = static_cast<std::uint32_t>(filters.excluded_vertex_pairs.size()),
            .patches = !filters.patches.empty()},
-          most_thickness(scene)};
+          most_thickness(scene.bodies) + of_vertices};
 }
 
 ModelSummary summary_of(const SessionInfo& info) {

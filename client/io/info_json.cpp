@@ -5,29 +5,14 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "client/io/text.h"
+#include "proto/command_line/unknown_option.h"
 
 namespace warmfront::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// How many letters are inserted, removed or replaced from one word to the other.
-std::size_t edits_between(std::string_view from, std::string_view to) {
-  std::vector<std::size_t> row(to.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (const char letter : from) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t k = 1; k <= to.size(); ++k) {
-      const std::size_t replaced = diagonal + (letter == to[k - 1] ? 0 : 1);
-      diagonal = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, replaced});
-    }
-  }
-  return row.back();
-}
 
 /// Reads fields of one object; keeps the first invalid one as the problem.
 class Fields {
@@ -108,7 +93,7 @@ class Fields {
         const std::size_t longer = std::max(key.size(), name.size()),
                           shorter = std::min(key.size(), name.size());
         const bool alike = longer - shorter <= (name.size() < kLong ? 1 : kMostEdits);
-        if (alike && edits_between(key, name) <= kMostEdits)
+        if (alike && command_line::edit_distance(key, name) <= kMostEdits)
           problem_ = where_ + "unknown key " + in_quotes(key) + "; is '" + std::string(name) + "' meant?";
       }
     }

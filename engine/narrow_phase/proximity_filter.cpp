@@ -12,12 +12,7 @@
 namespace warmfront {
 namespace {
 
-constexpr int kLanes = DifferencePolygons::kLanes;
-using Lanes = DifferencePolygons::Lanes;
-using Mask = DifferencePolygons::Mask;
-using Four3 = DifferencePolygons::Four3;
-using Corners = DifferencePolygons::Corners;
-using Place = DifferencePolygons::Place;
+using namespace difference_polygons;  // NOLINT: what this filter works on
 
 WARMFRONT_INLINE Four3 select(const Mask& mask, const Four3& a, const Four3& b) {
   return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
@@ -79,23 +74,23 @@ WARMFRONT_INLINE void decide(const FeaturePair* const (&pairs)[kLanes], const Pl
                              const Lanes& asked, double excess, unsigned& near, unsigned& apart) {
   constexpr double kError = 0x1p-46;
   Corners p;
-  DifferencePolygons::gather(pairs, place_of, p);
+  gather(pairs, place_of, p);
   Mask is_triangle;
   for (int i = 0; i < kLanes; ++i) is_triangle[i] = pairs[i]->kind == ContactKind::kVertexFace ? -1 : 0;
   const Closest closest = closest_to_origin(p, is_triangle);
-  const Lanes size = DifferencePolygons::size(p);
+  const Lanes size = size_of(p);
   const Lanes error = kError * size;
   const Lanes separation = asked + excess * size;
   const Mask in_range = (size > 0x1p-200) & (size < 0x1p200);
   const Lanes squared = closest.squared * (1 + kError);
 
   const Lanes within = separation - error;
-  near = DifferencePolygons::bits_of(in_range & (within > 0) & (squared <= within * within));
+  near = bits_of(in_range & (within > 0) & (squared <= within * within));
 
   Lanes least = dot(closest.point, p[0]);
   for (int k = 1; k < 4; ++k) least = lesser(least, dot(closest.point, p[k]));
   const Lanes beyond = separation + error;
-  apart = DifferencePolygons::bits_of(in_range & (least > 0) & (least * least > squared * (beyond * beyond)));
+  apart = bits_of(in_range & (least > 0) & (least * least > squared * (beyond * beyond)));
 }
 
 template <class PlaceOf, class SeparationOf>

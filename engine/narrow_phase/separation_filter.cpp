@@ -13,11 +13,9 @@
 namespace warmfront {
 namespace {
 
-constexpr int kLanes = DifferencePolygons::kLanes;
-using Lanes = DifferencePolygons::Lanes;
-using LaneMask = DifferencePolygons::Mask;
-using Four3 = DifferencePolygons::Four3;
-using Polygons = DifferencePolygons::Corners[2];  // [time]
+using namespace difference_polygons;  // NOLINT: what this filter works on
+
+using Polygons = Corners[2];  // [time]
 
 // Where `direction` keeps all corners on one side of the origin at both times.
 //
@@ -25,7 +23,7 @@ using Polygons = DifferencePolygons::Corners[2];  // [time]
 // throughout. Error bound, with |d| and |p| the largest coordinates: a corner has one rounding, a product of
 // three terms at most three more a term, so it is within 3 * 4.01 u |d| |p|; 16 u |d| |p| is used, which
 // covers the rounding of the bound. Products that underflow err by 2^-1074 each: 2^-1000 covers them.
-WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Four3& direction, const Lanes& size) {
+WARMFRONT_INLINE Mask keeps_apart(const Polygons& p, const Four3& direction, const Lanes& size) {
   Lanes lowest = dot(direction, p[0][0]);
   Lanes highest = lowest;
   for (int k = 1; k < 8; ++k) {
@@ -44,16 +42,16 @@ WARMFRONT_INLINE LaneMask keeps_apart(const Polygons& p, const Four3& direction,
 // projected polygon of differences is convex, and if the origin is outside, one of its sides proves it: the
 // normal of side S is S x v. (For two convex polygons that only translate this test is complete.)
 WARMFRONT_INLINE unsigned certainly_apart(const Polygons& p) {
-  const Lanes size = greater(DifferencePolygons::size(p[0]), DifferencePolygons::size(p[1]));
+  const Lanes size = greater(size_of(p[0]), size_of(p[1]));
   const Four3 v = ((p[1][0] - p[0][0]) + (p[1][1] - p[0][1])) + ((p[1][2] - p[0][2]) + (p[1][3] - p[0][3]));
-  LaneMask apart{};
+  Mask apart{};
   for (int k = 0; k < 3; ++k) {  // opposite sides of a parallelogram are parallel
     const Four3 begin = p[0][k] + p[1][k];
     const Four3 end = p[0][k + 1] + p[1][k + 1];
     apart |= keeps_apart(p, cross(end - begin, v), size);
   }
   apart &= size < 0x1p300;  // no overflow, no NaN
-  return DifferencePolygons::bits_of(apart);
+  return bits_of(apart);
 }
 
 }  // namespace
@@ -67,8 +65,8 @@ std::size_t separation_filter(std::span<const FeaturePair> pairs, std::span<cons
     const FeaturePair* of[kLanes];
     for (std::size_t i = 0; i < kLanes; ++i) of[i] = &pairs[survivors[first + (i < lanes ? i : 0)]];
     Polygons polygons;
-    DifferencePolygons::gather(of, vertices, &VertexMotion::t0, polygons[0]);
-    DifferencePolygons::gather(of, vertices, &VertexMotion::t1, polygons[1]);
+    gather(of, vertices, &VertexMotion::t0, polygons[0]);
+    gather(of, vertices, &VertexMotion::t1, polygons[1]);
     const unsigned apart = certainly_apart(polygons);
     for (std::size_t i = 0; i < lanes; ++i) {
       survivors[kept] = survivors[first + i];

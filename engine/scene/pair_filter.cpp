@@ -65,8 +65,10 @@ bool PairFilter::is_near_at_rest(std::uint32_t v, std::uint32_t w) const {
 
 std::uint32_t PairFilter::left_out(const Face& f, const Face& g) const {
   std::uint32_t set = excluded_.empty() ? 0 : excluded_.pairs_of(f, g);
-  for (int i = 0; i < 3 && rest_distance_ > 0; ++i) {
-    for (int j = 0; j < 3; ++j) set |= is_near_at_rest(f[i], g[j]) ? 1U << (3 * i + j) : 0;
+  if (rest_distance_ > 0) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) set |= is_near_at_rest(f[i], g[j]) ? 1U << (3 * i + j) : 0;
+    }
   }
   std::uint32_t bits = kLeftOut[set];
   if (patches_.empty()) return bits;

@@ -23,10 +23,6 @@ inline constexpr std::size_t kAskedKinds = kAskedNames.size();
 inline bool moves(Asked asked) {
   return asked == Asked::kStep || asked == Asked::kCommit;
 }
-/// Is about where the session is, and no motion.
-inline bool of_state(Asked asked) {
-  return asked == Asked::kProximity || asked == Asked::kIntersections;
-}
 
 struct Mix {
   std::string text;            ///< as given; empty: steps alone
