@@ -47,6 +47,21 @@ void operator delete[](void* memory, std::size_t) noexcept {
 namespace warmfront {
 namespace {
 
+/// Did `call` run out of memory when its n-th allocation failed? Else it had fewer, and must succeed.
+template <class Call>
+bool fails_at(long nth, Call&& call) {
+  bool answered = false, failed = false;
+  allocations_left = nth;
+  try {
+    answered = call();
+  } catch (const std::bad_alloc&) {
+    failed = true;
+  }
+  allocations_left = -1;
+  EXPECT_TRUE(answered || failed);
+  return failed;
+}
+
 // With options.explain a second collider steps beside, which may run out of memory when the first has
 // stepped.
 class OutOfMemory : public ::testing::TestWithParam<bool> {};
@@ -77,17 +92,7 @@ TEST_P(OutOfMemory, AStepThatFailsDidNotHappen) {
   int failures = 0;
   for (long nth = 0;; ++nth) {
     Collider collider = make();
-    bool failed = false;
-    try {
-      allocations_left = nth;
-      const auto result = collider.step(std::span<const double>(crumpled));
-      allocations_left = -1;
-      ASSERT_TRUE(result.ok());
-    } catch (const std::bad_alloc&) {
-      allocations_left = -1;
-      failed = true;
-    }
-    if (!failed) break;
+    if (!fails_at(nth, [&] { return collider.step(std::span<const double>(crumpled)).ok(); })) break;
     ++failures;
     ASSERT_TRUE(std::ranges::equal(collider.positions(), start)) << nth;
     const auto retried = collider.step(std::span<const double>(crumpled));
@@ -120,17 +125,7 @@ TEST(OutOfMemoryOfQuestions, AQuestionThatFailsLeavesEverythingAsItWas) {
     int failures = 0;
     for (long nth = 0;; ++nth) {
       Collider collider = make();
-      bool failed = false;
-      try {
-        allocations_left = nth;
-        const bool answered = ask(collider).ok();
-        allocations_left = -1;
-        ASSERT_TRUE(answered);
-      } catch (const std::bad_alloc&) {
-        allocations_left = -1;
-        failed = true;
-      }
-      if (!failed) break;
+      if (!fails_at(nth, [&] { return ask(collider).ok(); })) break;
       ++failures;
       const StepResult again = ask(collider).value();
       ASSERT_TRUE(std::ranges::equal(again.contacts, contacts)) << "after allocation " << nth << " failed";
