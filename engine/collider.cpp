@@ -32,8 +32,7 @@ struct Collider::Impl {
   // What is kept of a trial's answer for its commit, besides the contacts.
   struct Trial {
     Report report = Report::kAll;
-    std::uint64_t vf = 0;
-    std::uint64_t ee = 0;
+    KindCounts found;
     std::uint64_t possible = 0;
     std::optional<double> earliest_toi;
   };
@@ -46,6 +45,8 @@ struct Collider::Impl {
   };
   std::optional<Known> known_state = std::nullopt;
 
+  Result<StepResult> place(const Frame& frame, const Question& question, StopSignal stop,
+                           const AcceptStep& accept);
   Result<StepResult> trial(const Frame& frame, const Question& question, StopSignal stop,
                            const AcceptStep& accept);
   Result<StepResult> ask_of_state(const ColliderOptions& options, StopSignal stop, const AcceptStep& accept);
@@ -133,8 +134,7 @@ Result<StepResult> Collider::Impl::trial(const Frame& frame, const Question& que
   Result<StepResult> result = warm.ask(frame, Kind::kTrial, options, stop, accept);
   asking.answered = result.ok();
   if (!result) return result;
-  last_trial = {options.report, result.value().vf, result.value().ee, result.value().possible,
-                result.value().earliest_toi};
+  last_trial = {options.report, result.value(), result.value().possible, result.value().earliest_toi};
   if (known_state && known_state->asked.instant == Instant::kEnd) known_state.reset();
   return result;
 }
@@ -148,7 +148,7 @@ Result<StepResult> Collider::Impl::ask_of_state(const ColliderOptions& options, 
     StepResult known = known_state->answer;
     known.statistics = {};
     known.statistics.bounds = warm.pipeline->bounds();
-    known.statistics.counts.contacts_kept = known.vf + known.ee + known.ef;
+    known.statistics.counts.contacts_kept = known.total();
     if (accept)
       if (const Status accepted = accept(known); !accepted) return accepted.error();
     return known;
@@ -199,6 +199,8 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
 Result<StepResult> Collider::ask(const Frame& frame, const Question& question,
                                  const std::atomic<bool>* cancelled, const AcceptStep& accept) try {
   if (question.kind == QuestionKind::kStep) return step(frame, cancelled, accept, question.options);
+  if (question.kind == QuestionKind::kPlace)
+    return impl_->place(frame, question, StopSignal(cancelled), accept);
   if (!question.of_state()) return impl_->trial(frame, question, StopSignal(cancelled), accept);
   if (Status valid = validate(question.kind, question.options); !valid) return valid.error();
   if (!frame.empty())
@@ -225,26 +227,44 @@ Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
   result.fraction = fraction;
   if (trial.earliest_toi && *trial.earliest_toi <= fraction) result.earliest_toi = trial.earliest_toi;
   if (trial.report != Report::kCount) {
-    const auto within = [&](ContactKind kind) {
-      return static_cast<std::uint64_t>(std::ranges::count_if(
-          core.met.contacts, [&](const Contact& c) { return c.kind == kind && c.toi <= fraction; }));
-    };
-    result.vf = within(ContactKind::kVertexFace);
-    result.ee = within(ContactKind::kEdgeEdge);
+    KindCounts within;
+    for (const Contact& c : core.met.contacts)
+      if (c.toi <= fraction) within.count(c.kind);
+    result.vf = within.vf;
+    result.ee = within.ee;
     result.possible =
         static_cast<std::uint64_t>(std::ranges::count_if(core.met.contacts, [&](const Contact& c) {
           return c.toi <= fraction &&
                  (c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget);
         }));
   } else if (fraction == 1 || !result.earliest_toi) {
-    result.vf = fraction == 1 ? trial.vf : 0;
-    result.ee = fraction == 1 ? trial.ee : 0;
+    result.vf = fraction == 1 ? trial.found.vf : 0;
+    result.ee = fraction == 1 ? trial.found.ee : 0;
     result.possible = fraction == 1 ? trial.possible : 0;
   }
   impl_->warm.pipeline->commit(core, fraction, rounding);
   impl_->last_trial.reset();
   impl_->known_state.reset();
   impl_->restart_comparison();
+  return result;
+}
+
+Status Collider::place(const Frame& frame, const std::atomic<bool>* cancelled, const AcceptStep& accept) {
+  const Result<StepResult> placed = ask(frame, {QuestionKind::kPlace}, cancelled, accept);
+  return placed ? Status() : Status(placed.error());
+}
+
+Result<StepResult> Collider::Impl::place(const Frame& frame, const Question& question, StopSignal stop,
+                                         const AcceptStep& accept) {
+  Asking asking(*this);
+  if (Status status = validate(question.kind, question.options); !status) return status.error();
+  if (Status status = warm.core.motion.check(*warm.core.scene, frame, stop); !status) return status.error();
+  StepResult result;
+  result.statistics.bounds = warm.pipeline->bounds();
+  if (Status placed = warm.pipeline->place(warm.core, frame, stop, result, accept); !placed)
+    return placed.error();
+  forget_answers();
+  restart_comparison();
   return result;
 }
 

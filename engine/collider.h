@@ -99,6 +99,13 @@ class Collider {
   /// changed after an error.
   Result<CommitResult> commit(double fraction = 1, Rounding rounding = Rounding::kFloat64);
 
+  /// Puts everything where the frame says, or what it gives where it says, without a motion: nothing is
+  /// tested between before and after, and the next step, trial or question is about the new state. For resets
+  /// and teleports. Frames as of step(), and its errors and exceptions, after which nothing has changed.
+  /// Bodies keep their hierarchies; the front is built again, by the next question that needs one.
+  Status place(const Frame& frame, const std::atomic<bool>* cancelled = nullptr,
+               const AcceptStep& accept = {});
+
   /// Puts rigid bodies at poses of their reference shapes, stationary, before the first step: a scene as it
   /// was left, also by a commit of part of a trial. kInvalidArgument and kCancelled as in step(),
   /// kFailedPrecondition after the first step; nothing has changed then.

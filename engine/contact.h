@@ -3,13 +3,61 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace warmfront {
 
 /// Vertex-face: `a` is a vertex, `b` a face. Edge-edge: `a` < `b` are edges. Edge-face (intersections alone):
-/// `a` is an edge, `b` a face.
-enum class ContactKind : std::uint8_t { kVertexFace = 0, kEdgeEdge = 1, kEdgeFace = 2 };
+/// `a` is an edge, `b` a face. Where something counts as in contact without touching, also what no face and
+/// no edge speaks for: vertex-edge, `a` is an isolated vertex, `b` a lone edge; and vertex-vertex, `a` < `b`
+/// are isolated vertices.
+enum class ContactKind : std::uint8_t {
+  kVertexFace = 0,
+  kEdgeEdge = 1,
+  kEdgeFace = 2,
+  kVertexEdge = 3,
+  kVertexVertex = 4,
+};
+inline constexpr std::size_t kContactKinds = 5;
+
+/// So many of a pair's four vertices are of its first feature. A vertex that is tested as an edge without
+/// length stands for both of its ends.
+constexpr std::size_t vertices_of_first(ContactKind kind) {
+  return kind == ContactKind::kVertexFace ? 1 : 2;
+}
+/// How a pair is tested: vertex-edge and vertex-vertex as edge-edge.
+constexpr ContactKind tested_as(ContactKind kind) {
+  const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
+  return of_points ? ContactKind::kEdgeEdge : kind;
+}
+
+/// How many there are of each kind.
+struct KindCounts {
+  std::uint64_t vf = 0;  ///< vertex-face
+  std::uint64_t ee = 0;  ///< edge-edge, and all in which an isolated vertex stands for an edge:
+  std::uint64_t ve = 0;  ///< of these, vertex-edge
+  std::uint64_t vv = 0;  ///< of these, vertex-vertex
+  std::uint64_t ef = 0;  ///< edge-face
+
+  void count(ContactKind kind) {
+    vf += kind == ContactKind::kVertexFace;
+    ee += tested_as(kind) == ContactKind::kEdgeEdge;
+    ve += kind == ContactKind::kVertexEdge;
+    vv += kind == ContactKind::kVertexVertex;
+    ef += kind == ContactKind::kEdgeFace;
+  }
+  void add(const KindCounts& more) {
+    vf += more.vf;
+    ee += more.ee;
+    ve += more.ve;
+    vv += more.vv;
+    ef += more.ef;
+  }
+  std::uint64_t total() const { return vf + ee + ef; }
+
+  friend bool operator==(const KindCounts&, const KindCounts&) = default;
+};
 
 /// Certainty of the elementary test. Pairs that are certainly clear are not reported and have no value here.
 enum class ContactStatus : std::uint8_t {
@@ -32,8 +80,8 @@ enum class ClosestFeatures : std::uint8_t {
 struct Contact {
   ContactKind kind;
   ContactStatus status;
-  std::uint32_t a;  ///< vertex (vertex-face) or edge
-  std::uint32_t b;  ///< face, or edge (edge-edge)
+  std::uint32_t a;  ///< vertex or edge, as the kind says
+  std::uint32_t b;  ///< face, edge or vertex
   /// In [0, 1]: a lower bound of the first time of contact; in tier fast an estimate of it. Of proximity and
   /// intersections the instant that was asked about: 0, or 1 at a trial's end.
   double toi;
@@ -56,8 +104,9 @@ struct ClosestPair {
 /// floating point: not a proof.
 struct ContactGeometry {
   /// Of the contact's four vertices at the time of impact: vertex-face: 1, then the barycentric coordinates
-  /// of the face's closest point; edge-edge: those of each edge's closest point. Each in [0, 1]; exactly 0
-  /// where the closest point is on a side without that vertex, or at another vertex.
+  /// of the face's closest point; else those of each edge's closest point, of a vertex that stands for an
+  /// edge 1 and 0. Each in [0, 1]; exactly 0 where the closest point is on a side without that vertex, or at
+  /// another vertex.
   std::array<double, 4> weights{};
   /// Unit normal of the face, or common normal of the edges, at the time of impact, towards the side that the
   /// vertex or first edge comes from. If degenerate, the direction that it comes from; zero if none. With a

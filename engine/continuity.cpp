@@ -38,7 +38,7 @@ struct RowKey {
 };
 
 RowKey key_of(const RowVertices& rows, std::size_t row) {
-  const bool edges = rows.kind[row] == ContactKind::kEdgeEdge;
+  const bool edges = rows.kind[row] != ContactKind::kVertexFace;
   if (rows.stencil.empty() || rows.stencil[row] == 0b1111)
     return {static_cast<std::uint8_t>(edges ? 1 : 0), rows.vertices[row]};
   Stencil pair = stencil_of(rows.kind[row], rows.vertices[row], rows.stencil[row]);

@@ -28,9 +28,8 @@ struct BodyPose {
 };
 
 /// A frame: either all vertices, or only what moved, in any mixture. Everything else is stationary. A frame
-/// is always the end of a linear motion: a body that is moved elsewhere (reset, respawned) collides with
-/// everything on the straight path. To avoid this, create the scene again, or remove the body and add
-/// another.
+/// is the end of a linear motion: a body that is moved elsewhere (reset, respawned) collides with everything
+/// on the straight path, except with Collider::place().
 struct Frame {
   Frame() = default;
   Frame(const Positions& all) : positions(all) {}         // NOLINT: implicit by design

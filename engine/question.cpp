@@ -50,6 +50,8 @@ Status validate(QuestionKind kind, const QuestionOptions& options) {
     return invalid_argument("keep_distance: it is of max_step alone; leave it out");
   if (options.reduced && kind != QuestionKind::kProximity)
     return invalid_argument("reduced: it is of proximity alone; leave it out");
+  if (kind == QuestionKind::kPlace && options != QuestionOptions())
+    return invalid_argument("place: it tests nothing, and has no options; leave them out");
   if (kind != QuestionKind::kIntersections) return {};
   const std::array<std::pair<bool, const char*>, 4> others{
       {{options.tier.has_value(), "tier"},

@@ -40,7 +40,7 @@ struct QuestionOptions {
 ColliderOptions merged(ColliderOptions options, const QuestionOptions& question);
 
 /// By the names of Collider's functions.
-enum class QuestionKind : std::uint8_t { kStep, kTrial, kMaxStep, kProximity, kIntersections };
+enum class QuestionKind : std::uint8_t { kStep, kTrial, kMaxStep, kProximity, kIntersections, kPlace };
 
 /// The state that a question without a motion of its own is asked of.
 enum class Where : std::uint8_t {
@@ -74,6 +74,8 @@ struct Question {
   static Question intersections(Where where, const QuestionOptions& options) {
     return {QuestionKind::kIntersections, options, false, where};
   }
+  /// Is everything at the frame's end from then on?
+  bool counts() const { return kind == QuestionKind::kStep || kind == QuestionKind::kPlace; }
   /// Is it about a state, and no motion?
   bool of_state() const { return kind == QuestionKind::kProximity || kind == QuestionKind::kIntersections; }
 
@@ -86,7 +88,8 @@ struct Question {
 ColliderOptions merged(ColliderOptions options, const Question& question);
 
 /// kInvalidArgument, naming the field, for options that a question of its kind does not have: of
-/// kIntersections, which is exact and tells of features alone, all but report and max_contacts.
+/// kIntersections, which is exact and tells of features alone, all but report and max_contacts; of kPlace,
+/// which tests nothing, all.
 Status validate(QuestionKind kind, const QuestionOptions& options);
 
 /// How the positions that a commit makes are rounded: see part_way().

@@ -15,21 +15,15 @@ namespace warmfront {
 
 Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
   if (Status status = check_faces(description, stop); !status) return status.error();
+  if (Status status = check_edges(description, stop); !status) return status.error();
   if (Status status = check_bodies(description, stop); !status) return status.error();
   if (Status status = check_filters(description.filters, description.vertex_count, stop); !status)
     return status.error();
   if (Status status = check_thickness(description, stop); !status) return status.error();
-  if (could_never_touch(description))
-    return Error{ErrorCode::kUnimplemented,
-                 "faces: none over " + std::to_string(description.vertex_count) +
-                     " vertices; points and edges alone are not modelled yet: give triangles, or declare "
-                     "bodies to add some later"};
-  // Primitive, side and node numbers are 32 bit.
-  if (description.faces.size() + description.vertex_count > 0x3fffffff) {
-    return invalid_argument("faces: " + std::to_string(description.faces.size()) + " and " +
-                            std::to_string(description.vertex_count) +
-                            " vertices are together more than 2^30 - 1");
-  }
+  if (Status status =
+          check_size(description.vertex_count, description.faces.size(), description.edges.size());
+      !status)
+    return status.error();
 
   Scene scene;
   Mesh& mesh = scene.own_mesh();
@@ -42,14 +36,17 @@ Result<Scene> Scene::create(SceneDescription description, StopSignal stop) {
                             static_cast<std::uint32_t>(face[2])});
     }
   });
-  EdgeTable table = find_edges(mesh.faces, stop);
+  EdgeTable table = find_edges(mesh.faces, description.edges, stop);
   mesh.edges = std::move(table.edges);
   mesh.face_edges = std::move(table.face_edges);
+  mesh.lone_edges = std::move(table.lone_edges);
+  mesh.vertex_lone_edges = lone_edges_of_vertices(mesh.edges, mesh.lone_edges, mesh.vertex_count, stop);
   mesh.vertex_faces = invert(mesh.faces, mesh.vertex_count, stop);
   mesh.edge_faces = invert(mesh.face_edges, mesh.edges.size(), stop);
   in_pieces(0, mesh.vertex_count, stop, [&](std::size_t first, std::size_t end) {
     for (std::size_t v = first; v < end; ++v)
-      if (mesh.vertex_faces[v].empty()) mesh.isolated_vertices.push_back(static_cast<std::uint32_t>(v));
+      if (scene.is_isolated(static_cast<std::uint32_t>(v)))
+        mesh.isolated_vertices.push_back(static_cast<std::uint32_t>(v));
   });
   for (const double thickness : description.thickness)
     mesh.most_thickness = std::max(mesh.most_thickness, thickness);
@@ -81,7 +78,8 @@ Status Scene::take_bodies(SceneDescription& description, StopSignal stop) {
   bodies_ = std::move(description.bodies);
   excluded_pairs_ = std::move(description.excluded_pairs);
   if (bodies_.empty()) {
-    mesh.body_of_vertex = connected_components(mesh.faces, mesh.vertex_count, mesh.body_count, stop);
+    mesh.body_of_vertex = connected_components(mesh.faces, mesh.edges, mesh.lone_edges, mesh.vertex_count,
+                                               mesh.body_count, stop);
     return {};
   }
   mesh.body_count = static_cast<std::uint32_t>(bodies_.size());
@@ -94,7 +92,8 @@ Status Scene::take_bodies(SceneDescription& description, StopSignal stop) {
     name_bytes_ += bodies_[b].name.size();
     lengthen(mesh.body_of_vertex, mesh.body_of_vertex.size() + bodies_[b].vertex_count, b, stop);
   }
-  return check_faces_of_bodies(mesh.faces, mesh.body_of_vertex, stop);
+  if (Status status = check_faces_of_bodies(mesh.faces, mesh.body_of_vertex, stop); !status) return status;
+  return check_edges_of_bodies(mesh.edges, mesh.lone_edges, mesh.body_of_vertex, stop);
 }
 
 Result<Scene> Scene::with_bodies(std::vector<Body> bodies, StopSignal stop) const {
@@ -110,8 +109,11 @@ std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
     const Face& face = mesh_->faces[contact.b];
     return {contact.a, face[0], face[1], face[2]};
   }
-  const Edge& a = mesh_->edges[contact.a];
-  const Edge& b = mesh_->edges[contact.b];
+  const auto ends = [&](bool of_vertex, std::uint32_t number) {
+    return of_vertex ? Edge{number, number} : mesh_->edges[number];
+  };
+  const Edge a = ends(contact.kind != ContactKind::kEdgeEdge, contact.a);
+  const Edge b = ends(contact.kind == ContactKind::kVertexVertex, contact.b);
   return {a[0], a[1], b[0], b[1]};
 }
 
@@ -135,8 +137,10 @@ std::size_t Scene::memory_bytes() const {
   return sizeof(*this) + sizeof(*mesh_) + mesh_->faces.capacity() * sizeof(Face) +
          mesh_->edges.capacity() * sizeof(Edge) +
          mesh_->face_edges.capacity() * sizeof(mesh_->face_edges[0]) + mesh_->vertex_faces.memory_bytes() +
-         mesh_->edge_faces.memory_bytes() +
-         (mesh_->isolated_vertices.capacity() + mesh_->body_of_vertex.capacity()) * sizeof(std::uint32_t) +
+         mesh_->edge_faces.memory_bytes() + mesh_->vertex_lone_edges.memory_bytes() +
+         (mesh_->lone_edges.capacity() + mesh_->isolated_vertices.capacity() +
+          mesh_->body_of_vertex.capacity()) *
+             sizeof(std::uint32_t) +
          bodies_.capacity() * sizeof(Body) + name_bytes_ +
          excluded_pairs_.capacity() * sizeof(excluded_pairs_[0]) +
          held_bytes(filters().rest_positions, filters().excluded_vertex_pairs, filters().patches,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model of a scene: triangles, edges, incidence and bodies. Immutable once built, so safe to share
-// between threads.
+// The model of a scene: triangles, edges, points, incidence and bodies. Immutable once built, so safe to
+// share between threads.
 #pragma once
 
 #include <array>
@@ -79,12 +79,16 @@ struct SceneDescription {
   /// that proximity() asks about, when it comes within that plus the thickness of both. The tiers certified
   /// and exact alone; intersections() go by the triangles themselves.
   std::vector<double> thickness = {};
+  /// (k, 2) indices of two different vertices: hair and rods. The scene's edges are these and the faces'
+  /// sides, each once, so one that is a face's side too adds nothing. Each lies within one body.
+  std::vector<std::array<std::int32_t, 2>> edges = {};
 };
 
-/// A body to be added to a scene: its faces number its own vertices from 0.
+/// A body to be added to a scene: its faces and edges number its own vertices from 0.
 struct BodyAddition {
   Body body;  ///< first_vertex is ignored: the body is appended
   std::vector<std::array<std::int32_t, 3>> faces;
+  std::vector<std::array<std::int32_t, 2>> edges = {};  ///< as SceneDescription::edges
 };
 
 /// One change of a scene between two frames.
@@ -105,23 +109,25 @@ using SceneChange = std::variant<AddBody, ChangeBody, ChangeFilters>;
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in original numbers
 
-/// A primitive of the hierarchy: a face's number, or an isolated vertex's number with this bit set.
+/// A primitive of the hierarchy: a face's number, or a lone edge's or isolated vertex's number with its bit
+/// set.
 using Primitive = std::uint32_t;
+inline constexpr Primitive kSegment = 0x40000000;
 inline constexpr Primitive kPoint = 0x80000000;
 
-/// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces and isolated
-/// vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the order of faces.
-/// A face (a, a, b) has the sides (a, a) and (a, b), each once: the former is an edge that is a point.
+/// The topology of a scene. Non-manifold edges, boundaries, duplicate and degenerate faces, edges of no face
+/// and isolated vertices are legal. Edges are sorted by their vertices, so edge ids do not depend on the
+/// order of faces. A face (a, a, b) has the sides (a, a) and (a, b), each once: the former is an edge that is
+/// a point.
 class Scene {
  public:
   /// An empty scene.
   Scene() = default;
 
   /// Fails with kInvalidArgument, naming the first offender, when an index is out of range, bodies overlap or
-  /// leave a gap, a face joins two bodies, a group, mask or excluded pair has no effect, or filters or
-  /// thickness are of other vertices or out of range; and with kUnimplemented when nothing could ever touch:
-  /// vertices without any face, unless bodies are declared, so that faces can be added later. O((n + m) log
-  /// m). Throws Stopped when told to stop, as do all functions that take a StopSignal.
+  /// leave a gap, a face or an edge joins two bodies, an edge joins a vertex to itself, a group, mask or
+  /// excluded pair has no effect, or filters or thickness are of other vertices or out of range.
+  /// O((n + m) log m). Throws Stopped when told to stop, as do all functions that take a StopSignal.
   static Result<Scene> create(SceneDescription description, StopSignal stop = {});
 
   /// The scene with one more body, whose vertices, faces and edges come after all others; existing numbers do
@@ -141,6 +147,8 @@ class Scene {
 
   std::uint32_t vertex_count() const { return mesh_->vertex_count; }
   std::uint32_t face_count() const { return static_cast<std::uint32_t>(mesh_->faces.size()); }
+  /// Faces and edges of none.
+  std::size_t element_count() const { return mesh_->faces.size() + mesh_->lone_edges.size(); }
   std::uint32_t edge_count() const { return static_cast<std::uint32_t>(mesh_->edges.size()); }
 
   std::span<const Face> faces() const { return mesh_->faces; }
@@ -151,7 +159,19 @@ class Scene {
   /// Faces around a vertex and along an edge, each once, ascending in original numbers.
   const Csr& vertex_faces() const { return mesh_->vertex_faces; }
   const Csr& edge_faces() const { return mesh_->edge_faces; }
-  /// Vertices of no face, ascending: tested as points against faces, and against nothing else.
+  /// Edges of no face, ascending: hair and rods.
+  std::span<const std::uint32_t> lone_edges() const { return mesh_->lone_edges; }
+  /// Those around a vertex, ascending.
+  std::span<const std::uint32_t> lone_edges_of(std::uint32_t vertex) const {
+    if (mesh_->lone_edges.empty()) return {};
+    return mesh_->vertex_lone_edges[vertex];
+  }
+  /// Is it of no face and no edge?
+  bool is_isolated(std::uint32_t vertex) const {
+    return mesh_->vertex_faces[vertex].empty() && lone_edges_of(vertex).empty();
+  }
+  /// Vertices of no face and no edge, ascending: tested as points against faces; and, where what does not
+  /// touch may be in contact, against lone edges and each other.
   std::span<const std::uint32_t> isolated_vertices() const { return mesh_->isolated_vertices; }
 
   /// The bodies as declared; empty when they default to the connected components.
@@ -172,8 +192,8 @@ class Scene {
   /// The body of each vertex.
   std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
 
-  /// The four vertices of a contact of another kind than edge-face: vertex, then the face's three; or edge
-  /// a's two, then edge b's two.
+  /// The four vertices of a contact of another kind than edge-face: vertex, then the face's three; else edge
+  /// a's two, then edge b's two, where a vertex stands twice in place of an edge.
   std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
   /// Of one of kind edge-face: the edge's two, then the face's three.
   std::array<std::uint32_t, 5> edge_face_vertices_of(const Contact& contact) const;
@@ -198,6 +218,8 @@ class Scene {
     std::vector<std::array<std::uint32_t, 3>> face_edges;
     Csr vertex_faces;
     Csr edge_faces;
+    std::vector<std::uint32_t> lone_edges;
+    Csr vertex_lone_edges;  // without rows where there are none
     std::vector<std::uint32_t> isolated_vertices;
     std::vector<std::uint32_t> body_of_vertex;
     std::vector<double> thickness;  // by vertex; empty: none

@@ -8,6 +8,7 @@
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene.h"
+#include "engine/scene/connectivity.h"
 #include "engine/scene/description_checks.h"
 
 namespace warmfront {
@@ -102,6 +103,9 @@ std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>
       to.edge_faces, [](const Mesh& m) -> const Csr& { return m.edge_faces; },
       [&](std::size_t m) { return first[m].edge_item; });
   join(
+      to.lone_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.lone_edges; }, by_edge);
+  to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
+  join(
       to.isolated_vertices, meshes, stop, [](const Mesh& m) -> auto& { return m.isolated_vertices; },
       by_vertex);
   join(
@@ -139,6 +143,7 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
   meshes.reserve(1 + additions);
   std::uint64_t vertices = vertex_count();
   std::uint64_t faces = face_count();
+  std::uint64_t lone_edges = this->lone_edges().size();
   std::optional<PairFilters> filters;  // where they change
   const auto changed_filters = [&]() -> PairFilters& {
     return filters ? *filters : filters.emplace(this->filters());
@@ -149,16 +154,18 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
       return Error{ErrorCode::kFailedPrecondition,
                    "bodies: the scene declares none; declare its bodies to add one"};
     if (Status status = check_body(addition.body, where); !status) return status.error();
-    // Checked as a body: unlike a scene, it may have no faces, since its points may meet the scene's faces.
+    // Checked as a scene of its own.
     SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {addition.body}};
+    description.edges = std::move(addition.edges);
     description.bodies.front().first_vertex = 0;
     Result<Scene> added = create(std::move(description), stop);
     if (!added) return Error{added.error().code, where + ": " + added.error().message};
     addition.body.first_vertex = static_cast<std::uint32_t>(vertices);
     vertices += added.value().vertex_count();
     faces += added.value().face_count();
-    if (vertices + faces > 0x3fffffff)
-      return invalid_argument(where + ": the scene would have more than 2^30 - 1 faces and vertices");
+    lone_edges += added.value().lone_edges().size();
+    if (Status status = check_size(vertices, faces, lone_edges); !status)
+      return Error{status.error().code, where + ": with it, " + status.error().message};
     const PairFilters& before = filters ? *filters : this->filters();
     if (before.near_at_rest > 0) {
       if (Status status = check_rest_shape(addition.body, positions, where, stop); !status)

@@ -56,7 +56,8 @@ struct StepCounts {
   std::uint64_t front_rested = 0;       ///< front pairs skipped: neither node changed in this step
   std::uint64_t front_sprouted = 0;     ///< front pairs that were opened
   std::uint64_t front_pruned = 0;       ///< front pairs that were folded into an ancestor
-  std::uint64_t triangle_pairs = 0;     ///< non-adjacent triangle pairs whose moving bounds overlap
+  std::uint64_t triangle_pairs = 0;     ///< pairs of triangles and lone edges without a common vertex
+                                        ///< whose moving bounds overlap
   std::uint64_t adjacent_pairs = 0;     ///< of the mesh: they always overlap, and the orphan sets test them
   std::uint64_t cone_culled_pairs = 0;  ///< triangle pairs excluded by normal cone and contour
   std::uint64_t cone_patches = 0;       ///< patches whose self-collision was culled in this step

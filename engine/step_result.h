@@ -14,24 +14,21 @@
 namespace warmfront {
 
 /// One step's answer. `contacts` stays valid until the next step of the same collider.
-struct StepResult {
-  std::uint64_t vf = 0;        ///< vertex-face contacts
-  std::uint64_t ee = 0;        ///< edge-edge contacts
-  std::uint64_t ef = 0;        ///< of intersections: edges and faces that meet
-  std::uint64_t possible = 0;  ///< of both, those neither proved nor excluded (kPossible, kBudget)
+struct StepResult : KindCounts {
+  std::uint64_t possible = 0;  ///< of vf and ee, those neither proved nor excluded (kPossible, kBudget)
   /// Left out by options.leave_out_overlaps, of what was looked at: of features at rest since the question
   /// before only with Report::kEarliest.
   std::uint64_t overlaps_at_start = 0;
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
-  /// Sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge). Empty for Report::kCount.
+  /// Sorted by (kind, a, b) as Contact has them. Empty for Report::kCount.
   std::span<const Contact> contacts;
   /// Of each contact, when any of options.fields is asked for; as valid as `contacts`.
   std::span<const ContactGeometry> geometry = {};
   /// Of each contact of a reduced answer, what it stands for; as valid as `contacts`. vf, ee and possible
   /// count the rows that were reduced.
   std::span<const ClosestPair> closest_pairs = {};
-  /// Of Report::kVertexDistances, by vertex: a lower bound of the least distance of any vertex-face or
-  /// edge-edge pair that the vertex is in, less the thickness of both (0 where that is more), in the scene's
+  /// Of Report::kVertexDistances, by vertex: a lower bound of the least distance of any pair
+  /// that the vertex is in, less the thickness of both (0 where that is more), in the scene's
   /// unit; at most the distance that was asked about, and that much where there is no pair within it. As valid
   /// as `contacts`.
   std::span<const double> vertex_distances = {};

@@ -133,10 +133,12 @@ void print_summary(const DetectReport& report) {
     possible += frame.possible;
     ms += frame.statistics.ms.total;
   }
-  std::printf("%zu steps of %" PRIu64 " triangles, %" PRIu64 " vertices: %" PRIu64 " contacts (%" PRIu64
+  const std::string edges = report.edges > 0 ? std::to_string(report.edges) + " edges, " : "";
+  std::printf("%zu steps of %" PRIu64 " triangles, %s%" PRIu64 " vertices: %" PRIu64 " contacts (%" PRIu64
               " vf, %" PRIu64 " ee; %" PRIu64 " possible), %.3f ms a step on %d thread%s\n",
-              report.frames.size(), report.triangles, report.vertices, vf + ee, vf, ee, possible,
-              ms / static_cast<double>(report.frames.size()), report.threads, report.threads == 1 ? "" : "s");
+              report.frames.size(), report.triangles, edges.c_str(), report.vertices, vf + ee, vf, ee,
+              possible, ms / static_cast<double>(report.frames.size()), report.threads,
+              report.threads == 1 ? "" : "s");
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 
@@ -267,6 +269,7 @@ int detect(Arguments arguments) {
   DetectReport report;
   report.vertices = input.scene().vertex_count;
   report.triangles = input.scene().faces.size();
+  report.edges = input.scene().edges.size();
   report.options = arguments.options;
   report.model = summary_of(scene.value());
   report.threads = stepper.value()->threads();

@@ -40,7 +40,7 @@ Json timeline(const DetectReport& report) {
 
 Status add_contacts(HtmlPage& page, std::span<const ContactRecord> contacts) {
   for (const ContactRecord& contact : contacts)
-    page.add_row(contact.vertices, static_cast<std::uint8_t>(contact.kind), contact.toi);
+    page.add_row(contact.vertices, static_cast<std::uint8_t>(tested_as(contact.kind)), contact.toi);
   return page.end_step();
 }
 

@@ -152,7 +152,7 @@ std::string_view HtmlPage::values_name() const {
 
 std::uint64_t HtmlPage::size() const {
   return base64_size(6 * std::uint64_t{scene_.vertex_count} * frames_) +
-         base64_size(12 * scene_.faces.size()) +
+         base64_size(12 * scene_.faces.size()) + base64_size(8 * scene_.edges.size()) +
          base64_size(4 * row_vertices_.size() + 4 * row_values_.size() + row_kinds_.size());
 }
 
@@ -185,6 +185,9 @@ Status HtmlPage::write(const std::string& path, const Json& told) const {
   std::vector<std::uint32_t> corners;
   for (const auto& face : scene_.faces) corners.insert(corners.end(), face.begin(), face.end());
   write_blob<std::uint32_t>(file, "faces", corners);
+  std::vector<std::uint32_t> ends;
+  for (const auto& edge : scene_.edges) ends.insert(ends.end(), edge.begin(), edge.end());
+  write_blob<std::uint32_t>(file, "lone-edges", ends);
   const Quantizer quantizer(positions_);
   double error = 0;
   std::vector<std::uint16_t> steps;
@@ -202,6 +205,7 @@ Status HtmlPage::write(const std::string& path, const Json& told) const {
             {"asked", kAsked.at(static_cast<std::size_t>(asked_))},
             {"vertices", scene_.vertex_count},
             {"triangles", scene_.faces.size()},
+            {"edges", scene_.edges.size()},
             {"bodies", bodies_of(scene_)},
             {"origin", quantizer.origin},
             {"quantum", quantizer.quantum},

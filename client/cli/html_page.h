@@ -27,9 +27,10 @@ enum class PageOf : std::uint8_t {
 };
 
 /// What the page carries, each in a <script> of its own: `scene`, JSON; and in base64, little-endian: `faces`
-/// (m, 3) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin; `contact-v` (k, 4), or (k, 5)
-/// of kTangled, uint32; `contact-kind` (k) uint8; and (k) float32: of steps `contact-toi`, of kNear and
-/// kClosestPairs `contact-share`. A step is from one frame to the next; else a frame is a step of its own.
+/// (m, 3) and `lone-edges` (k, 2) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin;
+/// `contact-v` (k, 4), or (k, 5) of kTangled, uint32; `contact-kind` (k) uint8; and (k) float32: of steps
+/// `contact-toi`, of kNear and kClosestPairs `contact-share`. A step is from one frame to the next; else a
+/// frame is a step of its own.
 class HtmlPage {
  public:
   /// A page for `frames` frames of the scene, the first one included. kResourceExhausted, naming sizes and

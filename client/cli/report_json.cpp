@@ -63,6 +63,7 @@ std::string format_json(const DetectReport& report) {
   for (const FrameReport& frame : report.frames) frames.push_back(format_frame(frame));
   Json root{{"vertices", report.vertices},
             {"triangles", report.triangles},
+            {"edges", report.edges},
             {"tier", to_string(report.options.tier)},
             {"tolerance", report.options.tolerance},
             {"threads", report.threads},

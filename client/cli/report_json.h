@@ -28,6 +28,7 @@ struct FrameReport {
 struct DetectReport {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
+  std::uint64_t edges = 0;  ///< given besides the triangles' sides
   ColliderOptions options;
   ModelSummary model;
   int threads = 0;

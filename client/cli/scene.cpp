@@ -56,7 +56,7 @@ SceneInfo describe(const scenes::SceneSpec& spec, const SceneDescription& scene)
 /// Writes mesh.ply, frames.pc2 and info.json into the folder.
 Status write_scene(const scenes::SceneSpec& spec, scenes::Animation& animation, const SceneInfo& info,
                    const std::filesystem::path& folder) {
-  const Mesh mesh{animation.frame(0), animation.scene().faces};
+  const Mesh mesh{animation.frame(0), animation.scene().faces, {}, animation.scene().edges};
   if (Status s = write_file((folder / "mesh.ply").string(), format_ply(mesh, info.name + " frame 0")); !s)
     return s;
   Pc2Header header;
@@ -97,9 +97,10 @@ int scene(const Arguments& arguments) {
       return failure(status.error().message);
   }
   if (arguments.json_file != "-")
-    std::printf("%s: %llu triangles, %llu vertices, %zu bodies, %u frames\n", arguments.folder.c_str(),
-                static_cast<unsigned long long>(info.triangles),
-                static_cast<unsigned long long>(info.vertices), info.bodies.size(), spec.frames);
+    std::printf("%s: %llu triangles, %zu edges besides, %llu vertices, %zu bodies, %u frames\n",
+                arguments.folder.c_str(), static_cast<unsigned long long>(info.triangles),
+                animation->scene().edges.size(), static_cast<unsigned long long>(info.vertices),
+                info.bodies.size(), spec.frames);
   return finish_output();
 }
 

@@ -49,6 +49,7 @@ Json to_json(const SessionInfo& info) {
             {"vertices", info.vertex_count},
             {"triangles", info.face_count},
             {"edges", info.edge_count},
+            {"lone_edges", info.lone_edge_count},
             {"bodies", info.body_count},
             {"precision", info.float32 ? "float32" : "float64"},
             {"tier", to_string(info.options.tier)},

@@ -60,7 +60,7 @@ void StatesPage::add_rows(const ContactTable& table, double distance) {
   std::array<std::uint64_t, 4> counts{};  // by ClosestFeatures
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::span<const std::uint32_t> row = table.vertices[i];
-    const std::size_t first = table.kind[i] == ContactKind::kEdgeEdge ? 2 : 1;  // vertices of the first one
+    const std::size_t first = vertices_of_first(table.kind[i]);  // vertices of the first one
     const double most = distance + thickness_of(row.first(first)) + thickness_of(row.subspan(first));
     const double value = share(table.squared_distance[i], most);
     if (page_.asked() == PageOf::kClosestPairs) {

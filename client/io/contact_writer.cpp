@@ -20,7 +20,8 @@ Opener opener_for(std::string_view path) {
 }  // namespace
 
 std::string_view short_name(ContactKind kind) {
-  return kind == ContactKind::kVertexFace ? "vf" : "ee";
+  constexpr std::array<std::string_view, kContactKinds> kNames{"vf", "ee", "ef", "ve", "vv"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 std::string_view short_name(ClosestFeatures closest) {

@@ -38,7 +38,7 @@ class ContactWriter {
   virtual Status close() = 0;
 };
 
-/// "vf" and "ee".
+/// "vf", "ee", "ve" and "vv"; "ef" of intersections.
 std::string_view short_name(ContactKind kind);
 /// "new", "kept", "ended".
 std::string_view to_string(RowContinuity continuity);

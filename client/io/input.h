@@ -20,7 +20,7 @@ class Input {
 
   /// Display name: a path or "builtin:...".
   const std::string& name() const { return name_; }
-  /// Faces, vertex count, and the bodies if the source declares them.
+  /// Faces, edges, vertex count, and the bodies if the source declares them.
   const SceneDescription& scene() const { return scene_; }
   /// Warnings for people, a sentence each: what the scene omits from the source.
   const std::vector<std::string>& notes() const { return notes_; }

@@ -19,6 +19,7 @@ SceneDescription describe(Mesh& mesh) {
   SceneDescription scene;
   scene.vertex_count = static_cast<std::uint32_t>(vertex_count(mesh.positions));
   scene.faces = std::move(mesh.faces);
+  scene.edges = std::move(mesh.edges);
   return scene;
 }
 
@@ -67,6 +68,10 @@ std::optional<std::string> difference(const SceneDescription& scene, const Faces
     return std::to_string(vertices) + " vertices, not " + std::to_string(scene.vertex_count);
   if (mesh.faces.size() != listed.size())
     return std::to_string(mesh.faces.size()) + " triangles, not " + std::to_string(listed.size());
+  if (mesh.edges != scene.edges)
+    return mesh.edges.size() != scene.edges.size()
+               ? std::to_string(mesh.edges.size()) + " edges, not " + std::to_string(scene.edges.size())
+               : std::string("other edges");
   // One frame may list polygons, and another their triangles.
   if (mesh.polygons.empty() && mesh.faces == scene.faces) return std::nullopt;
   const auto text = [](const std::array<std::int32_t, 3>& f) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A triangle mesh as stored in a file: positions in the file's own precision, and faces. Plain values.
+// A mesh as stored in a file: positions in the file's own precision, faces and edges. Plain values.
 #pragma once
 
 #include <array>
@@ -46,8 +46,8 @@ struct Mesh {
   std::vector<std::array<std::int32_t, 3>> faces;
   /// As parsed these are fans, which are wrong for concave polygons: see triangulate.h.
   std::vector<Polygon> polygons = {};
-  /// Edges listed beside the faces (OBJ l, PLY edge): not modelled, so ignored.
-  std::size_t lone_edges = 0;
+  /// (k, 2), listed beside the faces (OBJ l, PLY edge): of two different vertices each.
+  std::vector<std::array<std::int32_t, 2>> edges = {};
 };
 
 /// Appends the fan (p0 p1 p2), (p0 p2 p3), ... of a file's face with at least three corners.

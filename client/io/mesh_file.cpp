@@ -45,10 +45,6 @@ Result<Mesh> read_listed_mesh(const std::string& path) {
 }
 
 Status make_scene_mesh(Mesh& mesh, const std::string& path) {
-  if (mesh.faces.empty())
-    return Error{ErrorCode::kUnimplemented,
-                 path + ": " + std::to_string(vertex_count(mesh.positions)) +
-                     " vertices and no face; points and edges alone are not modelled yet: give triangles"};
   return triangulate(mesh, path);
 }
 
@@ -61,16 +57,19 @@ Result<Mesh> read_mesh(const std::string& path) {
 
 std::vector<std::string> notes_on(const Mesh& mesh, const std::string& path) {
   std::vector<std::string> notes;
-  std::vector<bool> in_face(vertex_count(mesh.positions));
-  for (const auto& face : mesh.faces)
-    for (const std::int32_t v : face) in_face[static_cast<std::size_t>(v)] = true;
-  if (const auto alone = std::ranges::count(in_face, false); alone > 0)
-    notes.push_back(path + ": vertices in no face: " + std::to_string(alone) + " of " +
-                    std::to_string(in_face.size()) +
-                    "; they are tested as points against faces, and against nothing else");
-  if (mesh.lone_edges > 0)
-    notes.push_back(path + ": edges of no face: " + std::to_string(mesh.lone_edges) +
-                    "; they are left out, as they are not modelled yet");
+  std::vector<bool> named(vertex_count(mesh.positions));
+  const auto name_all = [&](const auto& elements) {
+    for (const auto& element : elements)
+      for (const std::int32_t v : element) named[static_cast<std::size_t>(v)] = true;
+  };
+  name_all(mesh.faces);
+  name_all(mesh.edges);
+  if (const auto alone = std::ranges::count(named, false); alone > 0)
+    notes.push_back(
+        path + ": vertices in no face and no edge: " + std::to_string(alone) + " of " +
+        std::to_string(named.size()) +
+        "; as points they meet faces, and with a separation or thickness edges of no face and each "
+        "other");
   return notes;
 }
 

@@ -19,13 +19,13 @@ bool is_mesh_file_name(std::string_view path);
 Result<Mesh> read_listed_mesh(const std::string& path);
 
 /// Turns a mesh as listed in `path` into a scene's mesh: cuts polygons into triangles by their positions in
-/// this file. Fails for a polygon that crosses itself, and for a mesh without faces.
+/// this file. Fails for a polygon that crosses itself.
 Status make_scene_mesh(Mesh& mesh, const std::string& path);
 
 /// Both steps: the mesh of a scene.
 Result<Mesh> read_mesh(const std::string& path);
 
-/// Warnings, a sentence each: what the scene omits from the file, namely vertices in no face and lone edges.
+/// Warnings, a sentence each: vertices in no face and no edge.
 std::vector<std::string> notes_on(const Mesh& mesh, const std::string& path);
 
 }  // namespace warmfront::client

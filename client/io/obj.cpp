@@ -36,7 +36,7 @@ class ObjParser {
       Problem problem;
       if (keyword == "v") problem = vertex(line);
       if (keyword == "f") problem = face(line);
-      if (keyword == "l") lone_edges(line);
+      if (keyword == "l") problem = line_strip(line);
       if (problem) return error_at_line(file_, lines_.line_number(), *problem);
     }
     // Faces may precede their vertices, so indices are checked at the end.
@@ -62,12 +62,33 @@ class ObjParser {
   }
 
   Problem face(std::string_view rest) {
+    if (Problem problem = corners(rest, "face corner")) return problem;
+    if (corners_.size() < 3)
+      return "a face needs three vertices, this one has " + std::to_string(corners_.size());
+    append_face(corners_, lines_.line_number(), faces_++, mesh_);
+    return std::nullopt;
+  }
+
+  Problem line_strip(std::string_view rest) {
+    if (Problem problem = corners(rest, "line vertex")) return problem;
+    if (corners_.size() < 2)
+      return "a line needs two vertices, this one has " + std::to_string(corners_.size());
+    for (std::size_t i = 1; i < corners_.size(); ++i) {
+      if (corners_[i] == corners_[i - 1])
+        return "the line joins vertex " + std::to_string(corners_[i] + 1) + " to itself";
+      mesh_.edges.push_back({corners_[i - 1], corners_[i]});
+    }
+    return std::nullopt;
+  }
+
+  // Reads the indices of a line, `what` each, from 0.
+  Problem corners(std::string_view rest, const std::string& what) {
     const auto count = static_cast<std::int64_t>(positions_.size() / 3);
-    polygon_.clear();
+    corners_.clear();
     for (std::string_view word = next_word(rest); !word.empty() && word[0] != '#'; word = next_word(rest)) {
       std::int64_t index = 0;
       if (!parse_number(word.substr(0, word.find('/')), index))
-        return "face corner " + in_quotes(word) + " is no index";
+        return what + " " + in_quotes(word) + " is no index";
       if (index == 0) return "vertex index 0: indices start at 1";
       if (index < 0) {
         if (-(index + 1) >= count)
@@ -80,19 +101,9 @@ class ObjParser {
         largest_index_ = static_cast<std::size_t>(index);
         largest_index_line_ = lines_.line_number();
       }
-      polygon_.push_back(static_cast<std::int32_t>(index - 1));
+      corners_.push_back(static_cast<std::int32_t>(index - 1));
     }
-    if (polygon_.size() < 3)
-      return "a face needs three vertices, this one has " + std::to_string(polygon_.size());
-    append_face(polygon_, lines_.line_number(), faces_++, mesh_);
     return std::nullopt;
-  }
-
-  void lone_edges(std::string_view rest) {
-    std::size_t corners = 0;
-    for (std::string_view word = next_word(rest); !word.empty() && word[0] != '#'; word = next_word(rest))
-      ++corners;
-    if (corners > 1) mesh_.lone_edges += corners - 1;
   }
 
   LineScanner lines_;
@@ -100,7 +111,7 @@ class ObjParser {
   std::vector<double> positions_;
   Mesh mesh_;
   std::size_t faces_ = 0;  // in the file
-  std::vector<std::int32_t> polygon_;
+  std::vector<std::int32_t> corners_;
   std::size_t largest_index_ = 0;
   std::size_t largest_index_line_ = 0;
 };

@@ -221,6 +221,52 @@ Status read_vertices(Source& source, const PlyHeader& header, const PlyElement& 
   });
 }
 
+/// A vertex index; none when the source failed or the value is not one.
+template <class Source>
+std::optional<std::int32_t> read_vertex(Source& source, PlyType type, std::uint64_t vertex_count,
+                                        Problem& problem) {
+  double value = 0;
+  if (!source.read(type, value)) return std::nullopt;
+  if (value >= 0 && value < static_cast<double>(vertex_count) && value == std::floor(value))
+    return static_cast<std::int32_t>(value);
+  problem = "vertex index " + spelled(value) + " is not a whole number in [0, " +
+            std::to_string(vertex_count) + ")";
+  return std::nullopt;
+}
+
+template <class Source>
+Status read_edges(Source& source, const PlyHeader& header, const PlyElement& element,
+                  std::uint64_t vertex_count, Mesh& mesh, std::string_view file) {
+  std::array<std::size_t, 2> ends{};  // which property holds each
+  for (std::size_t end = 0; end < 2; ++end) {
+    const std::string name = "vertex" + std::to_string(end + 1);
+    const auto found = std::ranges::find_if(
+        element.properties, [&](const PlyProperty& p) { return p.name == name && !p.length_type; });
+    if (element.count > 0 && found == element.properties.end())
+      return invalid_argument(std::string(file) + ": element 'edge' has no scalar property '" + name + "'");
+    ends[end] = static_cast<std::size_t>(found - element.properties.begin());
+  }
+  std::array<std::int32_t, 2> edge{};
+  return for_each_entry(source, header, element, [&](std::uint64_t, std::size_t p, Problem& problem) {
+    const PlyProperty& property = element.properties[p];
+    const auto end = std::ranges::find(ends, p);
+    if (end != ends.end()) {
+      const std::optional<std::int32_t> v = read_vertex(source, property.type, vertex_count, problem);
+      if (!v) return false;
+      edge[static_cast<std::size_t>(end - ends.begin())] = *v;
+    } else if (!skip(source, property, problem)) {
+      return false;
+    }
+    if (p + 1 < element.properties.size()) return true;
+    if (edge[0] == edge[1]) {
+      problem = "it joins vertex " + std::to_string(edge[0]) + " to itself";
+      return false;
+    }
+    mesh.edges.push_back(edge);
+    return true;
+  });
+}
+
 template <class Source>
 Status read_faces(Source& source, const PlyHeader& header, const PlyElement& element,
                   std::uint64_t vertex_count, Mesh& mesh, std::string_view file) {
@@ -238,14 +284,9 @@ Status read_faces(Source& source, const PlyHeader& header, const PlyElement& ele
     if (!length) return false;
     polygon.clear();
     for (std::uint64_t i = 0; i < *length; ++i) {
-      double value = 0;
-      if (!source.read(property.type, value)) return false;
-      if (!(value >= 0 && value < static_cast<double>(vertex_count)) || value != std::floor(value)) {
-        problem = "vertex index " + spelled(value) + " is not a whole number in [0, " +
-                  std::to_string(vertex_count) + ")";
-        return false;
-      }
-      polygon.push_back(static_cast<std::int32_t>(value));
+      const std::optional<std::int32_t> v = read_vertex(source, property.type, vertex_count, problem);
+      if (!v) return false;
+      polygon.push_back(*v);
     }
     if (polygon.size() < 3) {
       problem = "it has " + std::to_string(polygon.size()) + " vertices; a face needs three";
@@ -279,8 +320,9 @@ Result<Mesh> read_body(Source source, const PlyHeader& header, std::string_view 
           mesh.positions);
     } else if (element.name == "face") {
       status = read_faces(source, header, element, vertices->count, mesh, file);
+    } else if (element.name == "edge") {
+      status = read_edges(source, header, element, vertices->count, mesh, file);
     } else {
-      if (element.name == "edge") mesh.lone_edges = element.count;
       status = for_each_entry(source, header, element, [&](std::uint64_t, std::size_t p, Problem& problem) {
         return skip(source, element.properties[p], problem);
       });
@@ -307,7 +349,11 @@ std::string format_ply(const Mesh& mesh, std::string_view comment) {
   out += "element vertex " + std::to_string(vertex_count(mesh.positions)) + "\n";
   for (const char axis : {'x', 'y', 'z'}) out += "property " + type + " " + axis + "\n";
   out += "element face " + std::to_string(mesh.faces.size()) + "\n";
-  out += "property list uchar int vertex_indices\nend_header\n";
+  out += "property list uchar int vertex_indices\n";
+  if (!mesh.edges.empty())
+    out += "element edge " + std::to_string(mesh.edges.size()) +
+           "\nproperty int vertex1\nproperty int vertex2\n";
+  out += "end_header\n";
   std::visit(
       [&](const auto& positions) {
         for (const auto value : positions) append_little(out, value);
@@ -317,6 +363,8 @@ std::string format_ply(const Mesh& mesh, std::string_view comment) {
     append_little(out, std::uint8_t{3});
     for (const std::int32_t v : face) append_little(out, v);
   }
+  for (const auto& edge : mesh.edges)
+    for (const std::int32_t v : edge) append_little(out, v);
   return out;
 }
 

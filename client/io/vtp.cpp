@@ -33,8 +33,9 @@ std::string VtpArrays::format(const Piece& piece) const {
          "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
          "<PolyData>\n<Piece NumberOfPoints=\"" +
          std::to_string(piece.points) + "\" NumberOfVerts=\"" + std::to_string(piece.verts) +
-         "\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" + std::to_string(piece.polys) +
-         "\">\n" + piece.content + "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_" + bytes_ +
+         "\" NumberOfLines=\"" + std::to_string(piece.lines) + "\" NumberOfStrips=\"0\" NumberOfPolys=\"" +
+         std::to_string(piece.polys) + "\">\n" + piece.content +
+         "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_" + bytes_ +
          "\n</AppendedData>\n</VTKFile>\n";
 }
 

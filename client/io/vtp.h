@@ -35,8 +35,9 @@ class VtpArrays {
   struct Piece {
     std::size_t points = 0;
     std::size_t verts = 0;
+    std::size_t lines = 0;
     std::size_t polys = 0;
-    std::string content = {};  ///< PointData, CellData, Points, Verts, Polys
+    std::string content = {};  ///< PointData, CellData, Points, Verts, Lines, Polys
   };
   std::string format(const Piece& piece) const;
 

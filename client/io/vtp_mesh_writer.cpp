@@ -11,16 +11,26 @@
 namespace warmfront::client {
 
 VtpMeshWriter::VtpMeshWriter(VtpSeries series, const SceneDescription& scene) : series_(std::move(series)) {
-  for (const auto& face : scene.faces) {
-    corners_.insert(corners_.end(), face.begin(), face.end());
-    ends_.push_back(static_cast<std::int64_t>(corners_.size()));
-    // A face lies within one body, and bodies are ranges in order.
+  const auto add = [&](const auto& cell, Cells& to) {
+    to.corners.insert(to.corners.end(), cell.begin(), cell.end());
+    to.ends.push_back(static_cast<std::int64_t>(to.corners.size()));
+    // It lies within one body, and bodies are ranges in order.
     std::uint32_t body = 0;
     const auto after =
-        std::ranges::upper_bound(scene.bodies, static_cast<std::uint32_t>(face[0]), {}, &Body::first_vertex);
+        std::ranges::upper_bound(scene.bodies, static_cast<std::uint32_t>(cell[0]), {}, &Body::first_vertex);
     if (after != scene.bodies.begin()) body = static_cast<std::uint32_t>(after - scene.bodies.begin() - 1);
     bodies_.push_back(body);
-  }
+  };
+  for (const auto& edge : scene.edges) add(edge, lines_);
+  for (const auto& face : scene.faces) add(face, triangles_);
+}
+
+std::string VtpMeshWriter::Cells::format(VtpArrays& arrays, const std::string& kind) const {
+  // One statement each: the order of arrays is that of their bytes.
+  std::string content = "<" + kind + ">\n";
+  content += arrays.add<std::int64_t>("Int64", "connectivity", 1, corners);
+  content += arrays.add<std::int64_t>("Int64", "offsets", 1, ends);
+  return content + "</" + kind + ">\n";
 }
 
 Result<VtpMeshWriter> VtpMeshWriter::create(const std::string& path, const SceneDescription& scene) {
@@ -37,8 +47,7 @@ Status VtpMeshWriter::write(std::uint64_t number, const Positions& positions,
     for (const std::uint32_t v : contact.vertices) toi[v] = std::fmin(toi[v], contact.toi);
 
   VtpArrays arrays;
-  VtpArrays::Piece piece{.points = toi.size(), .polys = ends_.size()};
-  // One statement each: the order of arrays is that of their bytes.
+  VtpArrays::Piece piece{.points = toi.size(), .lines = lines_.ends.size(), .polys = triangles_.ends.size()};
   piece.content = "<PointData Scalars=\"toi\">\n";
   piece.content += arrays.add<double>("Float64", "toi", 1, toi);
   piece.content += "</PointData>\n<CellData>\n";
@@ -48,10 +57,9 @@ Status VtpMeshWriter::write(std::uint64_t number, const Positions& positions,
     piece.content += arrays.add<float>("Float32", "Points", 3, *narrow);
   else
     piece.content += arrays.add<double>("Float64", "Points", 3, std::get<std::span<const double>>(positions));
-  piece.content += "</Points>\n<Polys>\n";
-  piece.content += arrays.add<std::int64_t>("Int64", "connectivity", 1, corners_);
-  piece.content += arrays.add<std::int64_t>("Int64", "offsets", 1, ends_);
-  piece.content += "</Polys>\n";
+  piece.content += "</Points>\n";
+  if (!lines_.ends.empty()) piece.content += lines_.format(arrays, "Lines");
+  piece.content += triangles_.format(arrays, "Polys");
   return series_.add(number, arrays.format(piece));
 }
 

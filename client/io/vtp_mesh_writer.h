@@ -16,8 +16,8 @@
 
 namespace warmfront::client {
 
-/// NAME_000000.vtp, ... and NAME.pvd: triangles; per vertex `toi`, the least time of impact of its contacts
-/// in the step, NaN if none; per triangle `body`.
+/// NAME_000000.vtp, ... and NAME.pvd: triangles and lone edges; per vertex `toi`, the least time of impact of
+/// its contacts in the step, NaN if none; per edge and triangle `body`.
 class VtpMeshWriter {
  public:
   static Result<VtpMeshWriter> create(const std::string& path, const SceneDescription& scene);
@@ -30,9 +30,17 @@ class VtpMeshWriter {
   VtpMeshWriter(VtpSeries series, const SceneDescription& scene);
 
   VtpSeries series_;
-  std::vector<std::int64_t> corners_;  // (m, 3)
-  std::vector<std::int64_t> ends_;     // of each triangle's corners
-  std::vector<std::uint32_t> bodies_;  // of each triangle
+  // Cells of one kind, as VTK lists them.
+  struct Cells {
+    std::vector<std::int64_t> corners;
+    std::vector<std::int64_t> ends;  // of each cell's corners
+
+    std::string format(VtpArrays& arrays, const std::string& kind) const;
+  };
+
+  Cells lines_;
+  Cells triangles_;
+  std::vector<std::uint32_t> bodies_;  // of each line, then of each triangle
 };
 
 }  // namespace warmfront::client

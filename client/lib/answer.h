@@ -79,12 +79,9 @@ struct AllDeformable {
 };
 
 /// One frame's answer: the same bits as from a collider in this process.
-struct Answer {
+struct Answer : KindCounts {
   std::uint64_t frame = 0;
-  std::uint64_t vf = 0;                ///< vertex-face contacts
-  std::uint64_t ee = 0;                ///< edge-edge contacts
-  std::uint64_t ef = 0;                ///< of intersections: edges and faces that meet
-  std::uint64_t possible = 0;          ///< of both kinds, those neither proved nor excluded
+  std::uint64_t possible = 0;          ///< of vf and ee, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   ContactTable contacts;               ///< empty for Report::kCount, and of a commit
   /// Left out by a question that leaves them out.
@@ -152,6 +149,7 @@ struct SessionInfo {
   std::uint32_t vertex_count = 0;
   std::uint32_t face_count = 0;
   std::uint32_t edge_count = 0;
+  std::uint32_t lone_edge_count = 0;  ///< of these, of no face
   std::uint32_t body_count = 0;
   bool float32 = false;  ///< positions are float32, else float64
   ColliderOptions options;

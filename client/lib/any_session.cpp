@@ -57,9 +57,7 @@ Result<Answer> AnySession::Local::ask(const Frame& moved, const Question& questi
   const StepResult& step = result.value();
   Answer answer;
   answer.frame = frame + 1;
-  answer.vf = step.vf;
-  answer.ee = step.ee;
-  answer.ef = step.ef;
+  static_cast<KindCounts&>(answer) = step;
   answer.possible = step.possible;
   answer.earliest_toi = step.earliest_toi;
   answer.overlaps_at_start = step.overlaps_at_start;
@@ -67,13 +65,18 @@ Result<Answer> AnySession::Local::ask(const Frame& moved, const Question& questi
   answer.vertex_distances.assign(step.vertex_distances.begin(), step.vertex_distances.end());
   answer.statistics = step.statistics;
   if (step.all_deformable) answer.all_deformable.emplace(AllDeformable{*step.all_deformable});
-  if (question.kind == QuestionKind::kStep) ++frame;
+  if (question.counts()) ++frame;
   return answer;
 }
 
 Result<Answer> AnySession::step(const Frame& frame, const QuestionOptions& options) {
   if (auto* remote = std::get_if<Session>(&held_)) return remote->step(frame, options);
   return std::get<Local>(held_).ask(frame, {.options = options});
+}
+
+Result<Answer> AnySession::place(const Frame& frame) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->place(frame);
+  return std::get<Local>(held_).ask(frame, {QuestionKind::kPlace});
 }
 
 Result<Answer> AnySession::trial(const Frame& frame, const QuestionOptions& options) {

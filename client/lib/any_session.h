@@ -31,6 +31,7 @@ class AnySession {
 
   /// Each as Session's function of that name.
   Result<Answer> step(const Frame& frame, const QuestionOptions& options = {});
+  Result<Answer> place(const Frame& frame);
   Result<Answer> trial(const Frame& frame, const QuestionOptions& options = {});
   Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
                            const QuestionOptions& options = {});

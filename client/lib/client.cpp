@@ -112,6 +112,9 @@ std::uint64_t Session::resumes() const {
 Result<Answer> Session::step(const Frame& frame, const QuestionOptions& options) {
   return impl_->ask(frame, {.kind = QuestionKind::kStep, .options = options});
 }
+Result<Answer> Session::place(const Frame& frame) {
+  return impl_->ask(frame, {QuestionKind::kPlace});
+}
 Result<Answer> Session::trial(const Frame& frame, const QuestionOptions& options) {
   return impl_->ask(frame, {.kind = QuestionKind::kTrial, .options = options});
 }

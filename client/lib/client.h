@@ -78,6 +78,10 @@ class Session {
   /// Submits a frame and takes its answer. `options`: of this step alone. kFailedPrecondition while earlier
   /// answers were not taken.
   Result<Answer> step(const Frame& frame, const QuestionOptions& options = {});
+  /// Puts everything where the frame says, without a motion: the session's next frame, carried out once,
+  /// whose answer tells of nothing. As Collider::place(). Fails as step() does, and with kInvalidArgument
+  /// where the daemon is older than FEATURE_PLACE.
+  Result<Answer> place(const Frame& frame);
   /// What would this motion meet? As Collider::trial(): the session stays where it is. Fails as step() does,
   /// and with kUnimplemented where the daemon is older than trials.
   Result<Answer> trial(const Frame& frame, const QuestionOptions& options = {});
@@ -153,7 +157,8 @@ class Client {
   Client& operator=(Client&&) noexcept;
 
   /// Uploads the scene and its positions at the first frame, (n, 3) row-major; float positions are sent and
-  /// stored as float32. Vertices in no face are tested as points against faces, and against nothing else
+  /// stored as float32. Vertices in no face and no edge are points: tested against faces and, with a
+  /// separation or thickness, against edges of no face and each other
   /// (Scene::isolated_vertices()). Filters that need a rest shape and have none take these positions. Fails
   /// as Scene::create() and Collider::create() do, with kAlreadyExists for an id in use, kResourceExhausted
   /// beyond the daemon's limits, and kUnimplemented for filters where the daemon is older than they are.

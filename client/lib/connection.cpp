@@ -48,7 +48,9 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
 
 RemoteError too_old_for(v1::Feature feature) {
   const char* const message =
-      feature == v1::FEATURE_THICKNESS
+      feature == v1::FEATURE_EDGES
+          ? "edges: the daemon is older than they are, and would miss contacts; update it, or leave them out"
+      : feature == v1::FEATURE_THICKNESS
           ? "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out"
           : "filters: the daemon is older than they are, and would count what they leave out; update it, or "
             "leave them out";
@@ -60,11 +62,13 @@ std::vector<v1::Feature> features_in(const v1::SessionHeader& header) {
   std::vector<v1::Feature> features;
   if (header.has_filters()) features.push_back(v1::FEATURE_PAIR_FILTERS);
   if (wire::is_thick(header)) features.push_back(v1::FEATURE_THICKNESS);
+  if (header.edge_count() > 0) features.push_back(v1::FEATURE_EDGES);
   return features;
 }
 
 // Does a session have what only a daemon with the feature takes?
 bool took(const v1::SessionInfo& info, v1::Feature feature) {
+  if (feature == v1::FEATURE_EDGES) return true;  // one that does not know them refuses their bytes
   return feature == v1::FEATURE_THICKNESS ? info.most_thickness() > 0 : info.has_filters();
 }
 
@@ -148,12 +152,12 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
   // When a write fails, the status has the reason.
   using Request = v1::CreateSessionRequest;
   const auto send = [&](const Request& piece) { return upload->Write(piece); };
-  const std::string_view faces(reinterpret_cast<const char*>(scene.faces.data()),
-                               scene.faces.size() * sizeof(scene.faces[0]));
   static_cast<void>(
       send(request) &&
-      wire::send_chunks(faces, kUploadChunk, send,
+      wire::send_chunks(wire::as_bytes(scene.faces), kUploadChunk, send,
                         [](Request& to, std::string piece) { to.set_faces(std::move(piece)); }) &&
+      wire::send_chunks(wire::as_bytes(scene.edges), kUploadChunk, send,
+                        [](Request& to, std::string piece) { to.set_edges(std::move(piece)); }) &&
       wire::send_chunks(positions, kUploadChunk, send,
                         [](Request& to, std::string piece) { to.set_positions(std::move(piece)); }) &&
       wire::upload_thickness(scene.thickness, kUploadChunk, send) &&

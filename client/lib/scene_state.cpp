@@ -56,6 +56,7 @@ SceneState::SceneState(SceneDescription scene, const Positions& positions)
 void SceneState::describe(v1::SessionHeader& header) const {
   header.set_vertex_count(scene_.vertex_count);
   header.set_face_count(static_cast<std::uint32_t>(scene_.faces.size()));
+  header.set_edge_count(static_cast<std::uint32_t>(scene_.edges.size()));
   header.set_dtype(float32_ ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
   header.clear_bodies();
   header.clear_excluded_pairs();
@@ -227,8 +228,8 @@ Result<v1::SceneChange> SceneState::encode(const BodyAddition& addition, const P
     return status.error();
   v1::SceneChange change;
   *change.mutable_add()->mutable_body() = to_proto(addition.body);
-  change.mutable_add()->set_faces(std::string(reinterpret_cast<const char*>(addition.faces.data()),
-                                              addition.faces.size() * sizeof(addition.faces[0])));
+  change.mutable_add()->set_faces(std::string(wire::as_bytes(addition.faces)));
+  change.mutable_add()->set_edges(std::string(wire::as_bytes(addition.edges)));
   change.mutable_add()->set_positions(std::string(bytes_of(positions)));
   return change;
 }
@@ -237,6 +238,7 @@ void SceneState::take(BodyAddition addition, const Positions& positions) {
   const auto first = static_cast<std::int32_t>(scene_.vertex_count);
   for (const auto& face : addition.faces)
     scene_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  for (const auto& [a, b] : addition.edges) scene_.edges.push_back({a + first, b + first});
   addition.body.first_vertex = scene_.vertex_count;
   scene_.vertex_count += addition.body.vertex_count;
   scene_.bodies.push_back(std::move(addition.body));

@@ -33,7 +33,7 @@ struct SentFrame {
   std::uint64_t sent_bytes = 0;
 
   /// Else the session stays where it is.
-  bool counts() const { return commit || question.kind == QuestionKind::kStep; }
+  bool counts() const { return commit || question.counts(); }
   /// A trial that may be committed, and what is about the last of them.
   bool is_trial() const {
     return !commit && (question.kind == QuestionKind::kTrial || question.kind == QuestionKind::kMaxStep);
@@ -53,7 +53,7 @@ class SceneState {
   /// The upload's positions: (n, 3) in the session's dtype; for rigid bodies with a pose, their reference
   /// shapes.
   const std::string& positions() const { return *positions_; }
-  /// Writes the scene's description, except faces, positions and arrays of filters, into the header.
+  /// Writes the scene's description, except faces, edges, positions and arrays of filters, into the header.
   void describe(v1::SessionHeader& header) const;
 
   /// A frame's bytes. kInvalidArgument for positions of another type or number than the session's, and for

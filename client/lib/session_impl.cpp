@@ -66,7 +66,7 @@ Result<std::uint64_t> Session::Impl::submit(const Frame& frame, const Question& 
   sent.value().encode_ms = milliseconds_since(start);
   const bool moves = !question.of_state();
   Result<std::uint64_t> number = send(std::move(sent).value());
-  if (number && moves) may_commit_ = question.kind != QuestionKind::kStep;
+  if (number && moves) may_commit_ = !question.counts();
   return number;
 }
 
@@ -222,6 +222,9 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
   if (!encoded) return encoded.error();
   if (addition.body.thickness != 0) {
     if (Status known = need(v1::FEATURE_THICKNESS); !known) return known.error();
+  }
+  if (!addition.edges.empty()) {
+    if (Status known = need(v1::FEATURE_EDGES); !known) return known.error();
   }
   const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
   if (Status changed =

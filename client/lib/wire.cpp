@@ -44,6 +44,7 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
   info.vertex_count = message.vertex_count();
   info.face_count = message.face_count();
   info.edge_count = message.edge_count();
+  info.lone_edge_count = message.lone_edge_count();
   info.body_count = message.body_count();
   info.float32 = message.dtype() == v1::DTYPE_FLOAT32;
   // An option unknown to this client is shown as the default.
@@ -82,7 +83,7 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
   for (const char closest : message.closest())
     if (closest < 0 || closest > 3) return malformed("closest features of unknown kind");
   for (const char kind : message.kind())
-    if (edge_faces ? kind != 2 : kind != 0 && kind != 1) return malformed("a contact of unknown kind");
+    if ((kind == 2) != edge_faces || kind < 0 || kind > 4) return malformed("a contact of unknown kind");
   for (const char status : message.status())
     if (status < 1 || status > 4) return malformed("a contact of unknown status");
   append(message.kind(), contacts.kind);
@@ -118,6 +119,8 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   answer.frame = message.frame();
   answer.vf = summary.vf();
   answer.ee = summary.ee();
+  answer.ve = summary.ve();
+  answer.vv = summary.vv();
   answer.ef = summary.ef();
   answer.possible = summary.possible();
   if (summary.has_earliest_toi()) answer.earliest_toi = summary.earliest_toi();

@@ -11,7 +11,7 @@
 namespace warmfront::client::scenes {
 namespace {
 
-constexpr std::array<CatalogEntry, 5> kCatalog{{
+constexpr std::array<CatalogEntry, 7> kCatalog{{
     {"cloth-ball", "look-alike of UNC's cloth-ball: a cloth falls on a ball, which then spins", 92'000, 60,
      make_cloth_ball},
     {"flamenco", "look-alike of flamenco: three skirts round a twirling waist and kicking legs", 49'000, 60,
@@ -21,6 +21,10 @@ constexpr std::array<CatalogEntry, 5> kCatalog{{
      60, make_princess},
     {"bart", "look-alike of BART: a door, a fan, an arm, bouncing balls and linked tori", 4'400, 70,
      make_bart},
+    {"hair", "strands of edges, a hundred by default, on a head that turns to and fro", 12'000, 60,
+     make_hair},
+    {"particles", "points of a radius fall on a cloth that hangs from its corners", 20'000, 60,
+     make_particles},
 }};
 
 std::string names() {

@@ -71,5 +71,7 @@ std::unique_ptr<Model> make_flamenco(std::uint32_t triangles);
 std::unique_ptr<Model> make_n_body(std::uint32_t triangles);
 std::unique_ptr<Model> make_princess(std::uint32_t triangles);
 std::unique_ptr<Model> make_bart(std::uint32_t triangles);
+std::unique_ptr<Model> make_particles(std::uint32_t triangles);
+std::unique_ptr<Model> make_hair(std::uint32_t elements);  ///< edges, and a few triangles
 
 }  // namespace warmfront::client::scenes

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/bvh/primitives.h"
+#include "engine/scene/primitives.h"
 #include "engine/parallel/stoppable_loops.h"
 
 namespace warmfront {

@@ -2,6 +2,7 @@
 #include "engine/bvh/bvh.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -57,6 +58,40 @@ void Bvh<Bounds>::list_block_vertices(const Scene& scene, StopSignal stop) {
 }
 
 template <class Bounds>
+void Bvh<Bounds>::list_leaves(StopSignal stop) {
+  struct Range {
+    std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
+    std::uint32_t end = 0;
+  };
+  std::array<Range, 2> ranges;  // faces, segments
+  PacedStop paced(stop);
+  for (const Primitive p : order) {
+    paced.check();
+    if (is_point(p)) continue;
+    Range& range = ranges[is_face(p) ? 0 : 1];
+    range.first = std::min(range.first, number_in_kind(p));
+    range.end = std::max(range.end, number_in_kind(p) + 1);
+  }
+  const auto make_leaves = [&](LeavesOfKind& leaves_of, const Range& range) {
+    leaves_of.first = range.end > 0 ? range.first : 0;
+    make_room(leaves_of.leaf, range.end - leaves_of.first, stop);
+  };
+  make_leaves(face_leaves, ranges[0]);
+  make_leaves(segment_leaves, ranges[1]);
+  stop.check();
+  if (order.empty()) return;
+  PacedStop paced_leaves(stop, 64);
+  for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
+    paced_leaves.check();
+    for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
+      if (is_point(order[i])) continue;
+      LeavesOfKind& leaves_of = is_face(order[i]) ? face_leaves : segment_leaves;
+      leaves_of.leaf[number_in_kind(order[i]) - leaves_of.first] = node;
+    }
+  }
+}
+
+template <class Bounds>
 void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                           std::shared_ptr<const SharedVertices> new_shared, bool keep_travel,
                           StopSignal stop) {
@@ -66,28 +101,13 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   built_looseness = 0;
   make_room(nodes, order.empty() ? 0 : shape.node_count(), stop);
   begin_anew(motion.states, nodes.size(), stop);
-  const std::size_t faces = order.size() - static_cast<std::size_t>(std::ranges::count_if(
-                                               order, [](Primitive p) { return (p & kPoint) != 0; }));
-  make_room(face_leaves.leaf, faces, stop);
-  face_leaves.first_face = 0;
-  if (faces > 0)  // points have greater numbers than faces
-    face_leaves.first_face = *std::ranges::min_element(order);
   begin_anew(travel.nodes, keep_travel ? nodes.size() : 0, stop);
   begin_anew(travel.blocks, keep_travel && shape.has_wide_leaves() ? shape.block_count() : 0, stop);
   make_room(leaves.blocks, shape.leaf_size() == 1 || order.empty() ? 0 : shape.block_count(), stop);
   make_room(leaves.corners, leaves.blocks.size(), stop);
   make_room(leaves.wide, shape.has_wide_leaves() && !order.empty() ? shape.leaf_count() : 0, stop);
   begin_anew(leaves.grids, leaves.blocks.empty() ? 0 : shape.leaf_count(), stop);
-  stop.check();
-  PacedStop paced(stop, 64);
-  if (!order.empty()) {
-    for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
-      paced.check();
-      for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
-        if ((order[i] & kPoint) == 0) face_leaves.leaf[order[i] - face_leaves.first_face] = node;
-      }
-    }
-  }
+  list_leaves(stop);
   list_block_vertices(scene, stop);
   leaves.blocks_of.clear();
   if (leaves.blocks.empty()) return;

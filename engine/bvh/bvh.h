@@ -13,7 +13,7 @@
 #include "engine/bounds/moving.h"
 #include "engine/bounds/overlap.h"
 #include "engine/bvh/leaf_contents.h"
-#include "engine/bvh/primitives.h"
+#include "engine/scene/primitives.h"
 #include "engine/bvh/tree_motion.h"
 #include "engine/bvh/tree_shape.h"
 #include "engine/bvh/tree_travel.h"
@@ -23,12 +23,13 @@
 
 namespace warmfront {
 
-/// The leaf that each face of a hierarchy is in. Its faces are a range.
-struct FaceLeaves {
-  std::vector<NodeId> leaf;  ///< by face, from first_face on
-  std::uint32_t first_face = 0;
+/// The leaf that each face, or each lone edge, of a hierarchy is in, from the first one on: faces are a range,
+/// and lone edges among the edges of one.
+struct LeavesOfKind {
+  std::vector<NodeId> leaf;
+  std::uint32_t first = 0;
 
-  NodeId of(std::uint32_t face) const { return leaf[face - first_face]; }
+  NodeId of(std::uint32_t number) const { return leaf[number - first]; }
 };
 
 /// A hierarchy over some of a scene's primitives, with bounds of one kind.
@@ -38,7 +39,8 @@ struct Bvh {
   std::vector<Primitive> order;  ///< primitive at each position
   std::vector<Bounds> nodes;     ///< by NodeId
   LeafContents<Bounds> leaves;
-  FaceLeaves face_leaves;
+  LeavesOfKind face_leaves;
+  LeavesOfKind segment_leaves;
   std::vector<std::uint32_t> patches;  ///< node_patches() of the filters
   TreeMotion motion;
   TreeTravel travel;
@@ -69,12 +71,13 @@ struct Bvh {
   }
 
   std::size_t memory_bytes() const {
-    return held_bytes(order, nodes, face_leaves.leaf, patches, motion.states) + leaves.memory_bytes() +
+    return held_bytes(order, nodes, face_leaves.leaf, segment_leaves.leaf, patches, motion.states) + leaves.memory_bytes() +
            travel.memory_bytes();
   }
 
  private:
   void list_block_vertices(const Scene& scene, StopSignal stop);
+  void list_leaves(StopSignal stop);
 
   bool is_known(std::uint32_t a, std::uint32_t b) const {
     return leaves.shared != nullptr && !(leaves.shared->crowded(a) && leaves.shared->crowded(b));

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/bvh/primitives.h"
+#include "engine/scene/primitives.h"
 #include "engine/bvh/tree_shape.h"
 #include "engine/scene.h"
 #include "engine/stop.h"

@@ -86,18 +86,19 @@ void mark_states(const RefitInput& input, Bvh<Bounds>& bvh) {
   std::ranges::fill(bvh.motion.states, MotionState{0});
   for (const std::uint32_t v : input.range.changed) {
     const MotionState state = input.vertex_states[v];
-    for (const std::uint32_t f : input.scene.vertex_faces()[v]) {
-      for (NodeId node = bvh.face_leaves.of(f); (bvh.motion.states[node] & state) != state;
-           node = TreeShape::parent(node)) {
+    const auto mark = [&](NodeId node) {
+      for (; (bvh.motion.states[node] & state) != state; node = TreeShape::parent(node)) {
         bvh.motion.states[node] |= state;
         if (node == 0) break;
       }
-    }
+    };
+    for (const std::uint32_t f : input.scene.vertex_faces()[v]) mark(bvh.face_leaves.of(f));
+    for (const std::uint32_t e : input.scene.lone_edges_of(v)) mark(bvh.segment_leaves.of(e));
   }
 }
 
 bool has_points(const Scene& scene, std::span<const std::uint32_t> vertices) {
-  return std::ranges::any_of(vertices, [&](std::uint32_t v) { return scene.vertex_faces()[v].empty(); });
+  return std::ranges::any_of(vertices, [&](std::uint32_t v) { return scene.is_isolated(v); });
 }
 
 }  // namespace

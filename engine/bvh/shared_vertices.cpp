@@ -6,46 +6,66 @@
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
 
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
 
-/// Position of each of a range of faces: kBlockSize times the block, plus the slot. And their vertices'
-/// range.
+/// Position of each of a range of faces, or of lone edges: kBlockSize times the block, plus the slot.
+class PlacesOfKind {
+ public:
+  void widen(std::uint32_t number) {
+    first_ = std::min(first_, number);
+    end_ = std::max(end_, number + 1);
+  }
+  /// After all widen().
+  void make_room(StopSignal stop) {
+    if (end_ > first_) lengthen(place_, end_ - first_, kNowhere, stop);
+  }
+  std::uint32_t& of(std::uint32_t number) { return place_[number - first_]; }
+
+ private:
+  std::uint32_t first_ = kNowhere;
+  std::uint32_t end_ = 0;
+  std::vector<std::uint32_t> place_;
+};
+
+/// And their vertices' range.
 struct Places {
-  std::uint32_t first_face = kNowhere;
   std::uint32_t first_vertex = kNowhere;
   std::uint32_t end_vertex = 0;
-  std::vector<std::uint32_t> place;
+  PlacesOfKind faces;
+  PlacesOfKind segments;
 
   Places(const Scene& scene, std::span<const std::span<const Primitive>> blocks, StopSignal stop) {
     PacedStop paced(stop);
-    std::uint32_t last = 0;
-    for_faces(blocks, [&](Primitive f, std::uint32_t) {
+    for_each(blocks, [&](Primitive p, std::uint32_t) {
       paced.check();
-      first_face = std::min(first_face, f);
-      last = std::max(last, f);
-      for (const std::uint32_t v : scene.faces()[f]) {
+      of_kind(p).widen(number_in_kind(p));
+      for (const std::uint32_t v : primitive_vertices(scene, p)) {
         first_vertex = std::min(first_vertex, v);
         end_vertex = std::max(end_vertex, v + 1);
       }
     });
-    if (first_face == kNowhere) return;
-    lengthen(place, last - first_face + 1, kNowhere, stop);
-    for_faces(blocks, [&](Primitive f, std::uint32_t at) {
+    faces.make_room(stop);
+    segments.make_room(stop);
+    for_each(blocks, [&](Primitive p, std::uint32_t at) {
       paced.check();
-      place[f - first_face] = at;
+      of_kind(p).of(number_in_kind(p)) = at;
     });
   }
 
  private:
+  PlacesOfKind& of_kind(Primitive p) { return is_face(p) ? faces : segments; }
+
+  // Points share no vertex.
   template <class Visit>
-  static void for_faces(std::span<const std::span<const Primitive>> blocks, Visit&& visit) {
+  static void for_each(std::span<const std::span<const Primitive>> blocks, Visit&& visit) {
     for (std::uint32_t b = 0; b < blocks.size(); ++b) {
       for (std::uint32_t slot = 0; slot < blocks[b].size(); ++slot) {
-        if ((blocks[b][slot] & kPoint) == 0) visit(blocks[b][slot], SharedVertices::kBlockSize * b + slot);
+        if (!is_point(blocks[b][slot])) visit(blocks[b][slot], SharedVertices::kBlockSize * b + slot);
       }
     }
   }
@@ -66,21 +86,25 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   lengthen(others_, kRow * blocks.size(), kNone, stop);
   lengthen(pairs_, kRow * blocks.size(), {}, stop);
   for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
-  const Places places(scene, blocks, stop);
-  std::array<std::uint32_t, kMostFaces> of_vertex;
+  Places places(scene, blocks, stop);
+  std::array<std::uint32_t, kMostAround> of_vertex;
   stop.check();
   PacedStop paced(stop, 256);
   for (std::uint32_t v = places.first_vertex; v < places.end_vertex; ++v) {
     paced.check();
     const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
-    const auto place_of = [&](std::uint32_t f) { return places.place[f - places.first_face]; };
-    if (faces.size() > kMostFaces) {
+    const std::span<const std::uint32_t> segments = scene.lone_edges_of(v);
+    const auto of_face = [&](std::uint32_t f) { return places.faces.of(f); };
+    const auto of_segment = [&](std::uint32_t e) { return places.segments.of(e); };
+    if (faces.size() + segments.size() > kMostAround) {
       crowded_.resize(blocks.size());
-      for (const std::uint32_t f : faces) crowded_[place_of(f) / kBlockSize] = 1;
+      for (const std::uint32_t f : faces) crowded_[of_face(f) / kBlockSize] = 1;
+      for (const std::uint32_t e : segments) crowded_[of_segment(e) / kBlockSize] = 1;
       continue;
     }
-    std::ranges::transform(faces, of_vertex.begin(), place_of);
-    list_vertex(std::span(of_vertex).first(faces.size()));
+    std::ranges::transform(faces, of_vertex.begin(), of_face);
+    std::ranges::transform(segments, of_vertex.begin() + static_cast<std::ptrdiff_t>(faces.size()), of_segment);
+    list_vertex(std::span(of_vertex).first(faces.size() + segments.size()));
   }
   const auto none = [&](std::size_t a, std::size_t b) {
     return no_pairs(static_cast<std::uint32_t>(blocks[a].size()),
@@ -103,7 +127,7 @@ void SharedVertices::list_vertex(std::span<const std::uint32_t> places) {
     std::uint32_t block;
     std::uint64_t bits;
   };
-  std::array<Items, kMostFaces> around;
+  std::array<Items, kMostAround> around;
   std::size_t count = 0;
   for (const std::uint32_t place : places) {
     std::size_t at = 0;

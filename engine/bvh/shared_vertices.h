@@ -43,8 +43,8 @@ inline std::uint64_t no_pairs(std::uint32_t count_a, std::uint32_t count_b, bool
 class SharedVertices {
  public:
   static constexpr std::uint32_t kBlockSize = 8;
-  /// Vertices of more faces are left out, since each pair of their blocks would be listed.
-  static constexpr std::size_t kMostFaces = 64;
+  /// Vertices of more faces and lone edges are left out, since each pair of their blocks would be listed.
+  static constexpr std::size_t kMostAround = 64;
 
   SharedVertices() = default;
   /// Block b holds `blocks[b]`, at most kBlockSize primitives of `scene`, whose vertices are a range. O(P).

@@ -29,6 +29,10 @@ std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std:
     paced.check();
     primitives[part_of(given.faces()[f][0])].push_back(f);
   }
+  for (const std::uint32_t e : given.lone_edges()) {
+    const std::size_t part = part_of(given.edges()[e][0]);
+    if (part >= first_part) primitives[part].push_back(kSegment | e);
+  }
   for (const std::uint32_t v : given.isolated_vertices()) {
     if (part_of(v) >= first_part) primitives[part_of(v)].push_back(kPoint | v);
   }

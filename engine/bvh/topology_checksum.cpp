@@ -49,6 +49,7 @@ class Checksum {
     add(scene.face_edges());
     add(scene.vertex_faces());
     add(scene.edge_faces());
+    add(scene.lone_edges());
     add(scene.isolated_vertices());
     add(scene.body_of_vertex());
   }

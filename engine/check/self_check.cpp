@@ -21,6 +21,7 @@
 #include "engine/check/check_neighbours.h"
 #include "engine/front/descend.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
@@ -153,9 +154,10 @@ class SelfCheck {
     for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
       paced.check();
       for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
-        if ((tree.order[i] & kPoint) != 0) continue;
-        const std::uint32_t at = tree.order[i] - tree.face_leaves.first_face;
-        if (at >= tree.face_leaves.leaf.size() || tree.face_leaves.leaf[at] != leaf) return false;
+        if (is_point(tree.order[i])) continue;
+        const LeavesOfKind& leaves = is_face(tree.order[i]) ? tree.face_leaves : tree.segment_leaves;
+        const std::uint32_t at = number_in_kind(tree.order[i]) - leaves.first;
+        if (at >= leaves.leaf.size() || leaves.leaf[at] != leaf) return false;
       }
       if (!tree.leaves.blocks.empty() && !blocks_agree(tree, leaf)) return false;
     }

@@ -14,17 +14,13 @@ namespace warmfront {
 
 /// How many contacts, for whoever asks for no more.
 struct ContactTally {
-  std::uint32_t vf = 0;
-  std::uint32_t ee = 0;
-  std::uint32_t ef = 0;
-  std::uint32_t possible = 0;  ///< of vf and ee
+  KindCounts found;
+  std::uint32_t possible = 0;  ///< of all but ef
   double earliest = 2;         ///< least toi; 2 without contacts
 
-  std::uint32_t total() const { return vf + ee + ef; }
+  std::uint64_t total() const { return found.total(); }
   void add(const ContactTally& more) {
-    vf += more.vf;
-    ee += more.ee;
-    ef += more.ef;
+    found.add(more.found);
     possible += more.possible;
     earliest = std::min(earliest, more.earliest);
   }

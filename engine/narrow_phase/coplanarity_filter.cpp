@@ -40,7 +40,7 @@ WARMFRONT_INLINE unsigned certainly_apart(const Differences& d, std::span<const 
   alignas(64) std::array<double, kLanes> separation{};
   if constexpr (kSeparated) {
     for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
-      edge_edge[i] = pairs[i].kind == ContactKind::kEdgeEdge;
+      edge_edge[i] = pairs[i].kind != ContactKind::kVertexFace;
       separation[i] = separations[i];
     }
   }

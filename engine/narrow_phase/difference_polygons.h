@@ -51,7 +51,7 @@ WARMFRONT_INLINE void gather(const FeaturePair* const (&pairs)[kLanes], const Pl
   for (int k = 0; k < 4; ++k) {
     const Place* places[kLanes][2];
     for (int i = 0; i < kLanes; ++i) {
-      const auto& corner = kCorners[pairs[i]->kind == ContactKind::kEdgeEdge][k];
+      const auto& corner = kCorners[pairs[i]->kind != ContactKind::kVertexFace][k];
       for (int of = 0; of < 2; ++of) places[i][of] = &place_of(pairs[i]->vertices[corner[of]]);
     }
     subtract(places, to[k]);

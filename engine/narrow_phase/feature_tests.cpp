@@ -20,7 +20,7 @@
 namespace warmfront {
 
 FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
-  FeatureVertices features{pair.kind, {}};
+  FeatureVertices features{tested_as(pair.kind), {}};
   for (int k = 0; k < 4; ++k) features.vertex[k] = &input_->vertices[pair.vertices[k]];
   return features;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <numeric>
 
 #include "engine/parallel/stoppable_loops.h"
 
@@ -17,11 +18,16 @@ constexpr std::size_t kRowsAtOnce = std::size_t{1} << 13;
 class Buckets {
  public:
   // About as many as there are contacts, over 16, at most.
-  Buckets(std::size_t contacts, std::size_t vertices, std::size_t edges) {
-    while ((vertices + 2 * edges) >> shift_ > contacts / 16) ++shift_;
-    const std::size_t of_edges = (edges >> shift_) + 1;
-    first_of_kind_ = {0, (vertices >> shift_) + 1, (vertices >> shift_) + 1 + of_edges};
-    count_ = first_of_kind_[2] + of_edges;
+  Buckets(std::size_t contacts, std::size_t vertices, bool points, std::size_t edges) {
+    // In the order of the kinds, what is first in each.
+    const std::size_t of_points = points ? vertices : 0;
+    const std::array<std::size_t, kContactKinds> firsts{vertices, edges, edges, of_points, of_points};
+    const std::size_t all = std::accumulate(firsts.begin(), firsts.end(), std::size_t{0});
+    while (all >> shift_ > contacts / 16) ++shift_;
+    for (std::size_t kind = 0; kind < kContactKinds; ++kind) {
+      first_of_kind_[kind] = count_;
+      count_ += (firsts[kind] >> shift_) + 1;
+    }
   }
   std::size_t count() const { return count_; }
   std::size_t of(const Contact& contact) const {
@@ -30,7 +36,7 @@ class Buckets {
 
  private:
   int shift_ = 0;
-  std::array<std::size_t, 3> first_of_kind_{};
+  std::array<std::size_t, kContactKinds> first_of_kind_{};
   std::size_t count_ = 0;
 };
 
@@ -47,11 +53,12 @@ void sort_bucket(std::span<Contact> bucket, StopSignal stop) {
 
 }  // namespace
 
-void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices, std::size_t edges,
-                   std::vector<Contact>& to, std::vector<std::size_t>& room, StopSignal stop) {
+void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices, bool points,
+                   std::size_t edges, std::vector<Contact>& to, std::vector<std::size_t>& room,
+                   StopSignal stop) {
   std::size_t contacts = 0;
   for (const std::span<const Contact> list : lists) contacts += list.size();
-  const Buckets buckets(contacts, vertices, edges);
+  const Buckets buckets(contacts, vertices, points, edges);
   const auto for_all = [&](auto&& take) {
     for (const std::span<const Contact> list : lists) {
       for_pieces(0, list.size(), kRowsAtOnce, stop, [&](std::size_t begin, std::size_t end) {

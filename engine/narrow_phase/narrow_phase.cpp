@@ -19,9 +19,7 @@
 namespace warmfront {
 
 void NarrowPhaseOutput::add(const NarrowPhaseOutput& more) {
-  vf += more.vf;
-  ee += more.ee;
-  ef += more.ef;
+  found.add(more.found);
   possible += more.possible;
   overlaps += more.overlaps;
   earliest = std::min(earliest, more.earliest);
@@ -344,17 +342,16 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   }
   const bool earliest = input.options.report == Report::kEarliest;
   if (found >= kMany && !earliest) {
-    gather_sorted(lists, input.scene.vertex_count(), input.scene.edges().size(), contacts, impl_->buckets,
-                  input.stop);
+    gather_sorted(lists, input.scene.vertex_count(), !input.scene.isolated_vertices().empty(),
+                  input.scene.edge_count(), contacts, impl_->buckets, input.stop);
     return sum;
   }
   contacts.clear();
   for (const std::span<const Contact> list : lists) append(contacts, list, input.stop);
   if (earliest) {
     std::erase_if(contacts, [&](const Contact& c) { return c.toi > sum.earliest; });
-    sum.vf =
-        static_cast<std::uint64_t>(std::ranges::count(contacts, ContactKind::kVertexFace, &Contact::kind));
-    sum.ee = contacts.size() - sum.vf;
+    sum.found = {};
+    for (const Contact& contact : contacts) sum.found.count(contact.kind);
     sum.over_limit = contacts.size() > input.options.max_contacts;
     sum.possible = static_cast<std::uint64_t>(std::ranges::count_if(contacts, [](const Contact& c) {
       return c.status == ContactStatus::kPossible || c.status == ContactStatus::kBudget;

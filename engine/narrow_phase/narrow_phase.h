@@ -62,9 +62,7 @@ struct TooManyContacts {};
 
 /// A step's answer and its cost.
 struct NarrowPhaseOutput {
-  std::uint64_t vf = 0;
-  std::uint64_t ee = 0;
-  std::uint64_t ef = 0;
+  KindCounts found;
   std::uint64_t possible = 0;
   std::uint64_t overlaps = 0;  ///< that options.leave_out_overlaps leaves out
   double earliest = 2;         ///< least toi; 2 without contacts

@@ -13,6 +13,7 @@
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/certified.h"
 #include "engine/narrow_phase/rest_filter.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
@@ -37,7 +38,7 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
   output_ = {};
   clock_.take();
   block_.size = 0;
-  face_pairs_ = 0;
+  element_pairs_ = 0;
   recorder_ = nullptr;
   if (input.note_met) met_.clear();
 }
@@ -56,20 +57,18 @@ void PairTester::note_kept(std::uint64_t triangle_pairs, const ContactTally& tal
 }
 
 void PairTester::met_pair(Primitive p, Primitive q) {
-  if (((p | q) & kPoint) == 0) {
-    const auto bounds = [this](Primitive primitive) {
-      const Face& face = face_of(primitive);
-      return bounds_of(face[0], face[1], face[2]);
-    };
-    if (!overlap<KDop18>(bounds(p), bounds(q), width_of(face_of(p), face_of(q)))) return;
+  if (!is_point(p | q)) {
+    const Face of_p = primitive_vertices(input_->scene, p);
+    const Face of_q = primitive_vertices(input_->scene, q);
+    if (!overlap<KDop18>(bounds_of(of_p), bounds_of(of_q), width_of(of_p, of_q))) return;
   }
   primitive_pair(p, q);
 }
 
 void PairTester::primitive_pair(Primitive p, Primitive q) {
   std::uint32_t left_out = 0;
-  if (input_->filter.any() && ((p | q) & kPoint) == 0) {
-    // As face_pair() orders them.
+  if (input_->filter.any() && are_faces(p, q)) {
+    // As element_pair() orders them.
     left_out =
         input_->filter.left_out(input_->scene.faces()[std::min(p, q)], input_->scene.faces()[std::max(p, q)]);
     if (left_out == PairFilter::kAll) {
@@ -77,41 +76,69 @@ void PairTester::primitive_pair(Primitive p, Primitive q) {
       return;
     }
   }
+  const bool of_points = !is_face(p) && !is_face(q) && is_point(p | q);
+  if (of_points && !asks_for_distances()) return;
   if (input_->note_met && room_to_note(1)) met_.pairs.push_back({p, q});
-  const bool point_p = (p & kPoint) != 0;
-  const bool point_q = (q & kPoint) != 0;
-  if (!point_p && !point_q) {
-    face_pair(std::min(p, q), std::max(p, q), left_out);
+  if (of_points) {
+    point_pair(p, q);
+  } else if (!is_point(p | q)) {
+    element_pair(std::min(p, q), std::max(p, q), left_out);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
     return;  // a point has no edge
-  } else if (!point_p) {
-    vertex_against_face(q & ~kPoint, p);
-  } else if (!point_q) {
-    vertex_against_face(p & ~kPoint, q);
+  } else if (is_face(p)) {
+    vertex_against_face(number_in_kind(q), p);
+  } else {
+    vertex_against_face(number_in_kind(p), q);
   }
 }
 
-void PairTester::face_pair(std::uint32_t f, std::uint32_t g, std::uint32_t left_out) {
-  const Scene& scene = input_->scene;
-  const Face& face_f = scene.faces()[f];
-  const Face& face_g = scene.faces()[g];
-  const std::uint32_t patch = input_->patches.of_face[f];
-  if (patch != Patches::kNone && patch == input_->patches.of_face[g] && input_->patch_culled[patch] != 0) {
-    ++output_.counts.cone_culled_pairs;
-    return;
+bool PairTester::asks_for_distances() const {
+  if (input_->options.pair_test == PairTest::kIntersection) return false;
+  return input_->options.min_separation > 0 || input_->keep.share > 0 || input_->thickness.any();
+}
+
+void PairTester::point_pair(Primitive p, Primitive q) {
+  if (is_segment(p)) std::swap(p, q);
+  const std::uint32_t v = number_in_kind(p);
+  const std::uint32_t other = number_in_kind(q);
+  FeaturePair pair;
+  if (is_segment(q)) {
+    const auto [a, b] = input_->scene.edges()[other];
+    pair = {{v, v, a, b}, v, other, ContactKind::kVertexEdge};
+  } else {
+    // In the order of given numbers, so that the test's roundings are the same however vertices are numbered.
+    const auto given = [this](std::uint32_t w) { return number_of(input_->numbering.given(NewVertex{w})); };
+    const auto [a, b] = given(v) < given(other) ? std::pair(v, other) : std::pair(other, v);
+    pair = {{a, a, b, b}, a, b, ContactKind::kVertexVertex};
+  }
+  const auto& [a, ignored, b, c] = pair.vertices;
+  if (input_->keep.share == 0 && separation(pair) == 0) return;
+  if (overlap<KDop18>(bounds_of(a, a, a), bounds_of(b, c, c), width_of({&a, 1}, {&b, 1}))) push(pair);
+}
+
+// A face before a segment.
+void PairTester::element_pair(Primitive p, Primitive q, std::uint32_t left_out) {
+  if (are_faces(p, q)) {
+    const std::uint32_t patch = input_->patches.of_face[p];
+    if (patch != Patches::kNone && patch == input_->patches.of_face[q] && input_->patch_culled[patch] != 0) {
+      ++output_.counts.cone_culled_pairs;
+      return;
+    }
   }
   ++output_.counts.triangle_pairs;
-  faces_[face_pairs_] = {f, g, left_out};
+  const Face of_p = primitive_vertices(input_->scene, p);
+  const Face of_q = primitive_vertices(input_->scene, q);
+  elements_[element_pairs_] = {p, q, left_out};
   for (int k = 0; k < 3; ++k) {
-    corners_.vertex[k][face_pairs_] = face_f[k];
-    corners_.vertex[k + 3][face_pairs_] = face_g[k];
+    corners_.vertex[k][element_pairs_] = of_p[k];
+    corners_.vertex[k + 3][element_pairs_] = of_q[k];
   }
-  corners_.width[face_pairs_] = width_of(face_f, face_g).straight;
-  if (++face_pairs_ == faces_.size()) filter_faces();
+  corners_.width[element_pairs_] = width_of(of_p, of_q).straight;
+  if (++element_pairs_ == elements_.size()) filter_elements();
 }
 
-void PairTester::filter_faces() {
-  const std::size_t count = std::exchange(face_pairs_, 0);
+void PairTester::filter_elements() {
+  const std::size_t count = std::exchange(element_pairs_, 0);
   if (count == 0) return;
   for (auto& corner : corners_.vertex) std::fill(corner.begin() + count, corner.end(), corner[0]);
   const bool by_distance = input_->options.report != Report::kCandidates;
@@ -119,26 +146,58 @@ void PairTester::filter_faces() {
                                                             certified_reach(input_->options.tolerance))
                                           : 0;
   for (std::uint32_t bits = ~apart & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
-    const auto [f, g, left_out] = faces_[static_cast<std::size_t>(std::countr_zero(bits))];
-    input_->options.pair_test == PairTest::kIntersection ? edge_face_pairs(f, g)
-                                                         : feature_pairs(f, g, left_out);
+    const auto [p, q, left_out] = elements_[static_cast<std::size_t>(std::countr_zero(bits))];
+    if (input_->options.pair_test == PairTest::kIntersection)
+      edge_face_pairs(p, q);
+    else if (is_segment(q))
+      segment_pairs(p, q);
+    else
+      feature_pairs(p, q, left_out);
   }
 }
 
-void PairTester::edge_face_pairs(std::uint32_t f, std::uint32_t g) {
+void PairTester::edge_face_pairs(Primitive p, Primitive q) {
   const Scene& scene = input_->scene;
+  if (is_segment(q)) {
+    if (is_face(p)) edge_against_face(number_in_kind(q), p);
+    return;
+  }
   for (int i = 0; i < 3; ++i) {
-    if (input_->ownership.owns_edge_face(f, i, g)) edge_against_face(scene.face_edges()[f][i], g);
-    if (input_->ownership.owns_edge_face(g, i, f)) edge_against_face(scene.face_edges()[g][i], f);
+    if (input_->ownership.owns_edge_face(p, i, q)) edge_against_face(scene.face_edges()[p][i], q);
+    if (input_->ownership.owns_edge_face(q, i, p)) edge_against_face(scene.face_edges()[q][i], p);
   }
 }
 
 void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
   const Edge& edge = input_->scene.edges()[e];
   const Face& face = input_->scene.faces()[f];
-  if (overlap<KDop18>(bounds_of(edge[0], edge[1], edge[1]), bounds_of(face[0], face[1], face[2]),
-                      width_of(edge, face)))
+  if (overlap<KDop18>(bounds_of(edge), bounds_of(face), width_of(edge, face)))
     push({{edge[0], edge[1], face[0], face[1]}, e, f, ContactKind::kEdgeFace});
+}
+
+std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_t wanted) const {
+  const float latest = until();
+  const Width width = width_of(p, q);
+  return latest < 1 ? overlapping_features(bounds_of(p), bounds_of(q), wanted, latest, width)
+                    : overlapping_features(bounds_of(p), bounds_of(q), wanted, width);
+}
+
+void PairTester::segment_pairs(Primitive p, Primitive segment) {
+  const Scene& scene = input_->scene;
+  const std::uint32_t edge = number_in_kind(segment);
+  const std::uint32_t owned = input_->ownership.owned_with_segment(p, edge);
+  if (owned == 0) return;
+  for (std::uint32_t bits =
+           overlapping(primitive_vertices(scene, p), primitive_vertices(scene, segment), owned);
+       bits != 0; bits &= bits - 1) {
+    const int feature = std::countr_zero(bits);
+    if (feature < 6) {
+      push(vertex_face(scene, {scene.edges()[edge][feature - 3], p}));
+    } else {
+      const std::uint32_t other = is_face(p) ? scene.face_edges()[p][(feature - 6) / 3] : number_in_kind(p);
+      push(edge_edge(scene, {std::min(edge, other), std::max(edge, other)}));
+    }
+  }
 }
 
 void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out) {
@@ -149,13 +208,7 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   // overlap.
   const auto [owned, perhaps] = input_->ownership.candidates(f, g);
   if ((owned | perhaps) == 0) return;
-  const auto bounds = [this](const Face& face) { return bounds_of(face[0], face[1], face[2]); };
-  const float latest = until();
-  const Width width = width_of(face_f, face_g);
-  const std::uint32_t wanted = owned | perhaps;
-  std::uint32_t bits = latest < 1
-                           ? overlapping_features(bounds(face_f), bounds(face_g), wanted, latest, width)
-                           : overlapping_features(bounds(face_f), bounds(face_g), wanted, width);
+  std::uint32_t bits = overlapping(face_f, face_g, owned | perhaps);
   for (; bits != 0; bits &= bits - 1) {
     const int feature = std::countr_zero(bits);
     if ((bits & -bits & perhaps) != 0 && !input_->ownership.owns(f, g, feature)) continue;
@@ -173,17 +226,13 @@ void PairTester::feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t l
   }
 }
 
-const Face& PairTester::face_of(Primitive primitive) const {
-  return input_->scene.faces()[primitive];
-}
-
 Width PairTester::width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const {
   return input_->widths.around(a[0], b[0]);
 }
 
 std::pair<double, double> PairTester::thickness_of(const FeaturePair& pair) const {
   const std::span<const std::uint32_t> vertices(pair.vertices);
-  const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+  const std::size_t of_a = vertices_of_first(pair.kind);
   return {input_->thickness.of(vertices.first(of_a)), input_->thickness.of(vertices.subspan(of_a))};
 }
 
@@ -205,7 +254,7 @@ TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint
 
 void PairTester::vertex_against_face(std::uint32_t v, std::uint32_t f) {
   const Face& face = input_->scene.faces()[f];
-  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face[0], face[1], face[2]), width_of({&v, 1}, face)))
+  if (overlap<KDop18>(bounds_of(v, v, v), bounds_of(face), width_of({&v, 1}, face)))
     push(vertex_face(input_->scene, {v, f}));
 }
 
@@ -223,14 +272,13 @@ void PairTester::orphan_ee(const FeatureIds& ids) {
   ++output_.counts.orphan_tests;
   const Edge& a = input_->scene.edges()[ids.a];
   const Edge& b = input_->scene.edges()[ids.b];
-  if (overlap<KDop18>(bounds_of(a[0], a[1], a[1]), bounds_of(b[0], b[1], b[1]), width_of(a, b)))
-    push(edge_edge(input_->scene, ids));
+  if (overlap<KDop18>(bounds_of(a), bounds_of(b), width_of(a, b))) push(edge_edge(input_->scene, ids));
 }
 
 void PairTester::push(const FeaturePair& pair) {
   if (input_->filter.any()) {
     const std::span<const std::uint32_t> vertices(pair.vertices);
-    const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+    const std::size_t of_a = vertices_of_first(pair.kind);
     std::span<const std::uint32_t> of_b = vertices.subspan(of_a);
     if (pair.kind == ContactKind::kEdgeFace) of_b = input_->scene.faces()[pair.b];
     if (input_->filter.leaves_out(vertices.first(of_a), of_b)) {
@@ -253,7 +301,7 @@ void PairTester::push_unless_at_rest(const FeaturePair& pair) {
 }
 
 void PairTester::flush() {
-  filter_faces();
+  filter_elements();
   test_features();
 }
 
@@ -264,9 +312,7 @@ void PairTester::keep(const Contact& contact) {
 
 void PairTester::keep(const ContactTally& tally) {
   output_.counts.contacts_kept += tally.total();
-  output_.vf += tally.vf;
-  output_.ee += tally.ee;
-  output_.ef += tally.ef;
+  output_.found.add(tally.found);
   output_.possible += tally.possible;
   output_.earliest = std::min(output_.earliest, tally.earliest);
 }
@@ -275,20 +321,10 @@ void PairTester::report(const Contact& contact) {
   const Report wanted = input_->options.report;
   if (wanted == Report::kAny) {
     // One of all threads, so that the number is 1.
-    output_.ef += shared_->contacts.exchange(1, std::memory_order_relaxed) == 0;
+    output_.found.ef += shared_->contacts.exchange(1, std::memory_order_relaxed) == 0;
     return;
   }
-  switch (contact.kind) {
-    case ContactKind::kVertexFace:
-      ++output_.vf;
-      break;
-    case ContactKind::kEdgeEdge:
-      ++output_.ee;
-      break;
-    case ContactKind::kEdgeFace:
-      ++output_.ef;
-      break;
-  }
+  output_.found.count(contact.kind);
   output_.possible += contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   output_.earliest = std::min(output_.earliest, contact.toi);
   // Past the limit the whole answer is refused, so further contacts are not needed.

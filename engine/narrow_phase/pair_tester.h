@@ -99,20 +99,24 @@ class PairTester {
     const NarrowPhaseOutput before = std::exchange(output_, {});
     test();
     flush();
-    tally.vf += static_cast<std::uint32_t>(output_.vf);
-    tally.ee += static_cast<std::uint32_t>(output_.ee);
-    tally.ef += static_cast<std::uint32_t>(output_.ef);
+    tally.found.add(output_.found);
     tally.possible += static_cast<std::uint32_t>(output_.possible);
     tally.earliest = std::min(tally.earliest, output_.earliest);
     output_.add(before);
   }
 
-  // `left_out`: the pairs of their features that filters leave out.
-  void face_pair(std::uint32_t f, std::uint32_t g, std::uint32_t left_out);
-  // Continues with the pending face pairs that no plane separates.
-  void filter_faces();
+  // May what does not touch be in contact? Points are tested against each other and segments only then.
+  bool asks_for_distances() const;
+  // Two points, or a point and a segment.
+  void point_pair(Primitive p, Primitive q);
+  // Two faces, a face and a segment, or two segments. `left_out`: the pairs of their features that filters
+  // leave out; of segments, those are looked for one by one.
+  void element_pair(Primitive p, Primitive q, std::uint32_t left_out);
+  // Continues with the pending pairs that no plane separates.
+  void filter_elements();
   void feature_pairs(std::uint32_t f, std::uint32_t g, std::uint32_t left_out);
-  void edge_face_pairs(std::uint32_t f, std::uint32_t g);
+  void segment_pairs(Primitive p, Primitive segment);
+  void edge_face_pairs(Primitive p, Primitive q);
   void edge_against_face(std::uint32_t edge, std::uint32_t face);
   // Tests the block's pairs and empties it.
   void test_features();
@@ -132,8 +136,11 @@ class PairTester {
   FeatureVertices features_of(const FeaturePair& pair) const;
   void take_verdict(const FeaturePair& pair, const Verdict& verdict);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
+  TriangleBounds bounds_of(const Face& face) const { return bounds_of(face[0], face[1], face[2]); }
+  TriangleBounds bounds_of(const Edge& edge) const { return bounds_of(edge[0], edge[1], edge[1]); }
   TriangleBounds bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
-  const Face& face_of(Primitive primitive) const;
+  // Of the wanted pairs of features, as in Ownership::Candidates, those whose moving bounds overlap.
+  std::uint32_t overlapping(const Face& p, const Face& q, std::uint32_t wanted) const;
   // Within which bounds of primitives with these vertices count as near each other: of their parts.
   Width width_of(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) const;
   // Of the first and of the second feature; where anything is thick.
@@ -157,13 +164,13 @@ class PairTester {
   MetPairs met_;
   NarrowPhaseOutput output_;
   StageClock clock_;
-  struct FacePair {
-    std::uint32_t f;
-    std::uint32_t g;
+  struct ElementPair {
+    Primitive p;
+    Primitive q;
     std::uint32_t left_out;  // of their features
   };
-  std::array<FacePair, 8> faces_;  // pending
-  std::size_t face_pairs_ = 0;
+  std::array<ElementPair, 8> elements_;  // pending
+  std::size_t element_pairs_ = 0;
   EightTrianglePairs corners_;  // their corners
   FeatureBlock block_;
 };

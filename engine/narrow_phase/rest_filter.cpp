@@ -56,7 +56,7 @@ std::size_t drop_near_at_rest(const PairFilter& filter, FeatureBlock& block) {
   for (std::size_t i = 0; i < block.size; ++i) {
     const FeaturePair& pair = block.pairs[i];
     const bool near = nearness[i] == Nearness::kNear ||
-                      (nearness[i] == Nearness::kUnproved && rest.near(pair.kind, pair.vertices));
+                      (nearness[i] == Nearness::kUnproved && rest.near(tested_as(pair.kind), pair.vertices));
     if (!near) block.pairs[kept++] = pair;
   }
   return block.size - std::exchange(block.size, kept);

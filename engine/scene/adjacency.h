@@ -13,6 +13,15 @@ inline bool has_vertex(const Face& face, std::uint32_t v) {
   return face[0] == v || face[1] == v || face[2] == v;
 }
 
+inline bool has_end(const Edge& edge, std::uint32_t v) {
+  return edge[0] == v || edge[1] == v;
+}
+
+/// True when the edge and the face share a vertex.
+inline bool adjacent(const Edge& e, const Face& f) {
+  return has_vertex(f, e[0]) || has_vertex(f, e[1]);
+}
+
 /// True when the faces share a vertex (a face is adjacent to itself).
 inline bool adjacent(const Face& f, const Face& g) {
   return has_vertex(g, f[0]) || has_vertex(g, f[1]) || has_vertex(g, f[2]);

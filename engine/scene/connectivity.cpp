@@ -34,14 +34,15 @@ Csr invert(std::span<const std::array<std::uint32_t, 3>> lists, std::size_t rows
   return csr;
 }
 
-EdgeTable find_edges(std::span<const Face> faces, StopSignal stop) {
+EdgeTable find_edges(std::span<const Face> faces, std::span<const GivenEdge> more, StopSignal stop) {
   PacedStop paced(stop);
   struct Side {
     Edge edge;
-    std::uint32_t face_side;  // 3 * face + side
+    std::uint32_t face_side;  // 3 * face + side; after all of these kNoFace
   };
+  constexpr std::uint32_t kNoFace = 0xffffffff;
   std::vector<Side> sides;
-  sides.reserve(faces.size() * 3);
+  sides.reserve(faces.size() * 3 + more.size());
   for (std::size_t f = 0; f < faces.size(); ++f) {
     paced.check();
     for (std::uint32_t side = 0; side < 3; ++side) {
@@ -49,6 +50,11 @@ EdgeTable find_edges(std::span<const Face> faces, StopSignal stop) {
       const std::uint32_t to = faces[f][(side + 1) % 3];
       sides.push_back({{std::min(from, to), std::max(from, to)}, static_cast<std::uint32_t>(3 * f + side)});
     }
+  }
+  for (const GivenEdge& edge : more) {
+    paced.check();
+    const auto [from, to] = std::minmax({static_cast<std::uint32_t>(edge[0]), static_cast<std::uint32_t>(edge[1])});
+    sides.push_back({{from, to}, kNoFace});
   }
   std::sort(sides.begin(), sides.end(), [&](const Side& x, const Side& y) {
     paced.check();
@@ -64,15 +70,44 @@ EdgeTable find_edges(std::span<const Face> faces, StopSignal stop) {
   lengthen(table.face_edges, faces.size(), {}, stop);
   for (const Side& side : sides) {
     paced.check();
-    if (table.edges.empty() || table.edges.back() != side.edge) table.edges.push_back(side.edge);
-    table.face_edges[side.face_side / 3][side.face_side % 3] =
-        static_cast<std::uint32_t>(table.edges.size() - 1);
+    const bool is_new = table.edges.empty() || table.edges.back() != side.edge;
+    if (is_new) table.edges.push_back(side.edge);
+    const auto edge = static_cast<std::uint32_t>(table.edges.size() - 1);
+    if (side.face_side != kNoFace)
+      table.face_edges[side.face_side / 3][side.face_side % 3] = edge;
+    else if (is_new)
+      table.lone_edges.push_back(edge);
   }
   return table;
 }
 
-std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std::uint32_t vertex_count,
-                                                std::uint32_t& count, StopSignal stop) {
+Csr lone_edges_of_vertices(std::span<const Edge> edges, std::span<const std::uint32_t> lone_edges,
+                           std::uint32_t vertex_count, StopSignal stop) {
+  Csr csr;
+  if (lone_edges.empty()) return csr;
+  PacedStop paced(stop);
+  lengthen(csr.begin, std::size_t{vertex_count} + 1, 0U, stop);
+  const auto for_ends = [&](auto&& visit) {
+    for (const std::uint32_t e : lone_edges) {
+      paced.check();
+      for (const std::uint32_t v : edges[e]) visit(v, e);
+    }
+  };
+  for_ends([&](std::uint32_t v, std::uint32_t) { ++csr.begin[v + 1]; });
+  in_pieces(1, csr.begin.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t row = first; row < end; ++row) csr.begin[row] += csr.begin[row - 1];
+  });
+  lengthen(csr.items, csr.begin.back(), 0U, stop);
+  std::vector<std::uint32_t> next;
+  append(next, std::span<const std::uint32_t>(csr.begin), stop);
+  for_ends([&](std::uint32_t v, std::uint32_t e) { csr.items[next[v]++] = e; });
+  return csr;
+}
+
+std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std::span<const Edge> edges,
+                                                std::span<const std::uint32_t> lone_edges,
+                                                std::uint32_t vertex_count, std::uint32_t& count,
+                                                StopSignal stop) {
   PacedStop paced(stop);
   std::vector<std::uint32_t> root(vertex_count);
   std::iota(root.begin(), root.end(), 0U);
@@ -80,13 +115,18 @@ std::vector<std::uint32_t> connected_components(std::span<const Face> faces, std
     while (root[v] != v) v = root[v] = root[root[v]];
     return v;
   };
+  const auto join = [&](std::uint32_t v, std::uint32_t w) {
+    const auto [lesser, greater] = std::minmax({find(v), find(w)});
+    root[greater] = lesser;  // a root is always the least vertex of its component
+  };
   for (const Face& face : faces) {
     paced.check();
-    for (int corner = 1; corner < 3; ++corner) {
-      const std::uint32_t a = find(face[0]);
-      const std::uint32_t b = find(face[corner]);
-      root[std::max(a, b)] = std::min(a, b);  // a root is always the least vertex of its component
-    }
+    join(face[0], face[1]);
+    join(face[0], face[2]);
+  }
+  for (const std::uint32_t e : lone_edges) {
+    paced.check();
+    join(edges[e][0], edges[e][1]);
   }
   std::vector<std::uint32_t> component(vertex_count);
   count = 0;

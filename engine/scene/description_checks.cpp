@@ -23,8 +23,36 @@ Status check_faces(const SceneDescription& description, StopSignal stop) {
   return {};
 }
 
-bool could_never_touch(const SceneDescription& description) {
-  return description.vertex_count > 0 && description.faces.empty() && description.bodies.empty();
+Status check_edges(const SceneDescription& description, StopSignal stop) {
+  PacedStop paced(stop);
+  const auto n = static_cast<std::int64_t>(description.vertex_count);
+  for (std::size_t e = 0; e < description.edges.size(); ++e) {
+    paced.check();
+    const auto& edge = description.edges[e];
+    for (int end = 0; end < 2; ++end) {
+      if (edge[end] < 0 || edge[end] >= n)
+        return invalid_argument("edges[" + std::to_string(e) + "][" + std::to_string(end) +
+                                "]: vertex index " + std::to_string(edge[end]) + " is not in [0, " +
+                                std::to_string(n) + ")");
+    }
+    if (edge[0] == edge[1])
+      return invalid_argument("edges[" + std::to_string(e) + "]: joins vertex " + std::to_string(edge[0]) +
+                              " to itself; leave it out: a vertex of no face is a point without it");
+  }
+  return {};
+}
+
+// Primitive, side and node numbers are 32 bit, two of which say what a primitive is.
+Status check_size(std::uint64_t vertices, std::uint64_t faces, std::uint64_t edges) {
+  constexpr std::uint64_t kMost = 0x3fffffff;
+  if (vertices + faces + edges > kMost)
+    return invalid_argument("faces: " + std::to_string(faces) + " faces, " + std::to_string(vertices) +
+                            " vertices and " + std::to_string(edges) +
+                            " edges given besides are together more than 2^30 - 1");
+  if (edges > 0 && 3 * faces + edges > kMost)
+    return invalid_argument("edges: " + std::to_string(edges) + " beside the sides of " +
+                            std::to_string(faces) + " faces may be more than 2^30 - 1");
+  return {};
 }
 
 namespace {
@@ -140,6 +168,20 @@ Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, Sto
   }
   if (!filters.patches.empty() && filters.patches.size() != vertex_count)
     return of_vertices("patches", filters.patches.size(), 1);
+  return {};
+}
+
+Status check_edges_of_bodies(std::span<const Edge> edges, std::span<const std::uint32_t> lone_edges,
+                             std::span<const std::uint32_t> body_of_vertex, StopSignal stop) {
+  PacedStop paced(stop);
+  for (const std::uint32_t e : lone_edges) {
+    paced.check();
+    const auto [v, w] = edges[e];
+    if (body_of_vertex[v] != body_of_vertex[w])
+      return invalid_argument("edges: (" + std::to_string(v) + ", " + std::to_string(w) + ") joins " +
+                              name_of(body_of_vertex[v]) + " and " + name_of(body_of_vertex[w]) +
+                              "; an edge lies within one body");
+  }
   return {};
 }
 

@@ -16,9 +16,10 @@ namespace warmfront {
 
 /// All vertex indices are in range.
 Status check_faces(const SceneDescription& description, StopSignal stop);
-
-/// Can no pair ever be in contact, even after later changes?
-bool could_never_touch(const SceneDescription& description);
+/// Likewise, and each edge has two.
+Status check_edges(const SceneDescription& description, StopSignal stop);
+/// There are numbers for all.
+Status check_size(std::uint64_t vertices, std::uint64_t faces, std::uint64_t edges);
 
 /// What vertices have besides their bodies': as long as any length is that double can add to another.
 Status check_thickness(const SceneDescription& description, StopSignal stop);
@@ -36,8 +37,10 @@ Status check_bodies(const SceneDescription& description, StopSignal stop);
 /// Filters of a scene of so many vertices.
 Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop);
 
-/// No face joins two bodies.
+/// No face and no lone edge joins two bodies.
 Status check_faces_of_bodies(std::span<const Face> faces, std::span<const std::uint32_t> body_of_vertex,
                              StopSignal stop);
+Status check_edges_of_bodies(std::span<const Edge> edges, std::span<const std::uint32_t> lone_edges,
+                             std::span<const std::uint32_t> body_of_vertex, StopSignal stop);
 
 }  // namespace warmfront

@@ -16,6 +16,13 @@ bool is_orphan_vf(const Scene& scene, std::uint32_t v, const Face& face) {
                              [&](std::uint32_t g) { return adjacent(scene.faces()[g], face); });
 }
 
+bool is_orphan_lone(const Scene& scene, std::uint32_t lone, std::uint32_t e) {
+  return !share_vertex(scene.edges()[lone], scene.edges()[e]) &&
+         std::ranges::all_of(scene.edge_faces()[e], [&](std::uint32_t g) {
+           return adjacent(scene.edges()[lone], scene.faces()[g]);
+         });
+}
+
 bool is_orphan_ee(const Scene& scene, std::uint32_t e1, std::uint32_t e2) {
   return std::ranges::all_of(scene.edge_faces()[e1], [&](std::uint32_t g) {
     return std::ranges::all_of(scene.edge_faces()[e2],
@@ -29,14 +36,17 @@ Status check_hubs(const Scene& scene, StopSignal stop, std::uint32_t* worst) {
   PacedStop paced(stop);
   std::uint64_t adjacencies = 0;
   std::uint64_t corners = 0;
+  std::uint64_t ends = 0;
   std::uint64_t greatest = 0;
   std::uint32_t hub = 0;
   const auto count = [&](std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t v = first; v < end; ++v) {
       paced.check();
-      const std::uint64_t degree = scene.vertex_faces()[v].size();
+      const std::uint64_t faces = scene.vertex_faces()[v].size();
+      const std::uint64_t degree = faces + scene.lone_edges_of(v).size();
       adjacencies += degree * degree;
-      corners += degree;
+      corners += faces;
+      ends += degree - faces;
       if (degree > greatest) {
         greatest = degree;
         hub = v;
@@ -49,22 +59,31 @@ Status check_hubs(const Scene& scene, StopSignal stop, std::uint32_t* worst) {
     if (body.kind == BodyKind::kDeformable && body.self_collision)
       count(body.first_vertex, body.first_vertex + body.vertex_count);
   }
-  const std::uint64_t most = std::max(kMostAdjacencies, kMostAdjacenciesAFace * (corners / 3));
+  const std::uint64_t most = std::max(kMostAdjacencies, kMostAdjacenciesAFace * (corners / 3 + ends / 2));
   if (adjacencies < most) return {};
   if (worst != nullptr) *worst = hub;
+  const std::string elements = ends > 0 ? " faces and edges" : " faces";
   return Error{ErrorCode::kResourceExhausted,
-               "faces: " + std::to_string(adjacencies) +
-                   " pairs of faces share a vertex of bodies that are tested against themselves, more than " +
+               "faces: " + std::to_string(adjacencies) + " pairs of" + elements +
+                   " share a vertex of bodies that are tested against themselves, more than " +
                    std::to_string(most) + "; vertex " + std::to_string(hub) + " alone is in " +
-                   std::to_string(greatest) + " faces: split it, or switch its body's self_collision off"};
+                   std::to_string(greatest) + elements + ": split it, or switch its body's self_collision off"};
 }
 
 namespace {
 
+// Of a vertex of no face: the first lone edge around it tests it against all faces but those at its other end.
+void orphans_of_end(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
+  const auto around = scene.lone_edges_of(v);
+  if (around.empty()) return;
+  const Edge& first = scene.edges()[around.front()];
+  for (const std::uint32_t f : scene.vertex_faces()[first[0] == v ? first[1] : first[0]]) found.push_back({v, f});
+}
+
 // Only faces that share a vertex with the first face around v, and do not contain v, can be adjacent to all.
 void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
   const auto around = scene.vertex_faces()[v];
-  if (around.empty()) return;
+  if (around.empty()) return orphans_of_end(scene, v, found);
   const Face& first = scene.faces()[around.front()];
   const int corner = first[0] == v ? 0 : first[1] == v ? 1 : 2;
   const std::uint32_t next = first[(corner + 1) % 3];
@@ -80,12 +99,32 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
   consider_around(last, true);
 }
 
-// Likewise: the first face along an orphan's other edge contains a, b or c of the first face (a, b, c) along
+// The first face along an orphan's other edge has its opposite corner at the lone edge. Of edges that both lone
+// and other ones have, the lesser finds the pair.
+void orphans_of_lone_edge(const Scene& scene, std::uint32_t lone, std::vector<FeatureIds>& found) {
+  for (const std::uint32_t v : scene.edges()[lone]) {
+    for (const std::uint32_t h : scene.vertex_faces()[v]) {
+      for (const std::uint32_t e : scene.face_edges()[h])
+        if (lone < e && is_orphan_lone(scene, lone, e)) found.push_back({lone, e});
+    }
+  }
+}
+
+// The same from the other edge, of a face whose corner off the edge is `opposite`.
+void lone_edges_at(const Scene& scene, std::uint32_t e, std::uint32_t opposite, std::vector<FeatureIds>& found) {
+  for (const std::uint32_t lone : scene.lone_edges_of(opposite))
+    if (e < lone && is_orphan_lone(scene, lone, e)) found.push_back({e, lone});
+}
+
+// As orphans_of_vertex(): the first face along an orphan's other edge contains a, b or c of the first face (a, b, c) along
 // this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat an index give
 // some pairs twice: gather() removes duplicates.
 void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
+  if (scene.edge_faces()[e1].empty()) return orphans_of_lone_edge(scene, e1, found);
   const auto [a, b] = scene.edges()[e1];
   const Face& first = scene.faces()[scene.edge_faces()[e1].front()];
+  for (const std::uint32_t corner : first)
+    if (corner != a && corner != b) lone_edges_at(scene, e1, corner, found);
   const Face& second = scene.faces()[scene.edge_faces()[e1].back()];
   const auto consider = [&](std::uint32_t h, std::uint32_t e2) {
     if (e1 < e2 && scene.edge_faces()[e2].front() == h &&
@@ -113,6 +152,7 @@ void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureId
 void faces_of_edge(const Scene& scene, std::uint32_t e, std::vector<FeatureIds>& found) {
   const Edge& edge = scene.edges()[e];
   const auto along = scene.edge_faces()[e];
+  if (along.empty()) return;  // what a lone edge is adjacent to shares a vertex
   const Face& first = scene.faces()[along.front()];
   const auto of_edge = [&](std::uint32_t v) { return v == edge[0] || v == edge[1]; };
   const auto opposite = std::ranges::find_if_not(first, of_edge);

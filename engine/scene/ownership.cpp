@@ -112,6 +112,30 @@ Ownership::Candidates Ownership::candidates(std::uint32_t f, std::uint32_t g) co
   return {owned, perhaps_near(rf, rg) ? pairs_of(rf.first_bits >> 6, rg.first_bits >> 6) & ~owned : 0};
 }
 
+std::uint32_t Ownership::owned_with_segment(Primitive p, std::uint32_t lone_edge) const {
+  constexpr std::uint32_t kFirstEdges = 1U << 6;
+  if (!is_face(p)) return kFirstEdges;
+  const Edge& edge = scene_->edges()[lone_edge];
+  std::uint32_t owned = 0;
+  for (int k = 0; k < 2; ++k) {
+    if (scene_->vertex_faces()[edge[k]].empty() && scene_->lone_edges_of(edge[k]).front() == lone_edge)
+      owned |= 8U << k;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const bool occurs_first = (records_[p].first_bits >> (9 + i) & 1U) != 0;
+    if (occurs_first && is_first_along(p, scene_->face_edges()[p][i], edge)) owned |= kFirstEdges << (3 * i);
+  }
+  return owned;
+}
+
+bool Ownership::is_first_along(std::uint32_t face, std::uint32_t edge, const Edge& lone_edge) const {
+  for (const std::uint32_t g : scene_->edge_faces()[edge]) {
+    if (g == face) return true;
+    if (!adjacent(lone_edge, scene_->faces()[g])) return false;
+  }
+  return false;
+}
+
 // A pair that is not a feature's first pair can own it only if the first pair is adjacent.
 bool Ownership::owns(std::uint32_t f, std::uint32_t g, int bit) const {
   if (bit >= 3 && bit < 6) return owns(g, f, bit - 3);

@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/connectivity.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
@@ -58,8 +60,8 @@ void Renumbering::extend(const Scene& scene, std::span<const Primitive> order, S
   PacedStop paced(stop);
   for (const Primitive primitive : order) {
     paced.check();
-    if ((primitive & kPoint) != 0) {
-      meet(primitive & ~kPoint);
+    if (!is_face(primitive)) {
+      for (const std::uint32_t vertex : primitive_vertices(scene, primitive)) meet(vertex);
       continue;
     }
     new_face_[primitive] = NewFace{static_cast<std::uint32_t>(given_face_.size())};
@@ -90,12 +92,14 @@ void Renumbering::extend(const Scene& scene, Scene& result, StopSignal stop) con
   });
   append_rows(from.vertex_faces, given_vertex_, new_face_, stop, to.vertex_faces);
   append_same_rows(from.edge_faces, new_face_, stop, to.edge_faces);
+  append(to.lone_edges, std::span(from.lone_edges).subspan(to.lone_edges.size()), stop);
+  to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
   to.body_of_vertex.reserve(scene.vertex_count());
   PacedStop paced(stop);
   for (std::size_t v = first_vertex; v < given_vertex_.size(); ++v) {
     paced.check();
     to.body_of_vertex.push_back(from.body_of_vertex[number_of(given_vertex_[v])]);
-    if (from.vertex_faces[number_of(given_vertex_[v])].empty())
+    if (scene.is_isolated(number_of(given_vertex_[v])))
       to.isolated_vertices.push_back(static_cast<std::uint32_t>(v));
   }
 }
@@ -127,6 +131,11 @@ void Renumbering::truncate(const Extent& extent, Scene& scene) noexcept {
   shorten_rows(mesh.vertex_faces, extent.vertices);
   shorten_rows(mesh.edge_faces, extent.edges);
   shorten(mesh.body_of_vertex, extent.vertices);
+  std::erase_if(mesh.lone_edges, [&](std::uint32_t e) { return e >= extent.edges; });
+  if (mesh.lone_edges.empty())
+    mesh.vertex_lone_edges = {};
+  else
+    shorten_rows(mesh.vertex_lone_edges, extent.vertices);
   std::erase_if(mesh.isolated_vertices, [&](std::uint32_t v) { return v >= extent.vertices; });
 }
 

@@ -45,6 +45,7 @@ class Renumbering {
   Patches apply(const Patches& patches) const;
   /// A primitive in its new number.
   Primitive apply(Primitive given) const {
+    if ((given & kSegment) != 0) return given;
     return (given & kPoint) != 0 ? kPoint | number_of(renumbered(GivenVertex{given & ~kPoint}))
                                  : number_of(renumbered(GivenFace{given}));
   }
@@ -57,8 +58,13 @@ class Renumbering {
   std::span<const GivenVertex> given_vertices() const { return given_vertex_; }
   /// A contact between features in new numbers, in given ones.
   Contact given(Contact contact) const {
-    if (contact.kind == ContactKind::kVertexFace) contact.a = number_of(given(NewVertex{contact.a}));
-    if (contact.kind != ContactKind::kEdgeEdge) contact.b = number_of(given(NewFace{contact.b}));
+    const auto vertex = [this](std::uint32_t v) { return number_of(given(NewVertex{v})); };
+    using enum ContactKind;
+    if (contact.kind == kVertexFace || contact.kind == kVertexEdge || contact.kind == kVertexVertex)
+      contact.a = vertex(contact.a);
+    if (contact.kind == kVertexFace || contact.kind == kEdgeFace)
+      contact.b = number_of(given(NewFace{contact.b}));
+    if (contact.kind == kVertexVertex) contact.b = vertex(contact.b);
     return contact;
   }
 

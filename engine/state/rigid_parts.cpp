@@ -9,6 +9,7 @@
 
 #include "engine/elementary/certified.h"
 #include "engine/motion/trial_way.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {
@@ -197,12 +198,13 @@ void RigidParts::measure(std::span<const std::uint32_t> parts, const Topology& t
     body.group = 1;
     body.mask = 2;
     for (const Primitive primitive : from.order) {
-      if ((primitive & kPoint) != 0) continue;
-      std::array<std::int32_t, 3> face;
+      const Face vertices = primitive_vertices(topology.scene, primitive);
+      std::array<std::int32_t, 3> in_description;
       for (int k = 0; k < 3; ++k)
-        face[k] = static_cast<std::int32_t>(topology.scene.faces()[primitive][k] -
-                                            from.features.first_vertex + body.first_vertex);
-      description.faces.push_back(face);
+        in_description[k] =
+            static_cast<std::int32_t>(vertices[k] - from.features.first_vertex + body.first_vertex);
+      if (is_face(primitive)) description.faces.push_back(in_description);
+      if (is_segment(primitive)) description.edges.push_back({in_description[0], in_description[1]});
     }
     description.vertex_count += body.vertex_count;
     description.bodies.push_back(body);

@@ -35,6 +35,10 @@ class AutoPipeline final : public Pipeline {
   void commit(Core& core, double fraction, Rounding rounding) noexcept override {
     pipeline_->commit(core, fraction, rounding);
   }
+  Status place(Core& core, const Frame& frame, StopSignal stop, const StepResult& result,
+               const AcceptStep& accept) override {
+    return pipeline_->place(core, frame, stop, result, accept);
+  }
   void options_changed(Core& core) override { pipeline_->options_changed(core); }
   void parts_changed() override { pipeline_->parts_changed(); }
   void thickness_changed(Core& core) noexcept override { pipeline_->thickness_changed(core); }

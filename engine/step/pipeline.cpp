@@ -57,12 +57,10 @@ class PipelineWith final : public Pipeline {
     }
     attempt.hierarchies_hold = true;
     if (output.over_limit) return too_many_contacts(core.options);
-    result.vf = output.vf;
-    result.ee = output.ee;
-    result.ef = output.ef;
+    static_cast<KindCounts&>(result) = output.found;
     result.possible = output.possible;
     result.overlaps_at_start = output.overlaps;
-    if (output.vf + output.ee > 0 && core.options.pair_test == PairTest::kMotion)
+    if (output.found.total() > 0 && core.options.pair_test == PairTest::kMotion)
       result.earliest_toi = output.earliest;
     const FoundPairs& found = core.found();
     result.contacts = found.contacts;
@@ -90,6 +88,26 @@ class PipelineWith final : public Pipeline {
     if (fraction == 1 && !beside) return;
     core.rigid_parts.lose_track();
     near_.forget();  // rounding may put parts where no motion that was looked at goes
+  }
+
+  Status place(Core& core, const Frame& frame, StopSignal stop, const StepResult& result,
+               const AcceptStep& accept) override {
+    // What is kept counts from motions that do not lead here, also where this fails half-way.
+    struct Forgetting {
+      ~Forgetting() {
+        core.rigid_parts.undo();
+        pipeline.forget_steps(core, Rebuild::kForgotten);
+      }
+      PipelineWith& pipeline;
+      Core& core;
+    } const forgetting{*this, core};
+    SceneMotion::Step motion(core.motion);
+    const auto begin = [&] { motion.begin(frame, stop); };
+    core.workers->run(std::cref(begin));
+    if (accept)
+      if (Status accepted = accept(result); !accepted) return accepted;
+    motion.commit();
+    return {};
   }
 
   void options_changed(Core& core) override {

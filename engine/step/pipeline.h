@@ -28,6 +28,10 @@ class Pipeline {
                                   const AcceptStep& accept) = 0;
   /// Takes the last trial up to a fraction in [0, 1]. After a trial only.
   virtual void commit(Core& core, double fraction, Rounding rounding) noexcept = 0;
+  /// Carries out a frame that was checked, without a motion, if `accept` accepts `result`, which tells of
+  /// nothing. Throws Stopped when told to stop; after an error or exception everything stands where it did.
+  virtual Status place(Core& core, const Frame& frame, StopSignal stop, const StepResult& result,
+                       const AcceptStep& accept) = 0;
   /// core.options are others than in the last step, in what they say of contacts.
   virtual void options_changed(Core& core) = 0;
   /// Parts were added or changed: which are near each other is found anew.

@@ -47,7 +47,7 @@ struct Counterpart<BodyKind> {
 template <>
 struct Counterpart<QuestionKind> {
   using Type = v1::Question::Kind;
-  static constexpr int kLast = v1::Question::KIND_INTERSECTIONS;
+  static constexpr int kLast = v1::Question::KIND_PLACE;
 };
 template <>
 struct Counterpart<Where> {
@@ -106,7 +106,8 @@ static_assert(to_proto(QuestionKind::kStep) == v1::Question::KIND_STEP &&
               to_proto(QuestionKind::kTrial) == v1::Question::KIND_TRIAL &&
               to_proto(QuestionKind::kMaxStep) == v1::Question::KIND_MAX_STEP &&
               to_proto(QuestionKind::kProximity) == v1::Question::KIND_PROXIMITY &&
-              to_proto(QuestionKind::kIntersections) == v1::Question::KIND_INTERSECTIONS);
+              to_proto(QuestionKind::kIntersections) == v1::Question::KIND_INTERSECTIONS &&
+              to_proto(QuestionKind::kPlace) == v1::Question::KIND_PLACE);
 static_assert(to_proto(Where::kBase) == v1::Question::WHERE_BASE &&
               to_proto(Where::kTrialEnd) == v1::Question::WHERE_TRIAL_END);
 static_assert(to_proto(FrontState::kNone) == v1::FRONT_STATE_NONE &&

@@ -10,9 +10,7 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
                    const ContactFields& fields) {
   Answer answer;
   answer.frame = frame;
-  answer.vf = result.vf;
-  answer.ee = result.ee;
-  answer.ef = result.ef;
+  static_cast<KindCounts&>(answer) = result;
   answer.possible = result.possible;
   answer.earliest_toi = result.earliest_toi;
   answer.overlaps_at_start = result.overlaps_at_start;

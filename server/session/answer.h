@@ -14,11 +14,8 @@
 
 namespace warmfront::server {
 
-struct Answer {
+struct Answer : KindCounts {
   std::uint64_t frame = 0;
-  std::uint64_t vf = 0;
-  std::uint64_t ee = 0;
-  std::uint64_t ef = 0;
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;

@@ -58,6 +58,7 @@ std::uint64_t digest_of(const SessionSpec& spec, const PositionBuffer& positions
     digest.add(std::span(filters.patches));
   }
   if (!spec.scene.thickness.empty()) digest.add(std::span(spec.scene.thickness));
+  if (!spec.scene.edges.empty()) digest.add(std::span(spec.scene.edges));
   return digest.value();
 }
 
@@ -138,7 +139,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       limits_(host.limits),
       tenant_(std::move(host.tenant)),
       mailbox_(std::make_shared<Mailbox>(
-          host.runner, host.limits.window, lane_of(step_cost_ms(scene->face_count(), {})),
+          host.runner, host.limits.window, lane_of(step_cost_ms(scene->element_count(), {})),
           tenant_ ? std::shared_ptr<Share>(tenant_, &tenant_->share) : std::shared_ptr<Share>())),
       account_(std::move(host.account)),
       companion_(std::move(host.companion)),
@@ -146,7 +147,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       memory_(account_, collider_.memory_bytes()),
       frames_(spec.first_frame),
       standing_{{spec.first_frame, spec.first_revision, digest}, std::nullopt},
-      next_ms_(step_cost_ms(scene->face_count(), {})),
+      next_ms_(step_cost_ms(scene->element_count(), {})),
       scene_(std::move(scene)),
       last_request_(std::chrono::steady_clock::now()) {
   snapshot_.state = standing_.now;
@@ -268,9 +269,9 @@ void Session::take_stock() {
 // Only what follows a step is foreseen to be brief: the first of a changed scene, or of one whose warmth is
 // gone, may take long, and so may the frame again that was given up. A check takes a time of its own.
 void Session::plan_next() {
-  const std::uint64_t faces = collider_.scene().face_count();
-  next_ms_ = step_cost_ms(faces, last_counts_);
-  if (last_counts_beside_) next_ms_ += step_cost_ms(faces, *last_counts_beside_);
+  const std::uint64_t elements = collider_.scene().element_count();
+  next_ms_ = step_cost_ms(elements, last_counts_);
+  if (last_counts_beside_) next_ms_ += step_cost_ms(elements, *last_counts_beside_);
   // A request that took many times what was foreseen, and more than waiting for others explains, was one of
   // the long ones, whatever counts it has to show: a step that was given up has none.
   constexpr double kOutgrown = 10, kLeastMs = 100;
@@ -344,24 +345,26 @@ Outcome<std::string> Session::self_check(const std::string& where, const std::at
 // hold.
 std::optional<Fault> Session::too_large_with(std::span<const SceneChange> changes) const {
   std::uint64_t vertices = collider_.scene().vertex_count();
-  std::uint64_t faces = collider_.scene().face_count();
+  std::uint64_t elements = collider_.scene().element_count();
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const auto* add = std::get_if<AddBody>(&changes[i]);
     if (add == nullptr) continue;
     const std::string where = "changes[" + std::to_string(i) + "]: ";
     vertices += add->addition.body.vertex_count;
-    faces += add->addition.faces.size();
+    elements += add->addition.faces.size() + add->addition.edges.size();
     if (vertices > limits_.max_vertices)
       return too_large(where + "vertices of the scene", vertices, limits_.max_vertices, "max-vertices");
-    if (faces > limits_.max_triangles)
-      return too_large(where + "faces of the scene", faces, limits_.max_triangles, "max-triangles");
+    if (elements > limits_.max_triangles)
+      return too_large(where + "faces and lone edges of the scene", elements, limits_.max_triangles,
+                       "max-triangles");
   }
   return std::nullopt;
 }
 
 std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
-  const std::uint64_t vertices = collider_.scene().vertex_count(), faces = collider_.scene().face_count();
-  std::uint64_t more_vertices = 0, more_faces = 0;
+  const std::uint64_t vertices = collider_.scene().vertex_count();
+  const std::uint64_t elements = collider_.scene().element_count();
+  std::uint64_t more_vertices = 0, more_elements = 0;
   const PairFilters* other = nullptr;  // in place of the scene's
   const bool is_thick = collider_.scene().most_thickness() > 0;
   bool becomes_thick = is_thick;
@@ -372,10 +375,10 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
     if (add == nullptr) continue;
     becomes_thick |= add->addition.body.thickness > 0;
     more_vertices += add->addition.body.vertex_count;
-    more_faces += add->addition.faces.size();
+    more_elements += add->addition.faces.size() + add->addition.edges.size();
   }
-  const auto estimate = [&](std::uint64_t v, std::uint64_t f, bool thick) {
-    return estimate_bytes(v, f, size_of(dtype_), options_.explain, thick, limits_);
+  const auto estimate = [&](std::uint64_t v, std::uint64_t e, bool thick) {
+    return estimate_bytes(v, e, size_of(dtype_), options_.explain, thick, limits_);
   };
   const auto of_filters = [&](const PairFilters& filters, std::uint64_t v) {
     return estimate_filter_bytes(FilterSize::of(filters), v, options_.explain);
@@ -385,8 +388,8 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const std::size_t more_filters =
       other != nullptr ? of_filters(*other, vertices + more_vertices)
                        : of_filters(present, vertices + more_vertices) - of_filters(present, vertices);
-  return estimate(vertices + more_vertices, faces + more_faces, becomes_thick) -
-         estimate(vertices, faces, is_thick) + more_filters;
+  return estimate(vertices + more_vertices, elements + more_elements, becomes_thick) -
+         estimate(vertices, elements, is_thick) + more_filters;
 }
 
 Fault Session::with_removed(Fault refusal) const {
@@ -474,7 +477,7 @@ Outcome<std::shared_ptr<const Answer>> Session::compute(Request& request) {
   if (request.pass.refused) return *request.pass.refused;
   if (request.pass.attachment && *request.pass.attachment < holder_) return taken_over();
   auto* asked = std::get_if<Asked>(&request.content);
-  const bool counts = asked == nullptr || asked->question.kind == QuestionKind::kStep;
+  const bool counts = asked == nullptr || asked->question.counts();
   switch (frames_.classify(frame)) {
     case FrameSequence::Verdict::kOutOfOrder:
       return out_of_order(frame);
@@ -528,7 +531,7 @@ Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& ask
     fault.message = name_of(frame) + ": " + fault.message;
     return fault;
   }
-  const bool counts = asked.question.kind == QuestionKind::kStep;
+  const bool counts = asked.question.counts();
   const ContactFields fields = merged(options_, question.value()).fields;
   if (Status complete = contents.complete(scene); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
@@ -579,7 +582,7 @@ Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& ask
   answer->state_before = standing_.now;
   ++steps_unchecked_;
   if (observer_ != nullptr) observer_->step_done(answer->statistics, answer->pairs(), waited.count());
-  stepped_ = true;
+  stepped_ = asked.question.kind != QuestionKind::kPlace;  // what comes next builds what that dropped
   if (!counts) {
     answer->state = standing_.now;
     if (!asked.question.of_state()) trial_ = digest.value();

@@ -48,6 +48,12 @@ Outcome<SceneChange> addition_from(const v1::BodyAddition& message, Dtype dtype,
   add.addition.faces.resize(message.faces().size() / 12);
   if (!add.addition.faces.empty())
     std::memcpy(add.addition.faces.data(), message.faces().data(), message.faces().size());
+  if (message.edges().size() % 8 != 0)
+    return bad_bytes(where + ".edges", message.edges().size(), message.edges().size() / 8 * 8,
+                     "a whole number of edges");
+  add.addition.edges.resize(message.edges().size() / 8);
+  if (!add.addition.edges.empty())
+    std::memcpy(add.addition.edges.data(), message.edges().data(), message.edges().size());
   PositionBuffer positions(dtype, add.addition.body.vertex_count);
   static_cast<void>(positions.append(message.positions()));
   if (Status complete = positions.complete(); !complete) return fault_from(complete.error(), where + ".");
@@ -99,8 +105,10 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
   if (!options) return options.fault();
   if (header.vertex_count() > limits.max_vertices)
     return too_large("vertex_count", header.vertex_count(), limits.max_vertices, "max-vertices");
-  if (header.face_count() > limits.max_triangles)
-    return too_large("face_count", header.face_count(), limits.max_triangles, "max-triangles");
+  const std::uint64_t elements = std::uint64_t{header.face_count()} + header.edge_count();
+  if (elements > limits.max_triangles)
+    return too_large(header.edge_count() > 0 ? "face_count and edge_count" : "face_count", elements,
+                     limits.max_triangles, "max-triangles");
   if (header.first_frame() >> 63 != 0)
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  "first_frame: " + std::to_string(header.first_frame()) + " is not below 2^63"};
@@ -176,6 +184,7 @@ v1::SessionInfo to_proto(const Session& session) {
   info.set_vertex_count(scene->vertex_count());
   info.set_face_count(scene->face_count());
   info.set_edge_count(scene->edge_count());
+  info.set_lone_edge_count(static_cast<std::uint32_t>(scene->lone_edges().size()));
   info.set_body_count(scene->body_count());
   info.set_dtype(session.dtype() == Dtype::kFloat32 ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
   *info.mutable_options() = to_proto(session.options());
@@ -230,6 +239,8 @@ v1::StepSummary summary_of(const Answer& answer) {
   v1::StepSummary summary;
   summary.set_vf(answer.vf);
   summary.set_ee(answer.ee);
+  summary.set_ve(answer.ve);
+  summary.set_vv(answer.vv);
   summary.set_ef(answer.ef);
   summary.set_possible(answer.possible);
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);

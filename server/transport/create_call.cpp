@@ -103,7 +103,7 @@ void CreateCall::upload_ended() {
   if (call_.IsCancelled()) return fail_locked(grpc::Status::CANCELLED);
   if (std::optional<Fault> fault = upload_->complete()) return fail_locked(refused(*fault));
   // Building takes some ten times as long as a step.
-  const Lane lane = lane_of(10 * step_cost_ms(upload_->face_count(), {}));
+  const Lane lane = lane_of(10 * step_cost_ms(upload_->element_count(), {}));
   // The call may be over, and gone, before its turn comes.
   context_.runner.post([call = shared_from_this(), lane] { call->build(lane); }, lane,
                        std::shared_ptr<Share>(tenant_, &tenant_->share));

@@ -2,6 +2,7 @@
 // Putting an upload together. Thread safety as stated in the header.
 #include "server/transport/upload.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -23,13 +24,15 @@ std::optional<Fault> Upload::add(const v1::CreateSessionRequest& request) {
   if (request.part_case() == Request::kHeader) return add_header(request.header());
   if (request.part_case() == Request::PART_NOT_SET)
     return invalid(
-        "CreateSession: a message carries none of header, faces, positions, thickness and filters' arrays");
+        "CreateSession: a message carries none of header, faces, edges, positions, thickness and filters' "
+        "arrays");
   if (!spec_)
     return invalid(
-        "CreateSession: the header comes first, then faces, positions, thickness and filters' arrays");
+        "CreateSession: the header comes first, then faces, edges, positions, thickness and filters' arrays");
   if (request.part_case() == Request::kFaces) return add_faces(request.faces());
   const Status added = request.part_case() == Request::kPositions   ? positions_->append(request.positions())
                        : request.part_case() == Request::kThickness ? thickness_.append(request.thickness())
+                       : request.part_case() == Request::kEdges     ? edges_.append(request.edges())
                                                                     : filters_.add(request);
   if (!added) return fault_from(added.error());
   return std::nullopt;
@@ -46,6 +49,8 @@ std::optional<Fault> Upload::add_header(const v1::SessionHeader& header) {
     filters_ = std::move(filters).value();
   }
   if (header.vertex_thickness()) thickness_ = wire::ChunkedArray<double>("thickness", header.vertex_count());
+  edge_count_ = header.edge_count();
+  if (edge_count_ > 0) edges_ = wire::ChunkedArray<std::array<std::int32_t, 2>>("edges", edge_count_);
   thick_ = wire::is_thick(header);
   spec_ = std::move(spec).value();
   face_count_ = header.face_count();
@@ -66,8 +71,14 @@ std::optional<Fault> Upload::add_faces(std::string_view bytes) {
   return std::nullopt;
 }
 
+std::uint64_t Upload::element_count() const {
+  const std::uint64_t faces = face_count_, edges = edge_count_, vertices = spec_->scene.vertex_count;
+  const std::uint64_t named = std::min(3 * faces + 2 * edges, vertices);
+  return faces + edges + (vertices - named);
+}
+
 std::size_t Upload::estimate_bytes() const {
-  return server::estimate_bytes(spec_->scene.vertex_count, face_count_, size_of(spec_->dtype),
+  return server::estimate_bytes(spec_->scene.vertex_count, element_count(), size_of(spec_->dtype),
                                 spec_->options.explain, thick_, limits_) +
          estimate_filter_bytes(filter_size(), spec_->scene.vertex_count, spec_->options.explain);
 }
@@ -85,6 +96,7 @@ std::optional<Fault> Upload::complete() const {
                    std::to_string(expected_face_bytes()) + " bytes");
   if (Status complete = positions_->complete(); !complete)
     return fault_from(complete.error(), "the upload ended early: ");
+  if (Status complete = edges_.complete(); !complete) return fault_from(complete.error());
   if (Status complete = thickness_.complete(); !complete) return fault_from(complete.error());
   if (Status complete = filters_.complete(); !complete) return fault_from(complete.error());
   return std::nullopt;

@@ -2,6 +2,8 @@
 // A scene as it is uploaded: one header, then chunks, put together and checked. Used by one thread at a time.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -25,8 +27,9 @@ class Upload {
   /// INVALID_ARGUMENT unless everything announced is there.
   std::optional<Fault> complete() const;
 
-  /// Announced; after the header only.
-  std::uint32_t face_count() const { return face_count_; }
+  /// Faces, edges and vertices that can be of none of them, as announced: a session's hierarchies hold as many or
+  /// more. After the header only.
+  std::uint64_t element_count() const;
   /// What the session is going to hold; after the header only.
   std::size_t estimate_bytes() const;
   /// Null before the header.
@@ -37,6 +40,7 @@ class Upload {
     SessionSpec spec = *std::move(spec_);
     spec.scene.filters = filters_.take();
     spec.scene.thickness = thickness_.take();
+    spec.scene.edges = edges_.take();
     spec_->id = spec.id;
     return spec;
   }
@@ -53,8 +57,10 @@ class Upload {
   std::optional<PositionBuffer> positions_;
   wire::FiltersUpload filters_;
   wire::ChunkedArray<double> thickness_{"thickness"};
+  wire::ChunkedArray<std::array<std::int32_t, 2>> edges_{"edges"};
   bool thick_ = false;
   std::uint32_t face_count_ = 0;
+  std::uint32_t edge_count_ = 0;
   std::size_t face_bytes_ = 0;
 };
 

@@ -67,5 +67,9 @@ int main() {
   for (Way& way : ways)
     if (way.options.bounds == BoundsKind::kAuto) way.options.bounds = BoundsKind::kKDop18;
   for (const scenes::CatalogEntry& entry : scenes::catalog())
-    for (const Way& way : ways) print_steps({&entry, 2000, 12}, way);
+    for (const Way& way : ways) {
+      const scenes::SceneSpec spec{&entry, 2000, 12};
+      const bool thick = must(Scene::create(scenes::make_animation(spec)->scene())).most_thickness() > 0;
+      if (!thick || way.options.tier != Tier::kFast) print_steps(spec, way);
+    }
 }

@@ -60,6 +60,8 @@ class CppDriver final : public SessionDriver {
         return session_->step(moved.frame(), operation.options);
       case StepOperation::As::kTrial:
         return session_->trial(moved.frame(), operation.options);
+      case StepOperation::As::kPlace:
+        return session_->place(moved.frame());
       case StepOperation::As::kMaxStep:
         break;
     }
@@ -70,6 +72,7 @@ class CppDriver final : public SessionDriver {
   Status submit(const StepOperation& operation) override {
     Question question{.options = operation.options};
     if (operation.as == StepOperation::As::kTrial) question.kind = QuestionKind::kTrial;
+    if (operation.as == StepOperation::As::kPlace) question.kind = QuestionKind::kPlace;
     if (operation.as == StepOperation::As::kMaxStep)
       question = {QuestionKind::kMaxStep, operation.options, operation.leave_out_overlaps};
     const auto number = session_->submit(FrameOf(operation).frame(), question);

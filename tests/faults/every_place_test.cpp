@@ -609,6 +609,16 @@ TEST_P(EveryPlace, WhileItIsMade) {
 
 // The script with max_contacts k, for every k: a refused operation has no effect, and the others continue
 // from there.
+bool moves_static_body(const AcceptedState& state, const StepOperation& step) {
+  if (!step.all) return false;
+  return std::ranges::any_of(state.scene.bodies, [&](const Body& body) {
+    const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
+    return body.kind == BodyKind::kStatic &&
+           !std::equal(state.positions.begin() + first,
+                       state.positions.begin() + first + 3 * body.vertex_count, step.all->begin() + first);
+  });
+}
+
 TEST_P(EveryPlace, MoreContactsThanAllowed) {
   const Script& script = GetParam();
   KnownAnswers answers;
@@ -644,7 +654,12 @@ TEST_P(EveryPlace, MoreContactsThanAllowed) {
       if (outcome.done()) state.accept(operation);
       ASSERT_EQ(state.difference(collider), "");
     };
-    for (const Operation& operation : script.operations) ASSERT_NO_FATAL_FAILURE(expect_right(operation));
+    for (const Operation& operation : script.operations) {
+      // What moved a body in a frame that was refused here does not lead to where the script has it, static.
+      const auto* step = std::get_if<StepOperation>(&operation);
+      if (step != nullptr && moves_static_body(state, *step)) break;
+      ASSERT_NO_FATAL_FAILURE(expect_right(operation));
+    }
     Draws draws(k % 4);
     for (int i = 0; i < kStepsAfter; ++i)
       ASSERT_NO_FATAL_FAILURE(expect_right(Operation(draw_step(draws, state))));

@@ -109,7 +109,7 @@ json question_of(const StepOperation& operation) {
 }
 
 const char* kind_of(const StepOperation& operation) {
-  constexpr const char* kKinds[] = {"step", "trial", "max_step"};
+  constexpr const char* kKinds[] = {"step", "trial", "max_step", "place"};
   return kKinds[static_cast<int>(operation.as)];
 }
 
@@ -212,6 +212,7 @@ class PythonDriver final : public SessionDriver {
     json request{{"address", address_},
                  {"positions", hex(state.positions)},
                  {"faces", hex(state.scene.faces)},
+                 {"edges", hex(state.scene.edges)},
                  {"bodies", json::array()},
                  {"excluded_pairs", state.scene.excluded_pairs},
                  {"options", told(options)}};
@@ -261,6 +262,7 @@ class PythonDriver final : public SessionDriver {
   Result<std::uint32_t> add_body(const AddOperation& add) override {
     const Result<json> reply = ask("add_body", {{"body", told(add.addition.body)},
                                                 {"faces", hex(add.addition.faces)},
+                                                {"edges", hex(add.addition.edges)},
                                                 {"positions", hex(add.positions)}});
     if (!reply) return reply.error();
     return reply.value().at("index").get<std::uint32_t>();

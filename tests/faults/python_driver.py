@@ -92,12 +92,17 @@ class Driver:
         client = warmfront.connect(request["address"], timeouts=TIMEOUTS)
         options = warmfront.Options(**request["options"])
         self.session = client.session(
-            rows(request["positions"]), array(request["faces"], "<i4", -1, 3), bodies=[body_of(b) for b in request["bodies"]],
+            rows(request["positions"]), array(request["faces"], "<i4", -1, 3),
+            edges=array(request["edges"], "<i4", -1, 2), bodies=[body_of(b) for b in request["bodies"]],
             excluded_pairs=[tuple(pair) for pair in request["excluded_pairs"]], options=options)
         return {"id": self.session.id, "window": self.session.window}
 
     def step(self, request):
         return told(self.session.step(**frame_of(request), **request.get("question", {})))
+
+    def place(self, request):
+        self.session.place(**frame_of(request))
+        return {"frame": 0, "vf": 0, "ee": 0, "possible": 0, **{name: "" for name in COLUMNS}}
 
     def trial(self, request):
         return told(self.session.trial(**frame_of(request), **request.get("question", {})))
@@ -133,7 +138,7 @@ class Driver:
 
     def add_body(self, request):
         return {"index": self.session.add_body(body_of(request["body"]), array(request["faces"], "<i4", -1, 3),
-                                               rows(request["positions"]))}
+                                               rows(request["positions"]), array(request["edges"], "<i4", -1, 2))}
 
     def change_body(self, request):
         self.session.change_body(request["index"], body_of(request["body"]))

@@ -187,8 +187,11 @@ class RemoteHistory {
     const Around around =
         command.lose_answer ? Around([this](const auto& call) { lose_answer_of(call); }) : Around(as_it_is);
     switch (command.kind) {
-      case Command::kFrame:
-        return expect_right(session_.step(draw_step(draws, state), around));
+      case Command::kFrame: {
+        StepOperation frame = draw_step(draws, state);
+        if (driver_.asks() && draws.below(5) == 0) frame.as = StepOperation::As::kPlace;
+        return expect_right(session_.step(frame, around));
+      }
       case Command::kTwoFrames:
         return two_steps(draws, command.lose_answer);
       case Command::kAdd:

@@ -105,9 +105,7 @@ TEST_F(FaultTable, Row04_DegenerateScenesAreTaken) {
   takes("the same face twice", {{0, 1, 2}, {0, 1, 2}, {2, 1, 0}}, {0, 0, 0, 1, 0, 0, 0, 1, 0});
   takes("vertices of no face", {{0, 1, 2}}, {0, 0, 0, 1, 0, 0, 0, 1, 0, 9, 9, 9});
   takes("nothing", {}, {});
-  // Nothing could ever touch: an error, instead of answers without contacts forever.
-  expect_fault(create(header_for(2, 0, kOther), "", bytes_of({0, 0, 0, 1, 1, 1})), StatusCode::UNIMPLEMENTED,
-               v1::ERROR_REASON_INVALID_INPUT, "points and edges alone are not modelled yet");
+  takes("points alone", {}, {0, 0, 0, 1, 1, 1});
 }
 
 TEST_F(FaultTable, Row05_HugeCoordinatesAndAMeshInOnePoint) {

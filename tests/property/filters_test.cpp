@@ -228,7 +228,7 @@ class Filtered : public DrawnBodies {
       const CertifiedOptions certified{.tolerance =
                                            question.tier == Tier::kExact ? 0x1p-32 : options_.tolerance};
       const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
-      testing::for_all_feature_pairs(*scene_, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+      testing::for_all_pairs(*scene_, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
         Contact contact{kind, ContactStatus::kHit, a, b, 0};
         const auto v = scene_->vertices_of(contact);
         if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;

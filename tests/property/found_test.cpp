@@ -26,11 +26,7 @@ class World : public testing::Draws {
       // Clean shapes, and some that touch themselves everywhere.
       const testing::RandomScene shape = below(3) == 0 ? testing::random_scene(random_) : sheet();
       Body body{"", description.vertex_count, shape.scene->vertex_count()};
-      for (const Face& face : shape.scene->faces()) {
-        std::array<std::int32_t, 3> moved;
-        for (int k = 0; k < 3; ++k) moved[k] = static_cast<std::int32_t>(face[k] + body.first_vertex);
-        description.faces.push_back(moved);
-      }
+      testing::append_elements(*shape.scene, body.first_vertex, description.faces, description.edges);
       description.vertex_count += body.vertex_count;
       bodies_.push_back(body);
       modes_.push_back(kRigid);

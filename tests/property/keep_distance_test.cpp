@@ -59,7 +59,7 @@ ColliderOptions draw_options(Draws& draws) {
 void expect_fraction(const Scene& scene, std::span<const VertexMotion> vertices, const KeepDistance& keep,
                      const MaxStep& far) {
   const double f = far.fraction;
-  testing::for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  testing::for_all_pairs(scene, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const FeatureVertices features = testing::features_of(scene, vertices, kind, a, b);
     const double d = distance(features, 0);
     if (!(d > keep.beyond + 1e-9)) return;  // which may count as overlapping

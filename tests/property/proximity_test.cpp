@@ -241,7 +241,7 @@ std::vector<Contact> brute_force_near(const Scene& scene, const std::vector<doub
                                       double distance, double toi) {
   const std::vector<VertexMotion> vertices = testing::motion_between(x, x);
   std::vector<Contact> near;
-  testing::for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  testing::for_all_pairs(scene, distance > 0, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const FeatureVertices features = testing::features_of(scene, vertices, kind, a, b);
     const Verdict verdict = proximity(features, Instant::kStart, tier, distance);
     if (tier == Tier::kExact) RC_ASSERT(verdict.contact == near_truth(features, distance).contact);
@@ -255,7 +255,7 @@ std::vector<double> brute_force_distances(const Scene& scene, const std::vector<
                                           double distance) {
   const std::vector<VertexMotion> vertices = testing::motion_between(x, x);
   std::vector<double> least(scene.vertex_count(), distance);
-  testing::for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  testing::for_all_pairs(scene, distance > 0, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const FeatureVertices features = testing::features_of(scene, vertices, kind, a, b);
     if (!proximity(features, Instant::kStart, tier, distance).contact) return;
     const double bound = least_distance(features, Instant::kStart, distance);

@@ -26,11 +26,7 @@ class World : public testing::Draws {
     const int bodies = 1 + below(5);
     for (int b = 0; b < bodies; ++b) {
       auto [scene, positions] = draw_shape();
-      for (const Face& face : scene->faces()) {
-        std::array<std::int32_t, 3> moved;
-        for (int k = 0; k < 3; ++k) moved[k] = static_cast<std::int32_t>(face[k] + description.vertex_count);
-        description.faces.push_back(moved);
-      }
+      testing::append_elements(*scene, description.vertex_count, description.faces, description.edges);
       Body body = random_body(static_cast<std::uint32_t>(positions.size() / 3));
       body.first_vertex = description.vertex_count;
       description.vertex_count += body.vertex_count;
@@ -192,20 +188,15 @@ void change_scene(World& world, std::span<Collider> colliders) {
   if (world.below(3) == 0 && bodies < 8) {
     auto [scene, positions] = world.draw_shape();
     BodyAddition addition{world.random_body(scene->vertex_count()), {}};
-    for (const Face& face : scene->faces()) {
-      addition.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
-                                static_cast<std::int32_t>(face[2])});
-    }
+    testing::append_elements(*scene, 0, addition.faces, addition.edges);
     for (Collider& collider : colliders) {
       const Result<std::uint32_t> index = collider.add_body(addition, std::span<const double>(positions));
       RC_ASSERT(index.ok());
       RC_ASSERT(index.value() == bodies);
     }
     addition.body.first_vertex = world.description.vertex_count;
-    for (auto face : addition.faces) {
-      for (auto& v : face) v += static_cast<std::int32_t>(world.description.vertex_count);
-      world.description.faces.push_back(face);
-    }
+    testing::append_elements(*scene, world.description.vertex_count, world.description.faces,
+                             world.description.edges);
     world.description.vertex_count += addition.body.vertex_count;
     world.description.bodies.push_back(addition.body);
     world.x.insert(world.x.end(), positions.begin(), positions.end());

@@ -145,7 +145,8 @@ class History {
     Draws draws(command.draw);
     switch (command.kind) {
       case Command::kFrame:
-        return ask(draws, StepOperation::As::kStep, command.fault);
+        return draws.below(6) == 0 ? place(draws, command.fault)
+                                   : ask(draws, StepOperation::As::kStep, command.fault);
       case Command::kTrial:
         return ask(draws, StepOperation::As::kTrial, command.fault);
       case Command::kMaxStep:
@@ -233,6 +234,14 @@ class History {
     if (draws.below(as == StepOperation::As::kMaxStep ? 2 : 12) == 0)
       step.options.keep_distance = draw_keep_distance(draws);
     carry(step, fault);
+  }
+
+  // Rarely with options, which it does not have.
+  void place(Draws& draws, const Fault& fault) {
+    StepOperation place = draw_step(draws, state_);
+    place.as = StepOperation::As::kPlace;
+    if (draws.below(8) == 0) place.options = draw_question(draws, state_);
+    carry(place, fault);
   }
 
   CommitOperation draw_commit(Draws& draws) const {

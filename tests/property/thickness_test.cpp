@@ -120,35 +120,39 @@ class Thick : public DrawnBodies {
     return most;
   }
 
-  // Calls visit(contact, features, thickness of both) for each pair that counts.
+  // Calls visit(contact, features, thickness of both) for each pair that counts in a question with this
+  // separation.
   template <class Visit>
-  void for_pairs(const std::vector<VertexMotion>& vertices, Visit&& visit) {
-    testing::for_all_feature_pairs(*scene_, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  void for_pairs(const std::vector<VertexMotion>& vertices, double separation, Visit&& visit) {
+    testing::for_all_pairs(*scene_, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
       const Contact contact{kind, ContactStatus::kHit, a, b, 0};
       const auto v = scene_->vertices_of(contact);
       if (!may_meet(scene_->body_of_vertex()[v[0]], scene_->body_of_vertex()[v[3]])) return;
       const std::span<const std::uint32_t> all(v);
-      const std::size_t of_a = kind == ContactKind::kVertexFace ? 1 : 2;
-      visit(contact, testing::features_of(*scene_, vertices, kind, a, b),
-            thickness_of(all.first(of_a)) + thickness_of(all.subspan(of_a)));
+      const std::size_t of_a = vertices_of_first(kind);
+      const double thick = thickness_of(all.first(of_a)) + thickness_of(all.subspan(of_a));
+      const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
+      if (of_points && separation + thick == 0) return;
+      visit(contact, testing::features_of(*scene_, vertices, kind, a, b), thick);
     });
   }
 
   std::vector<Contact> truth(const std::vector<double>& y, const ColliderOptions& options) {
     const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
     std::vector<Contact> found;
-    for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
-      ElementaryCounts counts;
-      const Verdict verdict = elementary_test(features,
-                                              {.tier = options.tier,
-                                               .tolerance = options.tolerance,
-                                               .min_separation = options.min_separation + thick},
-                                              counts);
-      if (!verdict.contact) return;
-      contact.status = verdict.status;
-      contact.toi = verdict.toi;
-      found.push_back(contact);
-    });
+    for_pairs(vertices, options.min_separation,
+              [&](Contact contact, const FeatureVertices& features, double thick) {
+                ElementaryCounts counts;
+                const Verdict verdict = elementary_test(features,
+                                                        {.tier = options.tier,
+                                                         .tolerance = options.tolerance,
+                                                         .min_separation = options.min_separation + thick},
+                                                        counts);
+                if (!verdict.contact) return;
+                contact.status = verdict.status;
+                contact.toi = verdict.toi;
+                found.push_back(contact);
+              });
     contacts_ += found.size();
     return found;
   }
@@ -189,13 +193,14 @@ class Thick : public DrawnBodies {
   void expect_candidates(const std::vector<double>& y) {
     const std::vector<VertexMotion> vertices = testing::motion_between(x_, y);
     std::vector<Contact> expected;
-    for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
-      const Verdict verdict = candidate_test(features, options_.min_separation + thick);
-      if (!verdict.contact) return;
-      contact.status = verdict.status;
-      contact.toi = verdict.toi;
-      expected.push_back(contact);
-    });
+    for_pairs(vertices, options_.min_separation,
+              [&](Contact contact, const FeatureVertices& features, double thick) {
+                const Verdict verdict = candidate_test(features, options_.min_separation + thick);
+                if (!verdict.contact) return;
+                contact.status = verdict.status;
+                contact.toi = verdict.toi;
+                expected.push_back(contact);
+              });
     expect(expected, collider_->trial(std::span<const double>(y), {.report = Report::kCandidates}));
   }
 
@@ -205,7 +210,8 @@ class Thick : public DrawnBodies {
     const bool leave_out = below(2) == 0;
     if (below(2) == 0) question.keep_distance = 0.2;
     double earliest = 1;
-    for_pairs(vertices, [&](const Contact&, const FeatureVertices& features, double thick) {
+    const double asked = question.keep_distance ? 1 : options_.min_separation;
+    for_pairs(vertices, asked, [&](const Contact&, const FeatureVertices& features, double thick) {
       const double separation = options_.min_separation + thick;
       ElementaryCounts counts;
       const CertifiedOptions certified{.tolerance =
@@ -234,7 +240,7 @@ class Thick : public DrawnBodies {
     std::vector<Contact> near;
     std::vector<double> least(scene_->vertex_count(), distance);
     std::vector<double> beyond(scene_->vertex_count(), distance);
-    for_pairs(vertices, [&](Contact contact, const FeatureVertices& features, double thick) {
+    for_pairs(vertices, distance, [&](Contact contact, const FeatureVertices& features, double thick) {
       ElementaryCounts counts;
       const Verdict verdict = proximity_test(
           features, Instant::kStart, {.tier = options_.tier, .min_separation = distance + thick}, counts);

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -100,13 +101,17 @@ void accept_commit(AcceptedState& state, const CommitOperation& commit) {
   }
 }
 
+// Elements that number their own vertices from 0: of vertices to be added.
+void append(const Faces& faces, const Edges& edges, SceneDescription& to) {
+  const auto first = static_cast<std::int32_t>(to.vertex_count);
+  for (const auto& [a, b, c] : faces) to.faces.push_back({a + first, b + first, c + first});
+  for (const auto& [a, b] : edges) to.edges.push_back({a + first, b + first});
+}
+
 void accept_addition(AcceptedState& state, const AddOperation& add) {
   Body body = add.addition.body;
   body.first_vertex = state.scene.vertex_count;
-  for (auto face : add.addition.faces) {
-    for (auto& v : face) v += static_cast<std::int32_t>(body.first_vertex);
-    state.scene.faces.push_back(face);
-  }
+  append(add.addition.faces, add.addition.edges, state.scene);
   state.scene.vertex_count += body.vertex_count;
   state.scene.bodies.push_back(body);
   PairFilters& filters = state.scene.filters;
@@ -158,8 +163,8 @@ Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options)
   }
   for (const Contact& contact : contacts) {
     (contact.kind == ContactKind::kVertexFace ? outcome.vf
-     : contact.kind == ContactKind::kEdgeEdge ? outcome.ee
-                                              : outcome.ef) += 1;
+     : contact.kind == ContactKind::kEdgeFace ? outcome.ef
+                                              : outcome.ee) += 1;
     outcome.possible +=
         contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   }
@@ -168,18 +173,17 @@ Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options)
   return outcome;
 }
 
-// A shape whose faces count from 0.
+// A shape whose faces and edges count from 0.
 struct Shape {
-  std::vector<std::array<std::int32_t, 3>> faces;
+  Faces faces;
+  Edges edges;
   std::vector<double> positions;
 };
 Shape draw_shape(Draws& draws) {
   std::mt19937_64 random(static_cast<std::uint64_t>(draws.below(1 << 30)));
   const RandomScene drawn = random_scene(random);
-  Shape shape{{}, drawn.positions};
-  for (const Face& face : drawn.scene->faces())
-    shape.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
-                           static_cast<std::int32_t>(face[2])});
+  Shape shape{{}, {}, drawn.positions};
+  append_elements(*drawn.scene, 0, shape.faces, shape.edges);
   return shape;
 }
 
@@ -249,7 +253,7 @@ bool AcceptedState::fixed(std::size_t body) const {
 
 void AcceptedState::accept(const Operation& operation) {
   const auto* step = std::get_if<StepOperation>(&operation);
-  if (step != nullptr && step->as != StepOperation::As::kStep) {
+  if (step != nullptr && (step->as == StepOperation::As::kTrial || step->as == StepOperation::As::kMaxStep)) {
     trial = *step;
     return;
   }
@@ -318,7 +322,19 @@ std::string AcceptedState::difference(const Collider& collider) const {
   const bool same_faces = std::ranges::equal(has.faces(), scene.faces, [](const Face& a, const auto& b) {
     return std::ranges::equal(a, b, [](std::uint32_t x, std::int32_t y) { return std::cmp_equal(x, y); });
   });
-  return same_faces ? "" : "scene().faces() differ";
+  if (!same_faces) return "scene().faces() differ";
+  std::set<Edge> lone;
+  for (const std::uint32_t e : has.lone_edges()) lone.insert(has.edges()[e]);
+  std::set<Edge> expected;
+  for (const auto& [a, b] : scene.edges)
+    expected.insert({static_cast<std::uint32_t>(std::min(a, b)), static_cast<std::uint32_t>(std::max(a, b))});
+  for (const auto& face : scene.faces) {
+    for (int side = 0; side < 3; ++side) {
+      const auto [a, b] = std::minmax(face[side], face[(side + 1) % 3]);
+      expected.erase({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
+    }
+  }
+  return lone == expected ? "" : "scene().lone_edges() differ";
 }
 
 namespace {
@@ -340,22 +356,24 @@ double thickness_of(const Scene& made, std::span<const std::uint32_t> vertices) 
 double thickness_of(const Scene& made, const Contact& pair) {
   const auto ids = made.vertices_of(pair);
   const std::span<const std::uint32_t> all(ids);
-  const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+  const std::size_t of_a = vertices_of_first(pair.kind);
   return thickness_of(made, all.first(of_a)) + thickness_of(made, all.subspan(of_a));
 }
 
 // All that `test`, of two features and how thick both are together, finds of the pairs that the scene allows,
-// one by one.
+// one by one; in a question with this separation.
 template <class Test>
 std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
-                              std::span<const VertexMotion> vertices, Test&& test) {
+                              std::span<const VertexMotion> vertices, double separation, Test&& test) {
   std::vector<Contact> contacts;
   const PairRules rules(made, scene.filters);
-  for_all_feature_pairs(made, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  for_all_pairs(made, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
     if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
-    const Verdict verdict = test(features_of(made, vertices, kind, a, b),
-                                 thickness_of(made, {kind, ContactStatus::kHit, a, b, 0}));
+    const double thickness = thickness_of(made, {kind, ContactStatus::kHit, a, b, 0});
+    const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
+    if (of_points && separation + thickness == 0) return;
+    const Verdict verdict = test(features_of(made, vertices, kind, a, b), thickness);
     if (!verdict.contact) return;
     const Contact contact{kind, verdict.status, a, b, verdict.toi};
     if (!rules.leave_out(contact)) contacts.push_back(contact);
@@ -401,6 +419,10 @@ ElementaryOptions elementary_options(const ColliderOptions& options, double thic
 }  // namespace
 
 Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOptions& of_session) const {
+  if (step.as == StepOperation::As::kPlace) {
+    const Status valid = validate(QuestionKind::kPlace, step.options);
+    return valid ? Outcome() : refusal(valid);
+  }
   ColliderOptions options = merged(of_session, step.options);
   const bool max_step = step.as == StepOperation::As::kMaxStep;
   if (max_step) {
@@ -420,7 +442,7 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
   Outcome outcome = answer_of(
-      found_by(scene, made, vertices,
+      found_by(scene, made, vertices, options.keep_distance ? 1 : options.min_separation,
                [&](const FeatureVertices& features, double thickness) {
                  const double separation = options.min_separation + thickness;
                  const KeepDistance keep{options.keep_distance.value_or(0), separation};
@@ -455,7 +477,7 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
   }
   ElementaryCounts counts;
   Outcome outcome =
-      answer_of(found_by(scene, made, vertices,
+      answer_of(found_by(scene, made, vertices, options.min_separation,
                          [&](const FeatureVertices& features, double thickness) {
                            return proximity_test(features, options.instant,
                                                  elementary_options(options, thickness), counts);
@@ -467,15 +489,16 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     ColliderOptions all = options;
     all.report = Report::kAll;
     all.max_contacts = ~std::size_t{0};
-    const auto reported =
-        found_by(scene, made, vertices, [&](const FeatureVertices& features, double thickness) {
-          return proximity_test(features, options.instant, elementary_options(all, thickness), counts);
-        });
+    const auto reported = found_by(scene, made, vertices, options.min_separation,
+                                   [&](const FeatureVertices& features, double thickness) {
+                                     return proximity_test(features, options.instant,
+                                                           elementary_options(all, thickness), counts);
+                                   });
     for (const Contact& pair : reported) {
       const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
       const auto ids = made.vertices_of(pair);
       const std::span<const std::uint32_t> all_ids(ids);
-      const std::size_t of_a = pair.kind == ContactKind::kVertexFace ? 1 : 2;
+      const std::size_t of_a = vertices_of_first(pair.kind);
       const double bound = beyond_thickness(
           least_distance(features, options.instant, near.distance + thickness_of(made, pair)),
           thickness_of(made, all_ids.first(of_a)), thickness_of(made, all_ids.subspan(of_a)));
@@ -500,10 +523,7 @@ AcceptedState draw_state(Draws& draws) {
     const Shape shape = draw_shape(draws);
     Body body = draw_body(draws, shape.positions.size() / 3, 1);
     body.first_vertex = scene.vertex_count;
-    for (auto face : shape.faces) {
-      for (auto& v : face) v += static_cast<std::int32_t>(scene.vertex_count);
-      scene.faces.push_back(face);
-    }
+    append(shape.faces, shape.edges, scene);
     scene.vertex_count += body.vertex_count;
     scene.bodies.push_back(body);
     positions.insert(positions.end(), shape.positions.begin(), shape.positions.end());
@@ -609,7 +629,7 @@ AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
   Shape shape = draw_shape(draws);
   for (double& x : shape.positions) x = x * state.unit + state.offset;
   const Body body = draw_body(draws, shape.positions.size() / 3, state.unit);
-  return {{body, std::move(shape.faces)}, std::move(shape.positions)};
+  return {{body, std::move(shape.faces), std::move(shape.edges)}, std::move(shape.positions)};
 }
 
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {

@@ -35,9 +35,28 @@ void for_all_feature_pairs(const Scene& scene, Visit&& visit) {
   }
 }
 
+/// Calls `visit(kind, a, b)` for all pairs of points, and of points and lone edges: those that count where
+/// what does not touch may be in contact.
+template <class Visit>
+void for_all_point_pairs(const Scene& scene, Visit&& visit) {
+  const auto points = scene.isolated_vertices();
+  for (const std::uint32_t v : points)
+    for (const std::uint32_t e : scene.lone_edges()) visit(ContactKind::kVertexEdge, v, e);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t j = i + 1; j < points.size(); ++j)
+      visit(ContactKind::kVertexVertex, points[i], points[j]);
+}
+
+/// Both, in the order of contacts.
+template <class Visit>
+void for_all_pairs(const Scene& scene, bool with_points, Visit&& visit) {
+  for_all_feature_pairs(scene, visit);
+  if (with_points) for_all_point_pairs(scene, visit);
+}
+
 inline FeatureVertices features_of(const Scene& scene, std::span<const VertexMotion> vertices,
                                    ContactKind kind, std::uint32_t a, std::uint32_t b) {
-  FeatureVertices features{kind, {}};
+  FeatureVertices features{tested_as(kind), {}};
   const auto ids = scene.vertices_of({kind, ContactStatus::kHit, a, b, 0});
   for (int k = 0; k < 4; ++k) features.vertex[k] = &vertices[ids[k]];
   return features;
@@ -71,7 +90,7 @@ inline std::vector<Contact> brute_force(const Scene& scene, std::span<const doub
                                         std::span<const double> x1, const CertifiedOptions& options) {
   const std::vector<VertexMotion> vertices = motion_between(x0, x1);
   std::vector<Contact> contacts;
-  for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  for_all_pairs(scene, options.min_separation > 0, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const Verdict verdict = certified_test(features_of(scene, vertices, kind, a, b), options);
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
   });
@@ -84,7 +103,7 @@ inline std::vector<Contact> brute_force_exact(const Scene& scene, std::span<cons
   const std::vector<VertexMotion> vertices = motion_between(x0, x1);
   std::vector<Contact> contacts;
   std::uint64_t exact_tests = 0;
-  for_all_feature_pairs(scene, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  for_all_pairs(scene, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
     const Verdict verdict =
         exact_near_test(features_of(scene, vertices, kind, a, b), separation, 1, exact_tests);
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});

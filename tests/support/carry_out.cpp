@@ -40,6 +40,11 @@ class Call {
         Overloaded{
             [&](const StepOperation& step) -> Answer {
               if (step.as == StepOperation::As::kMaxStep) return max_step(collider, step, flag);
+              if (step.as == StepOperation::As::kPlace) {
+                Result<StepResult> placed = collider.ask(frame_, {QuestionKind::kPlace, step.options}, flag);
+                if (!placed) return {std::move(placed.error()), std::nullopt};
+                return {std::nullopt, std::move(placed).value()};
+              }
               Result<StepResult> result = step.as == StepOperation::As::kTrial
                                               ? collider.trial(frame_, step.options, flag)
                                               : collider.step(frame_, flag, {}, step.options);

@@ -34,9 +34,7 @@ class DrawnBodies : public Draws {
     const RandomScene made = random_scene(random_);
     BodyAddition addition{{"", 0, made.scene->vertex_count(), static_cast<BodyKind>(below(3))}, {}};
     addition.body.self_collision = below(4) != 0;
-    for (const Face& face : made.scene->faces())
-      addition.faces.push_back({static_cast<std::int32_t>(face[0]), static_cast<std::int32_t>(face[1]),
-                                static_cast<std::int32_t>(face[2])});
+    append_elements(*made.scene, 0, addition.faces, addition.edges);
     return {addition, made.positions};
   }
 
@@ -45,6 +43,10 @@ class DrawnBodies : public Draws {
     for (auto face : addition.faces) {
       for (auto& v : face) v += static_cast<std::int32_t>(description_.vertex_count);
       description_.faces.push_back(face);
+    }
+    for (const auto& [a, b] : addition.edges) {
+      const auto first = static_cast<std::int32_t>(description_.vertex_count);
+      description_.edges.push_back({a + first, b + first});
     }
     addition.body.first_vertex = description_.vertex_count;
     description_.vertex_count += addition.body.vertex_count;

@@ -70,6 +70,7 @@ class Hierarchy {
     for (std::uint32_t v = 0; v < scene_->vertex_count(); ++v) order_.push_back(GivenVertex{v});
     std::vector<Primitive> primitives(scene_->face_count());
     std::iota(primitives.begin(), primitives.end(), 0U);
+    for (const std::uint32_t e : scene_->lone_edges()) primitives.push_back(kSegment | e);
     for (const std::uint32_t v : scene_->isolated_vertices()) primitives.push_back(kPoint | v);
     const TreeShape shape(static_cast<std::uint32_t>(primitives.size()), leaf_size);
     const std::vector<Primitive> order = build_order(*scene_, motion_, shape, primitives);

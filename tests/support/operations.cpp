@@ -58,6 +58,7 @@ std::string to_string(const Operation& operation) {
           [](const StepOperation& step) {
             const std::string as = step.as == StepOperation::As::kStep    ? "step"
                                    : step.as == StepOperation::As::kTrial ? "trial"
+                                   : step.as == StepOperation::As::kPlace ? "place"
                                                                           : "max_step";
             if (step.all) return as + "(all positions)";
             std::string text = as + "(";

@@ -15,7 +15,7 @@ namespace warmfront::testing {
 
 /// A frame that owns what it says, and what is asked of it.
 struct StepOperation {
-  enum class As : std::uint8_t { kStep, kTrial, kMaxStep };
+  enum class As : std::uint8_t { kStep, kTrial, kMaxStep, kPlace };
   As as = As::kStep;
   QuestionOptions options;
   bool leave_out_overlaps = false;  // of kMaxStep

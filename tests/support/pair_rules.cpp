@@ -22,8 +22,9 @@ PairRules::PairRules(const Scene& scene, PairFilters filters)
       filters_(std::move(filters)),
       edges_between_(scene.vertex_count(), std::vector<std::uint32_t>(scene.vertex_count(), kFar)) {
   std::vector<std::vector<std::uint32_t>> next(scene.vertex_count());
-  for (const Face& face : scene.faces()) {
-    for (const std::uint32_t v : face) next[v].insert(next[v].end(), face.begin(), face.end());
+  for (const Edge& edge : scene.edges()) {
+    next[edge[0]].push_back(edge[1]);
+    next[edge[1]].push_back(edge[0]);
   }
   for (std::uint32_t from = 0; from < scene.vertex_count(); ++from) {
     std::vector<std::uint32_t>& edges = edges_between_[from];
@@ -47,7 +48,7 @@ bool PairRules::leave_out(const Contact& contact) const {
     b.assign(v.begin() + 2, v.end());
   } else {
     const auto v = scene_.vertices_of(contact);
-    const int of_a = contact.kind == ContactKind::kVertexFace ? 1 : 2;
+    const auto of_a = static_cast<std::ptrdiff_t>(vertices_of_first(contact.kind));
     a.assign(v.begin(), v.begin() + of_a);
     b.assign(v.begin() + of_a, v.end());
   }
@@ -111,7 +112,7 @@ bool PairRules::are_near_at_rest(ContactKind kind, const std::vector<std::uint32
     return edge_meets_face({&standing[0], &standing[1], &standing[2], &standing[3], &standing[4]},
                            Instant::kStart, exact_tests);
   }
-  FeatureVertices features{kind, {}};
+  FeatureVertices features{tested_as(kind), {}};
   for (std::size_t k = 0; k < 4; ++k) features.vertex[k] = &standing[k];
   return near_truth(features, filters_.near_at_rest).contact;
 }

@@ -43,8 +43,8 @@ ReducedOracle reduced_oracle(const Scene& scene, std::span<const VertexMotion> v
   for (const Contact& contact : all) {
     const FeatureVertices four = features_of(scene, vertices, contact.kind, contact.a, contact.b);
     const std::array<double, 4> weights = contact_geometry(contact.kind, four.vertex, contact.toi).weights;
-    const bool edges = contact.kind == ContactKind::kEdgeEdge;
-    const bool own = edges && nearly_parallel(four, contact.toi == 1);
+    const bool edges = contact.kind != ContactKind::kVertexFace;
+    const bool own = contact.kind == ContactKind::kEdgeEdge && nearly_parallel(four, contact.toi == 1);
     const auto ids = scene.vertices_of(contact);
     ClosestPair pair{1, 0};
     std::array<std::vector<std::uint32_t>, 2> sides;

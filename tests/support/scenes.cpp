@@ -17,13 +17,21 @@ int below(std::mt19937_64& random, int n) {
 
 }  // namespace
 
-std::shared_ptr<const Scene> make_scene(std::uint32_t vertex_count, Faces faces) {
+std::shared_ptr<const Scene> make_scene(std::uint32_t vertex_count, Faces faces, Edges edges) {
   SceneDescription description;
   description.vertex_count = vertex_count;
   description.faces = std::move(faces);
+  description.edges = std::move(edges);
   auto scene = Scene::create(std::move(description));
   if (!scene) throw std::runtime_error(scene.error().message);
   return std::make_shared<const Scene>(std::move(scene).value());
+}
+
+void append_elements(const Scene& scene, std::uint32_t first, Faces& faces, Edges& edges) {
+  const auto moved = [first](std::uint32_t v) { return static_cast<std::int32_t>(v + first); };
+  for (const Face& face : scene.faces()) faces.push_back({moved(face[0]), moved(face[1]), moved(face[2])});
+  for (const std::uint32_t e : scene.lone_edges())
+    edges.push_back({moved(scene.edges()[e][0]), moved(scene.edges()[e][1])});
 }
 
 Faces tetrahedron() {
@@ -96,6 +104,22 @@ RandomScene random_scene(std::mt19937_64& random) {
     faces.push_back(copy);
   }
   for (int i = below(random, 3); i > 0; --i) add({}, 1, 0.5);
+  // Strands of edges, free or rooted on what is there, and chords, some of which are sides of faces.
+  Edges edges;
+  for (int strands = below(random, 4); strands > 0; --strands) {
+    const int first = vertex_count();
+    const int segments = 1 + below(random, 5);
+    add({}, segments + below(random, 2), 0.6);
+    int from = below(random, 2) == 0 ? below(random, first) : first;
+    for (int to = from == first ? first + 1 : first; to < vertex_count(); ++to) {
+      edges.push_back({from, to});
+      if (below(random, 4) != 0) from = to;
+    }
+  }
+  for (int i = below(random, 4); i > 0; --i) {
+    const int a = below(random, vertex_count()), b = below(random, vertex_count());
+    if (a != b) edges.push_back({a, b});
+  }
   // Coincident and collinear vertices make degenerate faces and edges.
   if (below(random, 4) == 0) {
     const int n = vertex_count();
@@ -103,7 +127,7 @@ RandomScene random_scene(std::mt19937_64& random) {
     const int to = below(random, n);
     for (int axis = 0; axis < 3; ++axis) positions[3 * to + axis] = positions[3 * from + axis];
   }
-  return {make_scene(static_cast<std::uint32_t>(vertex_count()), faces), positions};
+  return {make_scene(static_cast<std::uint32_t>(vertex_count()), faces, edges), positions};
 }
 
 std::vector<double> random_motion(std::mt19937_64& random, const Scene& scene,

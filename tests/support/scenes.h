@@ -13,8 +13,12 @@
 namespace warmfront::testing {
 
 using Faces = std::vector<std::array<std::int32_t, 3>>;
+using Edges = std::vector<std::array<std::int32_t, 2>>;
 
-std::shared_ptr<const Scene> make_scene(std::uint32_t vertex_count, Faces faces);
+std::shared_ptr<const Scene> make_scene(std::uint32_t vertex_count, Faces faces, Edges edges = {});
+
+/// Appends the scene's faces and lone edges, with `first` added to their vertices, as a description has them.
+void append_elements(const Scene& scene, std::uint32_t first, Faces& faces, Edges& edges);
 
 Faces tetrahedron();  ///< 4 vertices
 Faces octahedron();   ///< 6 vertices
@@ -22,7 +26,7 @@ Faces octahedron();   ///< 6 vertices
 Faces grid(int n);
 
 /// A random mesh of: sheets with boundaries, closed bodies, fins (non-manifold edges), bow-ties, duplicate
-/// and flipped faces, isolated vertices and unconnected triangles.
+/// and flipped faces, strands of edges that hang free or on these, isolated vertices and unconnected triangles.
 struct RandomScene {
   std::shared_ptr<const Scene> scene;
   std::vector<double> positions;

@@ -10,6 +10,7 @@ function bytesOf(id) {
 }
 
 const faces = new Uint32Array(bytesOf("faces"));          // (m, 3)
+const loneEdges = new Uint32Array(bytesOf("lone-edges")); // (k, 2)
 const positions = new Uint16Array(bytesOf("positions"));  // (frames, n, 3), in quanta from the origin
 const corners = scene.asked === "tangled" ? 5 : 4;
 const contactV = new Uint32Array(bytesOf("contact-v"));   // (k, corners)

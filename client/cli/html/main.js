@@ -56,7 +56,7 @@ const charts = [
 ];
 
 function title() {
-  const range = `${number(scene.triangles)} triangles, ${number(scene.vertices)} vertices, ${plural(stepCount, states ? "frame" : "step")}`;
+  const range = `${number(scene.triangles)} triangles, ${scene.edges > 0 ? number(scene.edges) + " edges, " : ""}${number(scene.vertices)} vertices, ${plural(stepCount, states ? "frame" : "step")}`;
   byId("title").textContent = document.title = scene.name;
   byId("subtitle").textContent = `${range} · ${asked.how}`;
   byId("foot").textContent = `Positions are drawn within ${scene.error.toExponential(1)} of the scene's` +

@@ -3,13 +3,13 @@
 
 // Every edge once, as pairs of vertices.
 function uniqueEdges() {
-  const keys = new Float64Array(faces.length);
+  const keys = new Float64Array(faces.length + loneEdges.length / 2);
+  const keyOf = (a, b) => Math.min(a, b) * vertexCount + Math.max(a, b);
   for (let i = 0; i < faces.length; i += 3) {
-    for (let c = 0; c < 3; ++c) {
-      const a = faces[i + c], b = faces[i + (c + 1) % 3];
-      keys[i + c] = Math.min(a, b) * vertexCount + Math.max(a, b);
-    }
+    for (let c = 0; c < 3; ++c) keys[i + c] = keyOf(faces[i + c], faces[i + (c + 1) % 3]);
   }
+  for (let i = 0; i < loneEdges.length; i += 2)
+    keys[faces.length + i / 2] = keyOf(loneEdges[i], loneEdges[i + 1]);
   keys.sort();
   const edges = [];
   for (let i = 0; i < keys.length; ++i) {

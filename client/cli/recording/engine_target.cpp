@@ -74,7 +74,9 @@ class EngineTarget final : public ReplayTarget {
     const auto positions =
         positions_of(change.add().positions(), float32_, body.value().vertex_count, "add.positions");
     if (!positions) return positions.error();
-    AddBody add{{std::move(body).value(), std::move(faces).value()}, {}};
+    auto edges = edges_of(change.add().edges(), "add.edges");
+    if (!edges) return edges.error();
+    AddBody add{{std::move(body).value(), std::move(faces).value(), std::move(edges).value()}, {}};
     std::visit([&](const auto& values) { add.positions.assign(values.begin(), values.end()); },
                positions.value());
     return SceneChange(std::move(add));

@@ -93,6 +93,12 @@ Result<std::vector<std::array<std::int32_t, 3>>> faces_of(const std::string& byt
   return values_of<std::array<std::int32_t, 3>>(bytes);
 }
 
+Result<std::vector<std::array<std::int32_t, 2>>> edges_of(const std::string& bytes,
+                                                          const std::string& where) {
+  if (bytes.size() % 8 != 0) return bad_length(where, bytes.size(), "a whole number of edges");
+  return values_of<std::array<std::int32_t, 2>>(bytes);
+}
+
 Result<PositionBuffer> positions_of(const std::string& bytes, bool float32, std::uint64_t vertices,
                                     const std::string& where) {
   const std::uint64_t expected = 3 * vertices * number_size(float32);

@@ -19,13 +19,14 @@ namespace warmfront::client {
 
 /// Unset fields take the engine's default; kInvalidArgument for options that cannot be combined.
 Result<ColliderOptions> options_of(const v1::ColliderOptions& message);
-/// Everything but the faces and the filters.
+/// Everything but the faces, the edges and the filters.
 Result<SceneDescription> scene_of(const v1::SessionHeader& header);
 /// Initial poses of rigid bodies that are not at their reference positions.
 Result<std::vector<BodyPose>> poses_of(const v1::SessionHeader& header);
-/// (m, 3) faces from 12 m bytes; (n, 3) positions from 3 n numbers. kInvalidArgument for any other length,
-/// which names `where`.
+/// (m, 3) faces from 12 m bytes; (k, 2) edges from 8 k; (n, 3) positions from 3 n numbers. kInvalidArgument
+/// for any other length, which names `where`.
 Result<std::vector<std::array<std::int32_t, 3>>> faces_of(const std::string& bytes, const std::string& where);
+Result<std::vector<std::array<std::int32_t, 2>>> edges_of(const std::string& bytes, const std::string& where);
 Result<PositionBuffer> positions_of(const std::string& bytes, bool float32, std::uint64_t vertices,
                                     const std::string& where);
 

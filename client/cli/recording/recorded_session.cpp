@@ -37,6 +37,7 @@ Status RecordedSession::read_upload() {
   if (!filters) return reader_.error(begin, "the upload: " + filters.error().message);
   wire::ChunkedArray<double> thickness("thickness",
                                        session_.vertex_thickness() ? session_.vertex_count() : 0);
+  wire::ChunkedArray<std::array<std::int32_t, 2>> edges("edges", session_.edge_count());
   for (;;) {
     if (Status read = advance(); !read) return read.error();
     if (!next_ || !next_->has_create()) break;
@@ -46,6 +47,8 @@ Status RecordedSession::read_upload() {
     if (Status added = filters.value().add(next_->create()); !added)
       return reader_.error(record_at_, "the upload: " + added.error().message);
     if (Status added = thickness.append(next_->create().thickness()); !added)
+      return reader_.error(record_at_, "the upload: " + added.error().message);
+    if (Status added = edges.append(next_->create().edges()); !added)
       return reader_.error(record_at_, "the upload: " + added.error().message);
   }
   const auto invalid = [&](const Error& error) {
@@ -67,6 +70,8 @@ Status RecordedSession::read_upload() {
   scene_.filters = filters.value().take();
   if (Status complete = thickness.complete(); !complete) return invalid(complete.error());
   scene_.thickness = thickness.take();
+  if (Status complete = edges.complete(); !complete) return invalid(complete.error());
+  scene_.edges = edges.take();
   auto options = options_of(session_.options());
   if (!options) return invalid(options.error());
   options_ = options.value();

@@ -26,7 +26,8 @@ struct RecordedStep {
   bool counts() const {
     if (commit) return true;
     const v1::Question::Kind kind = parts.front().question().kind();
-    return kind == v1::Question::KIND_UNSPECIFIED || kind == v1::Question::KIND_STEP;
+    return kind == v1::Question::KIND_UNSPECIFIED || kind == v1::Question::KIND_STEP ||
+           kind == v1::Question::KIND_PLACE;
   }
 };
 struct RecordedChange {

@@ -61,9 +61,10 @@ Result<Recorder> Recorder::create(const std::string& path, const SceneDescriptio
     recorder.writer_->write(message);
     return true;
   };
-  wire::send_chunks(
-      {reinterpret_cast<const char*>(scene.faces.data()), scene.faces.size() * sizeof(scene.faces[0])},
-      kUploadChunk, write, [](Request& to, std::string bytes) { to.set_faces(std::move(bytes)); });
+  wire::send_chunks(wire::as_bytes(scene.faces), kUploadChunk, write,
+                    [](Request& to, std::string bytes) { to.set_faces(std::move(bytes)); });
+  wire::send_chunks(wire::as_bytes(scene.edges), kUploadChunk, write,
+                    [](Request& to, std::string bytes) { to.set_edges(std::move(bytes)); });
   wire::send_chunks(recorder.state_.positions(), kUploadChunk, write,
                     [](Request& to, std::string bytes) { to.set_positions(std::move(bytes)); });
   wire::upload_thickness(scene.thickness, kUploadChunk, write);

@@ -111,7 +111,8 @@ def _parse_columns(view: memoryview) -> Columns:
         if any(len(column) != rows for column in columns.values()) or any(name not in columns for name in _ALWAYS):
             raise malformed("columns of unequal length")
         kinds = columns["kind"]
-        if (kinds > 1).any() and not (kinds == _EDGE_FACE).all():
+        edge_faces = kinds == _EDGE_FACE
+        if (kinds > Kind.VERTEX_VERTEX).any() or (edge_faces.any() and not edge_faces.all()):
             raise malformed("a contact of unknown kind")
         if ((columns["status"] < 1) | (columns["status"] > 4)).any():
             raise malformed("a contact of unknown status")

@@ -8,7 +8,7 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
-from .answer import Contacts
+from .answer import Contacts, Kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def continuity(earlier: Optional[Contacts], now: Contacts) -> Continuity:
 
 def _keys(rows: Contacts) -> npt.NDArray[np.uint64]:
     """(k, 2): what makes a row itself."""
-    form, v = rows.kind.astype(np.uint64), rows.v.astype(np.uint64)
+    form, v = (rows.kind != Kind.VERTEX_FACE).astype(np.uint64), rows.v.astype(np.uint64)
     if rows.multiplicity is not None:
         stencils = rows.stencils()
         for size, stencil in ((2, stencils.vv), (3, stencils.ev)):

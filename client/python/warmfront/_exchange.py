@@ -151,7 +151,7 @@ class Exchange:
             return None
         if request.needs_trial and link.echo_error is not None:
             error = link.echo_error
-        if request.is_trial or request.kind == "step" or (request.needs_trial and isinstance(error, FailedPreconditionError)):
+        if request.is_trial or request.kind in ("step", "place") or (request.needs_trial and isinstance(error, FailedPreconditionError)):
             link.trial = None
         self._answered()
         if request.kind == "commit" and not link.unanswered:

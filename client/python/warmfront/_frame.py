@@ -65,7 +65,7 @@ class SentFrame:
     @property
     def counts(self) -> bool:
         """Whether its answer moves the session to its number."""
-        return self.kind == "step"
+        return self.question.counts
 
     @property
     def is_trial(self) -> bool:

@@ -11,7 +11,7 @@ from .errors import InvalidArgumentError
 from .options import ContactField, Options, Report, Tier
 from .v1 import step_pb2
 
-QuestionKind = Literal["step", "trial", "max_step", "commit", "proximity", "intersections"]
+QuestionKind = Literal["step", "trial", "max_step", "commit", "proximity", "intersections", "place"]
 #: The state that a question without a motion is asked of.
 Where = Literal["base", "trial_end"]
 
@@ -21,6 +21,7 @@ _KINDS = {
     "max_step": step_pb2.Question.KIND_MAX_STEP,
     "proximity": step_pb2.Question.KIND_PROXIMITY,
     "intersections": step_pb2.Question.KIND_INTERSECTIONS,
+    "place": step_pb2.Question.KIND_PLACE,
 }
 _WHERES = {"base": step_pb2.Question.WHERE_BASE, "trial_end": step_pb2.Question.WHERE_TRIAL_END}
 
@@ -43,11 +44,17 @@ class Question:
         """Whether its motion may be committed."""
         return self.kind in ("trial", "max_step")
 
+    @property
+    def counts(self) -> bool:
+        """Whether the session is at its frame's end from then on."""
+        return self.kind in ("step", "place")
+
 # Without options, as question_of() makes them.
 _PLAIN: dict[str, Question] = {
     "step": Question("step"),
     "trial": Question("trial", step_pb2.Question(kind=step_pb2.Question.KIND_TRIAL).SerializeToString()),
     "max_step": Question("max_step", step_pb2.Question(kind=step_pb2.Question.KIND_MAX_STEP).SerializeToString(), ()),
+    "place": Question("place", step_pb2.Question(kind=step_pb2.Question.KIND_PLACE).SerializeToString(), ()),
 }
 
 

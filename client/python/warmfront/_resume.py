@@ -250,7 +250,7 @@ class Link:
         self.state.describe(self.header)
         self.known = None
         thickness = [] if self.state.thickness is None else [("thickness", raw(self.state.thickness))]
-        arrays = [("faces", raw(self.state.faces)), ("positions", self.state.positions()), *thickness,
+        arrays = [("faces", raw(self.state.faces)), ("edges", raw(self.state.edges)), ("positions", self.state.positions()), *thickness,
                   *((name, raw(array)) for name, array in self.state.filters.arrays())]
         session = self.connection.create(self.header, arrays, self.time_left(self.connection.timeouts.create)).session
         if session.HasField("state"):

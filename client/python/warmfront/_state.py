@@ -16,7 +16,7 @@ from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
 from .errors import FailedPreconditionError, InvalidArgumentError
-from .scene import Body, PairFilters, faces_of, indices_of, placed, pose_of, positions_of, thickness_of
+from .scene import Body, PairFilters, edges_of, faces_of, indices_of, placed, pose_of, positions_of, thickness_of
 from .v1 import options_pb2, session_pb2
 
 
@@ -30,13 +30,14 @@ class SceneState:
 
     def __init__(self, positions: Any, faces: Any, bodies: Sequence[Body],
                  excluded_pairs: Sequence[tuple[int, int]], filters: PairFilters = PairFilters(),
-                 thickness: Any = None) -> None:
+                 thickness: Any = None, edges: Any = None) -> None:
         """positions (n, 3) float32 or float64, the type of all positions of the session's frames; a copy is kept. They are
         the rest shape where the filters need one and have none."""
         self._rows = positions_of(positions, None, None).copy()
         self._latest: Optional[Bytes] = None  # of a frame with all positions; newer than _rows
         self.dtype: np.dtype[Any] = self._rows.dtype
         self.faces = faces_of(faces).copy()
+        self.edges = edges_of(edges).copy()
         self.bodies = placed(bodies)
         self.excluded_pairs = list(excluded_pairs)
         self.filters = filters.copied(len(self._rows), lambda: self._rows)
@@ -51,23 +52,18 @@ class SceneState:
     def topology(self) -> Topology:
         """Of the current scene."""
         if self._topology is None:
-            self._topology = Topology(self.faces, self.bodies)
+            self._topology = Topology(self.faces, self.edges, self.bodies)
         return self._topology
-
-    def vertices_in_no_face(self) -> int:
-        """0 if faces name missing vertices, which the daemon refuses."""
-        if ((self.faces < 0) | (self.faces >= self.vertex_count)).any():
-            return 0
-        return int(self.vertex_count - np.count_nonzero(np.bincount(self.faces.ravel(), minlength=self.vertex_count)))
 
     def positions(self) -> Bytes:
         """The upload's: (n, 3) in the session's dtype; for rigid bodies with a pose, their reference shapes."""
         return self._latest if self._latest is not None else raw(self._rows)
 
     def describe(self, header: session_pb2.SessionHeader) -> None:
-        """Writes the scene's description, except faces, positions, thickness and arrays of filters, into the header."""
+        """Writes the scene's description, except faces, edges, positions, thickness and arrays of filters, into the header."""
         header.vertex_count = self.vertex_count
         header.face_count = len(self.faces)
+        header.edge_count = len(self.edges)
         header.dtype = options_pb2.DTYPE_FLOAT32 if self.dtype.itemsize == 4 else options_pb2.DTYPE_FLOAT64
         del header.bodies[:]
         for index, body in enumerate(self.bodies):
@@ -182,17 +178,19 @@ class SceneState:
 
     # Changes between frames: the request, and its effect on the state after the daemon has carried it out.
 
-    def encode_addition(self, body: Body, faces: Any, positions: Any) -> session_pb2.SceneChange:
+    def encode_addition(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> session_pb2.SceneChange:
         change = session_pb2.SceneChange()
         replace(body, first_vertex=0).put_into(change.add.body, len(self.bodies))
         change.add.faces = faces_of(faces).tobytes()
+        change.add.edges = edges_of(edges).tobytes()
         change.add.positions = positions_of(positions, body.vertex_count, self.dtype).tobytes()
         return change
 
-    def take_addition(self, body: Body, faces: Any, positions: Any) -> None:
+    def take_addition(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> None:
         first = self.vertex_count
         self.bodies.append(replace(body, first_vertex=first))
         self.faces = np.concatenate([self.faces, faces_of(faces) + np.int32(first)])
+        self.edges = np.concatenate([self.edges, edges_of(edges) + np.int32(first)])
         rows = positions_of(positions, body.vertex_count, self.dtype)
         self._rows = np.concatenate([self._writable(), rows])
         self.filters = self.filters.with_body(rows)

@@ -9,7 +9,7 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
-_EDGE_EDGE = 1  # of Contacts.kind
+_VERTEX_FACE, _EDGES = 0, 1  # of Contacts.kind: a vertex and a face; all others are two edges, of which some are points
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +68,14 @@ STENCILS: npt.NDArray[np.bool_] = np.array([bits < 16 and bin(bits).count("1") >
 
 
 def _columns_by_stencil() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """How many vertices each stencil has, and which of a row they are: (2, 16, 4) by kind, in the order of the letters."""
+    """How many vertices each stencil has, and which of a row they are: (2, 16, 4), of a vertex and a face and of two edges, in the order of
+    the letters."""
     sizes = np.array([bin(bits).count("1") for bits in range(16)])
     columns = np.zeros((2, 16, 4), np.int64)
     for kind in range(2):
         for bits in range(16):
             first = [k for k in range(4) if bits >> k & 1]
-            if kind == _EDGE_EDGE:  # edge b has two of three: it comes first
+            if kind == _EDGES:  # edge b has two of three: it comes first
                 last = [k for k in first if len(first) == 3 and k < 2 and bits & 12 == 12]
             else:  # the face's or edge's before the vertex
                 last = [k for k in first if len(first) > 2 and k == 0]
@@ -84,21 +85,23 @@ def _columns_by_stencil() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
 
 _SIZES, _COLUMNS = _columns_by_stencil()
-_SIGNS = np.array([[1, -1, -1, -1], [1, 1, -1, -1]])  # of a row's weights, by kind
+_SIGNS = np.array([[1, -1, -1, -1], [1, 1, -1, -1]])  # of a row's weights, likewise
 
 
 def stencils_of(kind: npt.NDArray[np.uint8], v: npt.NDArray[np.uint32], multiplicity: npt.NDArray[np.uint32],
                 stencil: npt.NDArray[np.uint8], weights: Optional[npt.NDArray[np.float64]] = None) -> Stencils:
     """Of the columns of a reduced answer."""
     sizes = _SIZES[stencil]
+    edges = kind != _VERTEX_FACE
+    form = edges.astype(np.int64)
 
     def of(chosen: npt.NDArray[np.bool_], size: int) -> Stencil:
         rows = np.flatnonzero(chosen)
-        columns = _COLUMNS[kind[rows], stencil[rows], :size]
-        signed = None if weights is None else np.take_along_axis(weights[rows] * _SIGNS[kind[rows]], columns, 1)
+        columns = _COLUMNS[form[rows], stencil[rows], :size]
+        signed = None if weights is None else np.take_along_axis(weights[rows] * _SIGNS[form[rows]], columns, 1)
         return Stencil(np.take_along_axis(v[rows], columns, 1), multiplicity[rows], rows, signed)
 
-    four, edges = sizes == 4, kind == _EDGE_EDGE
+    four = sizes == 4
     return Stencils(of(sizes == 2, 2), of(sizes == 3, 3), of(four & edges, 4), of(four & ~edges, 4))
 
 

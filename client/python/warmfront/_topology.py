@@ -22,10 +22,11 @@ def _pair_keys(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> npt.NDArray
 
 
 class Topology:
-    """Of one state of a scene: its faces (m, 3) and bodies. Lookup tables are built on first use."""
+    """Of one state of a scene: its faces (m, 3), the edges (k, 2) given besides, and bodies. Lookup tables are built on first use."""
 
-    def __init__(self, faces: npt.NDArray[np.int32], bodies: Sequence[Body]) -> None:
+    def __init__(self, faces: npt.NDArray[np.int32], edges: npt.NDArray[np.int32], bodies: Sequence[Body]) -> None:
         self._faces = faces
+        self._given_edges = edges
         self._first_vertices = np.array([body.first_vertex for body in bodies], np.int64)
 
     @cached_property
@@ -69,7 +70,8 @@ class Topology:
 
     @cached_property
     def _edge_keys(self) -> npt.NDArray[np.uint64]:
-        sides = np.sort(self._faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        sides = self._faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        sides = np.sort(np.concatenate([sides, self._given_edges]), axis=1)
         return np.unique(_pair_keys(sides[:, 0], sides[:, 1]))
 
     @cached_property

@@ -21,6 +21,8 @@ class Kind(enum.IntEnum):
 
     VERTEX_FACE = 0
     EDGE_EDGE = 1
+    VERTEX_EDGE = 3
+    VERTEX_VERTEX = 4
 
 
 class Closest(enum.IntEnum):
@@ -197,10 +199,11 @@ _COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direct
 
 
 class Contacts:
-    """One frame's answer: k contacts as columns, sorted: vertex-face by (vertex, face), then edge-edge by (edge, edge).
+    """One frame's answer: k contacts as columns, sorted by kind, then by the numbers of the first and of the second feature.
 
     kind (k) uint8: `Kind`. status (k) uint8: `Status`. v (k, 4) uint32: the vertex, then the face's three; or edge a's
-    two, then edge b's two. toi (k) float64 in [0, 1], in steps: never later than the first time of contact (in tier
+    two, then edge b's two. An isolated vertex that comes near a lone edge, or another one, stands twice in place of an edge.
+    toi (k) float64 in [0, 1], in steps: never later than the first time of contact (in tier
     "fast", an estimate of it). Of `proximity()` the instant that was asked about: 0, or 1 at a trial's end.
     Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
     at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges, towards the side that
@@ -215,8 +218,9 @@ class Contacts:
     `stencils()`.
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
-    frame: its number; of a trial, that of the next frame. vf, ee: how many of each kind, also when the report is "count" and
-    the columns are empty; of a reduced answer, of all rows before they were reduced.
+    frame: its number; of a trial, that of the next frame. vf, ee: how many there are, also when the report is "count" and
+    the columns are empty; of a reduced answer, of all rows before they were reduced. ee: all but the vertex-face ones; ve, vv:
+    how many of these are vertex-edge and vertex-vertex.
     possible: of both, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
     of `proximity()`, which has no motion.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
@@ -259,6 +263,8 @@ class Contacts:
         self.stencil = stencil
         self.vf: int = summary.vf
         self.ee: int = summary.ee
+        self.ve: int = summary.ve
+        self.vv: int = summary.vv
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self.queue_ms: float = summary.queue_ms
@@ -274,8 +280,8 @@ class Contacts:
 
     @cached_property
     def faces(self) -> npt.NDArray[np.int64]:
-        """(k): the face of a vertex-face contact, a row of the faces given (those of added bodies follow); -1 for
-        edge-edge."""
+        """(k): the face of a vertex-face contact, a row of the faces given (those of added bodies follow); -1 for all
+        others."""
         result = np.full(len(self), -1, np.int64)
         rows = self.kind == Kind.VERTEX_FACE
         if self._topology is not None and rows.any():
@@ -284,11 +290,14 @@ class Contacts:
 
     @cached_property
     def edges(self) -> npt.NDArray[np.int64]:
-        """(k, 2): both edges of an edge-edge contact, rows of `Session.edges`; -1 for vertex-face."""
+        """(k, 2): both edges of an edge-edge contact, rows of `Session.edges`; -1 for what is no edge."""
         result = np.full((len(self), 2), -1, np.int64)
         rows = self.kind == Kind.EDGE_EDGE
         if self._topology is not None and rows.any():
             result[rows] = self._topology.edges_of(self.v[rows].reshape(-1, 2)).reshape(-1, 2)
+        rows = self.kind == Kind.VERTEX_EDGE
+        if self._topology is not None and rows.any():
+            result[rows, 1] = self._topology.edges_of(self.v[rows, 2:])
         return result
 
     @cached_property

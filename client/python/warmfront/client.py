@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import uuid
-import warnings
 from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, Optional, Union
@@ -66,8 +65,9 @@ class Client:
     def session(
         self,
         positions: Any,
-        faces: Any,
+        faces: Any = None,
         *,
+        edges: Any = None,
         bodies: Sequence[Body] = (),
         excluded_pairs: Sequence[tuple[int, int]] = (),
         filters: Union[PairFilters, Mapping[str, Any], None] = None,
@@ -80,25 +80,22 @@ class Client:
 
         positions (n, 3) float32 or float64, finite, scene length unit: they travel and stay as they are, and those of every
         frame become alike; lists, and numbers of other types, become float64 where that holds them exactly. faces (m, 3)
-        vertex indices of any integer type; a face may repeat one, and is the segment or point that it names. All arrays
-        here and below may be whatever numpy or DLPack reads without the GPU. Vertices in no face are tested as points
-        against faces, and against nothing else: a warning says how many there are. bodies: ranges that cover all vertices in
-        order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. filters: pairs of
+        vertex indices of any integer type; a face may repeat one, and is the segment or point that it names; None: none.
+        edges (k, 2): of two different vertices each, hair and rods; the scene's edges are these and the sides of faces, each
+        once. All arrays here and below may be whatever numpy or DLPack reads without the GPU. Vertices in no face and no edge
+        are points: tested against faces, and, where a separation or thickness counts, against edges of no face and each other.
+        bodies: ranges that cover all vertices in order; none: all is deformable. excluded_pairs: of bodies by index, not tested against each other. filters: pairs of
         features that do not count, `PairFilters` or a dict of its fields; the rest shape, where they need one and have none,
         is these positions. thickness: (n), of each vertex, or one number for all, scene length unit, besides its body's (see
         `Body`); None: none.
         id: a UUID, random when empty. first_frame: the number of these positions; the first step is the
         next.
 
-        UnimplementedError for vertices without any face, unless bodies are declared, to which faces may be added later, and
-        for filters and thickness where the daemon is older than they are.
+        UnimplementedError for filters, thickness and edges where the daemon is older than they are.
         InvalidArgumentError for bad input, AlreadyExistsError for an id that is taken, ResourceExhaustedError beyond the
         daemon's limits.
         """
-        state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness)
-        if alone := state.vertices_in_no_face():
-            warnings.warn(f"vertices in no face: {alone} of {state.vertex_count}; they are tested as points against faces, and "
-                          "against nothing else", stacklevel=2)
+        state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
         header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
         options.put_into(header.options)
         link = Link(self._connection, header, state)

@@ -90,7 +90,7 @@ class SessionInfo:
     """State of a session in the daemon.
 
     principal: the creator, for callers with the admin role; else empty. dtype: "float32" or "float64". options: the values
-    in force. filters: pairs that do not count. most_thickness: no vertex is thicker; 0 where nothing is. steps: computed
+    in force. lone_edge_count: edges of no face, which are among the edge_count. filters: pairs that do not count. most_thickness: no vertex is thicker; 0 where nothing is. steps: computed
     since it was created there. memory_bytes: held in the daemon. attached: a stream is attached. idle: seconds since the
     last request about it, 0 during a request.
     """
@@ -100,6 +100,7 @@ class SessionInfo:
     vertex_count: int
     face_count: int
     edge_count: int
+    lone_edge_count: int
     body_count: int
     dtype: str
     options: Options
@@ -115,7 +116,7 @@ class SessionInfo:
     @staticmethod
     def read_from(message: Any, principal: str = "") -> SessionInfo:
         """Of a v1.SessionInfo."""
-        same = ("vertex_count", "face_count", "edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached",
+        same = ("vertex_count", "face_count", "edge_count", "lone_edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached",
                 "most_thickness")
         filters = message.filters
         return SessionInfo(

@@ -173,10 +173,22 @@ def array_of(value: Any, where: str) -> npt.NDArray[Any]:
 
 
 def faces_of(faces: Any, where: str = "faces") -> npt.NDArray[np.int32]:
-    """(m, 3) little-endian int32, a copy only where it has to be. InvalidArgumentError for another shape or type."""
-    array = array_of(faces, where)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise InvalidArgumentError(f"{where}: shape {array.shape}; give (m, 3) vertex indices")
+    """(m, 3) little-endian int32, a copy only where it has to be; none of None. InvalidArgumentError for another shape or
+    type."""
+    return _vertices_of(faces, 3, "m", where)
+
+
+def edges_of(edges: Any, where: str = "edges") -> npt.NDArray[np.int32]:
+    """(k, 2), as `faces_of()`."""
+    return _vertices_of(edges, 2, "k", where)
+
+
+def _vertices_of(elements: Any, each: int, rows: str, where: str) -> npt.NDArray[np.int32]:
+    array = np.zeros((0, each), np.int32) if elements is None else array_of(elements, where)
+    if array.shape in ((0,), (0, each)):
+        return np.zeros((0, each), "<i4")  # an empty list has no type
+    if array.ndim != 2 or array.shape[1] != each:
+        raise InvalidArgumentError(f"{where}: shape {array.shape}; give ({rows}, {each}) vertex indices")
     if array.dtype.kind not in "iu":
         raise InvalidArgumentError(f"{where}: {array.dtype} numbers; give integers")
     wide = (array > 0x7FFFFFFF) | (array < -0x80000000) if array.dtype.itemsize > 4 or array.dtype.kind == "u" else None

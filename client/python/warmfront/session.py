@@ -148,14 +148,29 @@ class Session:
         InvalidArgumentError where something does not fit the scene, ResourceExhaustedError beyond a limit: the frame does not
         count. FailedPreconditionError while answers to what was submitted were not taken.
 
-        A frame is the end of a motion, always: a body that is put elsewhere (reset, respawned) is tested along the straight
-        way there, and meets what lies on it. Make the session again, or remove the body and add another.
+        A frame is the end of a motion: a body that is put elsewhere (reset, respawned) is tested along the straight way there,
+        and meets what lies on it. `place()` puts it there without a motion.
         """
         question = question_of("step", tier=tier, tolerance=tolerance, min_separation=min_separation, report=report,
                                fields=fields, max_contacts=max_contacts)
         answer = self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question, timeout)
         assert isinstance(answer, Contacts)
         return answer
+
+    def place(
+        self,
+        positions: Any = None,
+        *,
+        bodies: Optional[Mapping[int, Any]] = None,
+        poses: Optional[Mapping[int, Any]] = None,
+        vertices: Any = None,
+        vertex_positions: Any = None,
+        timeout: Optional[float] = None,
+    ) -> None:
+        """Puts what is given where it is given, without a motion: nothing is tested between before and after. For resets and
+        teleports. It is the session's next frame, and what is asked next is about the new state. Arguments, errors and timeout
+        as in `step()`; InvalidArgumentError from a daemon that is older."""
+        self._ask(Motion(positions, bodies, poses, vertices, vertex_positions), question_of("place"), timeout)
 
     def trial(
         self,
@@ -375,6 +390,10 @@ class Session:
         when its future is cancelled: give a timeout."""
         return self._background.submit(self.step, positions, **arguments)
 
+    def submit_place(self, positions: Any = None, **arguments: Any) -> Future[None]:
+        """`place()` as a future, see `submit_step()`."""
+        return self._background.submit(self.place, positions, **arguments)
+
     def submit_trial(self, positions: Any = None, **arguments: Any) -> Future[Contacts]:
         """`trial()` as a future, see `submit_step()`."""
         return self._background.submit(self.trial, positions, **arguments)
@@ -403,6 +422,10 @@ class Session:
         """`step()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_step(positions, **arguments))
 
+    async def place_async(self, positions: Any = None, **arguments: Any) -> None:
+        """`place()` for asyncio, see `submit_step()`."""
+        await asyncio.wrap_future(self.submit_place(positions, **arguments))
+
     async def trial_async(self, positions: Any = None, **arguments: Any) -> Contacts:
         """`trial()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_trial(positions, **arguments))
@@ -427,9 +450,10 @@ class Session:
         """`commit()` for asyncio, see `submit_step()`."""
         return await asyncio.wrap_future(self.submit_commit(fraction, **arguments))
 
-    def add_body(self, body: Body, faces: Any, positions: Any) -> int:
-        """Adds a stationary body and returns its index, the previous number of bodies; its vertices and faces come after
-        all others. faces (m, 3) number its own vertices from 0; positions (vertex_count, 3) of the session's dtype.
+    def add_body(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> int:
+        """Adds a stationary body and returns its index, the previous number of bodies; its vertices, faces and
+        edges come after all others. faces (m, 3) and edges (k, 2), as in `Client.session()`, number its own vertices from 0;
+        positions (vertex_count, 3) of the session's dtype.
 
         FailedPreconditionError while frames are unanswered, or in a session that declared no bodies.
         """
@@ -438,11 +462,13 @@ class Session:
             index = len(state.bodies)
 
             def encode() -> session_pb2.SceneChange:
-                change = state.encode_addition(body, faces, positions)
+                change = state.encode_addition(body, faces, positions, edges)
                 self._need_thickness(change.add.body)
+                if change.add.edges:
+                    self._need(session_pb2.FEATURE_EDGES)
                 return change
 
-            self._change(encode, lambda: state.take_addition(body, faces, positions))
+            self._change(encode, lambda: state.take_addition(body, faces, positions, edges))
             return index
 
     def change_body(self, index: int, body: Body) -> None:

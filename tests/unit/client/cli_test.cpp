@@ -122,7 +122,7 @@ TEST(Cli, ListsAreGivenInOneWay) {
 }
 
 // A face that repeats a vertex is tested as a segment; ignored parts of a file are reported.
-TEST(Cli, SegmentsAreMetAndWhatIsLeftOutIsSaid) {
+TEST(Cli, SegmentsAndPointsAreMet) {
   const TemporaryFolder folder;
   const auto frame = [&](const char* name, const char* z) {
     return folder.write(name, std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nv 0.2 0.2 ") + z +
@@ -135,14 +135,14 @@ TEST(Cli, SegmentsAreMetAndWhatIsLeftOutIsSaid) {
   EXPECT_EQ(frames[0]["vf"], 2) << "both ends of the segment pass the triangle";
   EXPECT_NEAR(frames[0]["earliest_toi"].get<double>(), 0.5, 1e-5);
   const std::string notes = run("detect " + input + " --json -", "2>&1 >/dev/null").out;
-  EXPECT_THAT(notes,
-              HasSubstr("warmfront: note: " + folder.file("t0.obj") + ": vertices in no face: 1 of 6;"));
-  EXPECT_THAT(notes, HasSubstr("edges of no face: 1; they are left out"));
-  const std::string points = folder.write("p.obj", "v 0 0 0\nv 1 0 0\n");
-  const Outcome lone = run("detect " + points + " " + points);
-  EXPECT_EQ(lone.code, kExitFailed);
-  EXPECT_THAT(lone.out,
-              HasSubstr("p.obj: 2 vertices and no face; points and edges alone are not modelled yet"));
+  EXPECT_THAT(notes, HasSubstr("warmfront: note: " + folder.file("t0.obj") +
+                               ": vertices in no face and no edge: 1 of 6;"));
+  const std::string points =
+      folder.write("p0.obj", "v 0 0 0\nv 1 0 0\n") + " " + folder.write("p1.obj", "v 0 0 0\nv 0.1 0 0\n");
+  const Json apart = Json::parse(run("detect " + points + " --json -", "2>/dev/null").out);
+  EXPECT_EQ(apart["frames"][0]["ee"], 0) << "points touch nothing";
+  const Outcome near = run("detect " + points + " --min-separation 0.2 --contacts -", "2>/dev/null");
+  EXPECT_THAT(near.out, HasSubstr("\n1,vv,0,0,1,1,"));
 }
 
 // Each row of a step is new or kept, and each row of the step before is kept or ended.
@@ -250,8 +250,9 @@ TEST(Cli, DetectJsonHasTheFieldsThatToolsRead) {
       run(std::string("detect ") + kScene + " --frames 0:3 --json - --threads 2", "2>/dev/null");
   ASSERT_EQ(outcome.code, kExitOk);
   const Json report = Json::parse(outcome.out);
-  EXPECT_THAT(keys(report), ElementsAre("vertices", "triangles", "tier", "tolerance", "threads", "front",
-                                        "bounds", "contacts_hash", "filters", "most_thickness", "frames"));
+  EXPECT_THAT(keys(report),
+              ElementsAre("vertices", "triangles", "edges", "tier", "tolerance", "threads", "front", "bounds",
+                          "contacts_hash", "filters", "most_thickness", "frames"));
   EXPECT_EQ(report["tier"], "certified");
   EXPECT_EQ(report["tolerance"], 1e-6);
   EXPECT_EQ(report["threads"], 2);
@@ -401,7 +402,7 @@ TEST(Cli, AWrittenSceneIsTheBuiltinOne) {
 TEST(Cli, ScenesAreListed) {
   const Outcome outcome = run("scene --list");
   EXPECT_EQ(outcome.code, kExitOk);
-  for (const char* name : {"cloth-ball", "flamenco", "n-body", "princess", "bart"})
+  for (const char* name : {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles"})
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 

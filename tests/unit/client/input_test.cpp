@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "client/io/file.h"
+#include "client/io/obj.h"
 #include "client/io/pc2.h"
 #include "client/io/ply.h"
 #include "tests/unit/client/temporary_folder.h"
@@ -17,6 +18,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 using Arguments = std::vector<std::string>;
 
@@ -51,7 +53,8 @@ TEST(Input, ArgumentsAreCheckedByTheirForm) {
   EXPECT_THAT(usage_error_of({"a.ply"}), HasSubstr("two or more"));
   EXPECT_THAT(usage_error_of({"a.ply", "folder"}), HasSubstr("folder"));
   EXPECT_THAT(usage_error_of({"a.ply", "builtin:bart"}), HasSubstr("stands alone"));
-  EXPECT_THAT(usage_error_of({"builtin:barth"}), HasSubstr("cloth-ball, flamenco, n-body, princess, bart"));
+  EXPECT_THAT(usage_error_of({"builtin:barth"}),
+              HasSubstr("cloth-ball, flamenco, n-body, princess, bart, hair, particles"));
 }
 
 TEST(Input, ACacheFolderGivesFramesAndBodies) {
@@ -166,25 +169,71 @@ TEST(Input, PolygonsAreCutOnceForAllFrames) {
   EXPECT_TRUE(mixed.value()->read_frame(1, positions).ok());
 }
 
-TEST(Input, WhatIsNotModelledIsRefusedOrSaid) {
+TEST(Input, PointsAreSaid) {
   const TemporaryFolder folder;
-  const std::string points = folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
-  const std::string lines = folder.write("lines.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
-  for (const std::string& path : {points, lines}) {
-    const Arguments arguments{path, path};
-    Result<std::unique_ptr<Input>> input = open_input(arguments);
-    ASSERT_FALSE(input.ok()) << "nothing in it could ever touch";
-    EXPECT_EQ(input.error().message,
-              path + ": 2 vertices and no face; points and edges alone are not modelled yet: give triangles");
-  }
   const std::string mixed =
-      folder.write("mixed.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 6 6\nf 1 2 3\nl 4 5 1\n");
-  const Arguments arguments{mixed, mixed};
-  const Result<std::unique_ptr<Input>> input = open_input(arguments);
+      folder.write("mixed.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 6 6\nf 1 2 3\nl 4 1\n");
+  const std::string points = folder.write("points.obj", "v 0 0 0\nv 1 0 0\np 1 2\n");
+  for (const auto& [path, count] : {std::pair(mixed, "1 of 5"), std::pair(points, "2 of 2")}) {
+    const Arguments arguments{path, path};
+    const Result<std::unique_ptr<Input>> input = open_input(arguments);
+    ASSERT_TRUE(input.ok()) << input.error().message;
+    EXPECT_THAT(
+        input.value()->notes(),
+        ElementsAre(HasSubstr(std::string(": vertices in no face and no edge: ") + count + "; as points")));
+  }
+}
+
+TEST(Input, EdgesComeWithTheMesh) {
+  const TemporaryFolder folder;
+  const std::string first = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2 3\n");
+  const std::string second = folder.write("b.ply",
+                                          "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\n"
+                                          "property double y\nproperty double z\nelement edge 2\n"
+                                          "property uchar red\nproperty int vertex2\nproperty uint vertex1\n"
+                                          "end_header\n0 0 1\n1 0 1\n2 0 1\n9 1 0\n9 2 1\n");
+  const std::string other = folder.write("c.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2\nl 3 1\n");
+  const std::string fewer = folder.write("d.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2\n");
+  const Arguments arguments{first, second, other, fewer};
+  Result<std::unique_ptr<Input>> input = open_input(arguments);
   ASSERT_TRUE(input.ok()) << input.error().message;
-  EXPECT_THAT(input.value()->notes(),
-              ElementsAre(HasSubstr("mixed.obj: vertices in no face: 2 of 5; they are tested as points"),
-                          HasSubstr("mixed.obj: edges of no face: 2; they are left out")));
+  using Edge = std::array<std::int32_t, 2>;
+  EXPECT_THAT(input.value()->scene().edges, ElementsAre(Edge{0, 1}, Edge{1, 2}));
+  EXPECT_THAT(input.value()->notes(), IsEmpty());
+  PositionBuffer positions;
+  EXPECT_TRUE(input.value()->read_frame(1, positions).ok());
+  EXPECT_THAT(input.value()->read_frame(2, positions).error().message, HasSubstr("another topology than"));
+  EXPECT_THAT(input.value()->read_frame(3, positions).error().message, HasSubstr(": 1 edges, not 2"));
+  // A scene's folder holds them, too.
+  const Mesh mesh{std::vector<float>{0, 0, 0, 1, 0, 0}, {}, {}, {{1, 0}}};
+  const Result<Mesh> again = parse_ply(format_ply(mesh, ""), "again.ply");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again.value().edges, mesh.edges);
+}
+
+TEST(Input, EdgesThatAreNoneAreRefused) {
+  const auto obj = [](const std::string& lines) {
+    const Result<Mesh> mesh = parse_obj("v 0 0 0\nv 1 0 0\n" + lines, "a.obj");
+    return mesh ? std::string() : mesh.error().message;
+  };
+  EXPECT_THAT(obj("l 1\n"), HasSubstr("a.obj: line 3: a line needs two vertices, this one has 1"));
+  EXPECT_THAT(obj("l 1 2 2\n"), HasSubstr("line 3: the line joins vertex 2 to itself"));
+  EXPECT_THAT(obj("l 1 x\n"), HasSubstr("line 3: line vertex 'x' is no index"));
+  EXPECT_THAT(obj("l 1 3\n"), HasSubstr("line 3: vertex index 3, but the file has 2 vertices"));
+  const auto ply = [](const std::string& properties, const std::string& edge) {
+    const Result<Mesh> mesh = parse_ply(
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+        "property float y\nproperty float z\nelement edge 1\n" +
+            properties + "end_header\n0 0 0\n1 0 0\n" + edge + "\n",
+        "a.ply");
+    return mesh ? std::string() : mesh.error().message;
+  };
+  const std::string ends = "property int vertex1\nproperty int vertex2\n";
+  EXPECT_EQ(ply(ends, "0 1"), "");
+  EXPECT_THAT(ply(ends, "1 1"), HasSubstr("edge 0: it joins vertex 1 to itself"));
+  EXPECT_THAT(ply(ends, "0 2"), HasSubstr("edge 0: vertex index 2 is not a whole number in [0, 2)"));
+  EXPECT_THAT(ply("property int vertex1\n", "0"),
+              HasSubstr("element 'edge' has no scalar property 'vertex2'"));
 }
 
 TEST(Input, MeshFilesMustShareTheirTopology) {

@@ -62,15 +62,16 @@ TEST(Obj, AFaceMayRepeatAVertex) {
   EXPECT_THAT(mesh.value().faces, ElementsAre(Face{0, 0, 1}, Face{1, 1, 1}));
 }
 
-TEST(Obj, PolygonsAndLoneEdgesAreListedWithTheirPlace) {
+TEST(Obj, PolygonsAreListedWithTheirPlaceAndLinesAreEdges) {
   const Result<Mesh> mesh = parse_obj(
-      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\n\nf 1 2 3 4\nl 1 2\nl 1 2 3 # two\nl 1\n", "m.obj");
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\n\nf 1 2 3 4\nl 1 2\nl 1 2 3 # two\nl -1 1/4\n", "m.obj");
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;
   ASSERT_EQ(mesh.value().polygons.size(), 1U);
   const Polygon& polygon = mesh.value().polygons[0];
   EXPECT_EQ((std::array{polygon.first_face, polygon.corners, polygon.line, polygon.number}),
             (std::array<std::size_t, 4>{1, 4, 7, 1}));
-  EXPECT_EQ(mesh.value().lone_edges, 3U);
+  using Edge = std::array<std::int32_t, 2>;
+  EXPECT_THAT(mesh.value().edges, ElementsAre(Edge{0, 1}, Edge{0, 1}, Edge{1, 2}, Edge{3, 0}));
 }
 
 TEST(Obj, EveryTruncationIsHandled) {

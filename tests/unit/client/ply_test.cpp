@@ -36,7 +36,7 @@ void put(std::string& out, T value, std::endian order) {
 constexpr std::string_view kAsciiBody =
     "comment made by hand\nobj_info nothing\n"
     "element vertex 4\nproperty float x\nproperty uchar red\nproperty float y\nproperty list uchar int tags\n"
-    "property float z\nelement edge 1\nproperty int a\nproperty int b\n"
+    "property float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\n"
     "element face 2\nproperty uchar flag\nproperty list uchar int vertex_indices\nend_header\n"
     "0 255 0 0 0\n1 255 0 2 7 8 0\n\n1 255 1 1 9 0.1\n0 255 +1 0 -2.5e-3\n"
     "0 1\n"

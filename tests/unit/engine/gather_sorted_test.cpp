@@ -19,8 +19,9 @@ std::vector<Contact> drawn(std::mt19937& random, std::size_t count, std::uint32_
                            std::uint32_t edges, bool around_one) {
   std::vector<Contact> contacts;
   for (std::size_t i = 0; i < count; ++i) {
-    const auto kind = static_cast<ContactKind>(random() % 3);
-    const std::uint32_t most = kind == ContactKind::kVertexFace ? vertices : edges;
+    const auto kind = static_cast<ContactKind>(random() % kContactKinds);
+    const bool of_edge = kind == ContactKind::kEdgeEdge || kind == ContactKind::kEdgeFace;
+    const std::uint32_t most = of_edge ? edges : vertices;
     const std::uint32_t a = around_one && random() % 8 != 0 ? most - 1 : random() % most;
     contacts.push_back({kind, ContactStatus::kHit, a, static_cast<std::uint32_t>(random()), 0.5});
   }
@@ -44,9 +45,9 @@ TEST(GatherSorted, GivesOneOrder) {
         std::vector<Contact> found{expected.begin(), expected.begin() + std::min<long>(3, expected.size())};
         std::vector<std::size_t> room{7, 7};
         testing::workers()->run(
-            [&] { gather_sorted(spans, vertices, 3 * std::size_t{vertices}, found, room, {}); });
+            [&] { gather_sorted(spans, vertices, true, 3 * std::size_t{vertices}, found, room, {}); });
         EXPECT_EQ(found, expected) << count << " of " << vertices;
-        EXPECT_LE(room.size(), count / 16 + 5);
+        EXPECT_LE(room.size(), count / 16 + kContactKinds + 2);
       }
     }
   }
@@ -60,7 +61,7 @@ TEST(GatherSorted, StopsWhenTold) {
   std::vector<std::size_t> room;
   const std::vector<std::span<const Contact>> lists{contacts};
   testing::workers()->run(
-      [&] { EXPECT_THROW(gather_sorted(lists, 1000, 3000, found, room, StopSignal(&stop)), Stopped); });
+      [&] { EXPECT_THROW(gather_sorted(lists, 1000, true, 3000, found, room, StopSignal(&stop)), Stopped); });
 }
 
 }  // namespace

@@ -554,7 +554,7 @@ TEST_P(Crumpled, IsBuiltAgainWhereAnswersDidNotFit) {
   EXPECT_EQ(dropped, 1);
 }
 
-// Of a vertex of more than SharedVertices::kMostFaces it is not known which blocks share it.
+// Of a vertex of more than SharedVertices::kMostAround it is not known which blocks share it.
 TEST_P(Crumpled, FansDoToo) {
   std::mt19937_64 random(37);
   testing::Faces faces;

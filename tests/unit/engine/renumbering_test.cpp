@@ -13,21 +13,29 @@
 namespace warmfront {
 namespace {
 
-// Two tetrahedra of which one has a double face, an isolated vertex between them and one at the end.
+// Two tetrahedra of which one has a double face and the other a strand of edges, an isolated vertex between them
+// and one at the end.
 Scene make_scene() {
   SceneDescription description;
-  description.vertex_count = 10;
+  description.vertex_count = 13;
   description.faces = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}, {0, 1, 2},
                        {5, 7, 6}, {5, 6, 8}, {6, 7, 8}, {7, 5, 8}};
+  description.edges = {{9, 10}, {11, 9}, {11, 5}};
   return std::move(Scene::create(std::move(description))).value();
+}
+
+std::vector<Primitive> all_primitives(const Scene& scene) {
+  std::vector<Primitive> all(scene.face_count());
+  std::iota(all.begin(), all.end(), 0U);
+  for (const std::uint32_t e : scene.lone_edges()) all.push_back(kSegment | e);
+  for (const std::uint32_t v : scene.isolated_vertices()) all.push_back(kPoint | v);
+  return all;
 }
 
 TEST(RenumberingTest, KeepsEveryFeatureAndList) {
   const Scene given = make_scene();
   std::mt19937 random(3);
-  std::vector<Primitive> order(given.face_count());
-  std::iota(order.begin(), order.end(), 0U);
-  for (const std::uint32_t v : given.isolated_vertices()) order.push_back(kPoint | v);
+  std::vector<Primitive> order = all_primitives(given);
   for (int trial = 0; trial < 50; ++trial) {
     std::shuffle(order.begin(), order.end(), random);
     const Renumbering numbering(given, order);
@@ -51,6 +59,7 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
     }
     for (std::uint32_t f = 0; f < scene.face_count(); ++f)
       ASSERT_EQ(scene.face_edges()[f], given.face_edges()[old_face(f)]);
+    ASSERT_TRUE(std::ranges::equal(scene.lone_edges(), given.lone_edges()));
     for (std::uint32_t e = 0; e < scene.edge_count(); ++e) {
       for (int k = 0; k < 2; ++k) ASSERT_EQ(old_vertex(scene.edges()[e][k]), given.edges()[e][k]);
       ASSERT_EQ(scene.edge_faces()[e].size(), given.edge_faces()[e].size());
@@ -62,6 +71,8 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
       ASSERT_EQ(scene.vertex_faces()[v].size(), before.size());
       for (std::size_t k = 0; k < before.size(); ++k)
         ASSERT_EQ(old_face(scene.vertex_faces()[v][k]), before[k]);
+      ASSERT_TRUE(std::ranges::equal(scene.lone_edges_of(v), given.lone_edges_of(old_vertex(v))));
+      ASSERT_EQ(scene.is_isolated(v), given.is_isolated(old_vertex(v)));
       ASSERT_EQ(scene.body_of_vertex()[v], given.body_of_vertex()[old_vertex(v)]);
     }
   }
@@ -69,7 +80,8 @@ TEST(RenumberingTest, KeepsEveryFeatureAndList) {
 
 TEST(RenumberingTest, LeavesEdgesOfAContactAlone) {
   const Scene given = make_scene();
-  const std::vector<Primitive> order{8, 7, 6, 5, 4, 3, 2, 1, 0, kPoint | 9, kPoint | 4};
+  std::vector<Primitive> order = all_primitives(given);
+  std::ranges::reverse(order);
   const Renumbering numbering(given, order);
   const Contact contact{ContactKind::kEdgeEdge, ContactStatus::kHit, 3, 4, 0.5};
   EXPECT_EQ(numbering.given(contact), contact);

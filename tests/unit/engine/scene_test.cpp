@@ -31,12 +31,32 @@ TEST(Scene, NamesTheFirstBadIndex) {
               HasSubstr("faces[0][1]: vertex index -1"));
 }
 
-TEST(Scene, PointsAloneAreRefusedUntilTheyAreModelled) {
-  const auto points = Scene::create({.vertex_count = 4, .faces = {}, .bodies = {}});
-  ASSERT_FALSE(points.ok()) << "they would be stepped for ever, and never meet";
-  EXPECT_EQ(points.error().code, ErrorCode::kUnimplemented);
-  EXPECT_THAT(points.error().message, HasSubstr("faces: none over 4 vertices; points and edges alone"));
-  // A body added later may have faces, which points meet; and points may be added to faces.
+TEST(Scene, HasTheEdgesOfFacesAndThoseGivenBesides) {
+  // A face, an edge from it, one that is a side of it, one twice, and a strand.
+  const auto scene = testing::make_scene(8, {{0, 1, 2}}, {{3, 1}, {2, 1}, {1, 3}, {5, 4}, {5, 6}});
+  EXPECT_THAT(scene->edges(),
+              ElementsAre(Edge{0, 1}, Edge{0, 2}, Edge{1, 2}, Edge{1, 3}, Edge{4, 5}, Edge{5, 6}));
+  EXPECT_THAT(scene->lone_edges(), ElementsAre(3, 4, 5));
+  EXPECT_THAT(scene->lone_edges_of(1), ElementsAre(3));
+  EXPECT_THAT(scene->lone_edges_of(5), ElementsAre(4, 5));
+  EXPECT_THAT(scene->isolated_vertices(), ElementsAre(7));
+  EXPECT_EQ(scene->body_count(), 3U) << "the face with its edge, the strand, and a point";
+  EXPECT_THAT(testing::make_scene(4, {}, {{0, 1}, {2, 3}})->lone_edges(), ElementsAre(0, 1)) << "edges alone";
+}
+
+TEST(Scene, RefusesEdgesThatAreNone) {
+  const auto with = [](std::vector<std::array<std::int32_t, 2>> edges) {
+    return SceneDescription{
+        .vertex_count = 4, .faces = {}, .bodies = {{"a", 0, 2}, {"b", 2, 2}}, .edges = std::move(edges)};
+  };
+  EXPECT_THAT(error_of(with({{0, 1}, {1, 4}})), HasSubstr("edges[1][1]: vertex index 4 is not in [0, 4)"));
+  EXPECT_THAT(error_of(with({{-1, 1}})), HasSubstr("edges[0][0]: vertex index -1"));
+  EXPECT_THAT(error_of(with({{2, 2}})), HasSubstr("edges[0]: joins vertex 2 to itself"));
+  EXPECT_THAT(error_of(with({{2, 1}})), HasSubstr("edges: (1, 2) joins bodies[0] and bodies[1]"));
+}
+
+TEST(Scene, MayHavePointsAlone) {
+  EXPECT_THAT(testing::make_scene(4, {})->isolated_vertices(), ElementsAre(0, 1, 2, 3));
   const auto dust = Scene::create({.vertex_count = 4, .faces = {}, .bodies = {{"dust", 0, 4}}});
   ASSERT_TRUE(dust.ok());
   EXPECT_TRUE(dust.value().with_body({{"more", 0, 2}, {}}).ok());
@@ -198,6 +218,23 @@ Cover covered(const Scene& scene) {
     }
     for (const std::uint32_t v : scene.isolated_vertices()) add(ContactKind::kVertexFace, v, f);
   }
+  const auto edges = scene.lone_edges();
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const Edge& edge = scene.edges()[edges[i]];
+    for (std::size_t j = 0; j < i; ++j) {
+      if (share_vertex(edge, scene.edges()[edges[j]])) continue;
+      EXPECT_EQ(ownership.owned_with_segment(kSegment | edges[j], edges[i]), 1U << 6);
+      add(ContactKind::kEdgeEdge, edges[j], edges[i]);
+    }
+    for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+      if (adjacent(edge, scene.faces()[f])) continue;
+      const std::uint32_t owned = ownership.owned_with_segment(f, edges[i]);
+      for (int k = 0; k < 2; ++k)
+        if (owned >> (3 + k) & 1U) add(ContactKind::kVertexFace, edge[k], f);
+      for (int k = 0; k < 3; ++k)
+        if (owned >> (6 + 3 * k) & 1U) add(ContactKind::kEdgeEdge, scene.face_edges()[f][k], edges[i]);
+    }
+  }
   const Orphans orphans = enumerate_orphans(scene);
   for (const auto& [v, f] : orphans.vertex_face) add(ContactKind::kVertexFace, v, f);
   for (const auto& [a, b] : orphans.edge_edge) add(ContactKind::kEdgeEdge, a, b);
@@ -221,6 +258,25 @@ TEST(Ownership, CoversEveryPairExactlyOnce) {
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
     std::mt19937_64 random(seed);
     const auto [scene, positions] = testing::random_scene(random);
+    ASSERT_EQ(covered(*scene), every_pair_once(*scene)) << "seed " << seed;
+  }
+}
+
+// Few vertices, any three of them a face and any two an edge.
+TEST(Ownership, CoversPairsOfLoneEdgesExactlyOnce) {
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto vertices = static_cast<std::uint32_t>(4 + random() % 8);
+    testing::Faces faces(random() % 8);
+    for (auto& face : faces)
+      for (std::int32_t& v : face) v = static_cast<std::int32_t>(random() % vertices);
+    testing::Edges edges(1 + random() % 8);
+    for (auto& [a, b] : edges) {
+      a = static_cast<std::int32_t>(random() % vertices);
+      b = static_cast<std::int32_t>((static_cast<std::uint32_t>(a) + 1 + random() % (vertices - 1)) %
+                                    vertices);
+    }
+    const auto scene = testing::make_scene(vertices, faces, edges);
     ASSERT_EQ(covered(*scene), every_pair_once(*scene)) << "seed " << seed;
   }
 }

@@ -81,7 +81,7 @@ TEST(SharedVertices, OfAVertexWithManyFacesAreLeftOut) {
   const auto fan = [&](int hub, int first, int count) {
     for (int i = 0; i < count; ++i) faces.push_back({hub, first + i, first + i + 1});
   };
-  constexpr int kFew = SharedVertices::kMostFaces;
+  constexpr int kFew = SharedVertices::kMostAround;
   fan(0, 1, kFew);
   fan(kFew + 2, kFew + 3, kFew + 1);
   const auto scene = testing::make_scene(2 * kFew + 6, faces);

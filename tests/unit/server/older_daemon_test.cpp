@@ -163,11 +163,15 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     BodyAddition addition{{"", 0, 3}, {{0, 1, 2}}};
     addition.body.thickness = 0.1;
     EXPECT_EQ(session.add_body(addition, Doubles(corners)).error().code, ErrorCode::kUnimplemented);
+    EXPECT_EQ(session.add_body({{"", 0, 3}, {}, {{0, 1}}}, Doubles(corners)).error().code,
+              ErrorCode::kUnimplemented);
+    SceneDescription with_edges = scene;
+    with_edges.edges = {{0, 1}};
     SceneDescription filtered_scene = scene, thick_scene = scene, of_vertices = scene;
     filtered_scene.filters.within_edges = 1;
     thick_scene.bodies[1] = thick;
     of_vertices.thickness.assign(grids.vertex_count(), 0.1);
-    for (const SceneDescription& one : {filtered_scene, thick_scene, of_vertices}) {
+    for (const SceneDescription& one : {filtered_scene, thick_scene, of_vertices, with_edges}) {
       const auto refused = client.create_session(one, Doubles(start));
       ASSERT_FALSE(refused.ok());
       EXPECT_EQ(refused.error().code, ErrorCode::kUnimplemented) << refused.error().message;

@@ -139,8 +139,10 @@ class Pair : public testing::Draws {
       contact.b = static_cast<std::uint32_t>(std::ranges::find(scene.faces(), Face{v[1], v[2], v[3]}) -
                                              scene.faces().begin());
     } else {
-      contact.a = edge(v[0], v[1]);
-      contact.b = edge(v[2], v[3]);
+      const bool point_a = contact.kind != ContactKind::kEdgeEdge,
+                 point_b = contact.kind == ContactKind::kVertexVertex;
+      contact.a = point_a ? v[0] : edge(v[0], v[1]);
+      contact.b = point_b ? v[2] : edge(v[2], v[3]);
     }
     return contact;
   }

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is put elsewhere without a motion, whatever becomes of the daemon."""
+import asyncio
+
+import numpy as np
+import pytest
+from support import bits, triangle_through_triangle
+
+from warmfront import Body, FailedPreconditionError, InvalidArgumentError
+
+BEFORE, AFTER, FACES = triangle_through_triangle()
+
+
+def test_it_meets_nothing_on_the_way(client):
+    with client.session(BEFORE, FACES) as session:
+        assert session.trial(AFTER)
+        assert session.place(AFTER) is None
+        assert session.last_frame == 1 and (session.positions == AFTER).all()
+        with pytest.raises(FailedPreconditionError):
+            session.commit()
+        assert session.step(BEFORE), "back again it meets the triangle"
+        with pytest.raises(InvalidArgumentError):
+            session.place(AFTER[:5])
+        asyncio.run(session.place_async(AFTER))
+        assert session.submit_place(BEFORE).result() is None
+        assert session.last_frame == 4 and not session.step(BEFORE)
+
+
+def test_it_comes_again_with_the_session(daemon, client):
+    down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
+
+    def play(disturb):
+        answers = []
+        with client.session(BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as session:
+            session.place(poses={1: down})
+            disturb()
+            answers.append(session.step(vertices=[0], vertex_positions=[[0, 0, -3]]))
+            session.place(BEFORE)
+            disturb()
+            answers.append(session.step(poses={1: down}))
+            return [bits(answer) for answer in answers], [len(answer) for answer in answers], session.resumes
+
+    undisturbed, lengths, none = play(lambda: None)
+    answers, again, resumes = play(daemon.restart)
+    assert answers == undisturbed and lengths == again and lengths[1] > 0 and (none, resumes) == (0, 2)

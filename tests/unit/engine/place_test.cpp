@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is put elsewhere without a motion: it meets nothing on its way, and everything where it is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/collider.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront {
+namespace {
+
+using ::testing::HasSubstr;
+using Doubles = std::span<const double>;
+
+/// A triangle below, and one above it that falls through it or is put on its other side.
+struct Falling {
+  std::vector<double> at(double z) const {
+    return {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.2, 0.2, z, 0.4, 0.2, z, 0.2, 0.4, z};
+  }
+  Collider collider(ColliderOptions options = {}) const {
+    const std::vector<double> x = at(1);
+    return Collider::create(testing::make_scene(6, {{0, 1, 2}, {3, 4, 5}}), Doubles(x), options,
+                            std::make_shared<Workers>(2))
+        .value();
+  }
+};
+
+TEST(Place, MeetsNothingOnTheWayAndEverythingFromThere) {
+  const Falling falling;
+  for (const FrontMode front : {FrontMode::kNone, FrontMode::kPaper, FrontMode::kWarm}) {
+    Collider collider = falling.collider({.front = front});
+    EXPECT_GT(collider.trial(Doubles(falling.at(-1))).value().vf, 0U);
+    ASSERT_TRUE(collider.place(Doubles(falling.at(-1))).ok());
+    EXPECT_EQ(collider.positions(), falling.at(-1));
+    EXPECT_EQ(collider.commit().error().code, ErrorCode::kFailedPrecondition) << "the trial began elsewhere";
+    EXPECT_EQ(collider.step(Doubles(falling.at(-0.5))).value().vf, 0U);
+    EXPECT_GT(collider.step(Doubles(falling.at(0.5))).value().vf, 0U) << "back again it meets the triangle";
+    ASSERT_TRUE(collider.place(Doubles(falling.at(0.001))).ok());
+    EXPECT_EQ(collider.proximity(0.002).value().vf, 3U);
+    EXPECT_EQ(collider.proximity(0.0005).value().vf, 0U);
+    EXPECT_TRUE(collider.self_check().ok());
+  }
+}
+
+TEST(Place, OfSomeBodiesAndPoses) {
+  const Falling falling;
+  SceneDescription description{
+      .vertex_count = 6,
+      .faces = {{0, 1, 2}, {3, 4, 5}},
+      .bodies = {{"below", 0, 3, BodyKind::kDeformable}, {"above", 3, 3, BodyKind::kRigid}}};
+  const std::vector<double> x = falling.at(1);
+  Collider collider = Collider::create(std::make_shared<const Scene>(Scene::create(description).value()),
+                                       Doubles(x), {}, std::make_shared<Workers>(2))
+                          .value();
+  Pose down;
+  down.matrix[11] = -2;
+  const std::vector<BodyPose> poses{{1, down}};
+  Frame frame;
+  frame.poses = poses;
+  ASSERT_TRUE(collider.place(frame).ok());
+  EXPECT_EQ(collider.positions(), falling.at(-1));
+  EXPECT_EQ(collider.step(frame).value().vf, 0U) << "it stays";
+  const std::vector<BodyPose> back{{1, Pose{}}};
+  frame.poses = back;
+  EXPECT_GT(collider.step(frame).value().vf, 0U) << "from the other side";
+}
+
+TEST(Place, ThatIsRefusedOrCancelledLeavesNoTrace) {
+  const Falling falling;
+  Collider collider = falling.collider();
+  ASSERT_TRUE(collider.step(Doubles(falling.at(0.75))).ok());
+  const std::vector<double> wrong(17);
+  const Status refused = collider.place(Doubles(wrong));
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  const std::atomic<bool> stop{true};
+  EXPECT_EQ(collider.place(Doubles(falling.at(-1)), &stop).error().code, ErrorCode::kCancelled);
+  const Error no{ErrorCode::kAborted, "not now"};
+  EXPECT_EQ(collider.place(Doubles(falling.at(-1)), nullptr, [&](const StepResult&) -> Status { return no; })
+                .error()
+                .code,
+            ErrorCode::kAborted);
+  EXPECT_EQ(collider.positions(), falling.at(0.75));
+  EXPECT_GT(collider.step(Doubles(falling.at(-1))).value().vf, 0U) << "it falls from where it was";
+  const auto asked = collider.ask(Doubles(falling.at(1)), {QuestionKind::kPlace, {.tier = Tier::kExact}});
+  ASSERT_FALSE(asked.ok());
+  EXPECT_THAT(asked.error().message, HasSubstr("place: it tests nothing, and has no options"));
+}
+
+}  // namespace
+}  // namespace warmfront
