@@ -5,6 +5,7 @@
 #include <grpc/support/log.h>
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <string>
 #include <utility>
@@ -40,7 +41,7 @@ LogLevel level_of(gpr_log_severity severity) {
   return LogLevel::kWarning;
 }
 
-void write(Log& log, const gpr_log_func_args& said) {
+void write(Log& log, const gpr_log_func_args& said) noexcept try {
   const std::string_view words = said.message;
   std::optional<std::uint64_t> left_out = 0;
   // What somebody turned on to search for a fault is wanted whole.
@@ -59,6 +60,8 @@ void write(Log& log, const gpr_log_func_args& said) {
   else
     log.write(level_of(said.severity), "grpc",
               {{"said", std::string(words)}, {"where", where}, {"left_out", *left_out}});
+} catch (const std::exception&) {
+  // Without memory for a line there is none: gRPC, in whose midst this is, cannot be left by an exception.
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory runs out in a daemon's session at every allocation in turn, in whichever thread: each request is
 // answered once, or refused with an exception and never heard of; then the same request, and the next, come
-// to what they come to without.
+// to what they come to without. And the log of what gRPC says is not left by an exception.
+#include <grpc/support/log.h>
 #include <gtest/gtest.h>
 
 #include <condition_variable>
@@ -11,8 +12,10 @@
 #include <mutex>
 #include <optional>
 #include <random>
+#include <sstream>
 #include <thread>
 
+#include "server/observe/grpc_log.h"
 #include "server/session/session.h"
 #include "tests/support/counted_looks.h"
 #include "tests/support/failing_allocations.h"
@@ -403,6 +406,29 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       ASSERT_LE(held(), charged) << "history " << history << ", step " << step;
     }
+  }
+}
+
+TEST(GrpcLogEveryPlace, GrpcIsNotLeftByAnException) {
+  static std::ostringstream& lines = *new std::ostringstream;  // gRPC may speak until the end
+  server::log_what_grpc_says(*new server::Log(server::LogLevel::kInfo, server::LogFormat::kJson, &lines));
+  gpr_set_log_verbosity(GPR_LOG_SEVERITY_INFO);
+  for (const auto which : {FailingAllocations::Which::kOne, FailingAllocations::Which::kAllFromThere}) {
+    bool met = true;
+    long n = 0;
+    for (; met; ++n) {
+      const std::string words = "failed " + std::to_string(static_cast<int>(which)) + " " + std::to_string(n);
+      now_trying = words;
+      lines.clear();  // of having failed
+      const FailingAllocations failing(n, which);
+      EXPECT_NO_THROW(gpr_log(GPR_INFO, "%s", words.c_str()));
+      met = FailingAllocations::met();
+    }
+    EXPECT_GT(n, 3) << "a test in which nothing fails shows nothing";
+    EXPECT_NE(
+        lines.str().find("failed " + std::to_string(static_cast<int>(which)) + " " + std::to_string(n - 1)),
+        std::string::npos)
+        << "with memory the words are there";
   }
 }
 
