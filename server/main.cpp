@@ -3,6 +3,7 @@
 // SIGINT. Exit codes: 0 drained, 2 failed (it could not listen, or frames in hand were cut off by the drain
 // timeout), 3 usage, of a setting that can never serve too.
 #include <absl/synchronization/mutex.h>
+#include <grpc/grpc.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <semaphore>
 #include <thread>
 #include <variant>
 
@@ -29,10 +31,15 @@ namespace {
 constexpr int kExitFailed = 2;
 constexpr int kExitUsage = 3;
 
-/// Ends the process when draining cannot: a second signal, or a step that outlasts the drain timeout.
-void force_exit_later(const sigset_t& signals, std::chrono::milliseconds timeout) {
-  const auto deadline = std::chrono::steady_clock::now() + timeout;
-  std::thread([signals, deadline] {
+std::binary_semaphore drain_begins{0};
+
+/// Ends the process when draining cannot, once drain_begins is released: a second signal, or a step that
+/// outlasts `timeout`. The thread is made at the start: when the daemon is told to end, there may be no
+/// memory for one.
+void force_exit_after(const sigset_t& signals, std::chrono::milliseconds timeout) {
+  std::thread([signals, timeout] {
+    drain_begins.acquire();
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
     for (;;) {
       const std::chrono::nanoseconds left = std::max(
           std::chrono::nanoseconds(0), std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now()));
@@ -72,6 +79,15 @@ int main(int argc, char** argv) {
   sigaddset(&handled, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &handled, nullptr);
 
+  // A little more than the drain's own limit, which cuts off calls; this is for a step that cannot be cut
+  // off.
+  force_exit_after(signals, config.drain_timeout + std::chrono::seconds(1));
+
+  // gRPC is never shut down, but ends with the process: where it could not make one of its threads, for want
+  // of memory, it counts that thread all the same, and its shutdown would wait for it forever (1.51,
+  // timer_manager.cc).
+  grpc_init();
+
   // Never deleted: threads of gRPC may write to it until the process is gone.
   Log& log = *new Log(config.log_level, config.log_format);
   log_what_grpc_says(log);
@@ -100,9 +116,7 @@ int main(int argc, char** argv) {
                                  });
   int signal = 0;
   while (sigwait(&handled, &signal) == 0 && signal == SIGHUP) daemon.value()->reload();
-  // A little more than the drain's own limit, which cuts off calls; this is for a step that cannot be cut
-  // off.
-  force_exit_later(signals, config.drain_timeout + std::chrono::seconds(1));
+  drain_begins.release();
   notify_systemd("STOPPING=1");
   const bool delivered = daemon.value()->drain();
   watchdog.reset();

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <new>
 #include <thread>
 #include <utility>
@@ -37,14 +38,21 @@ struct Http::Impl {
 
 Http::Http(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-// CivetWeb looks whether it is to stop when someone connects, or every two seconds: so someone does.
+// CivetWeb looks whether it is to stop when someone connects, or every two seconds: so someone does. Without
+// memory for a thread nobody does, and it stops later.
 Http::~Http() {
   const int port = this->port();
   std::atomic<bool> stopped{false};
-  std::thread stop([&] {
+  std::thread stop;
+  try {
+    stop = std::thread([&] {
+      mg_stop(impl_->server);
+      stopped = true;
+    });
+  } catch (const std::exception&) {
     mg_stop(impl_->server);
-    stopped = true;
-  });
+    return;
+  }
   while (!stopped) {
     std::array<char, 128> error{};
     mg_connection* knock = mg_connect_client(impl_->host.c_str(), port, 0, error.data(), error.size());

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -77,9 +78,8 @@ int DaemonProcess::port_after(const std::string& marker) const {
 }
 
 void DaemonProcess::start() {
-  std::vector<std::string> arguments{WARMFRONTD,    "--listen",           socket(), "--listen",
-                                     "127.0.0.1:0", "--log-format",       "json",   "--threads",
-                                     "2"};
+  std::vector<std::string> arguments{WARMFRONTD,     "--listen", socket(),    "--listen", "127.0.0.1:0",
+                                     "--log-format", "json",     "--threads", "2"};
   if (std::ranges::count(flags_, "--transport-memory") == 0)
     arguments.insert(arguments.end(), {"--transport-memory", "64MiB"});
   for (const std::string& flag : flags_) arguments.push_back(flag);
@@ -109,6 +109,33 @@ std::size_t DaemonProcess::peak_bytes() const {
   return status_bytes("VmHWM:");
 }
 
+std::size_t DaemonProcess::data_bytes() const {
+  return status_bytes("VmData:");
+}
+
+std::string DaemonProcess::threads() const {
+  std::ostringstream text;
+  std::error_code gone;
+  for (const auto& task :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(pid_) + "/task", gone)) {
+    std::string stat, waits_in;
+    std::getline(std::ifstream(task.path() / "stat"), stat);
+    std::ifstream(task.path() / "wchan") >> waits_in;
+    // The name, in parentheses, may have blanks: fields are counted from its end (proc(5)).
+    const std::size_t open = stat.find('('), close = stat.rfind(')');
+    if (close == std::string::npos) continue;
+    std::istringstream rest(stat.substr(close + 1));
+    const std::vector<std::string> fields{std::istream_iterator<std::string>(rest), {}};
+    constexpr std::size_t kState = 0, kUser = 11, kSystem = 12, kNice = 16;
+    if (fields.size() <= kNice) continue;
+    const double ticks = std::stod(fields[kUser]) + std::stod(fields[kSystem]);
+    text << "  " << stat.substr(open + 1, close - open - 1) << " " << fields[kState] << ", nice "
+         << fields[kNice] << ", " << ticks / static_cast<double>(sysconf(_SC_CLK_TCK)) << " s, " << waits_in
+         << "\n";
+  }
+  return text.str();
+}
+
 std::size_t DaemonProcess::open_files() const {
   std::size_t count = 0;
   for ([[maybe_unused]] const auto& entry :
@@ -134,7 +161,8 @@ void DaemonProcess::terminate() const {
 // the first, before which there is only one.
 bool DaemonProcess::hears(int signal) const {
   std::error_code gone;
-  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid_) + "/task", gone)) {
+  for (const auto& task :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(pid_) + "/task", gone)) {
     std::ifstream status(task.path() / "status");
     std::string word, mask;
     while (status >> word) {
@@ -155,6 +183,12 @@ bool DaemonProcess::running() const {
   siginfo_t state{};
   return pid_ > 0 && waitid(P_PID, static_cast<id_t>(pid_), &state, WEXITED | WNOHANG | WNOWAIT) == 0 &&
          state.si_pid == 0;
+}
+
+bool DaemonProcess::ends_within(std::chrono::seconds patience) const {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (running() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(10ms);
+  return !running();
 }
 
 int DaemonProcess::wait() {

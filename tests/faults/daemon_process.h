@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -36,6 +37,12 @@ class DaemonProcess {
   /// Memory in bytes: now, and the most since the start.
   std::size_t resident_bytes() const;
   std::size_t peak_bytes() const;
+  /// What of its address space may be written to, which RLIMIT_DATA limits.
+  std::size_t data_bytes() const;
+  /// A line for each of its threads: name, state (R runs or wants to, S waits), nice value, seconds of a core
+  /// that it has had, and the kernel's function that it waits in. So whoever finds that an answer did not
+  /// come can tell a daemon that computes from one that hangs.
+  std::string threads() const;
   /// Open files now.
   std::size_t open_files() const;
   /// The soft limit of setrlimit(), for the running process.
@@ -47,6 +54,8 @@ class DaemonProcess {
   void kill_hard();
   /// False once it has ended, also by itself.
   bool running() const;
+  /// Waits for its end. False when that does not come in time.
+  bool ends_within(std::chrono::seconds patience) const;
   /// The exit status as waitpid() gives it; -1 when the process does not end in time.
   int wait();
 

@@ -99,6 +99,9 @@ void FaultTable::print_steps(const char* what, const std::vector<double>& took) 
 
 void FaultTable::TearDown() {
   if (IsSkipped()) return;
+  // For who reads of the failure.
+  const auto print_threads = [this] { std::printf("the daemon's threads:\n%s", daemon_->threads().c_str()); };
+  if (HasFailure()) print_threads();
   // As in step_untouched().
   int answer = health();
   for (int i = 0; i < 10 && answer != 1; ++i) answer = health();
@@ -117,8 +120,11 @@ void FaultTable::TearDown() {
     EXPECT_LE(later, allowed_growth_);
   }
   daemon_->terminate();
+  // Well before it would be ended by force, and well after a drain takes.
+  if (!daemon_->ends_within(std::chrono::seconds(20))) print_threads();
   const int status = daemon_->wait();
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM is heard: exit status " << status;
+  if (HasFailure()) std::printf("the daemon's log:\n%s", daemon_->log().c_str());
 }
 
 std::size_t FaultTable::more_than_before(std::size_t bytes) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault table, rows 25, 26 and 28: the daemon is stopped or killed, runs out of memory, its clock jumps, its
-// log cannot be written.
+// Fault table, rows 25, 26 and 28: the daemon is stopped or killed, runs out of memory or threads, its clock
+// jumps, its log cannot be written.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -14,6 +14,7 @@
 
 #include "client/lib/client.h"
 #include "tests/faults/fault_table.h"
+#include "tests/faults/raw_socket.h"
 
 namespace warmfront::test {
 namespace {
@@ -58,9 +59,9 @@ TEST_F(FaultTable, Row25_DrainedAndKilledWhileStreaming) {
 TEST_F(FaultTable, Row26_MemoryEndsInTheEngine) {
   if (kSanitized)
     GTEST_SKIP() << "the sanitizer's shadow needs more than any limit that would fail the engine";
-  allowed_peak_ = 400 * kMiB;
-  // Everything through everything: contacts beyond what is left of the address space.
-  constexpr int kTriangles = 3000;
+  // Everything through everything: contacts beyond what is left of memory, after a fraction of a second of
+  // computing.
+  constexpr int kTriangles = 1500;
   std::vector<std::array<std::int32_t, 3>> faces;
   std::vector<double> apart, together;
   for (int i = 0; i < kTriangles; ++i) {
@@ -76,14 +77,30 @@ TEST_F(FaultTable, Row26_MemoryEndsInTheEngine) {
   wanted.set_face_count(kTriangles);
   const std::string face_bytes(reinterpret_cast<const char*>(faces.data()), faces.size() * 12);
   ASSERT_TRUE(create(wanted, face_bytes, bytes_of(apart)).ok());
-  std::size_t pages = 0;
-  std::ifstream("/proc/" + std::to_string(daemon_->pid()) + "/statm") >> pages;
-  daemon_->limit(RLIMIT_AS, pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + 300 * kMiB);
+  daemon_->limit(RLIMIT_DATA, daemon_->data_bytes() + 32 * kMiB);
   const grpc::Status status = step(1, bytes_of(together));
   EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
   EXPECT_THAT(status.error_message(), ::testing::HasSubstr("memory"));
-  daemon_->limit(RLIMIT_AS, RLIM_INFINITY);
+  daemon_->limit(RLIMIT_DATA, RLIM_INFINITY);
   EXPECT_TRUE(step(1, bytes_of(apart)).ok()) << "the session is as it was";
+}
+
+TEST_F(FaultTable, Row26_GrpcGetsNoThread) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer wants to be preloaded first";
+  begin({}, {"LD_PRELOAD=" WARMFRONT_NO_MORE_THREADS});
+  // A deadline that passes in the daemon: gRPC's first thread for timers carries that out, and asks for a
+  // second one to wait meanwhile.
+  const RawSocket silent(daemon_->port());
+  ASSERT_TRUE(silent.send(http2::hello() +
+                          http2::headers(1, http2::call_headers("/warmfront.v1.CollisionService/StreamSteps",
+                                                                {{"grpc-timeout", "10m"}}))));
+  const auto refused = [this] {
+    return daemon_->log().find("no thread for grpc_global_tim") != std::string::npos;
+  };
+  for (int i = 0; i < 3000 && !refused(); ++i) std::this_thread::sleep_for(10ms);
+  ASSERT_TRUE(refused()) << daemon_->log();
+  for (int i = 0; i < 3; ++i) step_untouched();
+  // And it ends with 0, as every row.
 }
 
 TEST_F(FaultTable, Row28_TheClockJumps) {
