@@ -222,12 +222,16 @@ void Session::change(ChangeOrder order, ChangeDone done, Before before) {
   auto shared = std::make_shared<ChangeOrder>(std::move(order));
   auto reply = std::make_shared<ChangeDone>(std::move(done));
   const bool posted = mailbox_->post([in_hand = in_hand(), shared, reply, before = std::move(before)] {
-    (*reply)((*in_hand)->guarded<SessionState>("changing the scene",
-                                               [&] { return (*in_hand)->apply(*shared, before); }));
+    const Outcome<SessionState> outcome = (*in_hand)->guarded<SessionState>(
+        "changing the scene", [&] { return (*in_hand)->apply(*shared, before); });
+    // What the changes held is free before their client hears of them.
+    shared->give_back();
+    (*reply)(outcome);
   });
-  if (!posted)
-    (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer",
-                       "window", true));
+  if (posted) return;
+  shared->give_back();
+  (*reply)(limit_met("ChangeScene: too many frames of this session wait; try again after an answer", "window",
+                     true));
 }
 
 template <class T, class Work>
@@ -426,9 +430,15 @@ std::optional<Fault> Session::refusal_of(const ChangeOrder& order) const {
                      std::to_string(frames_.expected()) + " is expected",
                  frames_.expected()};
   if (std::optional<Fault> fault = too_large_with(order.changes)) return with_removed(*std::move(fault));
-  if (std::optional<Fault> refusal = account_->refusal(growth_with(order.changes)))
+  if (std::optional<Fault> refusal = account_->refusal(more_with(order)))
     return with_removed(*std::move(refusal));
   return std::nullopt;
+}
+
+// What is estimated for the growth covers the changes as they wait, too.
+std::size_t Session::more_with(const ChangeOrder& order) const {
+  const std::size_t growth = growth_with(order.changes);
+  return growth - std::min(growth, order.memory.bytes());
 }
 
 Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
@@ -442,7 +452,7 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
   const Running running(*this, order.given_up.get());
   if (std::optional<Fault> refusal = refusal_of(order)) return *std::move(refusal);
   // Charged before it grows, so that others who ask meanwhile see it; take_stock() knows what it became.
-  const Holding growth(account_, growth_with(order.changes));
+  const Holding growth(account_, more_with(order));
   std::size_t failed = 0;
   if (Status status = collider_.change(std::move(order.changes), running.stop(), &failed); !status) {
     if (status.error().code == ErrorCode::kCancelled) return given_up("ChangeScene");

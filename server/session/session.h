@@ -57,6 +57,13 @@ struct ChangeOrder {
   std::uint64_t digest = 0;                             ///< of the changes as they were sent
   /// Set when the client has given up; null for one that cannot.
   std::shared_ptr<std::atomic<bool>> given_up = nullptr;
+  Holding memory = {};  ///< the changes, on the session's account
+
+  /// The changes are carried out, or never will be.
+  void give_back() {
+    changes = {};
+    memory.set(0);
+  }
 };
 
 /// A session as it stands; see SessionInfo on the wire.
@@ -228,6 +235,8 @@ class Session : public std::enable_shared_from_this<Session> {
   std::optional<Fault> too_large_with(std::span<const SceneChange> changes) const;
   /// Growth that the changes bring, as estimate_bytes() estimates it.
   std::size_t growth_with(std::span<const SceneChange> changes) const;
+  /// The growth, as far as it is more than the order holds already.
+  std::size_t more_with(const ChangeOrder& order) const;
   /// The same refusal, which says so where bodies that were removed hold a good part of the scene.
   Fault with_removed(Fault refusal) const;
   std::optional<Fault> refusal_of(const ChangeOrder& order) const;

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "server/units.h"
+
 namespace warmfront::server {
 namespace {
 
@@ -59,6 +61,28 @@ Outcome<SceneChange> addition_from(const v1::BodyAddition& message, Dtype dtype,
   if (Status complete = positions.complete(); !complete) return fault_from(complete.error(), where + ".");
   std::visit([&](auto values) { add.positions.assign(values.begin(), values.end()); }, positions.view());
   return SceneChange(std::move(add));
+}
+
+/// At least what change_order_from() makes of the changes: vectors that are as long as what they are made of.
+std::size_t bytes_of_changes(const v1::ChangeSceneRequest& request, Dtype dtype) {
+  constexpr std::size_t kAllocator = 32;  // adds no more to each
+  const auto array = [](std::size_t bytes) { return bytes > 0 ? bytes + kAllocator : 0; };
+  std::size_t bytes = array(request.key().size());
+  for (const v1::SceneChange& change : request.changes()) {
+    bytes += sizeof(SceneChange);
+    if (change.has_add()) {
+      const v1::BodyAddition& add = change.add();
+      bytes += array(add.body().name().size()) + array(add.faces().size()) +
+               array(add.positions().size() / size_of(dtype) * sizeof(double));
+    } else if (change.has_change()) {
+      bytes += array(change.change().body().name().size());
+    } else if (change.has_change_filters()) {
+      const v1::PairFilters& filters = change.change_filters();
+      bytes += array(filters.rest_positions().size()) + array(filters.excluded_vertex_pairs().size()) +
+               array(filters.patches().size());
+    }
+  }
+  return bytes;
 }
 
 template <class T>
@@ -135,13 +159,23 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
   return spec;
 }
 
-Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype) {
+Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype,
+                                       std::shared_ptr<Account> account) {
   constexpr std::size_t kLongestKey = 64;
   if (request.key().size() > kLongestKey)
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
                  "key: " + std::to_string(request.key().size()) + " bytes, but " +
                      std::to_string(kLongestKey) + " at most are expected"};
+  const std::size_t bytes = bytes_of_changes(request, dtype);
+  if (account) {
+    if (std::optional<Fault> refusal = account->refusal(bytes)) {
+      refusal->message =
+          "changes: " + describe_bytes(bytes) + " while they wait for their turn: " + refusal->message;
+      return *std::move(refusal);
+    }
+  }
   ChangeOrder order;
+  order.memory = Holding(std::move(account), bytes);
   order.next_frame = request.next_frame();
   order.key = request.key();
   if (request.has_expected_state())
@@ -151,6 +185,7 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
   for (const v1::SceneChange& change : request.changes()) digest.add(change.SerializeAsString());
   order.digest = digest.value();
   std::vector<SceneChange>& changes = order.changes;
+  changes.reserve(static_cast<std::size_t>(request.changes_size()));
   for (int i = 0; i < request.changes_size(); ++i) {
     const v1::SceneChange& message = request.changes(i);
     const std::string where = "changes[" + std::to_string(i) + "]";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -33,8 +34,11 @@ Outcome<Dtype> dtype_from(v1::Dtype dtype);
 /// limits.
 Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& limits);
 
-/// What a request asks for. INVALID_ARGUMENT as above; limits are for the session to look at, in its turn.
-Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype);
+/// What a request asks for. INVALID_ARGUMENT as above; limits on the scene are for the session to look at, in
+/// its turn. What the changes take until then is charged to `account`, which may be null, before they are
+/// made: RESOURCE_EXHAUSTED where that refuses it.
+Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype,
+                                       std::shared_ptr<Account> account);
 
 /// What a message of a frame (v1::StepFrame or v1::StepRequest) asks: a step where it says nothing.
 /// INVALID_ARGUMENT, in words that begin with the frame, as wire::question_from().

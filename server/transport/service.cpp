@@ -91,7 +91,7 @@ class CollisionService final : public Base {
         [this, response](CancellableCall& reactor, std::shared_ptr<Session> session, const auto& message) {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
           if (!begun) return finish_call(reactor, context_.refuse(begun.fault()));
-          Outcome<ChangeOrder> order = change_order_from(message, session->dtype());
+          Outcome<ChangeOrder> order = change_order_from(message, session->dtype(), session->account());
           if (!order) return finish_call(reactor, context_.refuse(order.fault()));
           // Shared, because a std::function must be copyable; released after the reactor was finished.
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());

@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const auto scene = std::make_shared<const Scene>(Scene::create(fuzz::tiny_scene()).value());
   v1::ChangeSceneRequest request;
   if (!request.ParseFromArray(data, static_cast<int>(size))) return 0;
-  auto order = server::change_order_from(request, server::Dtype::kFloat64);
+  auto order = server::change_order_from(request, server::Dtype::kFloat64, nullptr);
   if (!order) {
     expect(order.fault().code == ErrorCode::kInvalidArgument && !order.fault().message.empty(),
            "refused changes have a reason");
