@@ -42,9 +42,13 @@ void check(const Result<Mesh>& parsed) {
   const auto vertices = static_cast<std::int64_t>(vertex_count(mesh.positions));
   for (const auto& face : mesh.faces)
     for (const std::int32_t v : face) expect(v >= 0 && v < vertices, "a face's vertices exist");
+  for (const auto& [a, b] : mesh.edges)
+    expect(a >= 0 && a < vertices && b >= 0 && b < vertices && a != b,
+           "an edge's vertices exist, and are two");
   const Result<Mesh> again = parse_ply(format_ply(mesh, "fuzz"), "fuzz");
   expect(again.ok(), "what is written as PLY can be read");
-  expect(same_bits(again.value().positions, mesh.positions) && again.value().faces == mesh.faces,
+  expect(same_bits(again.value().positions, mesh.positions) && again.value().faces == mesh.faces &&
+             again.value().edges == mesh.edges,
          "and is the same mesh");
   Mesh cut = mesh;
   if (const Status status = triangulate(cut, "fuzz"); !status) {

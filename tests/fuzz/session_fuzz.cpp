@@ -295,6 +295,10 @@ class Driver {
   void add_body() {
     if (model_.scene().body_count() >= 6) return;
     BodyAddition addition{any_body(), fuzz::square_faces(input_.next() % 8 == 0 ? 1 : 0)};
+    const std::uint8_t made_of = input_.next();
+    if (made_of % 4 == 1) addition.faces.clear();                                      // points, or
+    if (made_of % 4 == 2) addition.faces.resize(1);                                    // a face, and a point
+    if (made_of % 8 >= 4) addition.edges = {{0, 3}, {1, made_of % 32 == 31 ? 4 : 3}};  // the last is refused
     const std::vector<double> positions = fuzz::square_positions(model_.scene().body_count(), input_.next());
     const std::uint64_t early = input_.next() % 8 == 0 ? 1 : 0;
     const std::optional<Fault> fault = change(early, AddBody{addition, positions});

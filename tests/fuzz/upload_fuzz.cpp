@@ -53,7 +53,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   server::SessionSpec spec = upload.take_spec();
   const server::PositionBuffer positions = upload.take_positions();
-  expect(spec.scene.vertex_count <= limits.max_vertices && spec.scene.faces.size() <= limits.max_triangles,
+  expect(spec.scene.vertex_count <= limits.max_vertices &&
+             spec.scene.faces.size() + spec.scene.edges.size() <= limits.max_triangles,
          "a scene within the limits");
   expect(spec.options.max_contacts <= limits.max_contacts, "capacities are the daemon's at most");
   expect(positions.complete().ok(), "a complete upload has complete positions");
