@@ -5,18 +5,21 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <variant>
 
 #include "client/lib/answer.h"
 #include "client/lib/client.h"
+#include "client/lib/questions.h"
 #include "engine/collider.h"
 
 namespace warmfront::client {
 
-/// The questions of Collider and Session, with one kind of answers: the same bits, wherever they are
-/// computed. Errors have the same codes; a session behind a daemon also has those of its connection.
-class AnySession {
+class LocalSession;
+
+/// The questions of Session, with the same bits wherever they are computed. Errors have the same codes; a
+/// session behind a daemon also has those of its connection. In this process, what is asked without waiting
+/// is computed on a thread of the session's own.
+class AnySession final : public Questions {
  public:
   /// In this process. Fails as Scene::create() and Collider::create() do. Filters that need a rest shape and
   /// have none take these positions. Without `workers` it has its own, one thread per core.
@@ -30,31 +33,19 @@ class AnySession {
   bool is_remote() const { return std::holds_alternative<Session>(held_); }
 
   /// Each as Session's function of that name.
-  Result<Answer> step(const Frame& frame, const QuestionOptions& options = {});
-  Result<Answer> place(const Frame& frame);
-  Result<Answer> trial(const Frame& frame, const QuestionOptions& options = {});
-  Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
-                           const QuestionOptions& options = {});
-  Result<Answer> proximity(double distance, Where where = Where::kBase, const QuestionOptions& options = {});
-  Result<Answer> vertex_distances(double distance, Where where = Where::kBase,
-                                  const QuestionOptions& options = {});
-  Result<Answer> intersections(Where where = Where::kBase, const QuestionOptions& options = {});
-  Result<CommitResult> commit(double fraction = 1);
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Status change_filters(PairFilters filters);
 
  private:
-  struct Local {
-    Collider collider;
-    Rounding rounding;        // of commits: by the kind of positions that it was created with
-    std::uint64_t frame = 0;  // the last
-    Result<Answer> ask(const Frame& frame, const Question& question);
-  };
+  explicit AnySession(std::shared_ptr<LocalSession> local);
+  std::shared_ptr<PendingAnswer> ask(const Frame& frame, const Question& question, const WaitOptions& wait,
+                                     bool handed_out) override;
+  std::shared_ptr<PendingAnswer> ask_commit(double fraction, const WaitOptions& wait,
+                                            bool handed_out) override;
 
-  explicit AnySession(Local local) : held_(std::move(local)) {}
-
-  std::variant<Local, Session> held_;
+  // No other holds a local one, but for a Pending that waits.
+  std::variant<std::shared_ptr<LocalSession>, Session> held_;
 };
 
 }  // namespace warmfront::client

@@ -41,7 +41,7 @@ Result<Session> Client::create_session(SceneDescription scene, const Positions& 
   header.set_session_id(session.id.empty() ? random_uuid() : session.id);
   header.set_first_frame(session.first_frame);
   *header.mutable_options() = to_proto(options);
-  auto impl = std::make_unique<Session::Impl>(impl_->connection, std::move(header),
+  auto impl = std::make_shared<Session::Impl>(impl_->connection, std::move(header),
                                               SceneState(std::move(scene), positions));
   if (const Status opened = impl->open(); !opened) return opened.error();
   return Session(std::move(impl));
@@ -94,7 +94,7 @@ Result<ServerInfo> Client::server_info() {
   return server_info_from(response);
 }
 
-Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::Session(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
@@ -109,44 +109,14 @@ std::uint64_t Session::resumes() const {
   return impl_->resumes();
 }
 
-Result<Answer> Session::step(const Frame& frame, const QuestionOptions& options) {
-  return impl_->ask(frame, {.kind = QuestionKind::kStep, .options = options});
+std::shared_ptr<PendingAnswer> Session::ask(const Frame& frame, const Question& question,
+                                            const WaitOptions& wait, bool handed_out) {
+  return impl_->ask(frame, question, wait, handed_out);
 }
-Result<Answer> Session::place(const Frame& frame) {
-  return impl_->ask(frame, {QuestionKind::kPlace});
+std::shared_ptr<PendingAnswer> Session::ask_commit(double fraction, const WaitOptions& wait,
+                                                   bool handed_out) {
+  return impl_->ask_commit(fraction, wait, handed_out);
 }
-Result<Answer> Session::trial(const Frame& frame, const QuestionOptions& options) {
-  return impl_->ask(frame, {.kind = QuestionKind::kTrial, .options = options});
-}
-
-Result<MaxStep> Session::max_step(const Frame& frame, bool leave_out_overlaps,
-                                  const QuestionOptions& options) {
-  Result<Answer> answer = impl_->ask(frame, {QuestionKind::kMaxStep, options, leave_out_overlaps});
-  if (!answer) return answer.error();
-  return MaxStep::of(std::move(answer).value(), leave_out_overlaps);
-}
-
-Result<Answer> Session::proximity(double distance, Where where, const QuestionOptions& options) {
-  return impl_->ask(Frame(), Question::proximity(distance, where, options));
-}
-
-Result<Answer> Session::vertex_distances(double distance, Where where, const QuestionOptions& options) {
-  return impl_->ask(Frame(), Question::vertex_distances(distance, where, options));
-}
-
-Result<Answer> Session::intersections(Where where, const QuestionOptions& options) {
-  return impl_->ask(Frame(), Question::intersections(where, options));
-}
-
-Result<CommitResult> Session::commit(double fraction) {
-  if (const Status single = impl_->check_idle(); !single) return single.error();
-  const Result<std::uint64_t> number = impl_->submit_commit(fraction);
-  if (!number) return number.error();
-  const Result<Answer> answer = impl_->next_answer();
-  if (!answer) return answer.error();
-  return answer.value().commit.value();
-}
-
 Result<std::uint64_t> Session::submit(const Frame& frame, const Question& question) {
   return impl_->submit(frame, question);
 }

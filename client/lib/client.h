@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/lib/answer.h"
+#include "client/lib/questions.h"
 #include "engine/collider.h"
 #include "engine/options.h"
 #include "engine/question.h"
@@ -63,7 +64,7 @@ struct SessionOptions {
 /// deleted and made again. A limit that is met on the way, and that others fill, is waited for within the
 /// resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further
 /// call gives that error.
-class Session {
+class Session final : public Questions {
  public:
   ~Session();  ///< calls close() and ignores its error
   Session(Session&&) noexcept;
@@ -72,38 +73,8 @@ class Session {
   const std::string& id() const;
   /// Most frames that may be unanswered at once.
   std::uint32_t window() const;
-  /// How often the session was resumed.
+  /// How often the session was resumed after it lost its daemon; questions that were given up do not count.
   std::uint64_t resumes() const;
-
-  /// Submits a frame and takes its answer. `options`: of this step alone. kFailedPrecondition while earlier
-  /// answers were not taken.
-  Result<Answer> step(const Frame& frame, const QuestionOptions& options = {});
-  /// Puts everything where the frame says, without a motion: the session's next frame, carried out once,
-  /// whose answer tells of nothing. As Collider::place(). Fails as step() does, and with kInvalidArgument
-  /// where the daemon is older than FEATURE_PLACE.
-  Result<Answer> place(const Frame& frame);
-  /// What would this motion meet? As Collider::trial(): the session stays where it is. Fails as step() does,
-  /// and with kUnimplemented where the daemon is older than trials.
-  Result<Answer> trial(const Frame& frame, const QuestionOptions& options = {});
-  /// How far may it go? As Collider::max_step(). Fails as trial() does.
-  Result<MaxStep> max_step(const Frame& frame, bool leave_out_overlaps = false,
-                           const QuestionOptions& options = {});
-  /// Which pairs are near each other? As Collider::proximity(): the session stays where it is, and the last
-  /// trial to be committed. Fails as trial() does, and with kFailedPrecondition for the end of a trial that
-  /// there is not.
-  Result<Answer> proximity(double distance, Where where = Where::kBase, const QuestionOptions& options = {});
-  /// How far is each vertex from anything, at most `distance`? As Collider::vertex_distances(); fails as
-  /// proximity().
-  Result<Answer> vertex_distances(double distance, Where where = Where::kBase,
-                                  const QuestionOptions& options = {});
-  /// Which edges meet which faces? As Collider::intersections(); kInvalidArgument for options that it does
-  /// not have (all but report and max_contacts), else fails as proximity().
-  Result<Answer> intersections(Where where = Where::kBase, const QuestionOptions& options = {});
-  /// Takes the last trial, or max_step(), up to `fraction` in [0, 1], which is the session's next frame: as
-  /// Collider::commit(), rounded to the kind of positions that the session was created with. It is carried
-  /// out once, whatever becomes of the daemon on the way. kFailedPrecondition without a trial that was
-  /// answered last.
-  Result<CommitResult> commit(double fraction = 1);
 
   /// Sends the next frame, all of it or only what moved, and returns its number. Positions are of the kind
   /// (float or double) that the session was created with, poses travel as that kind; kInvalidArgument where
@@ -131,7 +102,7 @@ class Session {
   /// Waits for the answer to the oldest unanswered frame, trials and commits among them. An error in the
   /// frame itself (kInvalidArgument, kResourceExhausted) does not count as a step: frames sent after it fail
   /// with kFailedPrecondition, and once all are taken the next submit() has the failed frame's number.
-  /// kFailedPrecondition when no frame is unanswered.
+  /// kFailedPrecondition when no frame is unanswered. Of what was submitted alone: a Pending has its own.
   Result<Answer> next_answer();
 
   /// Deletes the session in the daemon; unanswered frames are dropped. Further calls fail. Waits about two
@@ -139,10 +110,16 @@ class Session {
   Status close();
 
  private:
+  friend class AnySession;
   friend class Client;
   struct Impl;
-  explicit Session(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit Session(std::shared_ptr<Impl> impl);
+  std::shared_ptr<PendingAnswer> ask(const Frame& frame, const Question& question, const WaitOptions& wait,
+                                     bool handed_out) override;
+  std::shared_ptr<PendingAnswer> ask_commit(double fraction, const WaitOptions& wait,
+                                            bool handed_out) override;
+
+  std::shared_ptr<Impl> impl_;  // no other holds it, but for a Pending that waits
 };
 
 class Client {

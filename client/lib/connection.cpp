@@ -76,6 +76,35 @@ void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeou
   context.set_deadline(std::chrono::system_clock::now() + timeout);
 }
 
+/// Of one call: its operations, begun and waited for one after the other. What they refer to must outlive it.
+class Operations {
+ public:
+  Operations(grpc::ClientContext& context, const Look& look) : context_(context), look_(look) {}
+  ~Operations() {
+    context_.TryCancel();
+    queue_.Shutdown();
+    void* done = nullptr;
+    bool ok = false;
+    while (queue_.Next(&done, &ok)) {
+    }
+  }
+  Operations(const Operations&) = delete;
+  Operations& operator=(const Operations&) = delete;
+
+  grpc::CompletionQueue* queue() { return &queue_; }
+  /// Waits for the operation in progress, which the context's deadline ends: did it succeed?
+  bool succeeded() {
+    void* done = nullptr;
+    bool ok = false;
+    return next_event(queue_, done, ok, std::chrono::system_clock::time_point::max(), look_) && ok;
+  }
+
+ private:
+  grpc::ClientContext& context_;
+  const Look& look_;
+  grpc::CompletionQueue queue_;
+};
+
 }  // namespace
 
 Connection::Connection(const std::string& address, const ClientOptions& options,
@@ -93,13 +122,32 @@ void Connection::prepare(grpc::ClientContext& context, const std::string& sessio
   if (!session_id.empty()) context.AddMetadata("warmfront-session", session_id);
 }
 
+template <class Stub, class Request, class Response>
+grpc::Status Connection::answered(grpc::ClientContext& context, UnaryMethod<Stub, Request, Response> method,
+                                  const std::type_identity_t<Request>& request, Response& response,
+                                  const Look& look) {
+  const ChannelPool::Lease channel = channels_.take();
+  grpc::Status status;
+  std::unique_ptr<grpc::ClientAsyncResponseReader<Response>> reader;
+  Operations operations(context, look);
+  if constexpr (std::is_same_v<Stub, v1::AdminService::Stub>)
+    reader = (*channel->admin.*method)(&context, request, operations.queue());
+  else
+    reader = (*channel->service.*method)(&context, request, operations.queue());
+  reader->StartCall();
+  reader->Finish(&response, &status, nullptr);
+  static_cast<void>(operations.succeeded());  // the status says
+  return status;
+}
+
 std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& response,
-                                                   const std::string& session_id) {
+                                                   const std::string& session_id, const Look& look) {
   grpc::ClientContext context;
   set_deadline(context, options_.call_timeout);
   context.set_wait_for_ready(true);
   prepare(context, session_id);
-  const grpc::Status status = channels_.take()->service->GetServerInfo(&context, {}, &response);
+  const grpc::Status status =
+      answered(context, &v1::CollisionService::Stub::PrepareAsyncGetServerInfo, {}, response, look);
   if (status.ok()) {
     channels_.set_calls_per_channel(response.limits().max_streams());
     return std::nullopt;
@@ -108,26 +156,27 @@ std::optional<RemoteError> Connection::server_info(v1::GetServerInfoResponse& re
   if (remote.error.code == ErrorCode::kDeadlineExceeded) remote.error.code = ErrorCode::kUnavailable;
   if (remote.error.code != ErrorCode::kUnavailable) return remote;
   remote.error.message = address_ + ": no Warmfront daemon answers (" +
-                         why_unreachable().value_or(remote.error.message) + "); is it running there?";
+                         why_unreachable(look).value_or(remote.error.message) + "); is it running there?";
   return remote;
 }
 
-std::optional<std::string> Connection::why_unreachable() {
+std::optional<std::string> Connection::why_unreachable(const Look& look) {
   // Only a call that does not wait for the connection learns why it failed.
   grpc::ClientContext context;
   set_deadline(context, std::chrono::seconds(2));
   prepare(context);
   v1::GetServerInfoResponse ignored;
-  const grpc::Status status = channels_.take()->service->GetServerInfo(&context, {}, &ignored);
+  const grpc::Status status =
+      answered(context, &v1::CollisionService::Stub::PrepareAsyncGetServerInfo, {}, ignored, look);
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE) return std::nullopt;
   return status.error_message();
 }
 
 std::optional<RemoteError> Connection::need(std::span<const v1::Feature> features,
-                                            const std::string& session_id) {
+                                            const std::string& session_id, const Look& look) {
   if (features.empty()) return std::nullopt;
   v1::GetServerInfoResponse info;
-  if (std::optional<RemoteError> error = server_info(info, session_id)) return error;
+  if (std::optional<RemoteError> error = server_info(info, session_id, look)) return error;
   for (const v1::Feature feature : features) {
     if (std::ranges::count(info.features(), feature) == 0) return too_old_for(feature);
   }
@@ -135,25 +184,32 @@ std::optional<RemoteError> Connection::need(std::span<const v1::Feature> feature
 }
 
 std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
-                                              std::string_view positions,
-                                              v1::CreateSessionResponse& response) {
+                                              std::string_view positions, v1::CreateSessionResponse& response,
+                                              const Look& look) {
   const std::vector<v1::Feature> features = features_in(header);
-  if (std::optional<RemoteError> error = need(features, header.session_id())) return error;
+  if (std::optional<RemoteError> error = need(features, header.session_id(), look)) return error;
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
   context.set_wait_for_ready(true);
   prepare(context, header.session_id());
   const ChannelPool::Lease channel = channels_.take();
-  const std::unique_ptr<grpc::ClientWriter<v1::CreateSessionRequest>> upload =
-      channel->service->CreateSession(&context, &response);
+  grpc::Status status;
+  std::unique_ptr<grpc::ClientAsyncWriter<v1::CreateSessionRequest>> upload;
+  Operations operations(context, look);
+  upload = channel->service->PrepareAsyncCreateSession(&context, &response, operations.queue());
+  upload->StartCall(nullptr);
+  const bool started = operations.succeeded();
 
   v1::CreateSessionRequest request;
   *request.mutable_header() = header;
   // When a write fails, the status has the reason.
   using Request = v1::CreateSessionRequest;
-  const auto send = [&](const Request& piece) { return upload->Write(piece); };
+  const auto send = [&](const Request& piece) {
+    upload->Write(piece, nullptr);
+    return operations.succeeded();
+  };
   static_cast<void>(
-      send(request) &&
+      started && send(request) &&
       wire::send_chunks(wire::as_bytes(scene.faces), kUploadChunk, send,
                         [](Request& to, std::string piece) { to.set_faces(std::move(piece)); }) &&
       wire::send_chunks(wire::as_bytes(scene.edges), kUploadChunk, send,
@@ -162,8 +218,12 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
                         [](Request& to, std::string piece) { to.set_positions(std::move(piece)); }) &&
       wire::upload_thickness(scene.thickness, kUploadChunk, send) &&
       wire::upload(scene.filters, kUploadChunk, send));
-  upload->WritesDone();
-  const grpc::Status status = upload->Finish();
+  if (started) {
+    upload->WritesDone(nullptr);
+    static_cast<void>(operations.succeeded());
+  }
+  upload->Finish(&status, nullptr);
+  static_cast<void>(operations.succeeded());
   if (!status.ok()) return remote_error_from(status);
   // Another daemon than the one that was asked, behind a proxy, would take the scene without what it does not
   // know of. Filters that leave nothing out are none.
@@ -180,52 +240,48 @@ template <class Stub, class Request, class Response>
 std::optional<RemoteError> Connection::call(UnaryMethod<Stub, Request, Response> method,
                                             const std::type_identity_t<Request>& request, Response& response,
                                             const std::string& session_id,
-                                            std::optional<std::chrono::milliseconds> timeout) {
+                                            std::optional<std::chrono::milliseconds> timeout,
+                                            const Look& look) {
   grpc::ClientContext context;
   set_deadline(context, timeout.value_or(options_.call_timeout));
   prepare(context, session_id);
-  const ChannelPool::Lease channel = channels_.take();
-  const grpc::Status status = [&] {
-    if constexpr (std::is_same_v<Stub, v1::AdminService::Stub>)
-      return (*channel->admin.*method)(&context, request, &response);
-    else
-      return (*channel->service.*method)(&context, request, &response);
-  }();
+  const grpc::Status status = answered(context, method, request, response, look);
   if (!status.ok()) return remote_error_from(status);
   return std::nullopt;
 }
 
 std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request,
                                               v1::ChangeSceneResponse& response) {
-  return call(&v1::CollisionService::Stub::ChangeScene, request, response, request.session_id(),
+  return call(&v1::CollisionService::Stub::PrepareAsyncChangeScene, request, response, request.session_id(),
               options_.create_timeout);
 }
 
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {
-  return call(&v1::CollisionService::Stub::ListSessions, {}, response);
+  return call(&v1::CollisionService::Stub::PrepareAsyncListSessions, {}, response);
 }
 
 std::optional<RemoteError> Connection::get(const std::string& id, v1::GetSessionResponse& response) {
   v1::GetSessionRequest request;
   request.set_session_id(id);
-  return call(&v1::CollisionService::Stub::GetSession, request, response, id);
+  return call(&v1::CollisionService::Stub::PrepareAsyncGetSession, request, response, id);
 }
 
 std::optional<RemoteError> Connection::check(const std::string& id, v1::CheckSessionResponse& response) {
   v1::CheckSessionRequest request;
   request.set_session_id(id);
-  return call(&v1::CollisionService::Stub::CheckSession, request, response, id);
+  return call(&v1::CollisionService::Stub::PrepareAsyncCheckSession, request, response, id);
 }
 
-std::optional<RemoteError> Connection::remove(const std::string& id) {
+std::optional<RemoteError> Connection::remove(const std::string& id, const Look& look) {
   v1::DeleteSessionRequest request;
   request.set_session_id(id);
   v1::DeleteSessionResponse response;
-  return call(&v1::CollisionService::Stub::DeleteSession, request, response, id);
+  return call(&v1::CollisionService::Stub::PrepareAsyncDeleteSession, request, response, id, std::nullopt,
+              look);
 }
 
 std::optional<RemoteError> Connection::list_all(v1::ListAllSessionsResponse& response) {
-  return call(&v1::AdminService::Stub::ListAllSessions, {}, response);
+  return call(&v1::AdminService::Stub::PrepareAsyncListAllSessions, {}, response);
 }
 
 std::optional<RemoteError> Connection::remove_any(const std::string& id, const std::string& principal) {
@@ -233,7 +289,7 @@ std::optional<RemoteError> Connection::remove_any(const std::string& id, const s
   request.set_session_id(id);
   if (!principal.empty()) request.set_principal(principal);
   v1::DeleteAnySessionResponse response;
-  return call(&v1::AdminService::Stub::DeleteAnySession, request, response, id);
+  return call(&v1::AdminService::Stub::PrepareAsyncDeleteAnySession, request, response, id);
 }
 
 }  // namespace warmfront::client

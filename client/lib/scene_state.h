@@ -19,6 +19,8 @@
 
 namespace warmfront::client {
 
+class PendingAnswer;
+
 /// A frame as it travels: the fields of v1::StepFrame, or of v1::Commit.
 struct SentFrame {
   std::uint64_t number = 0;
@@ -26,8 +28,9 @@ struct SentFrame {
   std::optional<double> commit = std::nullopt;  ///< of the trial before, up to this fraction: no positions
   /// A trial that was answered, sent again for the commit after it: nobody waits for its answer.
   bool answered = false;
-  std::shared_ptr<const std::string> positions;  ///< all of them, which messages under way refer to, ...
-  std::optional<v1::MovedParts> moved;           ///< ... or what moved
+  std::shared_ptr<const std::string> positions;    ///< all of them, which messages under way refer to, ...
+  std::optional<v1::MovedParts> moved;             ///< ... or what moved
+  std::shared_ptr<PendingAnswer> asked = nullptr;  ///< who gets the answer
   // Cost so far.
   double encode_ms = 0;
   std::uint64_t sent_bytes = 0;

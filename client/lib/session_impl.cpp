@@ -19,6 +19,11 @@ std::string name_of(std::uint64_t frame) {
 
 using Clock = std::chrono::steady_clock;
 
+Error no_trial() {
+  return {ErrorCode::kFailedPrecondition,
+          "no trial was answered since the last frame or change of the scene; ask for a trial first"};
+}
+
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
@@ -41,21 +46,88 @@ std::uint64_t Session::Impl::next_number() const {
          static_cast<std::uint64_t>(std::ranges::count_if(unanswered_, &SentFrame::counts));
 }
 
-Status Session::Impl::check_idle() const {
-  if (unanswered_.empty()) return {};
-  return Error{ErrorCode::kFailedPrecondition,
-               "frames are unanswered; take their answers before a single step"};
+/// A question's place in its session.
+class Session::Impl::Asked final : public PendingAnswer {
+ public:
+  Asked(std::weak_ptr<Impl> session, const WaitOptions& wait, bool handed_out)
+      : PendingAnswer(wait, handed_out), session_(std::move(session)) {}
+
+  bool wait_until(Time until) override {
+    if (settled()) return true;
+    if (const std::shared_ptr<Impl> session = session_.lock())
+      session->wait(*this, until);
+    else
+      settle(Error{ErrorCode::kFailedPrecondition, "the session was closed before the answer"});
+    return settled();
+  }
+
+ private:
+  const std::weak_ptr<Impl> session_;
+};
+
+std::shared_ptr<PendingAnswer> Session::Impl::asked(const WaitOptions& wait, bool handed_out) {
+  return std::make_shared<Asked>(weak_from_this(), wait, handed_out);
 }
 
-Result<Answer> Session::Impl::ask(const Frame& frame, const Question& question) {
-  if (const Status single = check_idle(); !single) return single.error();
-  const Result<std::uint64_t> number = submit(frame, question);
-  if (!number) return number.error();
-  return next_answer();
+Status Session::Impl::check_idle() const {
+  if (unanswered_.empty() && submitted_.empty()) return {};
+  return Error{ErrorCode::kFailedPrecondition,
+               "frames are unanswered; take their answers before changing the scene"};
+}
+
+Status Session::Impl::check_may_ask(const WaitOptions& wait) const {
+  if (failed_) return *failed_;
+  if (!submitted_.empty())
+    return Error{ErrorCode::kFailedPrecondition,
+                 "frames are unanswered; take their answers before a single step"};
+  return PendingAnswer::check(wait);
+}
+
+Status Session::Impl::check_may_submit() const {
+  if (failed_) return *failed_;
+  if (std::max(unanswered_.size(), submitted_.size()) < window_) return {};
+  return Error{
+      ErrorCode::kFailedPrecondition,
+      std::to_string(window_) +
+          " frames are unanswered, which is the daemon's window; take an answer before sending more"};
+}
+
+std::shared_ptr<PendingAnswer> Session::Impl::ask(const Frame& frame, const Question& question,
+                                                  const WaitOptions& wait, bool handed_out) {
+  if (Status may = check_may_ask(wait); !may) return std::make_shared<PendingAnswer>(may.error());
+  std::shared_ptr<PendingAnswer> answer = asked(wait, handed_out);
+  if (Result<std::uint64_t> number = encode_and_send(frame, question, answer); !number)
+    return std::make_shared<PendingAnswer>(number.error());
+  return answer;
+}
+
+std::shared_ptr<PendingAnswer> Session::Impl::ask_commit(double fraction, const WaitOptions& wait,
+                                                         bool handed_out) {
+  if (Status may = check_may_ask(wait); !may) return std::make_shared<PendingAnswer>(may.error());
+  std::shared_ptr<PendingAnswer> answer = asked(wait, handed_out);
+  if (Result<std::uint64_t> number = send_commit(fraction, answer); !number)
+    return std::make_shared<PendingAnswer>(number.error());
+  return answer;
 }
 
 Result<std::uint64_t> Session::Impl::submit(const Frame& frame, const Question& question) {
-  if (failed_) return *failed_;
+  if (Status may = check_may_submit(); !may) return may.error();
+  std::shared_ptr<PendingAnswer> answer = asked({}, false);
+  Result<std::uint64_t> number = encode_and_send(frame, question, answer);
+  if (number) submitted_.push_back(std::move(answer));
+  return number;
+}
+
+Result<std::uint64_t> Session::Impl::submit_commit(double fraction) {
+  if (Status may = check_may_submit(); !may) return may.error();
+  std::shared_ptr<PendingAnswer> answer = asked({}, false);
+  Result<std::uint64_t> number = send_commit(fraction, answer);
+  if (number) submitted_.push_back(std::move(answer));
+  return number;
+}
+
+Result<std::uint64_t> Session::Impl::encode_and_send(const Frame& frame, const Question& question,
+                                                     std::shared_ptr<PendingAnswer> asked) {
   const Clock::time_point start = Clock::now();
   Result<SentFrame> sent = state_.encode(frame);
   if (!sent) {
@@ -63,6 +135,7 @@ Result<std::uint64_t> Session::Impl::submit(const Frame& frame, const Question& 
     return Error{sent.error().code, name_of(next_number()) + ": " + sent.error().message};
   }
   sent.value().question = question;
+  sent.value().asked = std::move(asked);
   sent.value().encode_ms = milliseconds_since(start);
   const bool moves = !question.of_state();
   Result<std::uint64_t> number = send(std::move(sent).value());
@@ -70,14 +143,10 @@ Result<std::uint64_t> Session::Impl::submit(const Frame& frame, const Question& 
   return number;
 }
 
-Result<std::uint64_t> Session::Impl::submit_commit(double fraction) {
-  if (failed_) return *failed_;
-  if (!may_commit_ || (unanswered_.empty() && !last_trial_))
-    return Error{ErrorCode::kFailedPrecondition,
-                 "commit: no trial was answered since the last frame or change of the scene; ask for a trial "
-                 "first"};
+Result<std::uint64_t> Session::Impl::send_commit(double fraction, std::shared_ptr<PendingAnswer> asked) {
   SentFrame commit;
   commit.commit = fraction;
+  commit.asked = std::move(asked);
   Result<std::uint64_t> number = send(std::move(commit));
   if (number) may_commit_ = false;
   return number;
@@ -87,23 +156,24 @@ Result<std::uint64_t> Session::Impl::send(SentFrame frame) {
   if (frame_failed_)
     return Error{ErrorCode::kFailedPrecondition,
                  "a frame failed, and frames were sent after it; take their answers before sending more"};
-  if (unanswered_.size() >= window_)
-    return Error{ErrorCode::kFailedPrecondition,
-                 std::to_string(window_) +
-                     " frames are unanswered, which is the daemon's window; take an "
-                     "answer before sending more"};
   // A daemon that states nothing of a session is older than questions, and would take a trial for a step.
   if (!known_ && (frame.commit || frame.question != Question()))
     return Error{ErrorCode::kUnimplemented, "the daemon is too old for trials and for options of a step"};
+  // The daemon may have an earlier trial than this session, where a later one was given up.
+  if (frame.needs_trial() && (!may_commit_ || (unanswered_.empty() && !last_trial_))) return no_trial();
   const std::uint64_t number = next_number();
   frame.number = number;
   unanswered_.push_back(std::move(frame));
-  send_frames();
+  try {
+    send_frames();
+  } catch (const GivenUp& given_up) {
+    give_up(given_up.why);
+  }
   return number;
 }
 
 void Session::Impl::send_frames() {
-  while (writable_ && sent_ < unanswered_.size() && sent_ < window_) {
+  while (stream_ && writable_ && sent_ < unanswered_.size() && sent_ < window_) {
     if (!send_frame(unanswered_[sent_])) {
       writable_ = false;
       return;
@@ -182,9 +252,7 @@ bool Session::Impl::send_frame(SentFrame& frame) {
 
 Status Session::Impl::change(v1::SceneChange change, const std::function<void()>& taken) {
   if (failed_) return *failed_;
-  if (!unanswered_.empty())
-    return Error{ErrorCode::kFailedPrecondition,
-                 "frames are unanswered; take their answers before changing the scene"};
+  if (Status idle = check_idle(); !idle) return idle;
   v1::ChangeSceneRequest request;
   request.set_session_id(id());
   request.set_next_frame(header_.first_frame() + 1);
@@ -267,39 +335,101 @@ Status Session::Impl::change_filters(PairFilters filters) {
 }
 
 Result<Answer> Session::Impl::next_answer() {
-  if (failed_) return *failed_;
-  if (unanswered_.empty())
-    return Error{ErrorCode::kFailedPrecondition, "no frame is unanswered; submit one first"};
-  for (;;) {
-    send_frames();
-    RemoteError lost{{ErrorCode::kUnavailable, "the daemon is draining"}};
-    if (lost_) {
-      lost = *std::exchange(lost_, std::nullopt);
-    } else if (!(draining_ && sent_ == 0)) {
-      v1::StreamStepsResponse response;
-      const StepStream::Event event = stream_->read(response, after(connection_->options().answer_timeout));
-      if (event == StepStream::Event::kDone) {
-        std::optional<Result<Answer>> result = take(response);
-        if (result) return *std::move(result);
-        continue;
-      }
-      lost = event == StepStream::Event::kEnded
-                 ? ended()
-                 : RemoteError{{ErrorCode::kDeadlineExceeded, name_of(unanswered_.front().number) +
-                                                                  ": no answer within the answer timeout"}};
+  if (submitted_.empty())
+    return failed_.value_or(
+        Error{ErrorCode::kFailedPrecondition, "no frame is unanswered; submit one first"});
+  const std::shared_ptr<PendingAnswer> oldest = std::move(submitted_.front());
+  submitted_.pop_front();
+  return oldest->take();
+}
+
+void Session::Impl::wait(PendingAnswer& asked, PendingAnswer::Time until) {
+  until_ = until;
+  while (!asked.settled() && !failed_) {
+    try {
+      advance();
+    } catch (const GivenUp& given_up) {
+      give_up(given_up.why);
+    } catch (const WaitedEnough&) {
+      if (!stream_ || !stream_->whole()) drop_stream();
+      break;
     }
-    if (const Status resumed = resume(lost); !resumed) return resumed.error();
+  }
+  until_ = PendingAnswer::Time::max();
+  if (!asked.settled() && failed_) asked.settle(*failed_);
+}
+
+StepStream::Deadline Session::Impl::look() {
+  const PendingAnswer::Time now = PendingAnswer::Clock::now();
+  PendingAnswer::Time next = until_;
+  if (const auto due = std::ranges::find(unanswered_, false, &SentFrame::answered);
+      due != unanswered_.end()) {
+    if (const std::optional<Error> why = due->asked->given_up(now)) throw GivenUp{*why};
+    next = std::min(next, due->asked->next_look(now));
+  }
+  if (now >= until_) throw WaitedEnough();
+  if (next == PendingAnswer::Time::max()) return StepStream::Deadline::max();
+  return std::chrono::system_clock::now() + (next - now);
+}
+
+void Session::Impl::advance() {
+  // Dropped for a question that was given up, or in the middle of something.
+  if (!stream_ && !establish(Full::kWaits)) return;
+  send_frames();
+  RemoteError lost{{ErrorCode::kUnavailable, "the daemon is draining"}};
+  if (lost_) {
+    lost = *std::exchange(lost_, std::nullopt);
+  } else if (!(draining_ && sent_ == 0)) {
+    v1::StreamStepsResponse response;
+    const StepStream::Event event = stream_->read(response, after(connection_->options().answer_timeout));
+    if (event == StepStream::Event::kDone) return take(response);
+    lost = event == StepStream::Event::kEnded
+               ? ended()
+               : RemoteError{{ErrorCode::kDeadlineExceeded,
+                              name_of(unanswered_.front().number) + ": no answer within the answer timeout"}};
+  }
+  static_cast<void>(resume(lost));  // or the session has failed
+}
+
+void Session::Impl::drop_stream() {
+  stream_.reset();
+  sent_ = 0;
+  partial_ = {};
+  lost_.reset();
+  writable_ = false;
+  draining_ = false;
+  drop_trial_sent_again();
+}
+
+void Session::Impl::give_up(const Error& why) {
+  drop_stream();
+  const bool is_trial = unanswered_.front().is_trial();
+  settle_refused({why.code, name_of(unanswered_.front().number) + ": " + why.message});
+  if (!is_trial) return;
+  // What is about this trial is not sent: the daemon would take the one before.
+  const auto moves = [](const SentFrame& frame) { return frame.is_trial() || frame.counts(); };
+  for (auto frame = unanswered_.begin(); frame != unanswered_.end();) {
+    if (frame->needs_trial()) {
+      const bool counts = frame->counts();
+      frame->asked->settle(Error{no_trial().code, name_of(frame->number) + ": " + no_trial().message});
+      frame = unanswered_.erase(frame);
+      if (!counts) continue;
+      frame_failed_ = !unanswered_.empty();
+      break;
+    }
+    if (moves(*frame)) break;
+    ++frame;
   }
 }
 
-std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& response) {
+void Session::Impl::take(v1::StreamStepsResponse& response) {
   switch (response.message_case()) {
     case v1::StreamStepsResponse::kAnswer:
       return take_answer(response.answer());
     case v1::StreamStepsResponse::kError: {
       RemoteError error = remote_error_from(response.error().status());
       // Losing the session also ends the stream: read it to its end, then resume.
-      if (error.lost_session()) return std::nullopt;
+      if (error.lost_session()) return;
       // This session's next frame: a copy that answered it differently, or expects another, is not this
       // session.
       const bool due = response.error().frame() == header_.first_frame() + 1;
@@ -309,16 +439,16 @@ std::optional<Result<Answer>> Session::Impl::take(v1::StreamStepsResponse& respo
       if (error.other_state() || trial_lost || (due && error.reason == v1::ERROR_REASON_FRAME_OUT_OF_ORDER)) {
         error.reason = v1::ERROR_REASON_STATE_CHANGED;
         lost_ = std::move(error);
-        return std::nullopt;
+        return;
       }
       return take_error(response.error());
     }
     case v1::StreamStepsResponse::kDraining:
       draining_ = true;
       writable_ = false;
-      return std::nullopt;
+      return;
     default:
-      return fail({ErrorCode::kInternal, "the daemon sent an unexpected message"});
+      return end_with({ErrorCode::kInternal, "the daemon sent an unexpected message"});
   }
 }
 
@@ -344,88 +474,99 @@ CommitResult Session::Impl::Trial::up_to(double fraction) const {
   return result;
 }
 
-std::optional<Result<Answer>> Session::Impl::take_answer(const v1::StepAnswer& part) {
+void Session::Impl::take_answer(const v1::StepAnswer& part) {
   const Clock::time_point start = Clock::now();
   SentFrame& frame = unanswered_.front();
   if (part.frame() != frame.number)
-    return fail({ErrorCode::kInternal, "the daemon answered " + name_of(part.frame()) + " where " +
-                                           name_of(frame.number) + " is due"});
-  if (const Status appended = append_part(part, partial_); !appended) return fail(appended.error());
+    return end_with({ErrorCode::kInternal, "the daemon answered " + name_of(part.frame()) + " where " +
+                                               name_of(frame.number) + " is due"});
+  if (const Status appended = append_part(part, partial_); !appended) return end_with(appended.error());
   partial_.travel.received_bytes += part.ByteSizeLong();
   if (part.last()) {
-    if (const Status finished = finish_answer(part, partial_); !finished) return fail(finished.error());
+    if (const Status finished = finish_answer(part, partial_); !finished) return end_with(finished.error());
   }
   partial_.travel.decode_ms += milliseconds_since(start);
-  if (!part.last()) return std::nullopt;
+  if (!part.last()) return;
   const v1::StepSummary& summary = part.summary();
   if (known_ && !same_state(summary.state_before(), *known_)) {
     lost_ = RemoteError{
         {ErrorCode::kAborted, name_of(frame.number) + " was stepped from another state: session " + id() +
                                   " is also changed by another client"},
         v1::ERROR_REASON_STATE_CHANGED};
-    return std::nullopt;
+    return;
   }
   if (known_ && !frame.counts() && !same_state(summary.state(), *known_))
-    return fail({ErrorCode::kUnimplemented, "the daemon is too old for trials: it took one for a step"});
+    return end_with({ErrorCode::kUnimplemented, "the daemon is too old for trials: it took one for a step"});
   if (known_) known_ = summary.state();
   partial_.travel.encode_ms = frame.encode_ms;
   partial_.travel.sent_bytes = frame.sent_bytes;
   if (frame.commit) {
-    if (!last_trial_) return fail({ErrorCode::kInternal, "the daemon answered a commit of no trial"});
+    if (!last_trial_) return end_with({ErrorCode::kInternal, "the daemon answered a commit of no trial"});
     partial_.commit = last_trial_->up_to(*frame.commit);
     state_.take(last_trial_->frame, *frame.commit);
   } else if (frame.counts()) {
     state_.take(frame);
   }
   if (frame.counts()) header_.set_first_frame(frame.number);
-  const bool awaited = !frame.answered;
+  const std::shared_ptr<PendingAnswer> asked = std::move(frame.asked);  // none of a trial sent again
   const bool not_reduced = frame.question.options.reduced && partial_.contacts.size() > 0 &&
                            partial_.contacts.multiplicity.empty();
   const bool not_kept = frame.question.options.keep_distance && !summary.has_keep_distance();
   if (frame.counts())
     last_trial_.reset();
-  else if (awaited && frame.is_trial())
+  else if (asked && frame.is_trial())
     last_trial_.emplace(Trial{std::move(frame), partial_.contacts.kind, partial_.contacts.status,
                               partial_.contacts.toi, partial_.vf, partial_.ee, partial_.possible,
                               partial_.earliest_toi});
   unanswered_.pop_front();
   --sent_;
   Answer answer = std::exchange(partial_, {});
-  if (!awaited) return std::nullopt;
+  if (!asked) return;
   resumes_without_answer_ = 0;
   // By the answer, and not by what a daemon lists before: behind a proxy another one may answer.
   if (not_reduced)
-    return Error{
-        ErrorCode::kUnimplemented,
-        "reduced: the daemon is older than it, and lists each closest pair as often as rows have it; "
-        "update it, or ask without"};
-  if (not_kept)
-    return Error{ErrorCode::kUnimplemented,
-                 "keep_distance: the daemon is older than it, and answers as if nothing but contact were to "
-                 "be kept from; update it, or ask without"};
-  return answer;
+    asked->settle(
+        Error{ErrorCode::kUnimplemented,
+              "reduced: the daemon is older than it, and lists each closest pair as often as rows have it; "
+              "update it, or ask without"});
+  else if (not_kept)
+    asked->settle(
+        Error{ErrorCode::kUnimplemented,
+              "keep_distance: the daemon is older than it, and answers as if nothing but contact were to be "
+              "kept from; update it, or ask without"});
+  else
+    asked->settle(std::move(answer));
 }
 
-std::optional<Result<Answer>> Session::Impl::take_error(const v1::StepError& message) {
+void Session::Impl::take_error(const v1::StepError& message) {
   const RemoteError remote = remote_error_from(message.status());
   if (message.frame() != unanswered_.front().number)
-    return fail({ErrorCode::kInternal, "the daemon refused " + name_of(message.frame()) + " where " +
-                                           name_of(unanswered_.front().number) +
-                                           " is due: " + remote.error.message});
+    return end_with({ErrorCode::kInternal, "the daemon refused " + name_of(message.frame()) + " where " +
+                                               name_of(unanswered_.front().number) +
+                                               " is due: " + remote.error.message});
   // The engine failed on this frame and the session is gone: creating it again would fail in the same way.
-  if (remote.reason == v1::ERROR_REASON_ENGINE) return fail(remote.error);
+  if (remote.reason == v1::ERROR_REASON_ENGINE) return end_with(remote.error);
+  --sent_;
+  // Its commit is refused then, and the session resumed.
+  if (unanswered_.front().answered) {
+    partial_ = {};
+    return unanswered_.pop_front();
+  }
+  settle_refused(remote.error);
+}
+
+void Session::Impl::settle_refused(Error error) {
   const SentFrame frame = std::move(unanswered_.front());
   unanswered_.pop_front();
-  --sent_;
   partial_ = {};
-  // Its commit is refused then, and the session resumed.
-  if (frame.answered) return std::nullopt;
   resumes_without_answer_ = 0;
-  if (frame.counts()) frame_failed_ = !unanswered_.empty();
+  // What was sent after a frame that does not count is out of order, trials too.
+  frame_failed_ = (frame_failed_ || frame.counts()) && !unanswered_.empty();
   if (frame.counts() ? !frame.commit : frame.is_trial()) last_trial_.reset();
+  if (frame.is_trial() && std::ranges::none_of(unanswered_, &SentFrame::is_trial)) may_commit_ = false;
   // The trial stands where only the fraction was wrong.
   if (frame.commit && unanswered_.empty()) may_commit_ = last_trial_.has_value();
-  return remote.error;
+  frame.asked->settle(std::move(error));
 }
 
 Status Session::Impl::close() {
@@ -433,6 +574,7 @@ Status Session::Impl::close() {
   failed_ = Error{ErrorCode::kFailedPrecondition, "the session is closed"};
   stream_.reset();
   unanswered_.clear();
+  submitted_.clear();
   const std::optional<RemoteError> error = connection_->remove(id());
   // Already deleted: not an error.
   if (error && error->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return error->error;

@@ -12,6 +12,7 @@
 
 #include "client/lib/client.h"
 #include "client/lib/connection.h"
+#include "client/lib/pending.h"
 #include "client/lib/scene_state.h"
 #include "client/lib/step_stream.h"
 
@@ -20,18 +21,22 @@ namespace warmfront::client {
 /// Keeps everything needed to create the session again: the scene, the last answered positions, the
 /// unanswered frames. A frame leaves `unanswered_` only when its answer is complete, so each gets exactly
 /// one.
-struct Session::Impl {
+struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state);
   ~Impl();
 
   /// Creates the session in the daemon and attaches to it.
   Status open();
+  /// For next_answer() to take the answers of, in this order.
   Result<std::uint64_t> submit(const Frame& frame, const Question& question);
   Result<std::uint64_t> submit_commit(double fraction);
-  /// submit(), and the answer.
-  Result<Answer> ask(const Frame& frame, const Question& question);
-  /// kFailedPrecondition while frames are unanswered.
-  Status check_idle() const;
+  /// Each sends what may be sent and does not wait. What fails at once is a settled answer.
+  /// `handed_out`: as PendingAnswer has it.
+  std::shared_ptr<PendingAnswer> ask(const Frame& frame, const Question& question, const WaitOptions& wait,
+                                     bool handed_out);
+  std::shared_ptr<PendingAnswer> ask_commit(double fraction, const WaitOptions& wait, bool handed_out);
+  /// Takes answers until this one is settled, or until then.
+  void wait(PendingAnswer& asked, PendingAnswer::Time until);
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Status change_filters(PairFilters filters);
@@ -43,11 +48,44 @@ struct Session::Impl {
   std::uint64_t resumes() const { return resumes_; }
 
  private:
+  class Asked;
+  /// Thrown by look(): the oldest question is to be given up, ...
+  struct GivenUp {
+    Error why;
+  };
+  /// ... or nobody waits any longer.
+  struct WaitedEnough {};
+
+  std::shared_ptr<PendingAnswer> asked(const WaitOptions& wait, bool handed_out);
+  /// kFailedPrecondition when the window is full.
+  Status check_may_submit() const;
+  /// kFailedPrecondition while answers to what was submitted are not taken; as PendingAnswer::check().
+  Status check_may_ask(const WaitOptions& wait) const;
+  Result<std::uint64_t> encode_and_send(const Frame& frame, const Question& question,
+                                        std::shared_ptr<PendingAnswer> asked);
+  Result<std::uint64_t> send_commit(double fraction, std::shared_ptr<PendingAnswer> asked);
+  /// May anything be waited for any longer? As a Look.
+  StepStream::Deadline look();
+  Look looking() {
+    return [this] { return look(); };
+  }
+  void sleep(std::chrono::milliseconds time);
+  /// Takes the next message, or resumes.
+  void advance();
+  /// The oldest question, which the daemon may have answered already, does not count. The stream is dropped,
+  /// at which the daemon stops; the next one begins where this session is.
+  void give_up(const Error& why);
+  void drop_stream();
+  /// Of the oldest question.
+  void settle_refused(Error error);
+
   /// kUnimplemented where the daemon lacks the feature; the session's failure where it has failed.
   Status need(v1::Feature feature);
   /// The number of the next frame.
   std::uint64_t next_number() const;
   Result<std::uint64_t> send(SentFrame frame);
+  /// kFailedPrecondition while answers are to be taken: before a change of the scene.
+  Status check_idle() const;
   /// A trial that was answered, before the commit that is due, where the daemon does not know it.
   void put_trial_before();
   void drop_trial_sent_again();
@@ -70,6 +108,7 @@ struct Session::Impl {
   /// Resumes after the stream was lost, or fails for good.
   Status resume(const RemoteError& why);
   Error fail(Error error);
+  void end_with(Error error) { static_cast<void>(fail(std::move(error))); }
 
   /// Sends frames as far as the window allows. If writing fails, answers may still arrive: the stream is read
   /// to its end first.
@@ -78,10 +117,10 @@ struct Session::Impl {
   /// Has the daemon carry out a change, then calls `taken`. If the daemon is lost, the session is resumed in
   /// the state before the change, which is sent again with its key: it is carried out once.
   Status change(v1::SceneChange change, const std::function<void()>& taken);
-  /// The frame's answer or error when the message completes one.
-  std::optional<Result<Answer>> take(v1::StreamStepsResponse& response);
-  std::optional<Result<Answer>> take_answer(const v1::StepAnswer& part);
-  std::optional<Result<Answer>> take_error(const v1::StepError& message);
+  /// Settles the oldest question when the message completes its answer.
+  void take(v1::StreamStepsResponse& response);
+  void take_answer(const v1::StepAnswer& part);
+  void take_error(const v1::StepError& message);
   /// How the stream ended; it is gone afterwards.
   RemoteError ended();
 
@@ -91,6 +130,8 @@ struct Session::Impl {
   v1::SessionHeader header_;  ///< first_frame: the last answered frame; first_revision: changes made
   SceneState state_;          ///< at that frame
   std::deque<SentFrame> unanswered_;
+  std::deque<std::shared_ptr<PendingAnswer>> submitted_;    ///< what next_answer() takes
+  PendingAnswer::Time until_ = PendingAnswer::Time::max();  ///< how long wait() waits
   /// The last question, where it was a trial that was answered: what a commit is of.
   struct Trial {
     SentFrame frame;

@@ -51,6 +51,7 @@ Status Session::Impl::open() {
 Status Session::Impl::resume(const RemoteError& why) {
   stream_.reset();
   if (!why.may_resume()) return fail(why.error);
+  if (why.other_state()) recreate_ = true;
   if (resumes_without_answer_ >= connection_->options().max_resumes_without_answer) {
     const std::string what = changing_ ? "a change" : "frame " + std::to_string(unanswered_.front().number);
     return fail({ErrorCode::kUnavailable, "gave up after " + std::to_string(resumes_without_answer_) +
@@ -59,13 +60,17 @@ Status Session::Impl::resume(const RemoteError& why) {
   }
   // A call may fail at once, again and again, though a stream can be attached: its connection is another one.
   if (resumes_without_answer_ > 0)
-    std::this_thread::sleep_for(
-        std::min(kFirstBackoff * (1 << std::min(resumes_without_answer_ - 1, 10)), kLongestBackoff));
+    sleep(std::min(kFirstBackoff * (1 << std::min(resumes_without_answer_ - 1, 10)), kLongestBackoff));
   ++resumes_without_answer_;
   ++resumes_;
-  if (why.other_state()) recreate_ = true;
   if (connection_->options().on_lost) connection_->options().on_lost(why.error);
   return establish(Full::kWaits);
+}
+
+void Session::Impl::sleep(std::chrono::milliseconds time) {
+  const Clock::time_point end = Clock::now() + time;
+  for (Clock::time_point now = Clock::now(); now < end; now = Clock::now())
+    std::this_thread::sleep_for(std::min(end, look()) - now);
 }
 
 Status Session::Impl::establish(Full full) {
@@ -81,7 +86,7 @@ Status Session::Impl::establish(Full full) {
       return fail(
           {ErrorCode::kUnavailable,
            "session " + id() + " could not be resumed within the resume timeout: " + error->error.message});
-    std::this_thread::sleep_for(wait);
+    sleep(wait);
   }
 }
 
@@ -108,9 +113,9 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
   drop_trial_sent_again();
   // A daemon that was started again may allow fewer calls on a connection, and a stream too many would wait
   // there without a word.
-  if (resumes_ > 0) {
+  if (attached_.has_limits()) {
     v1::GetServerInfoResponse ignored;
-    if (std::optional<RemoteError> error = connection_->server_info(ignored, id())) return error;
+    if (std::optional<RemoteError> error = connection_->server_info(ignored, id(), looking())) return error;
   }
   // The daemon repeats cached answers; the remaining frames follow.
   const auto begin_stream = [&] {
@@ -133,7 +138,7 @@ std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadli
   }
   stream_.reset();
   if (recreate_) {
-    const std::optional<RemoteError> removed = connection_->remove(id());
+    const std::optional<RemoteError> removed = connection_->remove(id(), looking());
     if (removed && removed->reason != v1::ERROR_REASON_SESSION_NOT_FOUND) return removed;
     recreate_ = false;
   }
@@ -170,30 +175,32 @@ bool Session::Impl::attached_is_own() const {
 
 std::optional<RemoteError> Session::Impl::create() {
   state_.describe(header_);
-  known_.reset();
   v1::CreateSessionResponse response;
   std::optional<RemoteError> error =
-      connection_->create(header_, state_.scene(), state_.positions(), response);
-  if (!error && response.session().has_state()) known_ = response.session().state();
+      connection_->create(header_, state_.scene(), state_.positions(), response, looking());
+  // What was known holds until then: a copy that was created without an answer is compared with it.
+  if (!error)
+    known_ = response.session().has_state() ? std::optional(response.session().state()) : std::nullopt;
   return error;
 }
 
 std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
   const RemoteError timeout{{ErrorCode::kUnavailable, "no daemon answers"}};
-  stream_ = std::make_unique<StepStream>(*connection_, id());
-  if (stream_->start(deadline) != StepStream::Event::kDone) return timeout;
+  // The session's own once it is attached.
+  auto stream = std::make_unique<StepStream>(*connection_, id(), looking());
+  if (stream->start(deadline) != StepStream::Event::kDone) return timeout;
   v1::StreamStepsRequest request;
   request.mutable_attach()->set_session_id(id());
   // The daemon may not have noticed yet that the previous stream is dead.
   request.mutable_attach()->set_takeover(true);
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
-  const StepStream::Event written = stream_->write(request, std::max(left, std::chrono::milliseconds(0)));
+  const StepStream::Event written = stream->write(request, std::max(left, std::chrono::milliseconds(0)));
   if (written == StepStream::Event::kTimeout) return timeout;
   v1::StreamStepsResponse response;
   // Frames of the previous stream may still be in progress: the answer comes after them.
-  const StepStream::Event read =
-      stream_->read(response, Clock::now() + connection_->options().answer_timeout);
+  const StepStream::Event read = stream->read(response, Clock::now() + connection_->options().answer_timeout);
   if (read == StepStream::Event::kTimeout) return timeout;
+  if (read == StepStream::Event::kDone || read == StepStream::Event::kEnded) stream_ = std::move(stream);
   if (read == StepStream::Event::kEnded) return ended();
   if (!response.has_attached()) return RemoteError{{ErrorCode::kUnavailable, "the daemon is draining"}};
   attached_ = std::move(*response.mutable_attached());

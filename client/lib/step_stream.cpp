@@ -11,8 +11,8 @@
 
 namespace warmfront::client {
 
-StepStream::StepStream(Connection& connection, const std::string& session_id)
-    : channel_(connection.channel()) {
+StepStream::StepStream(Connection& connection, const std::string& session_id, Look look)
+    : channel_(connection.channel()), look_(std::move(look)) {
   connection.prepare(context_, session_id);
   // Wait for a restarting daemon, up to the deadline of start().
   context_.set_wait_for_ready(true);
@@ -38,7 +38,7 @@ StepStream::Event StepStream::take(Operation operation) {
 bool StepStream::await_any(Deadline deadline) {
   void* done = nullptr;
   bool ok = false;
-  if (queue_.AsyncNext(&done, &ok, deadline) != grpc::CompletionQueue::GOT_EVENT) return false;
+  if (!next_event(queue_, done, ok, deadline, look_)) return false;
   *static_cast<State*>(done) = ok ? State::kSucceeded : State::kFailed;
   return true;
 }
@@ -50,7 +50,9 @@ StepStream::Event StepStream::await(Operation operation, Deadline deadline) {
 }
 
 StepStream::Event StepStream::start(Deadline deadline) {
-  return await(kStart, deadline);
+  const Event event = await(kStart, deadline);
+  whole_ = event == Event::kDone;
+  return event;
 }
 
 StepStream::Event StepStream::write(const v1::StreamStepsRequest& request,
@@ -59,12 +61,14 @@ StepStream::Event StepStream::write(const v1::StreamStepsRequest& request,
 }
 
 StepStream::Event StepStream::write(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout) {
+  whole_ = false;
   call_->Write(message, tag(kWrite));
   while (completed_[kWrite] == State::kNone) {
     begin_read();
     if (!await_any(std::chrono::system_clock::now() + timeout)) return Event::kTimeout;
     keep_read();
   }
+  whole_ = true;
   return take(kWrite);
 }
 
@@ -96,6 +100,7 @@ StepStream::Event StepStream::read(v1::StreamStepsResponse& response, Deadline d
 }
 
 grpc::Status StepStream::finish(Deadline deadline) {
+  whole_ = false;
   call_->Finish(&status_, tag(kFinish));
   if (await(kFinish, deadline) == Event::kDone) return status_;
   return {grpc::StatusCode::UNAVAILABLE, "the stream ended and its status did not arrive"};

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "client/lib/connection.h"
+#include "client/lib/look.h"
 #include "warmfront/v1/collision_service.grpc.pb.h"
 
 namespace warmfront::client {
@@ -24,8 +25,9 @@ class StepStream {
     kTimeout,  ///< the stream is unusable
   };
 
-  /// Begins the call; `connection` must outlive the stream.
-  StepStream(Connection& connection, const std::string& session_id);
+  /// Begins the call; `connection` must outlive the stream. `look` is called while anything is waited for.
+  /// After it threw the stream is unusable unless whole().
+  StepStream(Connection& connection, const std::string& session_id, Look look = {});
   /// Cancels the call if it is not over.
   ~StepStream();
   StepStream(const StepStream&) = delete;
@@ -39,6 +41,8 @@ class StepStream {
   /// Writes a serialized message.
   Event write(const grpc::ByteBuffer& message, std::chrono::milliseconds timeout);
   Event read(v1::StreamStepsResponse& response, Deadline deadline);
+  /// Is nothing half done but a read, which the next read() goes on with?
+  bool whole() const { return whole_; }
   /// After kEnded: how the call ended. UNAVAILABLE if the status does not arrive in time.
   grpc::Status finish(Deadline deadline);
 
@@ -57,6 +61,7 @@ class StepStream {
   void keep_read();
 
   const ChannelPool::Lease channel_;  // released last
+  const Look look_;
   grpc::ClientContext context_;
   grpc::CompletionQueue queue_;
   // Requests as bytes: a frame's bytes are not copied into a message first.
@@ -64,6 +69,7 @@ class StepStream {
   std::array<State, kCount> completed_{};  // written by completions, by address
   bool reading_ = false;                   // a read is in progress, or its completion not yet handled
   bool read_ended_ = false;
+  bool whole_ = false;
   std::deque<v1::StreamStepsResponse> received_;  // during writes; at most a window of answers
   // Used by pending operations: must outlive the queue's drain.
   v1::StreamStepsResponse incoming_;

@@ -21,7 +21,7 @@ if(PROJECT_IS_TOP_LEVEL)
     install(CODE "string(REGEX REPLACE \"/usr/*\\$\" \"\" root \"\${CMAKE_INSTALL_PREFIX}\")
                   file(INSTALL \"${PROJECT_SOURCE_DIR}/deploy/systemd/warmfrontd.toml\" DESTINATION \"\${root}/etc/warmfront\")"
             COMPONENT service)
-    install(FILES client/lib/answer.h client/lib/any_session.h client/lib/client.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/lib)
+    install(FILES client/lib/answer.h client/lib/any_session.h client/lib/client.h client/lib/pending.h client/lib/questions.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/warmfront/client/lib)
     install(DIRECTORY proto/warmfront DESTINATION ${CMAKE_INSTALL_DATADIR}/warmfront/proto
             FILES_MATCHING PATTERN "*.proto")
   endif()

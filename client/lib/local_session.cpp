@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thread safety as stated in the header.
+#include "client/lib/local_session.h"
+
+#include <algorithm>
+#include <exception>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace warmfront::client {
+namespace {
+
+ContactTable columns_of(const StepResult& step, const Scene& scene, const ContactFields& fields) {
+  ContactTable table;
+  table.kind.reserve(step.contacts.size());
+  table.status.reserve(step.contacts.size());
+  table.vertices.reserve(step.contacts.size());
+  table.toi.reserve(step.contacts.size());
+  for (const Contact& contact : step.contacts) {
+    table.kind.push_back(contact.kind);
+    table.status.push_back(contact.status);
+    if (contact.kind == ContactKind::kEdgeFace)
+      table.edge_faces.push_back(scene.edge_face_vertices_of(contact));
+    else
+      table.vertices.push_back(scene.vertices_of(contact));
+    table.toi.push_back(contact.toi);
+  }
+  for (const ContactGeometry& geometry : step.geometry) {
+    if (fields.weights) table.weights.push_back(geometry.weights);
+    if (fields.normal) table.normal.push_back(geometry.normal);
+    if (fields.points) table.points.push_back(geometry.points);
+    if (fields.direction) table.direction.push_back(geometry.direction);
+    if (fields.squared_distance) table.squared_distance.push_back(geometry.squared_distance);
+    if (fields.closest) table.closest.push_back(geometry.closest);
+  }
+  for (const ClosestPair& pair : step.closest_pairs) {
+    table.multiplicity.push_back(pair.multiplicity);
+    table.stencil.push_back(pair.stencil);
+  }
+  return table;
+}
+
+/// A copy of a frame, so that the caller's arrays are free again. Stays where it is.
+class OwnFrame {
+ public:
+  explicit OwnFrame(const Frame& frame)
+      : bodies_(frame.bodies.begin(), frame.bodies.end()),
+        poses_(frame.poses.begin(), frame.poses.end()),
+        vertices_(frame.vertices.begin(), frame.vertices.end()) {
+    for (BodyPositions& body : bodies_) body.positions = own(body.positions);
+    if (frame.positions) frame_.positions = own(*frame.positions);
+    frame_.bodies = bodies_;
+    frame_.poses = poses_;
+    frame_.vertices = vertices_;
+    frame_.vertex_positions = own(frame.vertex_positions);
+  }
+  OwnFrame(const OwnFrame&) = delete;
+  OwnFrame& operator=(const OwnFrame&) = delete;
+
+  const Frame& frame() const { return frame_; }
+
+ private:
+  Positions own(const Positions& positions) {
+    return std::visit(
+        [&](auto rows) -> Positions {
+          using Row = std::remove_const_t<typename decltype(rows)::element_type>;
+          return std::span<const Row>(
+              std::get<std::vector<Row>>(arrays_.emplace_back(std::vector<Row>(rows.begin(), rows.end()))));
+        },
+        positions);
+  }
+
+  std::deque<std::variant<std::vector<float>, std::vector<double>>> arrays_;
+  std::vector<BodyPositions> bodies_;
+  std::vector<BodyPose> poses_;
+  std::vector<std::uint32_t> vertices_;
+  Frame frame_;
+};
+
+Error at_frame(std::uint64_t number, const Error& error) {
+  return {error.code, "frame " + std::to_string(number) + ": " + error.message};
+}
+
+}  // namespace
+
+class LocalSession::Job final : public PendingAnswer {
+ public:
+  /// `number`: of the frame that it is about.
+  Job(const std::shared_ptr<LocalSession>& session, const Request& request, std::uint64_t number,
+      const WaitOptions& wait, bool handed_out)
+      : PendingAnswer(wait, handed_out), session_(session), request_(request), number_(number) {
+    if (handed_out) request_.frame = own_.emplace(request.frame).frame();
+  }
+
+  bool wait_until(Time until) override {
+    if (const std::shared_ptr<LocalSession> session = session_.lock()) return session->wait(*this, until);
+    if (!settled()) settle(Error{ErrorCode::kFailedPrecondition, "the session was closed before the answer"});
+    return true;
+  }
+
+  const Request& request() const { return request_; }
+  std::uint64_t number() const { return number_; }
+
+  std::optional<Error> why;  ///< it has no answer; protected by the session's mutex
+
+ private:
+  const std::weak_ptr<LocalSession> session_;
+  std::optional<OwnFrame> own_;
+  Request request_;
+  const std::uint64_t number_;
+};
+
+LocalSession::~LocalSession() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    for (const std::shared_ptr<Job>& job : jobs_) job->cancel();
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+Status LocalSession::check_idle() const {
+  const std::lock_guard lock(mutex_);
+  if (jobs_.empty()) return {};
+  return Error{ErrorCode::kFailedPrecondition,
+               "frames are unanswered; take their answers before changing the scene"};
+}
+
+std::shared_ptr<PendingAnswer> LocalSession::ask(const Request& request, const WaitOptions& wait,
+                                                 bool handed_out) {
+  if (Status may = PendingAnswer::check(wait); !may) return std::make_shared<PendingAnswer>(may.error());
+  if (!handed_out && !wait.timeout && check_idle() && next_ == frame_ + 1) {
+    Result<Answer> answer = compute(request, wait.cancelled);
+    if (answer && request.counts()) next_ = ++frame_ + 1;
+    if (!answer && answer.error().code == ErrorCode::kCancelled)
+      answer = at_frame(next_, PendingAnswer::cancelled());
+    return std::make_shared<PendingAnswer>(std::move(answer));
+  }
+  const auto job = std::make_shared<Job>(shared_from_this(), request, next_, wait, handed_out);
+  {
+    const std::lock_guard lock(mutex_);
+    if (!thread_.joinable()) thread_ = std::thread([this] { compute_all(); });
+    jobs_.push_back(job);
+  }
+  if (request.counts()) ++next_;
+  changed_.notify_all();
+  return job;
+}
+
+bool LocalSession::wait(const Job& job, PendingAnswer::Time until) {
+  std::unique_lock lock(mutex_);
+  while (!job.settled()) {
+    const PendingAnswer::Time now = PendingAnswer::Clock::now();
+    if (now >= until) break;
+    Job& first = *jobs_.front();
+    PendingAnswer::Time next = until;
+    if (!first.why) {
+      first.why = first.given_up(now);
+      if (first.why)
+        first.cancel();
+      else
+        next = std::min(until, first.next_look(now));
+    }
+    if (next == PendingAnswer::Time::max())
+      changed_.wait(lock);
+    else
+      changed_.wait_until(lock, next);
+  }
+  // What failed is known now, and what was asked after it has failed, too.
+  if (jobs_.empty()) next_ = frame_ + 1;
+  return job.settled();
+}
+
+void LocalSession::compute_all() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return ending_ || !jobs_.empty(); });
+    if (ending_) return;
+    const std::shared_ptr<Job> job = jobs_.front();
+    std::optional<Result<Answer>> answer;
+    std::exception_ptr thrown;
+    if (!job->why) job->why = job->given_up(PendingAnswer::Clock::now(), false);
+    if (!job->why && job->number() != frame_ + 1)
+      job->why = Error{ErrorCode::kFailedPrecondition, "a frame before it failed, and frame " +
+                                                           std::to_string(frame_ + 1) + " is the next one"};
+    if (job->why) {
+      if (job->request().moves()) trial_lost_ = true;
+      answer = at_frame(job->number(), *job->why);
+    } else {
+      lock.unlock();
+      try {
+        answer = compute(job->request(), job->stop());
+      } catch (...) {
+        thrown = std::current_exception();
+      }
+      lock.lock();
+      if (ending_) return;
+      if (answer && *answer && job->request().counts()) ++frame_;
+      if (answer && !*answer && answer->error().code == ErrorCode::kCancelled)
+        answer = at_frame(job->number(), job->why.value_or(PendingAnswer::cancelled()));
+    }
+    if (thrown)
+      job->settle(thrown);
+    else
+      job->settle(*std::move(answer));
+    jobs_.pop_front();
+    changed_.notify_all();
+  }
+}
+
+Result<Answer> LocalSession::compute(const Request& request, const std::atomic<bool>* stop) {
+  if (trial_lost_ && request.needs_trial())
+    return Error{ErrorCode::kFailedPrecondition,
+                 "the last trial was given up before its turn; ask for a trial first"};
+  Answer answer;
+  answer.frame = frame_ + 1;
+  if (request.commit) {
+    Result<CommitResult> taken = collider_.commit(*request.commit, rounding_);
+    if (!taken) return taken.error();
+    answer.commit = taken.value();
+    return answer;
+  }
+  if (request.moves()) trial_lost_ = false;
+  const Result<StepResult> result = collider_.ask(request.frame, request.question, stop);
+  if (!result) return result.error();
+  const StepResult& step = result.value();
+  static_cast<KindCounts&>(answer) = step;
+  answer.possible = step.possible;
+  answer.earliest_toi = step.earliest_toi;
+  answer.overlaps_at_start = step.overlaps_at_start;
+  answer.contacts = columns_of(step, collider_.scene(), merged(collider_.options(), request.question).fields);
+  answer.vertex_distances.assign(step.vertex_distances.begin(), step.vertex_distances.end());
+  answer.statistics = step.statistics;
+  if (step.all_deformable) answer.all_deformable.emplace(AllDeformable{*step.all_deformable});
+  return answer;
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session in this process: a collider, and a thread for what is asked of it without waiting. Used by one
+// thread at a time.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "client/lib/answer.h"
+#include "client/lib/pending.h"
+#include "engine/collider.h"
+
+namespace warmfront::client {
+
+class LocalSession : public std::enable_shared_from_this<LocalSession> {
+ public:
+  /// What is asked: a question of a frame, or a commit.
+  struct Request {
+    Frame frame = {};
+    Question question = {};
+    std::optional<double> commit = std::nullopt;
+
+    bool counts() const { return commit || question.counts(); }
+    /// Has it a motion, which takes the place of the last trial?
+    bool moves() const { return !commit && !question.of_state(); }
+    bool needs_trial() const { return commit || (question.of_state() && question.where == Where::kTrialEnd); }
+  };
+
+  /// `rounding`: of commits.
+  LocalSession(Collider collider, Rounding rounding) : collider_(std::move(collider)), rounding_(rounding) {}
+  /// Stops what is computed. What is not answered never is.
+  ~LocalSession();
+
+  /// As Questions::ask(). What nobody else can ask meanwhile is computed at once, on this thread.
+  std::shared_ptr<PendingAnswer> ask(const Request& request, const WaitOptions& wait, bool handed_out);
+  /// kFailedPrecondition while answers are awaited. If not, collider() is the caller's.
+  Status check_idle() const;
+  Collider& collider() { return collider_; }
+
+ private:
+  class Job;
+
+  /// Waits until the job is settled, or until then: is it? Stops the one that is computed where it is given
+  /// up.
+  bool wait(const Job& job, PendingAnswer::Time until);
+  /// The thread.
+  void compute_all();
+  /// An answer that counts is still to be counted.
+  Result<Answer> compute(const Request& request, const std::atomic<bool>* stop);
+
+  // Used by whoever computes: the thread while jobs_ are there, else who uses the session.
+  Collider collider_;
+  const Rounding rounding_;
+  bool trial_lost_ = false;  // a motion was not computed, and the collider's trial is not the last one
+
+  // The frame that comes next, as far as the caller can know: a step that fails is known of when an answer
+  // was waited for.
+  std::uint64_t next_ = 1;
+
+  // Changed with the lock held while jobs_ are there.
+  std::uint64_t frame_ = 0;  // the last
+
+  // Protected by mutex_.
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;        // a job is there, or is settled, or the end has come
+  std::deque<std::shared_ptr<Job>> jobs_;  // the first one is being computed
+  bool ending_ = false;
+
+  std::thread thread_;  // from the first job on
+};
+
+}  // namespace warmfront::client
