@@ -178,9 +178,10 @@ Status check_edges_of_bodies(std::span<const Edge> edges, std::span<const std::u
     paced.check();
     const auto [v, w] = edges[e];
     if (body_of_vertex[v] != body_of_vertex[w])
-      return invalid_argument("edges: (" + std::to_string(v) + ", " + std::to_string(w) + ") joins " +
-                              name_of(body_of_vertex[v]) + " and " + name_of(body_of_vertex[w]) +
-                              "; an edge lies within one body");
+      return invalid_argument(
+          "edges: (" + std::to_string(v) + ", " + std::to_string(w) + ") joins " +
+          name_of(body_of_vertex[v]) + " and " + name_of(body_of_vertex[w]) +
+          "; an edge lies within one body: split the strand there, or give both vertices to one");
   }
   return {};
 }

@@ -42,8 +42,8 @@ class Exchange:
         """FailedPreconditionError where a commit would find no trial."""
         link = self._link
         if not link.may_commit or (not link.unanswered and link.trial is None):
-            raise FailedPreconditionError("commit: there is no trial to take since the last step, commit, failure or change of "
-                                          "the scene; ask for a trial() or max_step() first")
+            raise FailedPreconditionError("commit: there is no trial to take since the last step, place, commit, failure or "
+                                          "change of the scene; ask for a trial() or max_step() first")
 
     def submit(self, request: Request) -> None:
         """After the checks."""

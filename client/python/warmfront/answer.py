@@ -202,12 +202,11 @@ class Contacts:
     """One frame's answer: k contacts as columns, sorted by kind, then by the numbers of the first and of the second feature.
 
     kind (k) uint8: `Kind`. status (k) uint8: `Status`. v (k, 4) uint32: the vertex, then the face's three; or edge a's
-    two, then edge b's two. An isolated vertex that comes near a lone edge, or another one, stands twice in place of an edge.
-    toi (k) float64 in [0, 1], in steps: never later than the first time of contact (in tier
-    "fast", an estimate of it). Of `proximity()` the instant that was asked about: 0, or 1 at a trial's end.
+    two, then edge b's two, where an isolated vertex stands twice in place of an edge. toi (k) float64 in [0, 1], in steps:
+    never later than the first time of contact (in tier "fast", an estimate of it). Of `proximity()` the instant that was asked about: 0, or 1 at a trial's end.
     Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
-    at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges, towards the side that
-    the vertex or first edge comes from; points (k, 2, 3) float64, the closest points in the scene's length unit; direction
+    at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges (of points: the
+    direction that they come from), towards the side that the vertex or first edge comes from; points (k, 2, 3) float64, the closest points in the scene's length unit; direction
     (k, 3) float64, unit, from the second of these to the first, zero where they touch; squared_distance (k) float64, of
     these points; closest (k) uint8: `Closest`, which features they are on, where weights are exactly 0 for the others.
     `normal` is the features' own: with a separation it differs, by up to a right angle and more, from `direction` if a

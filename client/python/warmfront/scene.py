@@ -57,7 +57,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class PairFilters:
-    """Pairs of features that no question tells of, nor tests. A pair (a vertex and a face, two edges, an edge and a face) is
+    """Pairs of features that no question tells of, nor tests. A pair (of any `Kind`, or an edge and a face that meet) is
     left out when a vertex of one and a vertex of the other are at most `within_edges` edges of the mesh apart, or are one of
     `excluded_vertex_pairs`; when both are at most `near_at_rest` apart in the rest shape; or when all their vertices have the
     same number, other than 0, in `patches`.

@@ -99,7 +99,7 @@ class Session:
 
     @property
     def positions(self) -> npt.NDArray[Any]:
-        """(n, 3) of the session's dtype: where everything is after the last step or commit; bodies that are at a pose are
+        """(n, 3) of the session's dtype: where everything is after the last step, place or commit; bodies that are at a pose are
         placed by it, and rounded to the dtype. A copy."""
         with self._turn:
             state = self._link.state
@@ -244,7 +244,7 @@ class Session:
         reduced: bool = False,
         timeout: Optional[float] = None,
     ) -> Contacts:
-        """All vertex-face and edge-edge pairs without a common vertex that are within a distance (scene length unit), plus the
+        """All pairs of features (`Kind`) without a common vertex that are within a distance (scene length unit), plus the
         thickness of both, of each other, where the session is or, with where="trial_end", at the end of the last trial or
         max_step: of its whole motion, however far it may go.
 
@@ -278,7 +278,7 @@ class Session:
         tier: Optional[Tier] = None,
         timeout: Optional[float] = None,
     ) -> VertexDistances:
-        """How far each vertex is from anything: (n) float64, the least distance of any vertex-face or edge-edge pair that it is
+        """How far each vertex is from anything: (n) float64, the least distance of any pair of features that it is
         in, less the thickness of both, capped at `distance` (scene length unit). Lower bounds, proved in every tier, within
         2^-19 of the pair's size of its distance: where no vertex is displaced by half of its own or more, nothing meets. Takes
         memory for n numbers, however many pairs are near.
@@ -317,8 +317,8 @@ class Session:
         X) in float64, each operation rounded once, then rounded to the session's dtype, where X is where each vertex was, or
         number of a pose, and Y where the trial had it go; to Y itself for 1. Nothing is tested again, and no positions travel.
 
-        InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, commit or
-        change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.
+        InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, place, commit
+        or change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.
         """
         answer = self._ask(None, question_of("step"), timeout, fraction_of(fraction))
         assert isinstance(answer, Committed)
@@ -346,8 +346,8 @@ class Session:
         reduced: bool = False,
     ) -> int:
         """Sends the next question without waiting for its answer, which `next_answer()` takes, and returns its frame's number:
-        a "step", "trial", "max_step", "commit" (which takes a fraction and nothing else), "proximity" (which takes the
-        distance as min_separation) or "intersections", both without a motion, with the arguments of these. The
+        a "step", "place", "trial", "max_step", "commit" (which takes a fraction and nothing else), "proximity" (which takes
+        the distance as min_separation) or "intersections", both without a motion, with the arguments of these. The
         arrays are free to be changed afterwards. A trial that is to be committed may itself be unanswered.
 
         InvalidArgumentError where something does not fit the scene; FailedPreconditionError when `window` frames are

@@ -102,7 +102,7 @@ def test_a_commit_without_a_trial(fake, session, prepare):
     prepare(session, draw(1, session.positions.dtype))
     before, came = session.last_frame, len(fake.received)
     for call in (session.commit, lambda: session.submit(kind="commit")):
-        with pytest.raises(FailedPreconditionError, match="no trial to take since the last step, commit, failure or change"):
+        with pytest.raises(FailedPreconditionError, match="no trial to take since the last step, place, commit, failure or change"):
             call()
     assert session.last_frame == before and len(fake.received) == came
 
