@@ -8,6 +8,7 @@ from typing import Optional, Union
 
 from ._contacts import REDUCED, AnswerPart, error_from, finish, intersections_of, max_step_of, up_to, vertex_distances_of
 from ._frame import Request, SentCommit
+from ._question import QuestionKind
 from ._resume import Link, TimeUp
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InternalError, UnavailableError,
@@ -38,11 +39,12 @@ class Exchange:
             raise FailedPreconditionError(f"{link.window} frames are unanswered, which is the daemon's window; take an answer "
                                           "before sending more")
 
-    def check_trial(self) -> None:
-        """FailedPreconditionError where a commit would find no trial."""
+    def check_trial(self, kind: QuestionKind) -> None:
+        """FailedPreconditionError where a commit, or a question about a trial's end, would find no trial: the daemon may have an
+        earlier one than this session, where a later one was given up."""
         link = self._link
         if not link.may_commit or (not link.unanswered and link.trial is None):
-            raise FailedPreconditionError("commit: there is no trial to take since the last step, place, commit, failure or "
+            raise FailedPreconditionError(f"{kind}: there is no trial to take since the last step, place, commit, failure or "
                                           "change of the scene; ask for a trial() or max_step() first")
 
     def submit(self, request: Request) -> None:
@@ -90,7 +92,7 @@ class Exchange:
         answer left it. The daemon stops what it is about."""
         link = self._link
         link.drop_stream()
-        if any(request.is_trial or request.kind == "step" for request in link.unanswered):
+        if any(request.is_trial or request.kind in ("step", "place") for request in link.unanswered):
             link.trial = None
         link.may_commit = link.trial is not None
         link.unanswered.clear()

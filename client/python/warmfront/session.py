@@ -566,7 +566,7 @@ class Session:
         number = self._exchange.next_number()
         request: Request
         if motion is None:
-            self._exchange.check_trial()
+            self._exchange.check_trial("commit")
             request = SentCommit(number, fraction)
         else:
             try:
@@ -578,6 +578,8 @@ class Session:
             if question.content and link.known is None:
                 raise UnimplementedError(f"{question.kind}: the daemon is older than trials and options of one question; use "
                                          "one that is as new as this client")
+            if request.needs_trial:
+                self._exchange.check_trial(question.kind)
         self._exchange.check_room()
         self._exchange.submit(request)
         return number

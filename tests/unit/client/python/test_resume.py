@@ -13,7 +13,8 @@ from support import bits, triangle_through_triangle
 from test_frames import turned
 
 import warmfront
-from warmfront import Body, NotFoundError, Options, Timeouts, UnavailableError
+from warmfront import (Body, DeadlineExceededError, FailedPreconditionError, NotFoundError, Options, Timeouts,
+                       UnavailableError)
 
 
 def run(client, scene, act=lambda k, session: None, window=1):
@@ -159,6 +160,22 @@ def test_waiting_may_be_interrupted(daemon, client):
         daemon.send(signal.SIGCONT)
         contacts = session.next_answer()
         assert contacts.frame == 1 and len(contacts) == 3 and len(session.step(before)) == 3
+
+
+def test_nothing_is_told_of_the_trial_before_one_that_was_given_up(daemon, client):
+    before, after, faces = triangle_through_triangle()
+    with client.session(before, faces) as session:
+        assert session.trial(after) and session.proximity(2, where="trial_end")
+        daemon.send(signal.SIGSTOP)
+        os.waitpid(daemon.process.pid, os.WUNTRACED)
+        with pytest.raises(DeadlineExceededError):
+            session.trial(before, timeout=0.3)
+        daemon.send(signal.SIGCONT)
+        with pytest.raises(FailedPreconditionError, match="proximity: there is no trial"):
+            session.proximity(2, where="trial_end")
+        with pytest.raises(FailedPreconditionError, match="commit: there is no trial"):
+            session.commit()
+        assert session.trial(after) and session.proximity(2, where="trial_end") and session.commit().vf == 1
 
 
 def test_no_daemon_within_the_resume_timeout(daemon):
