@@ -88,11 +88,11 @@ struct StepCounts {
   X(front_pairs)                                                                                             \
   X(front_bytes)                                                                                             \
   X(front_skipped)                                                                                           \
-  X(front_rested) X(front_sprouted) X(front_pruned) X(triangle_pairs) X(adjacent_pairs) X(cone_culled_pairs) \
-      X(cone_patches) X(elementary_tests) X(orphan_tests) X(coplanarity_passed) X(exact_tests)               \
-          X(contacts_kept) X(vertices_moved) X(nodes_refit) X(parts) X(parts_moved) X(parts_rigid)           \
-              X(near_parts) X(parts_apart) X(part_pairs_excluded) X(triangle_pairs_filtered)                 \
-                  X(feature_pairs_filtered)
+  X(front_rested)                                                                                            \
+  X(front_sprouted) X(front_pruned) X(triangle_pairs) X(adjacent_pairs) X(cone_culled_pairs) X(cone_patches) \
+      X(elementary_tests) X(orphan_tests) X(coplanarity_passed) X(exact_tests) X(contacts_kept)              \
+          X(vertices_moved) X(nodes_refit) X(parts) X(parts_moved) X(parts_rigid) X(near_parts)              \
+              X(parts_apart) X(part_pairs_excluded) X(triangle_pairs_filtered) X(feature_pairs_filtered)
 #define WARMFRONT_ONE(name) +1
 static_assert(sizeof(StepCounts) == sizeof(std::uint64_t) * (0 WARMFRONT_STEP_COUNTS(WARMFRONT_ONE)));
 #undef WARMFRONT_ONE

@@ -29,8 +29,8 @@ struct StepResult : KindCounts {
   std::span<const ClosestPair> closest_pairs = {};
   /// Of Report::kVertexDistances, by vertex: a lower bound of the least distance of any pair
   /// that the vertex is in, less the thickness of both (0 where that is more), in the scene's
-  /// unit; at most the distance that was asked about, and that much where there is no pair within it. As valid
-  /// as `contacts`.
+  /// unit; at most the distance that was asked about, and that much where there is no pair within it. As
+  /// valid as `contacts`.
   std::span<const double> vertex_distances = {};
   StepStatistics statistics;
   /// With options.explain: of the same step with everything deformable; what the scene's model saves is the

@@ -10,8 +10,8 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/scene/primitives.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/primitives.h"
 
 namespace warmfront {
 namespace {

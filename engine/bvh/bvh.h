@@ -13,18 +13,18 @@
 #include "engine/bounds/moving.h"
 #include "engine/bounds/overlap.h"
 #include "engine/bvh/leaf_contents.h"
-#include "engine/scene/primitives.h"
 #include "engine/bvh/tree_motion.h"
 #include "engine/bvh/tree_shape.h"
 #include "engine/bvh/tree_travel.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/primitives.h"
 #include "engine/stop.h"
 
 namespace warmfront {
 
-/// The leaf that each face, or each lone edge, of a hierarchy is in, from the first one on: faces are a range,
-/// and lone edges among the edges of one.
+/// The leaf that each face, or each lone edge, of a hierarchy is in, from the first one on: faces are a
+/// range, and lone edges among the edges of one.
 struct LeavesOfKind {
   std::vector<NodeId> leaf;
   std::uint32_t first = 0;
@@ -71,8 +71,8 @@ struct Bvh {
   }
 
   std::size_t memory_bytes() const {
-    return held_bytes(order, nodes, face_leaves.leaf, segment_leaves.leaf, patches, motion.states) + leaves.memory_bytes() +
-           travel.memory_bytes();
+    return held_bytes(order, nodes, face_leaves.leaf, segment_leaves.leaf, patches, motion.states) +
+           leaves.memory_bytes() + travel.memory_bytes();
   }
 
  private:

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/scene/primitives.h"
 #include "engine/bvh/tree_shape.h"
 #include "engine/scene.h"
+#include "engine/scene/primitives.h"
 #include "engine/stop.h"
 
 namespace warmfront {

@@ -103,7 +103,8 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
       continue;
     }
     std::ranges::transform(faces, of_vertex.begin(), of_face);
-    std::ranges::transform(segments, of_vertex.begin() + static_cast<std::ptrdiff_t>(faces.size()), of_segment);
+    std::ranges::transform(segments, of_vertex.begin() + static_cast<std::ptrdiff_t>(faces.size()),
+                           of_segment);
     list_vertex(std::span(of_vertex).first(faces.size() + segments.size()));
   }
   const auto none = [&](std::size_t a, std::size_t b) {

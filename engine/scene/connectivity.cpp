@@ -53,7 +53,8 @@ EdgeTable find_edges(std::span<const Face> faces, std::span<const GivenEdge> mor
   }
   for (const GivenEdge& edge : more) {
     paced.check();
-    const auto [from, to] = std::minmax({static_cast<std::uint32_t>(edge[0]), static_cast<std::uint32_t>(edge[1])});
+    const auto [from, to] =
+        std::minmax({static_cast<std::uint32_t>(edge[0]), static_cast<std::uint32_t>(edge[1])});
     sides.push_back({{from, to}, kNoFace});
   }
   std::sort(sides.begin(), sides.end(), [&](const Side& x, const Side& y) {

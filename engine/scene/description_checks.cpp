@@ -6,35 +6,38 @@
 
 namespace warmfront {
 
+namespace {
+
+// Of element `i` of a list of this name.
+template <class Element>
+Status check_indices(const char* name, std::size_t i, const Element& element, std::uint32_t vertex_count) {
+  for (std::size_t k = 0; k < element.size(); ++k) {
+    if (element[k] < 0 || element[k] >= std::int64_t{vertex_count})
+      return invalid_argument(std::string(name) + "[" + std::to_string(i) + "][" + std::to_string(k) +
+                              "]: vertex index " + std::to_string(element[k]) + " is not in [0, " +
+                              std::to_string(vertex_count) + ")");
+  }
+  return {};
+}
+
+}  // namespace
+
 Status check_faces(const SceneDescription& description, StopSignal stop) {
   PacedStop paced(stop);
-  const auto n = static_cast<std::int64_t>(description.vertex_count);
   for (std::size_t f = 0; f < description.faces.size(); ++f) {
     paced.check();
-    const auto& face = description.faces[f];
-    for (int corner = 0; corner < 3; ++corner) {
-      if (face[corner] < 0 || face[corner] >= n) {
-        return invalid_argument("faces[" + std::to_string(f) + "][" + std::to_string(corner) +
-                                "]: vertex index " + std::to_string(face[corner]) + " is not in [0, " +
-                                std::to_string(n) + ")");
-      }
-    }
+    if (Status valid = check_indices("faces", f, description.faces[f], description.vertex_count); !valid)
+      return valid;
   }
   return {};
 }
 
 Status check_edges(const SceneDescription& description, StopSignal stop) {
   PacedStop paced(stop);
-  const auto n = static_cast<std::int64_t>(description.vertex_count);
   for (std::size_t e = 0; e < description.edges.size(); ++e) {
     paced.check();
     const auto& edge = description.edges[e];
-    for (int end = 0; end < 2; ++end) {
-      if (edge[end] < 0 || edge[end] >= n)
-        return invalid_argument("edges[" + std::to_string(e) + "][" + std::to_string(end) +
-                                "]: vertex index " + std::to_string(edge[end]) + " is not in [0, " +
-                                std::to_string(n) + ")");
-    }
+    if (Status valid = check_indices("edges", e, edge, description.vertex_count); !valid) return valid;
     if (edge[0] == edge[1])
       return invalid_argument("edges[" + std::to_string(e) + "]: joins vertex " + std::to_string(edge[0]) +
                               " to itself; leave it out: a vertex of no face is a point without it");

@@ -8,8 +8,8 @@
 namespace warmfront {
 namespace {
 
-/// Fewest faces and lone edges of a body: a full block; a full leaf where that gives many bodies, all of which
-/// may be near all others.
+/// Fewest faces and lone edges of a body: a full block; a full leaf where that gives many bodies, all of
+/// which may be near all others.
 constexpr std::uint32_t kFewest = 8;
 constexpr std::uint32_t kFewestOfMany = 64;
 constexpr std::size_t kMany = 512;

@@ -67,17 +67,20 @@ Status check_hubs(const Scene& scene, StopSignal stop, std::uint32_t* worst) {
                "faces: " + std::to_string(adjacencies) + " pairs of" + elements +
                    " share a vertex of bodies that are tested against themselves, more than " +
                    std::to_string(most) + "; vertex " + std::to_string(hub) + " alone is in " +
-                   std::to_string(greatest) + elements + ": split it, or switch its body's self_collision off"};
+                   std::to_string(greatest) + elements +
+                   ": split it, or switch its body's self_collision off"};
 }
 
 namespace {
 
-// Of a vertex of no face: the first lone edge around it tests it against all faces but those at its other end.
+// Of a vertex of no face: the first lone edge around it tests it against all faces but those at its other
+// end.
 void orphans_of_end(const Scene& scene, std::uint32_t v, std::vector<FeatureIds>& found) {
   const auto around = scene.lone_edges_of(v);
   if (around.empty()) return;
   const Edge& first = scene.edges()[around.front()];
-  for (const std::uint32_t f : scene.vertex_faces()[first[0] == v ? first[1] : first[0]]) found.push_back({v, f});
+  for (const std::uint32_t f : scene.vertex_faces()[first[0] == v ? first[1] : first[0]])
+    found.push_back({v, f});
 }
 
 // Only faces that share a vertex with the first face around v, and do not contain v, can be adjacent to all.
@@ -99,8 +102,8 @@ void orphans_of_vertex(const Scene& scene, std::uint32_t v, std::vector<FeatureI
   consider_around(last, true);
 }
 
-// The first face along an orphan's other edge has its opposite corner at the lone edge. Of edges that both lone
-// and other ones have, the lesser finds the pair.
+// The first face along an orphan's other edge has its opposite corner at the lone edge. Of edges that both
+// lone and other ones have, the lesser finds the pair.
 void orphans_of_lone_edge(const Scene& scene, std::uint32_t lone, std::vector<FeatureIds>& found) {
   for (const std::uint32_t v : scene.edges()[lone]) {
     for (const std::uint32_t h : scene.vertex_faces()[v]) {
@@ -111,14 +114,15 @@ void orphans_of_lone_edge(const Scene& scene, std::uint32_t lone, std::vector<Fe
 }
 
 // The same from the other edge, of a face whose corner off the edge is `opposite`.
-void lone_edges_at(const Scene& scene, std::uint32_t e, std::uint32_t opposite, std::vector<FeatureIds>& found) {
+void lone_edges_at(const Scene& scene, std::uint32_t e, std::uint32_t opposite,
+                   std::vector<FeatureIds>& found) {
   for (const std::uint32_t lone : scene.lone_edges_of(opposite))
     if (e < lone && is_orphan_lone(scene, lone, e)) found.push_back({e, lone});
 }
 
-// As orphans_of_vertex(): the first face along an orphan's other edge contains a, b or c of the first face (a, b, c) along
-// this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat an index give
-// some pairs twice: gather() removes duplicates.
+// As orphans_of_vertex(): the first face along an orphan's other edge contains a, b or c of the first face
+// (a, b, c) along this edge, (a, b); not both a and b, or the edges would share a vertex. Faces that repeat
+// an index give some pairs twice: gather() removes duplicates.
 void orphans_of_edge(const Scene& scene, std::uint32_t e1, std::vector<FeatureIds>& found) {
   if (scene.edge_faces()[e1].empty()) return orphans_of_lone_edge(scene, e1, found);
   const auto [a, b] = scene.edges()[e1];

@@ -22,8 +22,8 @@ struct Orphans {
   /// (v, f): v is not in f, and every face around v shares a vertex with f; where v is in no face, the first
   /// lone edge around it does. Isolated vertices have none: they are primitives of the hierarchy.
   std::vector<FeatureIds> vertex_face;
-  /// (e1, e2): no shared vertex, and every pair of a face along e1 and a face along e2 shares a vertex; a lone
-  /// edge stands for the faces along it.
+  /// (e1, e2): no shared vertex, and every pair of a face along e1 and a face along e2 shares a vertex; a
+  /// lone edge stands for the faces along it.
   std::vector<FeatureIds> edge_edge;
 };
 
@@ -31,7 +31,8 @@ struct Orphans {
 /// bodies that are tested against themselves have too many pairs of these: more than kMostAdjacencies (a
 /// vertex of 2,000 faces has), and more than kMostAdjacenciesAFace per face or lone edge (no mesh with 64
 /// faces per vertex has). Every pair of faces around a vertex is adjacent, so the orphan sets grow with the
-/// square of its degree, at about 20 bytes a pair. O(n). Writes that vertex to `hub` unless null. Throws Stopped when told to stop.
+/// square of its degree, at about 20 bytes a pair. O(n). Writes that vertex to `hub` unless null. Throws
+/// Stopped when told to stop.
 Status check_hubs(const Scene& scene, StopSignal stop = {}, std::uint32_t* hub = nullptr);
 inline constexpr std::uint64_t kMostAdjacencies = 4'000'000;
 inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;

@@ -34,6 +34,16 @@ std::uint32_t pairs_of(std::uint32_t f, std::uint32_t g) {
   return mask;
 }
 
+// Is the face the first of these that is not adjacent to what it is paired with?
+template <class IsAdjacent>
+bool is_first(std::uint32_t face, std::span<const std::uint32_t> faces, IsAdjacent&& is_adjacent) {
+  for (const std::uint32_t g : faces) {
+    if (g == face) return true;
+    if (!is_adjacent(g)) return false;
+  }
+  return false;
+}
+
 }  // namespace
 
 void Ownership::extend(StopSignal stop) {
@@ -123,17 +133,11 @@ std::uint32_t Ownership::owned_with_segment(Primitive p, std::uint32_t lone_edge
   }
   for (int i = 0; i < 3; ++i) {
     const bool occurs_first = (records_[p].first_bits >> (9 + i) & 1U) != 0;
-    if (occurs_first && is_first_along(p, scene_->face_edges()[p][i], edge)) owned |= kFirstEdges << (3 * i);
+    const auto is_adjacent = [&](std::uint32_t g) { return adjacent(edge, scene_->faces()[g]); };
+    if (occurs_first && is_first(p, scene_->edge_faces()[scene_->face_edges()[p][i]], is_adjacent))
+      owned |= kFirstEdges << (3 * i);
   }
   return owned;
-}
-
-bool Ownership::is_first_along(std::uint32_t face, std::uint32_t edge, const Edge& lone_edge) const {
-  for (const std::uint32_t g : scene_->edge_faces()[edge]) {
-    if (g == face) return true;
-    if (!adjacent(lone_edge, scene_->faces()[g])) return false;
-  }
-  return false;
 }
 
 // A pair that is not a feature's first pair can own it only if the first pair is adjacent.
@@ -151,19 +155,12 @@ bool Ownership::owns(std::uint32_t f, std::uint32_t g, int bit) const {
 bool Ownership::owns_edge_face(std::uint32_t f, int i, std::uint32_t g) const {
   if ((records_[f].first_bits >> (9 + i) & 1U) == 0)
     return false;  // the same side occurs earlier in the face
-  for (const std::uint32_t h : scene_->edge_faces()[scene_->face_edges()[f][i]]) {
-    if (h == f) return true;
-    if (!are_adjacent(h, g)) return false;
-  }
-  return false;
+  return is_first(f, scene_->edge_faces()[scene_->face_edges()[f][i]],
+                  [&](std::uint32_t h) { return are_adjacent(h, g); });
 }
 
 bool Ownership::owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const {
-  for (const std::uint32_t g : scene_->vertex_faces()[v]) {
-    if (g == owner) return true;
-    if (!are_adjacent(g, face)) return false;
-  }
-  return false;
+  return is_first(owner, scene_->vertex_faces()[v], [&](std::uint32_t g) { return are_adjacent(g, face); });
 }
 
 bool Ownership::owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const {

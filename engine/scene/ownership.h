@@ -20,8 +20,8 @@ namespace warmfront {
 ///   vertex-face (v, f): the first face around v that is not adjacent to f owns it, together with f;
 ///   edge-edge (e1 < e2): the first pair, in lexicographic order, of a face along e1 and a face along e2 that
 ///   are not adjacent owns it.
-/// A lone edge is the only one along itself, and owns, if it is the first around them, its vertices of no face.
-/// Together with the orphan sets this covers every valid pair exactly once.
+/// A lone edge is the only one along itself, and owns, if it is the first around them, its vertices of no
+/// face. Together with the orphan sets this covers every valid pair exactly once.
 class Ownership {
  public:
   /// Keeps a reference to the scene, which must outlive this at the same address.
@@ -40,8 +40,8 @@ class Ownership {
   };
   /// The feature pairs owned by the non-adjacent faces (f, g). Cheap; owns() walks the incident faces.
   Candidates candidates(std::uint32_t f, std::uint32_t g) const;
-  /// The same of a face or lone edge and a lone edge, whose vertices 0 and 1 are the first two, and whose edge
-  /// 0 runs between these: owned.
+  /// The same of a face or lone edge and a lone edge, whose vertices 0 and 1 are the first two, and whose
+  /// edge 0 runs between these: owned.
   std::uint32_t owned_with_segment(Primitive p, std::uint32_t lone_edge) const;
   /// Does (f, g) own the feature pair of this bit, one of candidates(f, g).perhaps?
   bool owns(std::uint32_t f, std::uint32_t g, int bit) const;
@@ -73,8 +73,6 @@ class Ownership {
     return (signatures_[f] & signatures_[g]) != 0;
   }
   bool are_adjacent(std::uint32_t f, std::uint32_t g) const;
-  // Is the face the first along the edge that is not adjacent to the lone edge?
-  bool is_first_along(std::uint32_t face, std::uint32_t edge, const Edge& lone_edge) const;
   bool owns_vf(std::uint32_t owner, std::uint32_t v, std::uint32_t face) const;
   bool owns_ee(std::uint32_t f, std::uint32_t e1, std::uint32_t g, std::uint32_t e2) const;
 

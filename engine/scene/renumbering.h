@@ -12,6 +12,7 @@
 #include "engine/scene/held_bytes.h"
 #include "engine/scene/numbers.h"
 #include "engine/scene/patches.h"
+#include "engine/scene/primitives.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -45,9 +46,9 @@ class Renumbering {
   Patches apply(const Patches& patches) const;
   /// A primitive in its new number.
   Primitive apply(Primitive given) const {
-    if ((given & kSegment) != 0) return given;
-    return (given & kPoint) != 0 ? kPoint | number_of(renumbered(GivenVertex{given & ~kPoint}))
-                                 : number_of(renumbered(GivenFace{given}));
+    if (is_segment(given)) return given;  // edges keep their numbers
+    return is_point(given) ? kPoint | number_of(renumbered(GivenVertex{number_in_kind(given)}))
+                           : number_of(renumbered(GivenFace{given}));
   }
 
   GivenVertex given(NewVertex vertex) const { return given_vertex_[number_of(vertex)]; }
