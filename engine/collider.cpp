@@ -190,6 +190,9 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
                                ? answer.overlaps_at_start
                                : static_cast<std::uint64_t>(std::ranges::count(
                                      answer.contacts, ContactStatus::kOverlapAtStart, &Contact::status));
+  step.worlds.assign(answer.worlds.begin(), answer.worlds.end());
+  step.world_fractions.reserve(answer.world_tois.size());
+  for (const double toi : answer.world_tois) step.world_fractions.push_back(std::min(toi, 1.0));
   step.statistics = answer.statistics;
   return step;
 } catch (const Stopped&) {

@@ -102,7 +102,8 @@ class Collider {
   /// Puts everything where the frame says, or what it gives where it says, without a motion: nothing is
   /// tested between before and after, and the next step, trial or question is about the new state. For resets
   /// and teleports. Frames as of step(), and its errors and exceptions, after which nothing has changed.
-  /// Bodies keep their hierarchies; the front is built again, by the next question that needs one.
+  /// Bodies keep their hierarchies; what the front has of bodies that moved is built again, by the next
+  /// question that needs it.
   Status place(const Frame& frame, const std::atomic<bool>* cancelled = nullptr,
                const AcceptStep& accept = {});
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "engine/contact.h"
 #include "engine/options.h"
@@ -117,6 +118,9 @@ struct MaxStep {
   std::optional<Contact> first;
   /// Pairs that are within the separation at the start, which count only where they are not left out.
   std::uint64_t overlaps_at_start = 0;
+  /// In a scene with worlds: their numbers, as StepResult has them, and the largest fraction of each alone.
+  std::vector<std::uint32_t> worlds;
+  std::vector<double> world_fractions;
   StepStatistics statistics;
 };
 

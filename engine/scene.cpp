@@ -69,6 +69,15 @@ double most_thickness(std::span<const Body> bodies) {
   return most;
 }
 
+std::size_t world_count(std::span<const Body> bodies) {
+  std::vector<std::uint32_t> worlds;
+  for (const Body& body : bodies) {
+    if (body.kind != BodyKind::kRemoved && body.world != 0) worlds.push_back(body.world);
+  }
+  std::ranges::sort(worlds);
+  return worlds.size() - std::ranges::unique(worlds).size();
+}
+
 double Scene::most_thickness() const {
   return warmfront::most_thickness(bodies_) + mesh_->most_thickness;
 }

@@ -54,12 +54,17 @@ struct Body {
   /// Finite, >= 0, in the scene's unit: that much of each of its vertices is added to the separation of every
   /// pair that the vertex is in. See SceneDescription::thickness.
   double thickness = 0;
+  /// Bodies of two different worlds never meet, so that one scene holds many that know nothing of each other:
+  /// a thousand environments, each with the same bodies at the same place. 0: in all of them.
+  std::uint32_t world = 0;
 
   friend bool operator==(const Body&, const Body&) = default;
 };
 
 /// No body is thicker, but those that are removed; 0 without any.
 double most_thickness(std::span<const Body> bodies);
+/// Different worlds, 0 apart, that bodies are in but those that are removed. O(bodies log bodies).
+std::size_t world_count(std::span<const Body> bodies);
 
 /// A caller's description of a scene.
 struct SceneDescription {

@@ -32,6 +32,11 @@ struct StepResult : KindCounts {
   /// unit; at most the distance that was asked about, and that much where there is no pair within it. As
   /// valid as `contacts`.
   std::span<const double> vertex_distances = {};
+  /// Of Report::kEarliest in a scene with worlds: their numbers, ascending, with 0 where a body is in none
+  /// (and so in all), and the least toi in each, infinity without a contact. A contact is in the world that
+  /// either body has. As valid as `contacts`.
+  std::span<const std::uint32_t> worlds = {};
+  std::span<const double> world_tois = {};
   StepStatistics statistics;
   /// With options.explain: of the same step with everything deformable; what the scene's model saves is the
   /// difference.

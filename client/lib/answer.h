@@ -88,6 +88,9 @@ struct Answer : KindCounts {
   std::uint64_t overlaps_at_start = 0;
   /// Of vertex_distances(), by vertex; see StepResult.
   std::vector<double> vertex_distances = {};
+  /// Of Report::kEarliest in a scene with worlds; see StepResult.
+  std::vector<std::uint32_t> worlds = {};
+  std::vector<double> world_tois = {};
   std::optional<CommitResult> commit;  ///< of a commit, which has nothing else to tell
   StepStatistics statistics;
   std::optional<AllDeformable> all_deformable;  ///< with options.explain
@@ -100,6 +103,8 @@ struct MaxStep {
   double fraction = 1;
   /// Pairs that are within the separation at the start, which count only where they are not left out.
   std::uint64_t overlaps_at_start = 0;
+  /// In a scene with worlds: the largest fraction of each alone, by the numbers in `answer.worlds`.
+  std::vector<double> world_fractions = {};
   Answer answer;  ///< of the trial, with the contacts that come first
 
   /// Of a trial that reports the earliest contacts, and leaves out those that overlap at the start or not.
@@ -109,6 +114,8 @@ struct MaxStep {
     step.overlaps_at_start = leave_out_overlaps ? trial.overlaps_at_start
                                                 : static_cast<std::uint64_t>(std::ranges::count(
                                                       trial.contacts.status, ContactStatus::kOverlapAtStart));
+    step.world_fractions.reserve(trial.world_tois.size());
+    for (const double toi : trial.world_tois) step.world_fractions.push_back(std::min(toi, 1.0));
     step.answer = std::move(trial);
     return step;
   }
@@ -154,7 +161,8 @@ struct SessionInfo {
   bool float32 = false;  ///< positions are float32, else float64
   ColliderOptions options;
   Filters filters;
-  double most_thickness = 0;  ///< no vertex is thicker; 0 where nothing is
+  double most_thickness = 0;      ///< no vertex is thicker; 0 where nothing is
+  std::uint32_t world_count = 0;  ///< different worlds that bodies are in, 0 not counted
   std::uint64_t last_frame = 0;
   std::uint64_t steps = 0;         ///< since it was created there
   std::uint64_t memory_bytes = 0;  ///< in the daemon

@@ -235,6 +235,8 @@ Result<Answer> LocalSession::compute(const Request& request, const std::atomic<b
   answer.overlaps_at_start = step.overlaps_at_start;
   answer.contacts = columns_of(step, collider_.scene(), merged(collider_.options(), request.question).fields);
   answer.vertex_distances.assign(step.vertex_distances.begin(), step.vertex_distances.end());
+  answer.worlds.assign(step.worlds.begin(), step.worlds.end());
+  answer.world_tois.assign(step.world_tois.begin(), step.world_tois.end());
   answer.statistics = step.statistics;
   if (step.all_deformable) answer.all_deformable.emplace(AllDeformable{*step.all_deformable});
   return answer;

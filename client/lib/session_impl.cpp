@@ -291,6 +291,9 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
   if (addition.body.thickness != 0) {
     if (Status known = need(v1::FEATURE_THICKNESS); !known) return known.error();
   }
+  if (addition.body.world != 0) {
+    if (Status known = need(v1::FEATURE_WORLDS); !known) return known.error();
+  }
   if (!addition.edges.empty()) {
     if (Status known = need(v1::FEATURE_EDGES); !known) return known.error();
   }
@@ -307,6 +310,9 @@ Status Session::Impl::change_body(std::uint32_t index, Body body) {
   if (Status status = state_.check_change(index, body); !status) return status;
   if (body.thickness != 0) {
     if (Status known = need(v1::FEATURE_THICKNESS); !known) return known;
+  }
+  if (body.world != 0) {
+    if (Status known = need(v1::FEATURE_WORLDS); !known) return known;
   }
   v1::SceneChange encoded;
   encoded.mutable_change()->set_index(index);

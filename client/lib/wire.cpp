@@ -56,6 +56,7 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
   info.filters = {filters.within_edges(), filters.near_at_rest(), filters.excluded_vertex_pair_count(),
                   filters.patches()};
   info.most_thickness = message.most_thickness();
+  info.world_count = message.world_count();
   info.attached = message.attached();
   info.created = std::chrono::system_clock::time_point(std::chrono::milliseconds(message.created_unix_ms()));
   info.idle = std::chrono::milliseconds(message.idle_ms());
@@ -105,6 +106,12 @@ Status append_part(const v1::StepAnswer& message, Answer& answer) {
   if (message.vertex_distances().size() % sizeof(double) != 0)
     return malformed("distances of " + std::to_string(message.vertex_distances().size()) + " bytes");
   append(message.vertex_distances(), answer.vertex_distances);
+  if (message.worlds().size() % sizeof(std::uint32_t) != 0 ||
+      message.world_tois().size() != 2 * message.worlds().size())
+    return malformed("worlds of " + std::to_string(message.worlds().size()) + " bytes, and their times of " +
+                     std::to_string(message.world_tois().size()));
+  append(message.worlds(), answer.worlds);
+  append(message.world_tois(), answer.world_tois);
   return append_columns(message.contacts(), answer.contacts);
 }
 
@@ -113,6 +120,9 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   if (summary.distances() != answer.vertex_distances.size())
     return malformed(std::to_string(answer.vertex_distances.size()) + " of " +
                      std::to_string(summary.distances()) + " distances");
+  if (summary.worlds() != answer.worlds.size())
+    return malformed(std::to_string(answer.worlds.size()) + " of " + std::to_string(summary.worlds()) +
+                     " worlds");
   if (summary.rows() != answer.contacts.size())
     return malformed(std::to_string(answer.contacts.size()) + " of " + std::to_string(summary.rows()) +
                      " contacts");

@@ -15,8 +15,8 @@ double middle(const Bounds& bounds, int axis) {
 
 }  // namespace
 
-// Splits off the static parts first, then by the widest axis of the centres, as the parts' own hierarchies
-// do.
+// Splits by world first, then the static parts off, then by the widest axis of the centres, as the parts' own
+// hierarchies do.
 template <class Bounds>
 void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bounds> roots, NodeId node,
                               StopSignal stop) {
@@ -31,7 +31,18 @@ void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bound
     paced.check();
     return model.is_static(part);
   };
-  if (std::any_of(begin, end, is_static) && !std::all_of(begin, end, is_static)) {
+  const auto other_world = [&](std::uint32_t part) {
+    paced.check();
+    return model.world_of(part) != model.world_of(*begin);
+  };
+  if (std::any_of(begin, end, other_world)) {
+    std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
+      paced.check();
+      const std::uint32_t of_p = model.world_of(p);
+      const std::uint32_t of_q = model.world_of(q);
+      return of_p != of_q ? of_p < of_q : p < q;
+    });
+  } else if (std::any_of(begin, end, is_static) && !std::all_of(begin, end, is_static)) {
     std::nth_element(begin, half, end, [&](std::uint32_t p, std::uint32_t q) {
       return is_static(p) != is_static(q) ? is_static(p) : p < q;
     });

@@ -365,6 +365,15 @@ void Front<Bounds>::forget(std::uint32_t part) {
 }
 
 template <class Bounds>
+void Front<Bounds>::forget(std::span<const std::uint8_t> marked) noexcept {
+  for (FrontSegment& segment : segments_) {
+    if (marked[segment.parts.a] == 0 && marked[segment.parts.b] == 0) continue;
+    size_ -= segment.size;
+    forget(segment);
+  }
+}
+
+template <class Bounds>
 std::vector<NodePair> Front<Bounds>::pairs() const {
   std::vector<NodePair> pairs;
   pairs.reserve(size_);

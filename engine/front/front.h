@@ -26,7 +26,7 @@ struct FrontUpdate {
   bool lazy = false;   ///< do not look at pairs whose budget lasts
   bool record = true;  ///< keep the front
   Answers answers = Answers::kReuse;  ///< what becomes of those of stationary leaf pairs
-  PartWidths widths = {};  ///< within which bounds count as overlapping
+  PartWidths widths = {};             ///< within which bounds count as overlapping
   /// Pairs are folded where an ancestor is farther apart than this: no less than `widths`.
   PartWidths fold_widths = {};
   bool wider = false;  ///< `widths` are more than those of the update before
@@ -95,15 +95,17 @@ class Front {
   /// different subtrees.
   void test_subtree(std::uint32_t part, std::uint32_t subtree, LeafPairSink& sink);
 
-  /// The next motion begins where everything stands now, as far as `trees` have travelled, and questions about
-  /// it have these widths at most: budgets that do not last for that here are spent for good, wherever the
-  /// motion leads, since a budget tells of where motions begin only that it lasted there. O(pairs).
+  /// The next motion begins where everything stands now, as far as `trees` have travelled, and questions
+  /// about it have these widths at most: budgets that do not last for that here are spent for good, wherever
+  /// the motion leads, since a budget tells of where motions begin only that it lasted there. O(pairs).
   void settle(std::span<const Bvh<Bounds>> trees, const PartWidths& widths) noexcept;
 
   /// Forgets the front.
   void clear();
   /// Forgets what has to do with a part whose hierarchy is another one now.
   void forget(std::uint32_t part);
+  /// The same of all parts that are marked, by part. O(segments).
+  void forget(std::span<const std::uint8_t> marked) noexcept;
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }

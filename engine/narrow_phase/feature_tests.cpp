@@ -77,8 +77,7 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
   for (std::size_t i = 0; i < count; ++i) {
     const FeaturePair& pair = pairs[survivors[i]];
     if (separated) elementary.min_separation = separations[survivors[i]];
-    if (options.report == Report::kEarliest)
-      elementary.latest = shared_->earliest.load(std::memory_order_relaxed);
+    if (options.report == Report::kEarliest) elementary.latest = earliest_around(pair);
     const std::uint64_t before = counts.exact_tests;
     take_verdict(pair, elementary_test(features_of(pair), elementary, counts));
     look_after_exact(counts.exact_tests - before);
@@ -180,7 +179,7 @@ ElementaryOptions PairTester::elementary_options() const {
 void PairTester::keep_distances(std::span<const FeaturePair> pairs) {
   CertifiedOptions certified{.tolerance = input_->options.tolerance};
   for (const FeaturePair& pair : pairs) {
-    certified.latest = std::min(1.0, shared_->earliest.load(std::memory_order_relaxed));
+    certified.latest = std::min(1.0, earliest_around(pair));
     KeepDistance keep = input_->keep;
     keep.beyond = separation(pair, keep.beyond);
     take_verdict(pair, keep_distance_test(features_of(pair), keep, certified));

@@ -12,6 +12,7 @@
 #include "engine/narrow_phase/block_pairs.h"
 #include "engine/narrow_phase/gather_sorted.h"
 #include "engine/narrow_phase/pair_tester.h"
+#include "engine/narrow_phase/world_of.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
 #include "engine/scene/held_bytes.h"
@@ -48,6 +49,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   LeafGap leaf_pair(const PartPair& parts, const NodePair& leaves, const LeafBlocks& which) override {
     // One pair of the front may be all the work there is, when what was far apart comes together.
     stop_.check();
+    tester.begin_leaves(parts.a, parts.b);
     const Bvh<Bounds>& a = trees_[parts.a];
     const Bvh<Bounds>& b = trees_[parts.b];
     const bool same = parts.a == parts.b && leaves.a == leaves.b;
@@ -108,6 +110,7 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
   }
 
   void neighbours(std::uint32_t part, NeighbourChunk& chunk) override {
+    tester.begin_leaves(part, part);
     const Bvh<Bounds>& tree = trees_[part];
     const std::span<const NodeTravel> travel = tree.travel.blocks;
     const std::span<const NodeTravel> granted_at = tree.travel.blocks_at(gap_at_);
@@ -223,7 +226,7 @@ template <class Bounds>
 void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const NarrowPhaseInput& input) {
   impl_->trees = trees;
   impl_->input = &input;
-  impl_->shared.earliest.store(2, std::memory_order_relaxed);
+  impl_->shared.earliest.begin(input.worlds.places());
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
   if (input.note_met) impl_->shared.met.store(0, std::memory_order_relaxed);
   ++impl_->step;
@@ -349,7 +352,9 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   contacts.clear();
   for (const std::span<const Contact> list : lists) append(contacts, list, input.stop);
   if (earliest) {
-    std::erase_if(contacts, [&](const Contact& c) { return c.toi > sum.earliest; });
+    std::erase_if(contacts, [&](const Contact& c) {
+      return c.toi > earliest_in(world_of(c, input.scene, input.numbering, input.worlds));
+    });
     sum.found = {};
     for (const Contact& contact : contacts) sum.found.count(contact.kind);
     sum.over_limit = contacts.size() > input.options.max_contacts;
@@ -362,6 +367,11 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
 }
 
 template <class Bounds>
+double NarrowPhase<Bounds>::earliest_in(std::uint32_t world) const {
+  return impl_->shared.earliest.of(world);
+}
+
+template <class Bounds>
 void NarrowPhase<Bounds>::release() noexcept {
   for (Sink& sink : impl_->sinks) sink.tester.release();
   std::vector<std::size_t>().swap(impl_->buckets);
@@ -369,8 +379,9 @@ void NarrowPhase<Bounds>::release() noexcept {
 
 template <class Bounds>
 std::size_t NarrowPhase<Bounds>::memory_bytes() const {
-  std::size_t bytes = sizeof(Impl) + held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin,
-                                                impl_->found, impl_->buckets);
+  std::size_t bytes =
+      sizeof(Impl) + impl_->shared.earliest.memory_bytes() +
+      held_bytes(impl_->met, impl_->met_begin, impl_->orphans_begin, impl_->found, impl_->buckets);
   for (const Sink& sink : impl_->sinks) bytes += sink.memory_bytes();
   return bytes;
 }

@@ -22,6 +22,7 @@
 #include "engine/scene/patches.h"
 #include "engine/scene/renumbering.h"
 #include "engine/scene/thickness.h"
+#include "engine/scene/worlds.h"
 #include "engine/statistics.h"
 #include "engine/stop.h"
 
@@ -35,6 +36,7 @@ struct NarrowPhaseInput {
   const Ownership& ownership;
   const PairFilter& filter;
   const Thickness& thickness;
+  const Worlds& worlds;
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step
   std::span<const VertexMotion> vertices;
@@ -106,6 +108,9 @@ class NarrowPhase final : public LeafPairSinks {
 
   /// Merges the threads' contacts, sorted, into `contacts` (left empty for Report::kCount). Parallel.
   NarrowPhaseOutput finish(std::vector<Contact>& contacts);
+  /// After finish(), of Report::kEarliest: the least toi in a world, by its place in Worlds;
+  /// EarliestTimes::kNone without a contact.
+  double earliest_in(std::uint32_t world) const;
 
   /// Frees the memory that a failed step allocated; call it before the next begin().
   void release() noexcept;

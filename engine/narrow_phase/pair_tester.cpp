@@ -13,6 +13,7 @@
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/certified.h"
 #include "engine/narrow_phase/rest_filter.h"
+#include "engine/narrow_phase/world_of.h"
 #include "engine/scene/primitives.h"
 
 namespace warmfront {
@@ -40,6 +41,7 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
   block_.size = 0;
   element_pairs_ = 0;
   recorder_ = nullptr;
+  most_kept_ = input.options.max_contacts;
   if (input.note_met) met_.clear();
 }
 
@@ -176,7 +178,7 @@ void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
 }
 
 std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_t wanted) const {
-  const float latest = until();
+  const float latest = asks_for_earliest() ? until_in(world_around(p[0], q[0])) : 1;
   const Width width = width_of(p, q);
   return latest < 1 ? overlapping_features(bounds_of(p), bounds_of(q), wanted, latest, width)
                     : overlapping_features(bounds_of(p), bounds_of(q), wanted, width);
@@ -242,9 +244,18 @@ double PairTester::separation(const FeaturePair& pair, double asked) const {
   return separation_of(asked, a, b);
 }
 
-float PairTester::until() const {
-  if (input_->options.report != Report::kEarliest) return 1;
-  return std::nextafter(static_cast<float>(shared_->earliest.load(std::memory_order_relaxed)), 2.0F);
+float PairTester::until_in(std::uint32_t world) const {
+  return std::nextafter(static_cast<float>(shared_->earliest.of(world)), 2.0F);
+}
+
+std::uint32_t PairTester::world_around(std::uint32_t vertex_a, std::uint32_t vertex_b) const {
+  if (!input_->worlds.any()) return 0;
+  const std::span<const std::uint32_t> bodies = input_->scene.body_of_vertex();
+  return input_->worlds.place(bodies[vertex_a], bodies[vertex_b]);
+}
+
+double PairTester::earliest_around(const FeaturePair& pair) const {
+  return shared_->earliest.of(world_around(pair.vertices.front(), pair.vertices.back()));
 }
 
 TriangleBounds PairTester::bounds_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
@@ -333,19 +344,39 @@ void PairTester::report(const Contact& contact) {
     throw TooManyContacts();
   if (recorder_ != nullptr) recorder_->push_back(contact);
   if (wanted == Report::kCount || wanted == Report::kVertexDistances) return;
-  if (wanted == Report::kEarliest) {
-    double earliest = shared_->earliest.load(std::memory_order_relaxed);
-    while (contact.toi < earliest &&
-           !shared_->earliest.compare_exchange_weak(earliest, contact.toi, std::memory_order_relaxed)) {
-    }
-    // Ties with the earliest are kept; later contacts kept before it was found are dropped at the end, or
-    // here before the list grows.
-    if (contact.toi > earliest) return;
+  if (wanted == Report::kEarliest)
+    keep_earliest(contact);
+  else
+    contacts_.push_back(contact);
+}
+
+// Ties with the earliest are kept; later contacts kept before it was found are dropped at the end, or here
+// before the list grows.
+void PairTester::keep_earliest(const Contact& contact) {
+  const bool worlds = input_->worlds.any();
+  const std::uint32_t world =
+      worlds ? world_of(contact, input_->scene, input_->numbering, input_->worlds) : 0;
+  if (contact.toi > shared_->earliest.lower(world, contact.toi)) return;
+  const std::size_t most = input_->options.max_contacts;
+  if (worlds) {
+    if (contacts_.size() > most_kept_) drop_later();
+  } else {
     if (!contacts_.empty() && contact.toi < contacts_.back().toi) contacts_.clear();
     // One more than allowed suffices to refuse the answer, if these ties turn out to be the earliest.
-    if (contacts_.size() > input_->options.max_contacts) return;
+    if (contacts_.size() > most) return;
   }
   contacts_.push_back(contact);
+}
+
+void PairTester::drop_later() {
+  std::erase_if(contacts_, [this](const Contact& c) {
+    return c.toi > shared_->earliest.of(world_of(c, input_->scene, input_->numbering, input_->worlds));
+  });
+  const std::size_t most = input_->options.max_contacts;
+  // Nothing is earlier than the start: so these stay, and the answer is refused.
+  if (static_cast<std::size_t>(std::ranges::count(contacts_, 0.0, &Contact::toi)) > most)
+    throw TooManyContacts();
+  most_kept_ = std::max(most, 2 * contacts_.size());
 }
 
 }  // namespace warmfront

@@ -14,6 +14,7 @@
 #include "engine/elementary/query.h"
 #include "engine/elementary/verdict.h"
 #include "engine/front/rest_answer.h"
+#include "engine/narrow_phase/earliest_times.h"
 #include "engine/narrow_phase/feature_block.h"
 #include "engine/narrow_phase/met_pairs.h"
 #include "engine/narrow_phase/narrow_phase.h"
@@ -24,7 +25,7 @@ namespace warmfront {
 
 /// Data that the threads of a step share besides the constant input.
 struct NarrowPhaseShared {
-  std::atomic<double> earliest{2};       ///< least toi found so far; prunes for Report::kEarliest
+  EarliestTimes earliest;                ///< prunes for Report::kEarliest
   std::atomic<std::size_t> contacts{0};  ///< contacts kept by all threads
   std::atomic<std::size_t> met{0};       ///< noted by all threads: see NarrowPhaseInput::note_met
 };
@@ -44,8 +45,12 @@ class PairTester {
   void orphan_ee(const FeatureIds& ids);
   void orphan_ef(const FeatureIds& ids);
 
-  /// Contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are.
-  float until() const;
+  /// The leaves looked at next are of these bodies.
+  void begin_leaves(std::uint32_t body_a, std::uint32_t body_b) {
+    world_ = input_->worlds.place(body_a, body_b);
+  }
+  /// Their contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are.
+  float until() const { return asks_for_earliest() ? until_in(world_) : 1; }
 
   /// Tests all pairs taken so far.
   void flush();
@@ -156,10 +161,22 @@ class PairTester {
   // Is there room for so many more?
   bool room_to_note(std::size_t more);
   void report(const Contact& contact);
+  // Of Report::kEarliest.
+  void keep_earliest(const Contact& contact);
+  // Removes what is no longer the earliest of its world.
+  void drop_later();
+  bool asks_for_earliest() const { return input_->options.report == Report::kEarliest; }
+  float until_in(std::uint32_t world) const;
+  // The place of the world that these two vertices are in.
+  std::uint32_t world_around(std::uint32_t vertex_a, std::uint32_t vertex_b) const;
+  // The least toi found so far in the world of a pair.
+  double earliest_around(const FeaturePair& pair) const;
 
   const NarrowPhaseInput* input_ = nullptr;
   NarrowPhaseShared* shared_ = nullptr;
   std::vector<Contact> contacts_;
+  std::uint32_t world_ = 0;    // of the leaves in hand, by its place
+  std::size_t most_kept_ = 0;  // of Report::kEarliest with worlds: then later ones are dropped
   std::vector<Contact>* recorder_ = nullptr;
   MetPairs met_;
   NarrowPhaseOutput output_;

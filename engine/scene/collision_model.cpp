@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <tuple>
+#include <unordered_map>
 
 #include "engine/scene/held_bytes.h"
 
@@ -30,6 +31,7 @@ CollisionModel::CollisionModel(const Scene& scene, StopSignal stop) {
     paced.check();
     const bool gone = body.kind == BodyKind::kRemoved;
     sets_.push_back(gone ? Set{} : Set{body.group, body.mask, body.kind != BodyKind::kStatic});
+    if (!gone) sets_.back().put_in(body.world);
     self_.push_back(body.kind == BodyKind::kDeformable && body.self_collision ? 1 : 0);
   }
   excluded_.reserve(scene.excluded_pairs().size());
@@ -46,8 +48,10 @@ bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
 
 std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
   PacedStop paced(stop);
-  // Parts with equal properties are counted together.
-  std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint64_t> classes;
+  // Parts with equal properties are counted together: those of each world, and all of those looked at.
+  using Classes = std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint64_t>;
+  Classes all;
+  std::unordered_map<std::uint32_t, Classes> of_world;
   std::uint64_t alive = 0;
   std::uint64_t kept = 0;
   for (std::uint32_t p = 0; p < part_count(); ++p) {
@@ -55,12 +59,22 @@ std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
     ++alive;
     kept += self_[p];
     const Set& set = sets_[p];
-    for (const auto& [other, count] : classes) {
-      paced.check();
-      const auto& [groups, masks, moving] = other;
-      if (set.may_meet({groups, masks, moving})) kept += count;
+    const auto keep_with = [&](const Classes& classes) {
+      for (const auto& [other, count] : classes) {
+        paced.check();
+        const auto& [groups, masks, moving] = other;
+        if (set.may_meet({groups, masks, moving})) kept += count;
+      }
+    };
+    Classes& own = of_world[world_of(p)];
+    if (world_of(p) == 0) {
+      keep_with(all);
+    } else {
+      keep_with(own);
+      keep_with(of_world[0]);
     }
-    ++classes[{set.groups, set.masks, set.moving}];
+    ++own[{set.groups, set.masks, set.moving}];
+    ++all[{set.groups, set.masks, set.moving}];
   }
   for (const std::uint64_t pair : excluded_) {
     paced.check();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which bodies may meet, from their groups, masks and kinds. Immutable once built; safe to share between
-// threads.
+// Which bodies may meet, from their groups, masks, worlds and kinds. Immutable once built; safe to share
+// between threads.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <unordered_set>
 #include <vector>
@@ -16,20 +17,39 @@ class CollisionModel {
  public:
   explicit CollisionModel(const Scene& scene, StopSignal stop = {});
 
-  /// The combined properties of a set of parts: the union of groups and masks, and whether any part moves.
-  /// Two sets that cannot meet contain no two parts that may meet.
+  /// The combined properties of a set of parts: the union of groups and masks, the range of worlds, and
+  /// whether any part moves. Two sets that cannot meet contain no two parts that may meet.
   struct Set {
     std::uint32_t groups = 0;
     std::uint32_t masks = 0;
     bool moving = false;
+    bool in_all_worlds = true;             // or any of them
+    std::uint32_t first_world = kNoWorld;  // of the others
+    std::uint32_t last_world = 0;
+
+    static constexpr std::uint32_t kNoWorld = 0xffffffff;
+
+    void put_in(std::uint32_t world) {
+      if (world == 0) return;
+      in_all_worlds = false;
+      first_world = last_world = world;
+    }
 
     void add(const Set& other) {
       groups |= other.groups;
       masks |= other.masks;
       moving |= other.moving;
+      in_all_worlds |= other.in_all_worlds;
+      first_world = std::min(first_world, other.first_world);
+      last_world = std::max(last_world, other.last_world);
+    }
+    bool share_a_world(const Set& other) const {
+      return in_all_worlds || other.in_all_worlds ||
+             (first_world <= other.last_world && other.first_world <= last_world);
     }
     bool may_meet(const Set& other) const {
-      return (groups & other.masks) != 0 && (other.groups & masks) != 0 && (moving || other.moving);
+      return (groups & other.masks) != 0 && (other.groups & masks) != 0 && (moving || other.moving) &&
+             share_a_world(other);
     }
   };
 
@@ -39,6 +59,8 @@ class CollisionModel {
   bool is_static(std::uint32_t part) const { return !sets_[part].moving; }
   bool is_removed(std::uint32_t part) const { return sets_[part].groups == 0; }
   bool self_collision(std::uint32_t part) const { return self_[part] != 0; }
+  /// 0: in all of them.
+  std::uint32_t world_of(std::uint32_t part) const { return sets_[part].last_world; }
   /// Are two parts tested against each other (p != q), or a part against itself (p == q)?
   bool may_meet(std::uint32_t p, std::uint32_t q) const;
   /// Number of pairs of parts that the model excludes, including a part with itself.

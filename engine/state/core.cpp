@@ -41,7 +41,7 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
 }
 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
-  Parts parts{CollisionModel(modelled, stop), {}, {}, 0, {}, topology_sum, orphans_sum};
+  Parts parts{CollisionModel(modelled, stop), {}, {}, Worlds(given, stop), 0, {}, topology_sum, orphans_sum};
   parts.filter = make_filter(given.filters(), parts.model, stop);
   parts.thickness = make_thickness(given, stop);
   if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
@@ -92,6 +92,7 @@ void Core::take(Parts parts) noexcept {
   model = std::move(parts.model);
   filter = std::move(parts.filter);
   thickness = std::move(parts.thickness);
+  worlds = std::move(parts.worlds);
   rigid_parts.take(model);
   excluded_pairs = parts.excluded_pairs;
   for (std::uint32_t p = 0; p < orphans.size(); ++p) {
@@ -108,11 +109,12 @@ void Core::take(Parts parts) noexcept {
 std::size_t Core::memory_bytes() const {
   // A part has some thirty small allocations in all rooms, each of which the allocator rounds up.
   constexpr std::size_t kRoundedUp = 512;
-  std::size_t bytes =
-      scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
-      vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() + near.memory_bytes() +
-      rigid_parts.memory_bytes() + model.memory_bytes() + filter.memory_bytes() + thickness.memory_bytes() +
-      orphans.capacity() * sizeof(orphans[0]) + patch_culled.capacity() + topology->parts.size() * kRoundedUp;
+  std::size_t bytes = scene->memory_bytes() + topology->memory_bytes() + motion.memory_bytes() +
+                      vertex_bounds.capacity() * sizeof(PointBounds) + met.memory_bytes() +
+                      near.memory_bytes() + rigid_parts.memory_bytes() + model.memory_bytes() +
+                      filter.memory_bytes() + thickness.memory_bytes() + worlds.memory_bytes() +
+                      orphans.capacity() * sizeof(orphans[0]) + patch_culled.capacity() +
+                      topology->parts.size() * kRoundedUp;
   for (const auto& of_part : orphans) {
     if (of_part != nullptr) bytes += of_part->memory_bytes();
   }

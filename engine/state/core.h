@@ -17,6 +17,7 @@
 #include "engine/scene/collision_model.h"
 #include "engine/scene/pair_filter.h"
 #include "engine/scene/thickness.h"
+#include "engine/scene/worlds.h"
 #include "engine/state/rigid_parts.h"
 
 namespace warmfront {
@@ -27,10 +28,12 @@ struct FoundPairs {
   std::vector<ContactGeometry> geometry;   ///< of these, when asked for
   std::vector<ClosestPair> closest_pairs;  ///< of these, when they are reduced
   std::vector<double> vertex_distances;    ///< by given vertex, instead of these
+  std::vector<double> world_tois;          ///< by world: see StepResult
 
   std::size_t memory_bytes() const {
     return contacts.capacity() * sizeof(Contact) + geometry.capacity() * sizeof(ContactGeometry) +
-           closest_pairs.capacity() * sizeof(ClosestPair) + vertex_distances.capacity() * sizeof(double);
+           closest_pairs.capacity() * sizeof(ClosestPair) +
+           (vertex_distances.capacity() + world_tois.capacity()) * sizeof(double);
   }
 };
 
@@ -47,6 +50,7 @@ struct Core {
     CollisionModel model;
     PairFilter filter;
     Thickness thickness;
+    Worlds worlds;
     std::uint64_t excluded_pairs;
     std::vector<std::unique_ptr<OrphanBlocks>> orphans;  // of parts that need them and have none
     std::uint64_t topology_sum;
@@ -77,6 +81,7 @@ struct Core {
   CollisionModel model;
   PairFilter filter;
   Thickness thickness;
+  Worlds worlds;
   std::uint64_t excluded_pairs = 0;
   std::unique_ptr<Topology> topology;
   RigidParts rigid_parts;

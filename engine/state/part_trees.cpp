@@ -182,7 +182,7 @@ void PartTrees<Bounds>::bound_vertices(Core& core, StopSignal stop) {
 
 template <class Bounds>
 void PartTrees<Bounds>::forget_bounds_of_moved() {
-  unseen_.assign(states_.size(), 0);
+  unseen_.resize(states_.size(), 0);
   for (std::uint32_t p = 0; p < states_.size(); ++p) {
     if (states_[p] == 0) continue;
     refit_in_[p] = kNever;

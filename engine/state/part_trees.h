@@ -43,6 +43,15 @@ class PartTrees {
   /// Roots have half this separation (scene units), and the part's own thickness, on each side from the next
   /// refit on.
   void hold(double separation) { held_separation_ = separation; }
+  /// Room for forget_bounds_of_moved() and forget_bounds() of a part, which throw nothing then.
+  void make_room_to_forget() { unseen_.reserve(states_.size()); }
+  /// After forget_bounds_of_moved(): the same of a part that a motion moved, or stopped, which no question
+  /// looked at.
+  void forget_bounds(std::uint32_t part) {
+    if (part >= refit_in_.size()) return;  // none are there
+    refit_in_[part] = kNever;
+    unseen_[part] = kChanged;
+  }
   /// Travel is that of where the next motion begins: what a trial added to it is taken back.
   void return_to_base();
   /// Parts without a hierarchy get one; with `rebuild` those that are tested against themselves, and were
@@ -91,10 +100,10 @@ class PartTrees {
   /// All hierarchies are arranged anew in the next step.
   void clear() { trees_.clear(); }
 
-  std::span<const Bvh<Bounds>> trees() const { return trees_; }    ///< by part
+  std::span<const Bvh<Bounds>> trees() const { return trees_; }  ///< by part
   /// By part: what holds it in this step, with the separation on each side.
   std::span<const Bounds> roots() const { return roots_; }
-  std::span<const MotionState> states() const { return states_; }  ///< by part
+  std::span<const MotionState> states() const { return states_; }       ///< by part
   std::span<const std::int64_t> refit_in() const { return refit_in_; }  ///< by part: the step of its bounds
   std::int64_t step() const { return step_; }
   double magnitude() const { return magnitude_; }

@@ -237,6 +237,13 @@ void RigidParts::lose_track() noexcept {
   for (Part& part : parts_) part.follows = false;
 }
 
+void RigidParts::lose_track(std::span<const std::uint8_t> marked) noexcept {
+  lose_track();
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    if (marked[p] != 0) parts_[p].rigid = false;
+  }
+}
+
 void RigidParts::undo() noexcept {
   for (Part& part : parts_) {
     part.follows = false;

@@ -66,6 +66,8 @@ class RigidParts {
   void undo() noexcept;
   /// Where parts are is not where any motion that was looked at ended.
   void lose_track() noexcept;
+  /// The same, and the parts that are marked, by part, were put elsewhere.
+  void lose_track(std::span<const std::uint8_t> marked) noexcept;
 
   /// Needs the part no test against itself in this step?
   bool rigid(std::uint32_t part) const { return part < parts_.size() && parts_[part].rigid; }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -66,6 +67,10 @@ class PipelineWith final : public Pipeline {
     result.contacts = found.contacts;
     result.geometry = found.geometry;
     result.closest_pairs = found.closest_pairs;
+    if (core.options.report == Report::kEarliest) {
+      result.worlds = core.worlds.numbers();
+      result.world_tois = found.world_tois;
+    }
     if (core.options.report == Report::kVertexDistances) result.vertex_distances = found.vertex_distances;
     if (accept)
       if (const Status accepted = accept(result); !accepted) return accepted.error();
@@ -95,18 +100,25 @@ class PipelineWith final : public Pipeline {
     // What is kept counts from motions that do not lead here, also where this fails half-way.
     struct Forgetting {
       ~Forgetting() {
+        if (done) return;
         core.rigid_parts.undo();
         pipeline.forget_steps(core, Rebuild::kForgotten);
       }
       PipelineWith& pipeline;
       Core& core;
-    } const forgetting{*this, core};
+      bool done = false;
+    } forgetting{*this, core};
     SceneMotion::Step motion(core.motion);
     const auto begin = [&] { motion.begin(frame, stop); };
     core.workers->run(std::cref(begin));
+    lengthen(placed_, core.motion.part_count(), std::uint8_t{0}, stop);
+    trees_.make_room_to_forget();
     if (accept)
       if (Status accepted = accept(result); !accepted) return accepted;
     motion.commit();
+    // Where bounds are of no motion that began here, nothing can be told of any part.
+    forgetting.done = !longest_.shortened();
+    if (forgetting.done) forget_placed(core);
     return {};
   }
 
@@ -137,7 +149,7 @@ class PipelineWith final : public Pipeline {
   }
 
   Status self_check(const Core& core, StopSignal stop) override {
-    if (near_.stale() || longest_.shortened() || trees_.trees().empty()) return {};
+    if (near_.stale() || unseen_places_ || longest_.shortened() || trees_.trees().empty()) return {};
     const bool front = core.options.front != FrontMode::kNone && !front_.lost();
     Status status;
     core.workers->run([&] {
@@ -159,8 +171,8 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return sizeof(*this) + trees_.memory_bytes() + front_.front().memory_bytes() + narrow_.memory_bytes() +
-           near_.memory_bytes() + orphans_.memory_bytes() + reduced_rows_.memory_bytes() +
-           longest_.memory_bytes();
+           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() +
+           reduced_rows_.memory_bytes() + longest_.memory_bytes();
   }
 
  private:
@@ -202,6 +214,24 @@ class PipelineWith final : public Pipeline {
     near_.forget();
     trees_.forget_bounds();
     OrphanStage::forget_answers(core);
+  }
+
+  // After a motion that nothing looked at was taken. What it moved is elsewhere: nothing that is known of it
+  // holds. All else is where it was, but what moved in the last question has bounds of that motion, and the
+  // states of its vertices, which would say so, were taken by this one.
+  void forget_placed(Core& core) noexcept {
+    if (core.motion.from() == From::kStart) trees_.return_to_base();
+    trees_.forget_bounds_of_moved();
+    for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
+      const MotionState state = core.motion.state(p);
+      placed_[p] = (state & kMoving) != 0 ? 1 : 0;
+      if (state != 0) trees_.forget_bounds(p);
+    }
+    front_.front().forget(placed_);
+    OrphanStage::forget_answers(core);
+    core.rigid_parts.lose_track(placed_);
+    longest_.forget();
+    unseen_places_ = true;
   }
 
   NarrowPhaseOutput run(Core& core, SceneMotion::Step& motion, const Frame& frame, StopSignal stop,
@@ -317,10 +347,21 @@ class PipelineWith final : public Pipeline {
     orphans_.run(core, narrow_, retests(core.options), stop);
     timer.add(&StageTimes::adjacent);
     const NarrowPhaseOutput output = narrow_.finish(core.found().contacts);
+    take_world_tois(core);
     reduced_rows_.run(core, stop);
     compute_contact_fields(core, stop);
     timer.add(&StageTimes::elementary);
     return output;
+  }
+
+  void take_world_tois(Core& core) {
+    std::vector<double>& tois = core.found().world_tois;
+    tois.clear();
+    if (core.options.report != Report::kEarliest) return;
+    for (std::uint32_t world = 0; world < core.worlds.numbers().size(); ++world) {
+      const double toi = narrow_.earliest_in(world);
+      tois.push_back(toi <= 1 ? toi : std::numeric_limits<double>::infinity());
+    }
   }
 
   void begin_question(Core& core, StopSignal stop) {
@@ -328,6 +369,7 @@ class PipelineWith final : public Pipeline {
       trees_.forget_bounds_of_moved();
       near_.forget();
     }
+    unseen_places_ = false;
     trees_.begin_step(core.motion.from(), is_question());
     front_.front().begin_step();
     if (widths_.unsettled()) {
@@ -356,6 +398,7 @@ class PipelineWith final : public Pipeline {
             core.topology->ownership,
             core.filter,
             core.thickness,
+            core.worlds,
             core.topology->patches,
             core.patch_culled,
             core.motion.vertices().vertices(),
@@ -437,7 +480,9 @@ class PipelineWith final : public Pipeline {
   Kind kind_ = Kind::kStep;
   PartWidths part_widths_;
   PartWidths fold_widths_;
-  bool arranged_ = false;  // its hierarchies are there
+  bool arranged_ = false;             // its hierarchies are there
+  std::vector<std::uint8_t> placed_;  // by part, of place(): was it moved?
+  bool unseen_places_ = false;        // since the last question
 
   // What stays from question to question, stage by stage.
   PartTrees<Bounds> trees_;

@@ -17,6 +17,7 @@ v1::Body to_proto(const Body& body) {
   message.set_group(body.group);
   message.set_mask(body.mask);
   message.set_thickness(body.thickness);
+  message.set_world(body.world);
   return message;
 }
 
@@ -31,6 +32,7 @@ Result<Body> body_from(const v1::Body& message, const std::string& where) {
   if (message.has_group()) body.group = message.group();
   if (message.has_mask()) body.mask = message.mask();
   body.thickness = message.thickness();
+  body.world = message.world();
   return body;
 }
 
@@ -38,6 +40,12 @@ bool is_thick(const v1::SessionHeader& header) {
   return header.vertex_thickness() || std::ranges::any_of(header.bodies(), [](const v1::Body& body) {
            return body.kind() != v1::BODY_KIND_REMOVED && body.thickness() != 0;
          });
+}
+
+bool has_worlds(const v1::SessionHeader& header) {
+  return std::ranges::any_of(header.bodies(), [](const v1::Body& body) {
+    return body.kind() != v1::BODY_KIND_REMOVED && body.world() != 0;
+  });
 }
 
 }  // namespace warmfront::wire

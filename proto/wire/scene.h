@@ -30,5 +30,7 @@ bool upload_thickness(const std::vector<double>& thickness, std::size_t chunk, S
 
 /// Does it announce any thickness, of vertices or of bodies?
 bool is_thick(const v1::SessionHeader& header);
+/// Is any body in a world of its own?
+bool has_worlds(const v1::SessionHeader& header);
 
 }  // namespace warmfront::wire

@@ -16,6 +16,8 @@ Answer make_answer(std::uint64_t frame, const Scene& scene, const StepResult& re
   answer.overlaps_at_start = result.overlaps_at_start;
   answer.statistics = result.statistics;
   answer.vertex_distances.assign(result.vertex_distances.begin(), result.vertex_distances.end());
+  answer.worlds.assign(result.worlds.begin(), result.worlds.end());
+  answer.world_tois.assign(result.world_tois.begin(), result.world_tois.end());
   const std::size_t rows = result.contacts.size();
   answer.kind.reserve(rows);
   answer.status.reserve(rows);
@@ -65,7 +67,8 @@ std::size_t bytes_per_row(const ContactFields& fields) {
 
 std::size_t contact_bytes(const StepResult& result, const ContactFields& fields) {
   return result.contacts.size() * (bytes_per_row(fields) + (result.ef > 0 ? Answer::kMoreOfEdgeFace : 0)) +
-         result.closest_pairs.size() * Answer::kMoreOfReduced + result.vertex_distances.size_bytes();
+         result.closest_pairs.size() * Answer::kMoreOfReduced + result.vertex_distances.size_bytes() +
+         result.worlds.size() * Answer::kBytesPerWorld;
 }
 
 std::size_t held_per_contact(const ContactFields& fields, bool reduced) {

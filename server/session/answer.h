@@ -55,6 +55,9 @@ struct Answer : KindCounts {
   std::vector<std::uint8_t> stencil;
   /// Of a question for distances by vertex, which has no rows.
   std::vector<double> vertex_distances;
+  /// Of Report::kEarliest in a scene with worlds; see StepResult.
+  std::vector<std::uint32_t> worlds;
+  std::vector<double> world_tois;
   /// On the session's account for as long as anyone has the answer: the session, or a stream that sends it.
   Holding memory;
 
@@ -68,11 +71,13 @@ struct Answer : KindCounts {
            (edge_faces.empty() ? 0 : kMoreOfEdgeFace) + (multiplicity.empty() ? 0 : kMoreOfReduced);
   }
   std::size_t contact_bytes() const {
-    return rows() * bytes_per_row() + vertex_distances.size() * sizeof(double);
+    return rows() * bytes_per_row() + vertex_distances.size() * sizeof(double) +
+           worlds.size() * kBytesPerWorld;
   }
 
   static constexpr std::size_t kBytesPerRow = 1 + 1 + 16 + 8;  ///< of the columns that are always there
   static constexpr std::size_t kMoreOfEdgeFace = 4;            ///< five vertices instead of four
+  static constexpr std::size_t kBytesPerWorld = 4 + 8;         ///< its number and toi
   static constexpr std::size_t kMoreOfReduced = 4 + 1;         ///< multiplicity and stencil
 };
 

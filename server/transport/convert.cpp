@@ -231,6 +231,7 @@ v1::SessionInfo to_proto(const Session& session) {
   info.set_idle_ms(static_cast<std::uint64_t>(snapshot.idle.count()));
   *info.mutable_state() = to_proto(snapshot.state);
   info.set_most_thickness(scene->most_thickness());
+  info.set_world_count(static_cast<std::uint32_t>(world_count(scene->bodies())));
   if (scene->filters().any()) *info.mutable_filters() = wire::header_of(scene->filters());
   return info;
 }
@@ -281,6 +282,7 @@ v1::StepSummary summary_of(const Answer& answer) {
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
   summary.set_rows(answer.rows());
   summary.set_distances(answer.vertex_distances.size());
+  summary.set_worlds(answer.worlds.size());
   *summary.mutable_statistics() = to_proto(answer.statistics);
   if (answer.all_deformable) {
     v1::AllDeformable& all = *summary.mutable_all_deformable();
@@ -320,6 +322,12 @@ void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1
 
 void fill_distances(const Answer& answer, std::size_t first, std::size_t count, std::string& bytes) {
   set_bytes(bytes, answer.vertex_distances, first, count);
+}
+
+void fill_worlds(const Answer& answer, std::size_t first, std::size_t count, std::string& worlds,
+                 std::string& tois) {
+  set_bytes(worlds, answer.worlds, first, count);
+  set_bytes(tois, answer.world_tois, first, count);
 }
 
 }  // namespace warmfront::server

@@ -71,5 +71,8 @@ v1::StepSummary summary_of(const Answer& answer);
 void fill_columns(const Answer& answer, std::size_t first, std::size_t count, v1::ContactColumns& columns);
 /// `count` distances of vertices from `first` on.
 void fill_distances(const Answer& answer, std::size_t first, std::size_t count, std::string& bytes);
+/// `count` worlds from `first` on, and their times.
+void fill_worlds(const Answer& answer, std::size_t first, std::size_t count, std::string& worlds,
+                 std::string& tois);
 
 }  // namespace warmfront::server

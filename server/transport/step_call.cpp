@@ -84,6 +84,8 @@ void StepCall::respond(const Answer& answer) {
   fill_columns(answer, 0, answer.rows(), *response.mutable_contacts());
   if (!answer.vertex_distances.empty())
     fill_distances(answer, 0, answer.vertex_distances.size(), *response.mutable_vertex_distances());
+  if (!answer.worlds.empty())
+    fill_worlds(answer, 0, answer.worlds.size(), *response.mutable_worlds(), *response.mutable_world_tois());
   *response.mutable_summary() = summary_of(answer);
   response_ = serialize(response);
   response_bytes_.set(response_.Length());

@@ -126,13 +126,15 @@ Outcome<StreamRequest> read_request(grpc::ByteBuffer& buffer, ParseRoom& room) {
 
 AnswerChunks::AnswerChunks(std::shared_ptr<const Answer> answer, std::size_t chunk_bytes)
     : answer_(std::move(answer)),
+      chunk_bytes_(chunk_bytes),
       items_(by_vertex() ? answer_->vertex_distances.size() : answer_->rows()),
       items_per_chunk_(std::max<std::size_t>(
           chunk_bytes / (by_vertex() ? sizeof(double) : answer_->bytes_per_row()), 1)) {}
 
 grpc::ByteBuffer AnswerChunks::next() {
   const std::size_t count = std::min(items_per_chunk_, items_ - first_);
-  const bool last = first_ + count == items_;
+  const std::size_t worlds = next_worlds(count);
+  const bool last = first_ + count == items_ && first_world_ + worlds == answer_->worlds.size();
   v1::StreamStepsResponse response;
   v1::StepAnswer& part = *response.mutable_answer();
   part.set_frame(answer_->frame);
@@ -140,14 +142,25 @@ grpc::ByteBuffer AnswerChunks::next() {
     fill_distances(*answer_, first_, count, *part.mutable_vertex_distances());
   else
     fill_columns(*answer_, first_, count, *part.mutable_contacts());
+  if (worlds > 0)
+    fill_worlds(*answer_, first_world_, worlds, *part.mutable_worlds(), *part.mutable_world_tois());
   if (last) {
     part.set_last(true);
     *part.mutable_summary() = summary_of(*answer_);
   }
   grpc::ByteBuffer chunk = serialize(response);
   first_ += count;
+  first_world_ += worlds;
   done_ = last;
   return chunk;
+}
+
+std::size_t AnswerChunks::next_worlds(std::size_t rows) const {
+  if (first_ + rows < items_) return 0;
+  const std::size_t taken = by_vertex() ? 0 : rows * answer_->bytes_per_row();
+  const std::size_t room = (chunk_bytes_ - std::min(taken, chunk_bytes_)) / Answer::kBytesPerWorld;
+  const std::size_t least = rows == 0 ? 1 : 0;  // each part brings something
+  return std::min(std::max(room, least), answer_->worlds.size() - first_world_);
 }
 
 grpc::ByteBuffer encode_error(std::uint64_t frame, const Fault& fault) {

@@ -71,10 +71,15 @@ class AnswerChunks {
   // Does it tell of vertices, and has no rows?
   bool by_vertex() const { return !answer_->vertex_distances.empty(); }
 
+  // How many worlds go with so many rows.
+  std::size_t next_worlds(std::size_t rows) const;
+
   std::shared_ptr<const Answer> answer_;
+  std::size_t chunk_bytes_;
   std::size_t items_;
   std::size_t items_per_chunk_;
   std::size_t first_ = 0;
+  std::size_t first_world_ = 0;
   bool done_ = false;
 };
 

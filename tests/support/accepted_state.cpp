@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -139,20 +140,53 @@ bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
   if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
   if (a.kind == BodyKind::kStatic && b.kind == BodyKind::kStatic) return false;
   if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
+  if (a.world != b.world && a.world != 0 && b.world != 0) return false;
   return std::ranges::none_of(scene.excluded_pairs, [&](const auto& pair) {
     return (pair[0] == p && pair[1] == q) || (pair[0] == q && pair[1] == p);
   });
 }
 
+// The numbers of the worlds that bodies are in, where any has one.
+std::map<std::uint32_t, double> worlds_of(const SceneDescription& scene) {
+  std::map<std::uint32_t, double> least;
+  for (const Body& body : scene.bodies) {
+    if (body.kind != BodyKind::kRemoved) least.emplace(body.world, std::numeric_limits<double>::infinity());
+  }
+  if (least.size() == 1 && least.contains(0)) least.clear();
+  return least;
+}
+
+std::uint32_t world_of(const Scene& scene, const Contact& contact) {
+  const auto vertices = scene.vertices_of(contact);
+  const auto world = [&](std::uint32_t v) { return scene.bodies()[scene.body_of_vertex()[v]].world; };
+  return world(vertices.front()) != 0 ? world(vertices.front()) : world(vertices.back());
+}
+
 // What of all contacts the options ask for.
-Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options) {
+Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, const Scene& made,
+                  const ColliderOptions& options) {
   Outcome outcome;
   if (options.leave_out_overlaps)
     std::erase_if(contacts, [](const Contact& c) { return c.status == ContactStatus::kOverlapAtStart; });
   for (const Contact& contact : contacts)
     outcome.earliest_toi = std::min(outcome.earliest_toi.value_or(2), contact.toi);
-  if (options.report == Report::kEarliest)
-    std::erase_if(contacts, [&](const Contact& contact) { return contact.toi > *outcome.earliest_toi; });
+  if (options.report == Report::kEarliest) {
+    std::map<std::uint32_t, double> least = worlds_of(scene);
+    if (least.empty()) {
+      std::erase_if(contacts, [&](const Contact& contact) { return contact.toi > *outcome.earliest_toi; });
+    } else {
+      for (const Contact& contact : contacts) {
+        double& of_world = least.at(world_of(made, contact));
+        of_world = std::min(of_world, contact.toi);
+      }
+      std::erase_if(contacts,
+                    [&](const Contact& contact) { return contact.toi > least.at(world_of(made, contact)); });
+      for (const auto& [world, toi] : least) {
+        outcome.worlds.push_back(world);
+        outcome.world_tois.push_back(toi);
+      }
+    }
+  }
   const bool lists = options.report != Report::kCount && options.report != Report::kVertexDistances &&
                      options.report != Report::kAny;
   if (lists && contacts.size() > options.max_contacts) {
@@ -194,6 +228,7 @@ Body draw_body(Draws& draws, std::size_t vertex_count, double unit) {
     body.group = 1U << draws.below(2);
     body.mask = 1U + static_cast<std::uint32_t>(draws.below(3));
   }
+  if (draws.below(3) == 0) body.world = static_cast<std::uint32_t>(draws.below(3)) * 7;
   if (draws.below(4) == 0) body.thickness = 0.02 * (1 + draws.below(5)) * unit;
   return body;
 }
@@ -451,10 +486,11 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
                             ? candidate_test(features, separation)
                             : elementary_test(features, elementary_options(options, thickness), counts);
                }),
-      options);
+      scene, made, options);
   if (max_step) {  // which tells of the first alone
     outcome.vf = outcome.ee = outcome.possible = 0;
     outcome.contacts.resize(std::min<std::size_t>(outcome.contacts.size(), 1));
+    for (double& toi : outcome.world_tois) toi = std::min(toi, 1.0);
   }
   if (options.fields.any()) describe(outcome, made, vertices);
   return outcome;
@@ -471,7 +507,8 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
   const std::vector<VertexMotion> vertices =
       motion_between(positions, at_end ? target_of(*this, *trial) : positions);
   if (near.tangled) {
-    Outcome outcome = answer_of(meeting_edges_and_faces(scene, made, vertices, options.instant), options);
+    Outcome outcome =
+        answer_of(meeting_edges_and_faces(scene, made, vertices, options.instant), scene, made, options);
     outcome.earliest_toi.reset();
     return outcome;
   }
@@ -482,7 +519,7 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
                            return proximity_test(features, options.instant,
                                                  elementary_options(options, thickness), counts);
                          }),
-                options);
+                scene, made, options);
   outcome.earliest_toi.reset();
   if (options.report == Report::kVertexDistances) {
     outcome.vertex_distances.assign(made.vertex_count(), near.distance);

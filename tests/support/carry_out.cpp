@@ -86,6 +86,10 @@ class Call {
     if (!result) return {std::move(result.error()), std::nullopt};
     StepResult answer;
     answer.overlaps_at_start = result.value().overlaps_at_start;
+    worlds_ = std::move(result.value().worlds);
+    world_fractions_ = std::move(result.value().world_fractions);
+    answer.worlds = worlds_;
+    answer.world_tois = world_fractions_;
     if (result.value().first) {
       answer.earliest_toi = result.value().fraction;
       first_ = *result.value().first;
@@ -106,6 +110,8 @@ class Call {
 
   const Operation& operation_;
   Contact first_{};
+  std::vector<std::uint32_t> worlds_;
+  std::vector<double> world_fractions_;
   Frame frame_;
   std::vector<BodyPositions> bodies_;
   BodyAddition addition_;
@@ -128,6 +134,8 @@ Outcome outcome_of(Call::Answer&& answer) {
     outcome.closest_pairs.assign(answer.step->closest_pairs.begin(), answer.step->closest_pairs.end());
     outcome.vertex_distances.assign(answer.step->vertex_distances.begin(),
                                     answer.step->vertex_distances.end());
+    outcome.worlds.assign(answer.step->worlds.begin(), answer.step->worlds.end());
+    outcome.world_tois.assign(answer.step->world_tois.begin(), answer.step->world_tois.end());
   }
   return outcome;
 }

@@ -115,6 +115,8 @@ std::string difference(const Outcome& was, const Outcome& expected) {
   if (std::string text = difference("contacts", was.contacts, expected.contacts); !text.empty()) return text;
   if (!std::ranges::equal(was.vertex_distances, expected.vertex_distances, same_bits))
     return "vertex_distances differ";
+  if (was.worlds != expected.worlds) return "other worlds";
+  if (!std::ranges::equal(was.world_tois, expected.world_tois, same_bits)) return "another toi of a world";
   if (was.closest_pairs != expected.closest_pairs) return "closest pairs differ";
   return difference("geometry", was.geometry, expected.geometry);
 }

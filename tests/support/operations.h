@@ -82,6 +82,8 @@ struct Outcome {
   std::vector<ContactGeometry> geometry;
   std::vector<ClosestPair> closest_pairs;
   std::vector<double> vertex_distances;
+  std::vector<std::uint32_t> worlds;
+  std::vector<double> world_tois;  // of a max_step, at most 1
 
   bool done() const { return kind == Kind::kDone; }
   bool refused(ErrorCode code) const { return kind == Kind::kRefused && error.code == code; }

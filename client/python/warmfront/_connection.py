@@ -29,6 +29,8 @@ _TOO_OLD_FOR = {
                                       "update it, or leave them out",
     session_pb2.FEATURE_THICKNESS: "thickness: the daemon is older than it is, and would miss contacts; update it, or leave "
                                    "it out",
+    session_pb2.FEATURE_WORLDS: "worlds: the daemon is older than they are, and would count contacts between them; update "
+                                "it, or give each world a session of its own",
     session_pb2.FEATURE_EDGES: "edges: the daemon is older than they are, and would miss contacts; update it, or leave them "
                                "out",
 }
@@ -42,6 +44,8 @@ def _features_in(header: session_pb2.SessionHeader) -> list[session_pb2.Feature]
     if header.vertex_thickness or any(body.thickness != 0 and body.kind != session_pb2.BODY_KIND_REMOVED
                                       for body in header.bodies):
         features.append(session_pb2.FEATURE_THICKNESS)
+    if any(body.world != 0 and body.kind != session_pb2.BODY_KIND_REMOVED for body in header.bodies):
+        features.append(session_pb2.FEATURE_WORLDS)
     if header.edge_count > 0:
         features.append(session_pb2.FEATURE_EDGES)
     return features
@@ -51,6 +55,8 @@ def _took(session: session_pb2.SessionInfo, feature: session_pb2.Feature) -> boo
     """Does the session have what only a daemon with the feature takes?"""
     if feature == session_pb2.FEATURE_EDGES:
         return True  # one that does not know them refuses their bytes
+    if feature == session_pb2.FEATURE_WORLDS:
+        return bool(session.world_count > 0)
     return bool(session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters"))
 
 
