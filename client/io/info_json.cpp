@@ -130,6 +130,9 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
   fields.count("group", kMost, group);
   fields.count("mask", kMost, mask);
   fields.number("thickness", body.thickness);
+  std::uint64_t world = body.world;
+  fields.count("world", kMost, world);
+  body.world = static_cast<std::uint32_t>(world);
   body.group = static_cast<std::uint32_t>(group);
   body.mask = static_cast<std::uint32_t>(mask);
   body.first_vertex = static_cast<std::uint32_t>(first);
@@ -278,6 +281,7 @@ std::string format_info_json(const SceneInfo& info) {
     if (body.group != plain.group) item["group"] = body.group;
     if (body.mask != plain.mask) item["mask"] = body.mask;
     if (body.thickness > 0) item["thickness"] = body.thickness;
+    if (body.world != plain.world) item["world"] = body.world;
     bodies.push_back(std::move(item));
   }
   Json root{{"name", info.name},

@@ -288,6 +288,7 @@ class Driver {
     body.self_collision = choice % 2 == 0;
     body.group = choice / 2 % 4;  // zero is refused
     body.mask = choice / 8 % 4;
+    body.world = choice / 32 % 3;
     constexpr double kThickness[]{0, 0, 0, 0, 0.1, 1, -1, std::numeric_limits<double>::infinity()};
     body.thickness = kThickness[choice / 32];  // the last two are refused
     return body;

@@ -20,6 +20,7 @@ from .answer import (
     AllDeformable, Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, StageTimes, Statistics, Status,
     StepCounts, VertexDistances,
 )
+from .batch import Batch, BatchContacts
 from .client import Client, connect
 from .errors import (
     Aborted, AbortedError, AlreadyExists, AlreadyExistsError, Cancelled, CancelledError, Code, DataLoss,
@@ -35,7 +36,7 @@ from .scene import Body, PairFilters
 from .session import Session
 
 __all__ = [
-    "Aborted", "AbortedError", "AllDeformable", "AlreadyExists", "AlreadyExistsError", "Body",
+    "Aborted", "AbortedError", "AllDeformable", "AlreadyExists", "AlreadyExistsError", "Batch", "BatchContacts", "Body",
     "Cancelled", "CancelledError", "Client", "Closest", "Code", "Committed", "connect", "Contact", "Contacts",
     "Continuity", "continuity",
     "DataLoss", "DataLossError", "DeadlineExceeded", "DeadlineExceededError", "FailedPrecondition",

@@ -18,7 +18,7 @@ from .v1 import step_pb2
 
 # Of v1.StreamStepsResponse and v1.StepAnswer.
 _ANSWER = 1
-_FRAME, _CONTACTS, _LAST, _SUMMARY, _DISTANCES = 1, 2, 3, 4, 5
+_FRAME, _CONTACTS, _LAST, _SUMMARY, _DISTANCES, _WORLDS, _WORLD_TOIS = 1, 2, 3, 4, 5, 6, 7
 # Of v1.ContactColumns: name, type, shape of a row.
 _COLUMNS: dict[int, tuple[str, str, tuple[int, ...]]] = {
     1: ("kind", "u1", ()),
@@ -50,6 +50,8 @@ class AnswerPart:
     last: bool = False
     summary: Any = None  # step_pb2.StepSummary
     distances: Optional[npt.NDArray[np.float64]] = None  # of vertices, and a view, too
+    worlds: Optional[npt.NDArray[np.uint32]] = None  # and these are
+    world_tois: Optional[npt.NDArray[np.float64]] = None
 
 
 def malformed(what: str) -> InternalError:
@@ -90,6 +92,14 @@ def _parse_answer(view: memoryview) -> AnswerPart:
             if len(value) % 8:
                 raise malformed(f"distances of {len(value)} bytes")
             part.distances = np.frombuffer(value, "<f8")
+        elif number == _WORLDS and isinstance(value, memoryview):
+            if len(value) % 4:
+                raise malformed(f"worlds of {len(value)} bytes")
+            part.worlds = np.frombuffer(value, "<u4")
+        elif number == _WORLD_TOIS and isinstance(value, memoryview):
+            if len(value) % 8:
+                raise malformed(f"times of worlds of {len(value)} bytes")
+            part.world_tois = np.frombuffer(value, "<f8")
     return part
 
 
@@ -142,16 +152,27 @@ def finish(parts: Sequence[AnswerPart], asked: Sequence[str], topology: Optional
     rows = len(joined["toi"]) if joined["toi"] is not None else 0
     if rows != last.summary.rows:
         raise malformed(f"{rows} of {last.summary.rows} contacts")
-    return Contacts(last.frame, summary=last.summary, topology=topology, **joined)  # type: ignore[arg-type]
+    worlds, world_tois = (_joined([getattr(part, name) for part in parts], dtype)
+                          for name, dtype in (("worlds", "<u4"), ("world_tois", "<f8")))
+    if not len(worlds) == len(world_tois) == last.summary.worlds:
+        raise malformed(f"{len(worlds)} worlds and {len(world_tois)} times of {last.summary.worlds}")
+    return Contacts(last.frame, summary=last.summary, topology=topology, worlds=worlds, world_tois=world_tois,
+                    **joined)  # type: ignore[arg-type]
+
+
+def _joined(chunks: Sequence[Optional[npt.NDArray[Any]]], dtype: str) -> npt.NDArray[Any]:
+    """A list that came in parts, read-only; a view where it came in one."""
+    filled = [chunk for chunk in chunks if chunk is not None]
+    joined = filled[0] if len(filled) == 1 else np.concatenate([np.empty(0, dtype), *filled])
+    joined.flags.writeable = False
+    return joined
 
 
 def vertex_distances_of(parts: Sequence[AnswerPart], contacts: Contacts) -> VertexDistances:
     """Of all parts of an answer by vertex, and what it says besides. Raises InternalError when some are missing."""
-    filled = [part.distances for part in parts if part.distances is not None]
-    distances = filled[0] if len(filled) == 1 else np.concatenate([np.empty(0, "<f8"), *filled])
+    distances = _joined([part.distances for part in parts], "<f8")
     if len(distances) != parts[-1].summary.distances:
         raise malformed(f"{len(distances)} of {parts[-1].summary.distances} distances")
-    distances.flags.writeable = False
     return VertexDistances(contacts.frame, distances, contacts.vf, contacts.ee, contacts.possible, contacts.statistics)
 
 
@@ -168,7 +189,8 @@ def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
         a, b, c, d = (int(vertex) for vertex in contacts.v[0])
         first = Contact(Kind(int(contacts.kind[0])), Status(int(contacts.status[0])), (a, b, c, d), float(contacts.toi[0]))
     fraction = 1.0 if contacts.earliest_toi is None else contacts.earliest_toi
-    return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics)
+    return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics, contacts.worlds,
+                   np.minimum(contacts.world_tois, 1.0))
 
 
 def up_to(trial: Contacts, fraction: float, frame: int) -> Committed:

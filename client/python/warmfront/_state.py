@@ -125,14 +125,28 @@ class SceneState:
             self._latest = frame.positions()
             self._poses = [None] * len(self.bodies)
             return
-        for b, rows in self._bodies_in(frame):
-            self._body_rows(b)[:] = rows
-            self._poses[b] = None
+        self._take_bodies(frame)
         for b, matrix in self._poses_in(frame):
             self._poses[b] = matrix
         vertices, rows = self._vertices_in(frame)
         if len(vertices) > 0:
             self._writable()[vertices] = rows
+
+    def _take_bodies(self, frame: SentFrame) -> None:
+        """Bodies whose vertices follow one another are copied as one: there may be tens of thousands."""
+        bodies = np.frombuffer(frame.bytes_of(_frame.BODIES), "<u4")
+        if len(bodies) == 0:
+            return
+        moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)
+        first = np.array([self.bodies[b].first_vertex for b in bodies.tolist()], np.int64)
+        count = np.array([self.bodies[b].vertex_count for b in bodies.tolist()], np.int64)
+        begins = np.concatenate([[0], 1 + np.flatnonzero(first[1:] != first[:-1] + count[:-1])])
+        at = np.concatenate([[0], np.cumsum(count)])
+        rows = self._writable()
+        for begin, end in zip(begins, [*begins[1:], len(bodies)]):
+            rows[first[begin]:first[end - 1] + count[end - 1]] = moved[at[begin]:at[end]]
+        for b in bodies.tolist():
+            self._poses[b] = None
 
     def take_part(self, frame: SentFrame, fraction: float) -> None:
         """The trial was committed up to `fraction`: everything is that part of the way to where it says (v1.Commit)."""
@@ -167,10 +181,10 @@ class SceneState:
             at += count
 
     def _poses_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
-        matrices = np.frombuffer(frame.bytes_of(_frame.POSES), self.dtype).reshape(-1, 3, 4)
-        named = [int(b) for b in np.frombuffer(frame.bytes_of(_frame.POSE_BODIES), "<u4")]
-        for b, matrix in zip(named or self._rigid(), matrices):
-            yield b, matrix.astype("<f8")
+        matrices = np.frombuffer(frame.bytes_of(_frame.POSES), self.dtype).reshape(-1, 3, 4).astype("<f8")
+        if len(matrices) > 0:
+            named: list[int] = np.frombuffer(frame.bytes_of(_frame.POSE_BODIES), "<u4").tolist()
+            yield from zip(named or self._rigid(), matrices)
 
     def _vertices_in(self, frame: SentFrame) -> tuple[npt.NDArray[np.uint32], npt.NDArray[Any]]:
         vertices = np.frombuffer(frame.bytes_of(_frame.VERTICES), "<u4")

@@ -166,12 +166,16 @@ class MaxStep:
     bound, so that it may be committed as it is, and touches). 1 where nothing does in the whole motion.
     first: of what comes first, the first in the order of contacts; None where nothing comes.
     overlaps_at_start: pairs that were not apart at the start, and were left out; 0 unless it was asked for.
+    In a scene with worlds, else empty: worlds (w) uint32, ascending, with 0 where a body is in none, and world_fractions (w)
+    float64, how far the motion may go in each alone.
     """
 
     fraction: float
     first: Optional[Contact]
     overlaps_at_start: int
     statistics: Statistics = field(repr=False)
+    worlds: npt.NDArray[np.uint32] = field(repr=False, compare=False, default_factory=lambda: np.empty(0, np.uint32))
+    world_fractions: npt.NDArray[np.float64] = field(repr=False, compare=False, default_factory=lambda: np.empty(0))
 
     def __float__(self) -> float:
         return self.fraction
@@ -223,6 +227,8 @@ class Contacts:
     possible: of both, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
     of `proximity()`, which has no motion.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
+    Of report "earliest" in a scene with worlds, whose rows are the earliest of each, else empty: worlds (w) uint32, ascending,
+    with 0 where a body is in none, and world_tois (w) float64, the least toi in each, infinity without a contact.
 
     The columns are read-only views into the received message, possibly unaligned: `numpy.require(x, requirements="A")`
     copies if needed. Only an answer of several messages (beyond the daemon's answer_chunk_bytes) is copied, once.
@@ -245,6 +251,8 @@ class Contacts:
         stencil: Optional[npt.NDArray[np.uint8]],
         summary: Any,
         topology: Optional[Topology] = None,
+        worlds: Optional[npt.NDArray[np.uint32]] = None,
+        world_tois: Optional[npt.NDArray[np.float64]] = None,
     ) -> None:
         """Internal: created by `Session`."""
         self.frame = frame
@@ -267,6 +275,8 @@ class Contacts:
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self.queue_ms: float = summary.queue_ms
+        self.worlds: npt.NDArray[np.uint32] = np.empty(0, "<u4") if worlds is None else worlds
+        self.world_tois: npt.NDArray[np.float64] = np.empty(0, "<f8") if world_tois is None else world_tois
         self._topology = topology
         self._statistics = summary.statistics
         self._all_deformable = summary.all_deformable if summary.HasField("all_deformable") else None

@@ -11,6 +11,7 @@ from ._connection import Connection
 from ._private_daemon import PrivateDaemon
 from ._resume import Link
 from ._state import SceneState
+from .batch import Batch, Copies
 from .errors import InvalidArgumentError
 from .info import ServerInfo, SessionInfo
 from .options import Options, Timeouts, Security
@@ -101,6 +102,32 @@ class Client:
         link = Link(self._connection, header, state)
         link.open()
         return Session(link)
+
+    def batch(
+        self,
+        count: int,
+        positions: Any,
+        faces: Any = None,
+        *,
+        edges: Any = None,
+        bodies: Sequence[Body] = (),
+        excluded_pairs: Sequence[tuple[int, int]] = (),
+        shared: Sequence[tuple[Body, Any, Any]] = (),
+        options: Options = Options(),
+        id: str = "",
+    ) -> Batch:
+        """`count` copies of one scene that know nothing of each other, such as the environments of a learner, as one session:
+        one frame, one answer, one upload. Each is in a world of its own (`Body.world`), 1 to count.
+
+        positions (n, 3), of every copy alike, or (count, n, 3); faces, edges, bodies and excluded_pairs as in `session()`, of
+        one copy; without bodies each copy is one, deformable. shared: bodies that are there for all copies, a ground say:
+        (`Body`, faces, positions) each, numbered from 0; they come first among the session's bodies and vertices.
+
+        Errors as of `session()`; UnimplementedError where the daemon is older than worlds.
+        """
+        copies = Copies(count, positions, faces, edges, bodies, shared)
+        return Batch(self.session(copies.positions(), copies.faces(), edges=copies.edges(), bodies=copies.all_bodies(),
+                                  excluded_pairs=copies.excluded(excluded_pairs), options=options, id=id), copies)
 
     def server_info(self) -> ServerInfo:
         """Information about one daemon: behind a proxy, the one that answers."""

@@ -90,8 +90,8 @@ class SessionInfo:
     """State of a session in the daemon.
 
     principal: the creator, for callers with the admin role; else empty. dtype: "float32" or "float64". options: the values
-    in force. lone_edge_count: edges of no face, which are among the edge_count. filters: pairs that do not count. most_thickness: no vertex is thicker; 0 where nothing is. steps: computed
-    since it was created there. memory_bytes: held in the daemon. attached: a stream is attached. idle: seconds since the
+    in force. lone_edge_count: edges of no face, which are among the edge_count. filters: pairs that do not count. most_thickness: no vertex is thicker; 0 where nothing is. world_count: different
+    worlds that bodies are in, 0 not counted. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream is attached. idle: seconds since the
     last request about it, 0 during a request.
     """
 
@@ -106,6 +106,7 @@ class SessionInfo:
     options: Options
     filters: FiltersInfo
     most_thickness: float
+    world_count: int
     last_frame: int
     steps: int
     memory_bytes: int
@@ -117,7 +118,7 @@ class SessionInfo:
     def read_from(message: Any, principal: str = "") -> SessionInfo:
         """Of a v1.SessionInfo."""
         same = ("vertex_count", "face_count", "edge_count", "lone_edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached",
-                "most_thickness")
+                "most_thickness", "world_count")
         filters = message.filters
         return SessionInfo(
             id=message.session_id,

@@ -29,6 +29,7 @@ class Body:
     thickness: scene length unit, 0 to 2^1020: that much is added to the separation of every pair that one of the body's
         vertices is in, as of the thickest of a face's or an edge's; of a pair within the body twice that much, once for each
         of the two. Tiers certified and exact.
+    world: below 2^32; bodies of two different worlds never meet, those of 0 meet all. See `Client.batch()`.
     """
 
     vertex_count: int
@@ -39,6 +40,7 @@ class Body:
     group: int = 1
     mask: int = 0xFFFFFFFF
     thickness: float = 0.0
+    world: int = 0
 
     def put_into(self, message: Any, index: int) -> None:
         """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have, of the body by its
@@ -46,7 +48,7 @@ class Body:
         body = f"body '{self.name}'" if self.name else f"body {index}"
         if self.kind not in _KINDS:
             raise InvalidArgumentError(f"{body}: kind '{self.kind}' is none of {', '.join(_KINDS)}")
-        for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask", "thickness"):
+        for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask", "thickness", "world"):
             try:
                 setattr(message, name, getattr(self, name) if name != "first_vertex" else self.first_vertex or 0)
             except (TypeError, ValueError):

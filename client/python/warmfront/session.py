@@ -12,7 +12,7 @@ import threading
 import time
 import uuid
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from types import TracebackType
@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from ._background import Background
 from ._exchange import Answer, Exchange
-from ._frame import Request, SentCommit
+from ._frame import Part, Request, SentCommit, SentFrame
 from ._question import Question, QuestionKind, Where, distance_of, fraction_of, question_of
 from ._resume import Link, TimeUp
 from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
@@ -46,10 +46,12 @@ class Motion:
     poses: Optional[Mapping[int, Any]] = None
     vertices: Any = None
     vertex_positions: Any = None
+    parts: Optional[Sequence[Part]] = None  # instead: what moved as it travels, checked by who made it
 
     @property
     def empty(self) -> bool:
-        return all(part is None for part in (self.positions, self.bodies, self.poses, self.vertices, self.vertex_positions))
+        return self.parts is None and all(part is None for part in (self.positions, self.bodies, self.poses, self.vertices,
+                                                                    self.vertex_positions))
 
 
 class Session:
@@ -104,6 +106,11 @@ class Session:
         with self._turn:
             state = self._link.state
             return state.placed().astype(state.dtype)
+
+    @property
+    def positions_dtype(self) -> np.dtype[Any]:
+        """float32 or float64: of all positions of the session."""
+        return self._link.state.dtype
 
     @property
     def edges(self) -> npt.NDArray[np.int32]:
@@ -463,7 +470,7 @@ class Session:
 
             def encode() -> session_pb2.SceneChange:
                 change = state.encode_addition(body, faces, positions, edges)
-                self._need_thickness(change.add.body)
+                self._need_features(change.add.body)
                 if change.add.edges:
                     self._need(session_pb2.FEATURE_EDGES)
                 return change
@@ -482,14 +489,16 @@ class Session:
 
             def encode() -> session_pb2.SceneChange:
                 change = state.encode_change(index, body)
-                self._need_thickness(change.change.body)
+                self._need_features(change.change.body)
                 return change
 
             self._change(encode, lambda: state.take_change(index, body))
 
-    def _need_thickness(self, body: session_pb2.Body) -> None:
+    def _need_features(self, body: session_pb2.Body) -> None:
         if body.thickness != 0:
             self._need(session_pb2.FEATURE_THICKNESS)
+        if body.world != 0:
+            self._need(session_pb2.FEATURE_WORLDS)
 
     def _need(self, feature: session_pb2.Feature) -> None:
         """UnimplementedError where the daemon lacks the feature. One that is lost the change finds out, too."""
@@ -568,6 +577,8 @@ class Session:
         if motion is None:
             self._exchange.check_trial("commit")
             request = SentCommit(number, fraction)
+        elif motion.parts is not None:
+            request = SentFrame(number, None, motion.parts, link.chunk_bytes, question)
         else:
             try:
                 request = link.state.encode(number, motion.positions, motion.bodies or {}, motion.poses or {}, motion.vertices,
@@ -575,6 +586,7 @@ class Session:
             except WarmfrontError as error:
                 link.may_commit = False  # as after any question that fails
                 raise type(error)(f"frame {number}: {error.message}") from None
+        if motion is not None:
             if question.content and link.known is None:
                 raise UnimplementedError(f"{question.kind}: the daemon is older than trials and options of one question; use "
                                          "one that is as new as this client")

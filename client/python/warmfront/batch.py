@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many copies of one scene that know nothing of each other, as one session: the environments of a learner."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from types import TracebackType
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _frame
+from ._frame import Part
+from ._question import question_of
+from ._state import raw
+from ._stencils import RowsByVertex
+from .answer import Committed, Contacts, MaxStep
+from .errors import InvalidArgumentError
+from .scene import Body, edges_of, faces_of, indices_of, numbers_of, positions_of
+from .session import Motion, Session
+
+Shared = Sequence[tuple[Body, Any, Any]]
+
+
+class Copies:
+    """How a batch lays out its scene: the shared bodies first, then the copies, one after the other. Immutable."""
+
+    def __init__(self, count: int, positions: Any, faces: Any, edges: Any, bodies: Sequence[Body], shared: Shared) -> None:
+        if not isinstance(count, (int, np.integer)) or count < 1:
+            raise InvalidArgumentError(f"count: {count!r}; give how many copies, 1 or more")
+        self.count = int(count)
+        rows = numbers_of(positions, None)
+        if rows.ndim not in (2, 3) or rows.shape[-1] != 3 or (rows.ndim == 3 and len(rows) != self.count):
+            raise InvalidArgumentError(f"positions: shape {rows.shape}; give (n, 3) for all copies, or ({self.count}, n, 3)")
+        self.vertices = rows.shape[-2]
+        self.bodies = list(bodies) or [Body(self.vertices)]
+        if any(body.world != 0 for body in self.bodies):
+            raise InvalidArgumentError("bodies: world is each copy's own, 1 and up; leave it out")
+        if sum(body.vertex_count for body in self.bodies) != self.vertices:
+            raise InvalidArgumentError(f"bodies: cover {sum(body.vertex_count for body in self.bodies)} of {self.vertices} vertices")
+        self.shared_rows = [positions_of(p, body.vertex_count, rows.dtype, f"shared[{k}].positions")
+                            for k, (body, _, p) in enumerate(shared)]
+        self.shared_bodies = [replace(body, first_vertex=None) for body, _, _ in shared]
+        if any(body.world != 0 for body in self.shared_bodies):
+            raise InvalidArgumentError("shared: a body that is in all copies has no world; leave it out")
+        self.first_vertex = sum(len(rows) for rows in self.shared_rows)
+        self.first_body = len(self.shared_bodies)
+        self._faces, self._edges = faces_of(faces), edges_of(edges)
+        self._shared_faces = [faces_of(f, f"shared[{k}].faces") for k, (_, f, _) in enumerate(shared)]
+        self._rows = rows
+
+    def positions(self) -> npt.NDArray[Any]:
+        """(shared and copied vertices, 3), at the start."""
+        copies = np.broadcast_to(self._rows, (self.count, self.vertices, 3)).reshape(-1, 3)
+        return np.concatenate([*self.shared_rows, copies]) if self.shared_rows else copies
+
+    def faces(self) -> npt.NDArray[np.int32]:
+        firsts = np.cumsum([0, *(len(rows) for rows in self.shared_rows)])
+        shared = [faces + np.int32(first) for faces, first in zip(self._shared_faces, firsts)]
+        return np.concatenate([*shared, self._copied(self._faces)])
+
+    def edges(self) -> npt.NDArray[np.int32]:
+        return self._copied(self._edges)
+
+    def all_bodies(self) -> list[Body]:
+        """With a world for each copy."""
+        copies = [replace(body, first_vertex=None, world=world + 1) for world in range(self.count) for body in self.bodies]
+        return [*self.shared_bodies, *copies]
+
+    def excluded(self, pairs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+        """Pairs of one copy's bodies, of all."""
+        starts = range(self.first_body, self.first_body + self.count * len(self.bodies), len(self.bodies))
+        return [(start + a, start + b) for start in starts for a, b in pairs]
+
+    def _copied(self, elements: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+        """Of the template's vertices, once for each copy."""
+        firsts = self.first_vertex + self.vertices * np.arange(self.count, dtype=np.int64)
+        if self.first_vertex + self.vertices * self.count >= 1 << 31:
+            raise InvalidArgumentError(f"count: {self.count} copies of {self.vertices} vertices are 2^31 or more")
+        return (elements[None].astype(np.int64) + firsts[:, None, None]).reshape(-1, elements.shape[1]).astype(np.int32)
+
+    @cached_property
+    def is_static(self) -> npt.NDArray[np.bool_]:
+        """(n): the template's vertices that do not move."""
+        return np.repeat([body.kind == "static" for body in self.bodies], [body.vertex_count for body in self.bodies])
+
+    @cached_property
+    def is_deformable(self) -> npt.NDArray[np.bool_]:
+        """(n): those of deformable bodies."""
+        return np.repeat([body.kind == "deformable" for body in self.bodies], [body.vertex_count for body in self.bodies])
+
+    def bodies_in(self, worlds: npt.NDArray[np.int64], kinds: Sequence[str]) -> npt.NDArray[np.uint32]:
+        """The numbers of these copies' bodies of these kinds."""
+        of_one = np.flatnonzero([body.kind in kinds for body in self.bodies])
+        return (self.first_body + worlds[:, None] * len(self.bodies) + of_one).reshape(-1).astype("<u4")
+
+
+class BatchContacts:
+    """An answer of a batch: `contacts`, and which copy each row is of. Computed on first use.
+
+    contacts: `Contacts` of the whole session. world (k) int64: the copy, 0 to n - 1; -1 where both are shared. v (k, 4)
+    int64: the copy's own vertices, 0 to vertices - 1; of a shared body -1 - its vertex among all that are shared.
+    counts (n) int64: rows of each copy. tois (n) float64: the least toi of each, infinity without a contact; None of report
+    "count". `rows(world)` are the rows of one copy.
+    """
+
+    def __init__(self, contacts: Contacts, copies: Copies) -> None:
+        """Internal: created by `Batch`."""
+        self.contacts = contacts
+        self._copies = copies
+
+    def __len__(self) -> int:
+        return len(self.contacts)
+
+    def __bool__(self) -> bool:
+        return bool(self.contacts)
+
+    @cached_property
+    def _from_first(self) -> npt.NDArray[np.int64]:
+        return self.contacts.v.astype(np.int64) - self._copies.first_vertex
+
+    @cached_property
+    def world(self) -> npt.NDArray[np.int64]:
+        """(k): see `BatchContacts`."""
+        first, second = self._from_first[:, 0], self._from_first[:, 2]
+        worlds: npt.NDArray[np.int64] = np.maximum(first, second) // self._copies.vertices
+        return np.maximum(worlds, -1)
+
+    @cached_property
+    def v(self) -> npt.NDArray[np.int64]:
+        """(k, 4): see `BatchContacts`."""
+        rows = self._from_first
+        shared = -1 - (rows + self._copies.first_vertex)
+        result: npt.NDArray[np.int64] = np.where(rows < 0, shared, rows % self._copies.vertices)
+        return result
+
+    @cached_property
+    def counts(self) -> npt.NDArray[np.int64]:
+        """(n): see `BatchContacts`."""
+        return np.bincount(self.world[self.world >= 0], minlength=self._copies.count)
+
+    @cached_property
+    def tois(self) -> Optional[npt.NDArray[np.float64]]:
+        """(n): see `BatchContacts`."""
+        if len(self.contacts) == 0 and self.contacts:
+            return None  # counted
+        tois = np.full(self._copies.count, np.inf)
+        within = self.world >= 0
+        np.minimum.at(tois, self.world[within], self.contacts.toi[within])
+        return tois
+
+    @cached_property
+    def _by_world(self) -> RowsByVertex:
+        order = np.argsort(self.world, kind="stable")
+        order = order[np.count_nonzero(self.world < 0):]
+        begin = np.concatenate([[0], np.cumsum(self.counts)])
+        return RowsByVertex(begin, order)
+
+    def rows(self, world: int) -> npt.NDArray[np.int64]:
+        """Of one copy, ascending."""
+        if not 0 <= world < self._copies.count:
+            raise InvalidArgumentError(f"world: {world!r} is not in [0, {self._copies.count})")
+        grouped = self._by_world
+        return grouped.rows[grouped.begin[world]:grouped.begin[world + 1]]
+
+
+class Batch:
+    """Created by `Client.batch()`: n copies of one scene, each in a world of its own, as one session, one frame, one answer.
+
+    Positions are (n, vertices, 3), as the template numbers its vertices; with worlds=[...], (k), of these copies alone, and
+    all others stay. Rigid bodies may be given by poses= (n, rigid bodies, 3, 4) instead; positions= then are of the deformable
+    bodies' vertices alone. What does not move may be left out of neither: rows of static bodies have to be as they are.
+    `session` is the session beneath, for everything else: shared bodies that move, changes of bodies, futures. It and the
+    batch may be used in turn.
+    """
+
+    def __init__(self, session: Session, copies: Copies) -> None:
+        """Internal: use `Client.batch()`."""
+        self.session = session
+        self._copies = copies
+
+    @property
+    def count(self) -> int:
+        """n, the copies."""
+        return self._copies.count
+
+    @property
+    def positions(self) -> npt.NDArray[Any]:
+        """(n, vertices, 3): where everything is. A copy."""
+        return self.session.positions[self._copies.first_vertex:].reshape(self.count, self._copies.vertices, 3)
+
+    def step(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None,
+             **options: Any) -> BatchContacts:
+        """`Session.step()` of all copies, or of some. options: those of one question, as there."""
+        return self._contacts(self._ask("step", positions, poses, worlds, timeout, options))
+
+    def trial(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None,
+              **options: Any) -> BatchContacts:
+        """`Session.trial()` of all copies, or of some."""
+        return self._contacts(self._ask("trial", positions, poses, worlds, timeout, options))
+
+    def max_step(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None,
+                 **options: Any) -> npt.NDArray[np.float64]:
+        """(n): how far each copy may go, `Session.max_step()` of it alone: as far as nothing of it touches. What two shared
+        bodies do to each other is no copy's. A trial, of which `session.commit()` takes a part for all copies."""
+        answer = self._ask("max_step", positions, poses, worlds, timeout, options)
+        assert isinstance(answer, MaxStep)
+        fractions = np.ones(self.count)
+        own = answer.worlds > 0
+        fractions[answer.worlds[own].astype(np.int64) - 1] = answer.world_fractions[own]
+        return fractions
+
+    def place(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None) -> None:
+        """`Session.place()` of all copies, or of some: resets."""
+        self._ask("place", positions, poses, worlds, timeout, {})
+
+    def commit(self, fraction: float = 1.0) -> Committed:
+        """`Session.commit()`, of all copies."""
+        return self.session.commit(fraction)
+
+    def proximity(self, distance: float, **arguments: Any) -> BatchContacts:
+        """`Session.proximity()`."""
+        return self._contacts(self.session.proximity(distance, **arguments))
+
+    def vertex_distances(self, distance: float, **arguments: Any) -> npt.NDArray[np.float64]:
+        """(n, vertices): `Session.vertex_distances()`, of the copies' vertices; a view of the answer, read-only."""
+        distances = self.session.vertex_distances(distance, **arguments).distances
+        return distances[self._copies.first_vertex:].reshape(self.count, self._copies.vertices)
+
+    def close(self) -> None:
+        """`Session.close()`."""
+        self.session.close()
+
+    def __enter__(self) -> Batch:
+        return self
+
+    def __exit__(self, kind: Optional[type[BaseException]], error: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        self.session.__exit__(kind, error, trace)
+
+    def _contacts(self, answer: Any) -> BatchContacts:
+        assert isinstance(answer, Contacts)
+        return BatchContacts(answer, self._copies)
+
+    def _ask(self, kind: Any, positions: Any, poses: Any, worlds: Any, timeout: Optional[float], options: Any) -> Any:
+        question = question_of(kind, **options)
+        return self.session._ask(self._motion(positions, poses, worlds), question, timeout)
+
+    def _motion(self, positions: Any, poses: Any, worlds: Any) -> Motion:
+        copies = self._copies
+        if positions is None and poses is None:
+            raise InvalidArgumentError("positions: give where the copies go, or poses")
+        chosen = np.arange(self.count) if worlds is None else self._worlds(worlds)
+        dtype = self.session.positions_dtype
+        if positions is not None and poses is None and worlds is None and copies.first_vertex == 0:
+            return Motion(self._rows(positions, self.count, copies.vertices, dtype))  # the daemon looks at what is static
+        parts: list[Part] = []
+        if positions is not None:
+            moving = copies.is_deformable if poses is not None else ~copies.is_static
+            vertices = int(moving.sum()) if poses is not None else copies.vertices
+            rows = self._rows(positions, len(chosen), vertices, dtype)
+            if poses is None and copies.is_static.any():
+                rows = self._without_static(rows, chosen)
+            kinds = ("deformable",) if poses is not None else ("deformable", "rigid")
+            parts += [(_frame.BODIES, copies.bodies_in(chosen, kinds).tobytes()), (_frame.BODY_POSITIONS, raw(rows))]
+        if poses is not None:
+            rigid = sum(body.kind == "rigid" for body in copies.bodies)
+            matrices = numbers_of(poses, None, "poses")
+            if matrices.shape != (len(chosen), rigid, 3, 4):
+                raise InvalidArgumentError(f"poses: shape {matrices.shape}; give ({len(chosen)}, {rigid}, 3, 4), [R t] of each copy's "
+                                           "rigid bodies")
+            parts += [(_frame.POSE_BODIES, copies.bodies_in(chosen, ("rigid",)).tobytes()),
+                      (_frame.POSES, np.ascontiguousarray(matrices, dtype).tobytes())]
+        return Motion(parts=parts)
+
+    def _worlds(self, worlds: Any) -> npt.NDArray[np.int64]:
+        chosen = indices_of(worlds, "worlds").astype(np.int64)
+        if len(chosen) > 0 and chosen.max() >= self.count:
+            raise InvalidArgumentError(f"worlds: copy {chosen.max()} is not in [0, {self.count})")
+        if len(np.unique(chosen)) != len(chosen):
+            raise InvalidArgumentError("worlds: names a copy twice")
+        return chosen
+
+    @staticmethod
+    def _rows(positions: Any, count: int, vertices: int, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+        """(count * vertices, 3), of the caller's memory where that can be."""
+        array = numbers_of(positions, dtype)
+        if array.shape != (count, vertices, 3):
+            raise InvalidArgumentError(f"positions: shape {array.shape}; give ({count}, {vertices}, 3)")
+        return positions_of(array.reshape(-1, 3), None, dtype)
+
+    def _without_static(self, rows: npt.NDArray[Any], chosen: npt.NDArray[np.int64]) -> npt.NDArray[Any]:
+        static = self._copies.is_static
+        given = rows.reshape(len(chosen), -1, 3)
+        if not np.array_equal(given[:, static], self.positions[chosen][:, static]):
+            raise InvalidArgumentError("positions: rows of static bodies are not where these are; they do not move")
+        return np.ascontiguousarray(given[:, ~static]).reshape(-1, 3)

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Worlds, and batches of copies: what each meets alone, in one session, whatever becomes of the daemon."""
+import numpy as np
+import pytest
+from fake_daemon import FakeDaemon
+from support import bits, triangle_through_triangle
+
+import warmfront
+from warmfront import Body, InvalidArgumentError, UnimplementedError
+
+BEFORE, AFTER, FACES = triangle_through_triangle()
+PAIR = [Body(3), Body(3)]
+GROUND = (Body(4, "static", name="ground"), [[0, 1, 2], [0, 2, 3]],
+          [[-9, -9, -3], [9, -9, -3], [9, 9, -3], [-9, 9, -3.0]])
+
+
+def at_fractions(fractions):
+    """(n, 6, 3): of each copy that part of the way; beyond 1 it goes on."""
+    return BEFORE + np.reshape(fractions, (-1, 1, 1)) * (AFTER - BEFORE)
+
+
+def test_bodies_of_two_worlds_never_meet(client):
+    for worlds, met in (((0, 0), True), ((1, 0), True), ((7, 7), True), ((1, 2), False), ((2 ** 32 - 1, 1), False)):
+        bodies = [Body(3, world=worlds[0]), Body(3, world=worlds[1])]
+        with client.session(BEFORE, FACES, bodies=bodies) as session:
+            assert bool(session.step(AFTER)) == met
+            assert session.info().world_count == len({world for world in worlds if world})
+            session.change_body(0, Body(3, world=worlds[1]))
+            assert session.step(BEFORE), "now they are in one"
+    with pytest.raises(InvalidArgumentError, match="world 4294967296 is not"):
+        client.session(BEFORE, FACES, bodies=[Body(3, world=2 ** 32), Body(3)])
+
+
+def test_the_earliest_of_each_world_is_told(client):
+    positions = np.concatenate([BEFORE, BEFORE, BEFORE])
+    target = np.concatenate(at_fractions([1, 0.25, 4]))
+    bodies = [Body(3, world=world) for world in (5, 5, 9, 9, 7, 7)]
+    faces = np.concatenate([FACES + 6 * k for k in range(3)])
+    with client.session(positions, faces, bodies=bodies) as session:
+        told = session.trial(target, report="earliest")
+        assert told.worlds.tolist() == [5, 7, 9] and told.world_tois.tolist() == [0.5, 0.125, np.inf]
+        assert told.earliest_toi == 0.125 and set(told.toi) == {0.5, 0.125} and not told.worlds.flags.writeable
+        limit = session.max_step(target)
+        assert limit.fraction == 0.125 and limit.worlds.tolist() == [5, 7, 9]
+        assert limit.world_fractions.tolist() == [0.5, 0.125, 1]
+        assert len(session.trial(target).worlds) == 0, "of report earliest alone"
+    with client.session(BEFORE, FACES, bodies=PAIR) as session:
+        assert len(session.step(AFTER, report="earliest").worlds) == 0 and len(session.max_step(BEFORE).worlds) == 0
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("shared", [(), (GROUND,)])
+def test_a_batch_answers_as_each_copy_alone(client, shared, dtype):
+    fractions = np.array([1, 0.25, 0.75, 4, 0])
+    target = at_fractions(fractions).astype(dtype)
+    start = BEFORE.astype(dtype)
+    with client.batch(5, start, FACES, bodies=PAIR, shared=shared) as batch:
+        assert batch.count == 5 and batch.positions.shape == (5, 6, 3) and (batch.positions == start).all()
+        limits = batch.max_step(target)
+        told = batch.trial(target)
+        near = batch.proximity(1.5)
+        room = batch.vertex_distances(0.75)
+        for world in range(5):
+            first = 4 * len(shared)
+            ground = np.reshape([p for _, _, p in shared], (-1, 3)).astype(dtype)
+            faces = np.concatenate([np.reshape([f for _, f, _ in shared], (-1, 3)).astype(int), FACES + first])
+            with client.session(np.concatenate([ground, start]), faces, bodies=[*(b for b, _, _ in shared), *PAIR]) as alone:
+                whole = alone.trial(bodies={len(shared): target[world, :3], len(shared) + 1: target[world, 3:]})
+                rows = told.rows(world)
+                assert np.array_equal(told.contacts.toi[rows], whole.toi)
+                own = np.where(whole.v < first, -1 - whole.v.astype(int), whole.v.astype(int) - first)
+                assert np.array_equal(told.v[rows], own) and told.counts[world] == len(whole)
+                assert told.tois[world] == (whole.earliest_toi if whole else np.inf)
+                assert limits[world] == (whole.earliest_toi if whole else 1)
+                assert np.array_equal(near.contacts.v[near.rows(world)] * 0, alone.proximity(1.5).v * 0)
+                assert np.array_equal(room[world], alone.vertex_distances(0.75).distances[first:])
+        assert told.world.tolist() == sorted(told.world.tolist()) or shared
+        assert batch.step(target).counts.tolist() == told.counts.tolist()
+        assert (batch.positions == target).all()
+        assert batch.step(target, report="count").tois is None
+        # Some copies are reset, and go again; the others stay.
+        batch.place(np.stack([start, start]), worlds=[3, 0])
+        expected = target.copy()
+        expected[[3, 0]] = start
+        assert (batch.positions == expected).all()
+        again = batch.step(target[[0, 3]], worlds=[0, 3])
+        assert again.counts.tolist() == [told.counts[0], 0, 0, told.counts[3], 0]
+        assert (batch.positions == target).all()
+        batch.trial(np.broadcast_to(start, (5, 6, 3)))
+        batch.commit(0.5)
+        assert np.allclose(batch.positions, at_fractions(fractions / 2), atol=1e-6)
+
+
+def test_rigid_bodies_of_a_batch_go_by_poses(client):
+    down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
+    stay = np.eye(3, 4)
+    with client.batch(3, BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as batch:
+        told = batch.trial(poses=np.stack([down, stay, down])[:, None])
+        assert (told.counts > 0).tolist() == [True, False, True] and told.tois[0] == 0.5
+        moved = np.broadcast_to(BEFORE[:3] - [0, 0, 5], (3, 3, 3))
+        both = batch.step(moved, poses=np.stack([down, stay, down])[:, None])
+        assert not both and (batch.positions[:, :3] == moved).all() and (batch.positions[[0, 2], 3:] == AFTER[3:]).all()
+        told = batch.step(BEFORE[None, :3] + [0, 0, 2], poses=stay[None, None], worlds=[2])
+        assert (told.counts > 0).tolist() == [False, False, True], "both come back, one through the other"
+        with pytest.raises(InvalidArgumentError, match=r"poses: shape \(3, 3, 4\); give \(3, 1, 3, 4\)"):
+            batch.step(poses=np.stack([down] * 3))
+
+
+def test_it_comes_again_with_the_session(daemon, client):
+    def play(disturb):
+        answers = []
+        with client.batch(4, BEFORE, FACES, bodies=PAIR, shared=[GROUND]) as batch:
+            answers.append(batch.step(at_fractions([1, 0.25, 0.75, 4])))
+            disturb()
+            batch.place(np.stack([BEFORE]), worlds=[1])
+            disturb()
+            answers.append(batch.step(at_fractions([0, 1, 0, 0])))
+            return [bits(answer.contacts) for answer in answers], [answer.counts.tolist() for answer in answers], batch.session.resumes
+
+    undisturbed, counts, none = play(lambda: None)
+    again, counted, resumes = play(daemon.restart)
+    assert again == undisturbed and counts == counted and (none, resumes) == (0, 2)
+    assert all(count > 0 for count in counts[1])
+
+
+@pytest.mark.parametrize("message, arguments", [
+    (r"count: 0; give how many", {"count": 0}),
+    (r"count: 1.5; give how many", {"count": 1.5}),
+    (r"positions: shape \(3, 6, 3\); give \(n, 3\) for all copies, or \(2, n, 3\)", {"positions": np.stack([BEFORE] * 3)}),
+    (r"bodies: world is each copy's own", {"bodies": [Body(6, world=1)]}),
+    (r"bodies: cover 3 of 6 vertices", {"bodies": [Body(3)]}),
+    (r"shared: a body that is in all copies", {"shared": [(Body(4, world=1), *GROUND[1:])]}),
+    (r"shared\[0\].positions: shape", {"shared": [(Body(5), *GROUND[1:])]}),
+    (r"copies of 6 vertices are 2\^31", {"count": 1 << 30}),
+])
+def test_what_is_no_batch_is_refused(client, message, arguments):
+    with pytest.raises(InvalidArgumentError, match=message):
+        client.batch(**{"count": 2, "positions": BEFORE, "faces": FACES, **arguments})
+    assert client.list_sessions() == []
+
+
+def test_what_does_not_fit_a_batch_is_refused(client):
+    with client.batch(2, BEFORE, FACES, bodies=[Body(3, "static"), Body(3)]) as batch:
+        for message, arguments in (
+                (r"positions: shape \(6, 3\); give \(2, 6, 3\)", {"positions": BEFORE}),
+                (r"worlds: copy 2 is not in \[0, 2\)", {"positions": BEFORE[None], "worlds": [2]}),
+                (r"worlds: names a copy twice", {"positions": np.stack([BEFORE] * 2), "worlds": [1, 1]}),
+                (r"positions: give where the copies go", {}),
+                (r"rows of static bodies are not where", {"positions": BEFORE[None] + 1, "worlds": [1]}),
+                (r"poses: shape", {"poses": np.eye(3, 4)})):
+            with pytest.raises(InvalidArgumentError, match=message):
+                batch.step(**arguments)
+        with pytest.raises(InvalidArgumentError, match="world: 2 is not in"):
+            batch.step(np.stack([AFTER] * 2)).rows(2)
+        assert batch.session.last_frame == 1
+
+
+def test_a_daemon_that_is_older_than_worlds_is_not_asked(tmp_path):
+    fake = FakeDaemon(tmp_path)
+    try:
+        with warmfront.connect(fake.address) as client:
+            with pytest.raises(UnimplementedError, match="worlds: the daemon is older"):
+                client.batch(2, BEFORE, FACES)
+            assert fake.received == [] and not fake.copies
+            with client.session(BEFORE[:3], FACES[:1], bodies=[Body(3)]) as session:
+                with pytest.raises(UnimplementedError, match="worlds: the daemon is older"):
+                    session.change_body(0, Body(3, world=1))
+                with pytest.raises(UnimplementedError, match="worlds: the daemon is older"):
+                    session.add_body(Body(3, world=1), FACES[:1], BEFORE[:3])
+    finally:
+        fake.stop()
