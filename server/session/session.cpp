@@ -624,6 +624,7 @@ Outcome<std::shared_ptr<const Answer>> Session::take_trial(const Request& reques
   answer->frame = request.frame;
   answer->vf = result.value().vf.value_or(0);
   answer->ee = result.value().ee.value_or(0);
+  answer->vh = result.value().vh.value_or(0);
   answer->possible = result.value().possible.value_or(0);
   answer->commit_counted = result.value().vf.has_value();
   answer->earliest_toi = result.value().earliest_toi;
