@@ -15,6 +15,9 @@ const kinds = {
 };
 const marks = ["dot", "diamond", "triangle", "square"];  // by the number that the shader has
 
+// Half-spaces are named where there are any.
+const pairKinds = scene.bodies.some(body => body.half_space) ? ["vf", "ee", "vh"] : ["vf", "ee"];
+
 const plural = (count, word) => `${number(count)} ${word}${count === 1 ? "" : "s"}`;
 const milliseconds = i => `<br>${number(scene.ms.total[i])} ms`;
 const pairsOf = i => `${number(scene.vf[i])} vertex-face, ${number(scene.ee[i])} edge-edge` +
@@ -30,7 +33,7 @@ const distanceRamp = () => (scene.thick
 // By what was asked: `things` and one `thing`; `how`, of the subtitle; `tip`, of a step, after its number.
 const asked = {
   steps: () => ({
-    thing: "contact", things: "contacts", kinds: ["vf", "ee", "vh"], counts: scene,
+    thing: "contact", things: "contacts", kinds: pairKinds, counts: scene,
     coloured: "contacts coloured by their time of impact",
     ramp: { name: "time of impact in the step", ends: ["0", "0.5", "1"] },
     stages: ["refit", "front", "elementary", "adjacent"],
@@ -45,7 +48,7 @@ const asked = {
     },
   }),
   near: () => ({
-    thing: "pair", things: "pairs", kinds: ["vf", "ee", "vh"], counts: scene,
+    thing: "pair", things: "pairs", kinds: pairKinds, counts: scene,
     coloured: "near pairs coloured by their distance", ramp: distanceRamp(), stages: ["total"],
     how: `pairs ${withinDistance()}`,
     tip: i => pairsOf(i) + least(i) + milliseconds(i),

@@ -152,7 +152,8 @@ def vertex_distances_of(parts: Sequence[AnswerPart], contacts: Contacts) -> Vert
     if len(distances) != parts[-1].summary.distances:
         raise malformed(f"{len(distances)} of {parts[-1].summary.distances} distances")
     distances.flags.writeable = False
-    return VertexDistances(contacts.frame, distances, contacts.vf, contacts.ee, contacts.possible, contacts.statistics)
+    return VertexDistances(contacts.frame, distances, contacts.vf, contacts.ee, contacts.possible, contacts.statistics,
+                           contacts.vh)
 
 
 def intersections_of(contacts: Contacts, summary: Any) -> Intersections:

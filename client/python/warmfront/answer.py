@@ -141,7 +141,7 @@ class Intersections:
 class VertexDistances:
     """How far each vertex is from anything; `numpy.asarray()` of it, and its `distances`, are (n) float64, read-only.
 
-    frame: number of the next one. distances: by vertex, in the scene's length unit; see `Session.vertex_distances()`. vf, ee,
+    frame: number of the next one. distances: by vertex, in the scene's length unit; see `Session.vertex_distances()`. vf, ee, vh,
     possible: as of `Contacts`, how many pairs are within the distance that was asked about.
     """
 
@@ -151,6 +151,7 @@ class VertexDistances:
     ee: int
     possible: int
     statistics: Statistics
+    vh: int = 0
 
     def __len__(self) -> int:
         return len(self.distances)
