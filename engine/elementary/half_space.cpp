@@ -161,8 +161,7 @@ Verdict until(const Verdict& verdict, double latest) {
 
 Verdict exactly(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation,
                 ElementaryCounts& counts) {
-  ++counts.exact_tests;
-  return exact_half_space_test(vertex, half_space, separation);
+  return exact_half_space_test(vertex, half_space, separation, counts.exact_tests);
 }
 
 }  // namespace
@@ -252,7 +251,7 @@ HalfSpaceFilter::HalfSpaceFilter(const HalfSpaceMotion& half_space, double separ
   const double n = std::max(largest(of_.normal[0]), largest(of_.normal[1]));
   const auto length_above = [](const Vector& v) {  // of any size
     const double most = largest(v);
-    return most > 0 ? most * length({v[0] / most, v[1] / most, v[2] / most}) * (1 + 0x1p-49) : 0;
+    return most > 0 ? most * length({v[0] / most, v[1] / most, v[2] / most}) * (1 + 0x1p-49) + 0x1p-1073 : 0;
   };
   const double longest = std::max(length_above(of_.normal[0]), length_above(of_.normal[1]));
   beyond_ = separation == 0 ? 0 : separation * longest;

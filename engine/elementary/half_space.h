@@ -76,13 +76,13 @@ class HalfSpaceFilter {
     }
     const std::array<double, 3> d0 = from_point(vertex.t0, 0);
     const std::array<double, 3> d1 = from_point(vertex.t1, 1);
-    double least = std::min(along(0, d0), along(1, d1));
-    if (turns_) least = std::min(least, 0.5 * (along(0, d1) + along(1, d0)));
-    return is_more(least, beyond_ + (of_size_ * std::max(size_of(d0), size_of(d1)) + margin_));
+    const double least = beyond_ + (of_size_ * std::max(size_of(d0), size_of(d1)) + margin_);
+    return is_more(along(0, d0), least) && is_more(along(1, d1), least) &&
+           (!turns_ || is_more(0.5 * (along(0, d1) + along(1, d0)), least));
   }
 
  private:
-  // Of numbers within double's range alone.
+  // Of numbers within double's range alone: a sum may have left it and come back.
   static bool is_more(double height, double least) {
     return height > least && height < std::numeric_limits<double>::max();
   }
