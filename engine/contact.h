@@ -11,8 +11,8 @@ namespace warmfront {
 /// Vertex-face: `a` is a vertex, `b` a face. Edge-edge: `a` < `b` are edges. Edge-face (intersections alone):
 /// `a` is an edge, `b` a face. Where something counts as in contact without touching, also what no face and
 /// no edge speaks for: vertex-edge, `a` is an isolated vertex, `b` a lone edge; and vertex-vertex, `a` < `b`
-/// are isolated vertices. Vertex-half-space: `a` is a vertex, any of a body with a mesh, `b` the body that is a
-/// half-space.
+/// are isolated vertices. Vertex-half-space: `a` is a vertex, any of a body with a mesh, `b` the body that is
+/// a half-space.
 enum class ContactKind : std::uint8_t {
   kVertexFace = 0,
   kEdgeEdge = 1,
@@ -119,8 +119,8 @@ struct ContactGeometry {
   /// separation it differs from the direction between the closest points if one of these lies on the face's
   /// rim or at an edge's end: see `direction`. Of a half-space always the direction out of it.
   std::array<double, 3> normal{};
-  /// The closest point of the vertex or first edge, then of the face or second edge, in the scene's unit. Of a
-  /// half-space the foot of the vertex on its plane; the vertex itself where that is inside.
+  /// The closest point of the vertex or first edge, then of the face or second edge, in the scene's unit. Of
+  /// a half-space the foot of the vertex on its plane; the vertex itself where that is inside.
   std::array<double, 6> points{};
   /// Unit vector from the closest point of the face or second edge to that of the vertex or first edge; zero
   /// where they touch.

@@ -56,10 +56,10 @@ struct Body {
   /// Finite, >= 0, in the scene's unit: that much of each of its vertices is added to the separation of every
   /// pair that the vertex is in. See SceneDescription::thickness.
   double thickness = 0;
-  /// The body is this half-space: kStatic or kRigid, its vertex_count 0, without faces and edges. It meets the
-  /// vertices of bodies that it may meet, points included, and no other half-space; filters do not apply to it.
-  /// A rigid one moves by poses, relative to what is given here: its point is placed by the pose, its normal by
-  /// the pose's 3x3 part alone. Frames with all positions leave it where it is.
+  /// The body is this half-space: kStatic or kRigid, its vertex_count 0, without faces and edges. It meets
+  /// the vertices of bodies that it may meet, points included, and no other half-space; filters do not apply
+  /// to it. A rigid one moves by poses, relative to what is given here: its point is placed by the pose, its
+  /// normal by the pose's 3x3 part alone. Frames with all positions leave it where it is.
   std::optional<HalfSpace> half_space = std::nullopt;
 
   friend bool operator==(const Body&, const Body&) = default;
@@ -74,8 +74,8 @@ struct SceneDescription {
   /// (m, 3) vertex indices, each in [0, vertex_count). A face may repeat an index: it is then a segment or a
   /// point.
   std::vector<std::array<std::int32_t, 3>> faces;
-  /// Disjoint ranges that cover all vertices, in order; each face lies within one. The range of a half-space is
-  /// empty, and begins where the body before it ends. Empty: everything is deformable, and the connected
+  /// Disjoint ranges that cover all vertices, in order; each face lies within one. The range of a half-space
+  /// is empty, and begins where the body before it ends. Empty: everything is deformable, and the connected
   /// components are the bodies.
   std::vector<Body> bodies;
   /// Pairs of bodies, by index, that are not tested against each other.
@@ -106,8 +106,8 @@ struct AddBody {
 };
 struct ChangeBody {
   std::uint32_t index;  ///< may be a body added by an earlier change of the same list
-  /// Its range is ignored and stays, and so does what it is: a half-space or a mesh. A half-space whose point,
-  /// normal or kind changes is from then on where its description says, without a motion.
+  /// Its range is ignored and stays, and so does what it is: a half-space or a mesh. A half-space whose
+  /// point, normal or kind changes is from then on where its description says, without a motion.
   Body body;
 };
 /// Other filters in place of all that there are.
@@ -203,8 +203,8 @@ class Scene {
   std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
 
   /// The four vertices of a contact of another kind than edge-face: vertex, then the face's three; else edge
-  /// a's two, then edge b's two, where a vertex stands twice in place of an edge. Of a vertex and a half-space
-  /// the vertex three times, as in no other row, then the number of the body that is the half-space.
+  /// a's two, then edge b's two, where a vertex stands twice in place of an edge. Of a half-space
+  /// the vertex three times, as in no other row, then the number of the body that it is.
   std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
   /// Of one of kind edge-face: the edge's two, then the face's three.
   std::array<std::uint32_t, 5> edge_face_vertices_of(const Contact& contact) const;

@@ -110,7 +110,8 @@ bool takes_stdout(const Arguments& arguments) {
 // With a column for half-spaces where there are any.
 void print_header(bool half_spaces) {
   std::printf("%8s %9s %9s %s%9s %12s %10s %9s %9s %9s %9s %11s %s\n", "frame", "vf", "ee",
-              half_spaces ? "       vh " : "", "possible", "earliest toi", "total ms", "refit", "front", "elem.", "adjacent", "tri. pairs", "front");
+              half_spaces ? "       vh " : "", "possible", "earliest toi", "total ms", "refit", "front",
+              "elem.", "adjacent", "tri. pairs", "front");
 }
 
 void print_row(const FrameReport& frame, bool half_spaces) {
@@ -142,8 +143,8 @@ void print_summary(const DetectReport& report) {
   std::printf("%zu steps of %" PRIu64 " triangles, %s%" PRIu64 " vertices: %" PRIu64 " contacts (%" PRIu64
               " vf, %" PRIu64 " ee%s; %" PRIu64 " possible), %.3f ms a step on %d thread%s\n",
               report.frames.size(), report.triangles, edges.c_str(), report.vertices, vf + ee + vh, vf, ee,
-              of_half_spaces.c_str(), possible, ms / static_cast<double>(report.frames.size()), report.threads,
-              report.threads == 1 ? "" : "s");
+              of_half_spaces.c_str(), possible, ms / static_cast<double>(report.frames.size()),
+              report.threads, report.threads == 1 ? "" : "s");
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 
@@ -200,8 +201,8 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
         return status;
     }
     if (Status status = outputs.step(steps, answer); !status) return status;
-    report.frames.push_back(
-        {number, answer.vf, answer.ee, answer.vh, answer.possible, answer.earliest_toi, answer.statistics, bytes});
+    report.frames.push_back({number, answer.vf, answer.ee, answer.vh, answer.possible, answer.earliest_toi,
+                             answer.statistics, bytes});
     if (table) {
       progress.clear();
       print_row(report.frames.back(), report.half_spaces);

@@ -116,9 +116,14 @@ class Listing {
     const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
     if (!answer) return answer.error();
     const ContactTable& table = answer.value().contacts;
-    NearFrame frame{
-        states.number(), answer.value().vf, answer.value().ee, answer.value().vh, answer.value().possible,
-        table.size(),    {},                ms.count()};
+    NearFrame frame{states.number(),
+                    answer.value().vf,
+                    answer.value().ee,
+                    answer.value().vh,
+                    answer.value().possible,
+                    table.size(),
+                    {},
+                    ms.count()};
     if (table.size() > 0) frame.least = std::sqrt(*std::ranges::min_element(table.squared_distance));
     frames_.push_back(frame);
     hash_.begin_step(table.size());
@@ -201,8 +206,11 @@ Json format_json(const Arguments& arguments, const ModelSummary& model, double d
                  const Listing& listing) {
   Json frames = Json::array();
   for (const NearFrame& frame : listing.frames()) {
-    Json& told = frames.emplace_back(
-        Json{{"frame", frame.frame}, {"vf", frame.vf}, {"ee", frame.ee}, {"vh", frame.vh}, {"possible", frame.possible}});
+    Json& told = frames.emplace_back(Json{{"frame", frame.frame},
+                                          {"vf", frame.vf},
+                                          {"ee", frame.ee},
+                                          {"vh", frame.vh},
+                                          {"possible", frame.possible}});
     if (arguments.reduced) told["rows"] = frame.rows;
     told["least_distance"] = frame.least ? Json(*frame.least) : Json(nullptr);
     told["ms"] = frame.ms;
@@ -263,9 +271,8 @@ int near(const Arguments& arguments) {
   const bool table = std::ranges::find(written_files, "-") == written_files.end();
   const bool half_spaces = has_half_spaces(states.scene());
   if (table)
-    std::printf("%8s %10s %10s%s %10s%s %14s %10s\n", "frame", "vf", "ee",
-                half_spaces ? "         vh" : "", "possible",
-                arguments.reduced ? "       rows" : "", "least distance", "ms");
+    std::printf("%8s %10s %10s%s %10s%s %14s %10s\n", "frame", "vf", "ee", half_spaces ? "         vh" : "",
+                "possible", arguments.reduced ? "       rows" : "", "least distance", "ms");
   const int looked = states.each([&](AnySession& session) -> Status {
     Status status = listing.look(session, states);
     if (status && distances)

@@ -29,7 +29,7 @@ struct FrameReport {
 struct DetectReport {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
-  std::uint64_t edges = 0;  ///< given besides the triangles' sides
+  std::uint64_t edges = 0;   ///< given besides the triangles' sides
   bool half_spaces = false;  ///< are there any?
   ColliderOptions options;
   ModelSummary model;

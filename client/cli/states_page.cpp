@@ -62,8 +62,7 @@ void StatesPage::add_rows(const ContactTable& table, double distance) {
     const std::span<const std::uint32_t> row = table.vertices[i];
     const std::size_t first = vertices_of_first(table.kind[i]);  // vertices of the first one
     const bool of_half_space = table.kind[i] == ContactKind::kVertexHalfSpace;
-    const double of_second =
-        of_half_space ? body_thickness_[row[3]] : thickness_of(row.subspan(first));
+    const double of_second = of_half_space ? body_thickness_[row[3]] : thickness_of(row.subspan(first));
     const double most = distance + thickness_of(row.first(first)) + of_second;
     const double value = share(table.squared_distance[i], most);
     if (page_.asked() == PageOf::kClosestPairs) {

@@ -15,8 +15,8 @@ namespace warmfront::client {
 /// holds.
 enum class RowContinuity : std::uint8_t { kNew = 0, kKept = 1, kEnded = 2 };
 
-/// `vertices`: as Scene::vertices_of(). The vertex, then the face's three (vertex-face); edge a's two, then edge
-/// b's two (edge-edge); the vertex three times, then the number of the body (vertex-half-space).
+/// `vertices`: as Scene::vertices_of(). The vertex, then the face's three (vertex-face); edge a's two, then
+/// edge b's two (edge-edge); the vertex three times, then the number of the body (vertex-half-space).
 struct ContactRecord {
   ContactKind kind = ContactKind::kVertexFace;
   ContactStatus status = ContactStatus::kHit;

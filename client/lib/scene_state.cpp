@@ -257,8 +257,8 @@ Status SceneState::check_change(std::uint32_t index, const Body& body) const {
   if (index >= scene_.bodies.size())
     return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
                             std::to_string(scene_.bodies.size()) + ")");
-  const bool stays = body.kind == BodyKind::kRigid || body.kind == BodyKind::kRemoved ||
-                     scene_.bodies[index].half_space;
+  const bool stays =
+      body.kind == BodyKind::kRigid || body.kind == BodyKind::kRemoved || scene_.bodies[index].half_space;
   if (float32_ && poses_[index] && !stays)
     return Error{ErrorCode::kFailedPrecondition,
                  "body " + std::to_string(index) +

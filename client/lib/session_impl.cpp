@@ -522,8 +522,8 @@ void Session::Impl::take_answer(const v1::StepAnswer& part) {
     last_trial_.reset();
   else if (asked && frame.is_trial())
     last_trial_.emplace(Trial{std::move(frame), partial_.contacts.kind, partial_.contacts.status,
-                              partial_.contacts.toi, partial_.vf, partial_.ee, partial_.vh,
-                              partial_.possible, partial_.earliest_toi});
+                              partial_.contacts.toi, partial_.vf, partial_.ee, partial_.vh, partial_.possible,
+                              partial_.earliest_toi});
   unanswered_.pop_front();
   --sent_;
   Answer answer = std::exchange(partial_, {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cloth falls over a ball that lies on the ground, and comes to rest on both; the ground is a half-space. Thread
-// safety as in model.h.
+// A cloth falls over a ball that lies on the ground, and comes to rest on both; the ground is a half-space.
+// Thread safety as in model.h.
 #include <algorithm>
 
 #include "client/scenes/cloth.h"
@@ -47,7 +47,8 @@ class Ground final : public Model {
 
   void advance() override {
     cloth_.find_neighbours(0.7 * cell_);
-    // The cloth's particles rest slightly below the mesh's corners, so that the two meshes touch, and on z = 0.
+    // The cloth's particles rest slightly below the mesh's corners, so that the two meshes touch; and on the
+    // ground itself.
     const Obstacle ball{kBallCenter, kBallCenter, 0.998 * kBallRadius, {}, {}};
     for (int s = 0; s < kSubsteps; ++s) cloth_.substep(kFrameSeconds / kSubsteps, std::span(&ball, 1));
     std::copy(cloth_.positions().begin(), cloth_.positions().end(), positions_.begin());

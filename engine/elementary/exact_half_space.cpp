@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In integers: f = n . (x - p), and with a separation s, while f > 0, f^2 - s^2 |n|^2. Where both are above 0 at
-// t = 0, f cannot reach 0 before the latter does.
+// In integers: f = n . (x - p), and with a separation s, while f > 0, f^2 - s^2 |n|^2. Where both are above 0
+// at t = 0, f cannot reach 0 before the latter does.
 #include "engine/elementary/exact_half_space.h"
 
 #include <algorithm>
@@ -16,7 +16,8 @@
 namespace warmfront {
 namespace {
 
-/// The exponents of the lowest bit that is set in any of some doubles, and of a power of two above all of them.
+/// The exponents of the lowest bit that is set in any of some doubles, and of a power of two above all of
+/// them.
 class Exponents {
  public:
   void add(double x) {
@@ -71,10 +72,10 @@ bool is_finite(const VertexMotion& vertex, const HalfSpaceMotion& half_space, do
   return finite;
 }
 
-/// Integers of one width. With lengths and normals below 2^k, k = 64 W - 4, differences of two are below 2^(k+1),
-/// and of these 2^(k+2): f has coefficients below 3 2^(2k+1), 3 2^(2k+3) and 3 2^(2k+3), in all below
-/// 2^(128 W - 1.2); where n does not turn, of f^2 - s^2 |n|^2 all are below 2^(4k+9) = 2^(256 W - 7). So they fit in
-/// 2 W and 4 W limbs, which also satisfies evaluate() and discriminant_sign().
+/// Integers of one width. With lengths and normals below 2^k, k = 64 W - 4, differences of two are below
+/// 2^(k+1), and of these 2^(k+2): f has coefficients below 3 2^(2k+1), 3 2^(2k+3) and 3 2^(2k+3), in all
+/// below 2^(128 W - 1.2); where n does not turn, of f^2 - s^2 |n|^2 all are below 2^(4k+9) = 2^(256 W - 7).
+/// So they fit in 2 W and 4 W limbs, which also satisfies evaluate() and discriminant_sign().
 template <int kWords>
 struct OfWidth {
   using Linear = Fixed<kWords>;
@@ -86,8 +87,8 @@ struct OfAnyWidth {
   using Linear = Big;
 };
 
-/// The largest double not above the first root in (0, 1] of p, which is above 0 at 0; 2 without one. None: Fixed is
-/// too narrow.
+/// The largest double not above the first root in (0, 1] of p, which is above 0 at 0; 2 without one. None:
+/// Fixed is too narrow.
 template <class Int>
 std::optional<double> first_root(const Polynomial<Int, 2>& p) {
   double first = 2;

@@ -8,8 +8,8 @@
 namespace warmfront {
 namespace {
 
-/// Of the largest coordinates of n and of x - p (plus the separation): no number below is farther from its true
-/// value, the halving of time included.
+/// Of the largest coordinates of n and of x - p (plus the separation): no number below is farther from its
+/// true value, the halving of time included.
 constexpr double kError = 0x1p-43;
 /// The margin by which HalfSpaceFilter leaves out: more than twice as much, and what the least window adds.
 constexpr double kFilter = 0x1p-41;
@@ -63,9 +63,7 @@ struct Piece {
     const double b = 0.5 * (f[1] + f[2]);
     return {{0.5 * (a + b), b, f[2]}, middle(), n1};
   }
-  Vector middle() const {
-    return {0.5 * (n0[0] + n1[0]), 0.5 * (n0[1] + n1[1]), 0.5 * (n0[2] + n1[2])};
-  }
+  Vector middle() const { return {0.5 * (n0[0] + n1[0]), 0.5 * (n0[1] + n1[1]), 0.5 * (n0[2] + n1[2])}; }
 };
 
 /// A pair in doubles.
@@ -279,7 +277,8 @@ Vec3 unit(const Vec3& v) {
 
 ContactGeometry half_space_geometry(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                                     double toi) {
-  const Vec3 x = lerp({vertex.t0[0], vertex.t0[1], vertex.t0[2]}, {vertex.t1[0], vertex.t1[1], vertex.t1[2]}, toi);
+  const Vec3 x =
+      lerp({vertex.t0[0], vertex.t0[1], vertex.t0[2]}, {vertex.t1[0], vertex.t1[1], vertex.t1[2]}, toi);
   Vec3 normal = unit(vector_at(half_space.normal, toi));
   if (max_abs(normal) == 0) normal = unit(vector_at(half_space.normal, 0));
   const double height = dot(normal, x - vector_at(half_space.point, toi));

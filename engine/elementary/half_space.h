@@ -19,9 +19,9 @@
 
 namespace warmfront {
 
-/// A half-space at both ends of a step, in the scene's unit: point and normal move linearly, the normal without
-/// being normalised. All x with n(t) . (x - p(t)) <= 0 are inside: all of space where n(t) is zero, as in the
-/// middle of a half turn.
+/// A half-space at both ends of a step, in the scene's unit: point and normal move linearly, the normal
+/// without being normalised. All x with n(t) . (x - p(t)) <= 0 are inside: all of space where n(t) is zero,
+/// as in the middle of a half turn.
 struct HalfSpaceMotion {
   std::array<std::array<double, 3>, 2> point;   ///< at t = 0 and t = 1
   std::array<std::array<double, 3>, 2> normal;  ///< likewise
@@ -33,9 +33,10 @@ struct HalfSpaceMotion {
 /// When does the vertex come within options.min_separation of the half-space: at the first t in [0, 1] with
 /// f(t) = n(t) . (x(t) - p(t)) <= s |n(t)|?
 ///   - Tier exact: toi is the largest double not above it.
-///   - Tier certified misses none; toi is a lower bound. It reports no vertex that stays more than 2^-41 |n| L
-///     beyond the separation, L being the largest coordinate of x - p, at either end, plus the separation: what
-///     leaves out vertices by a larger margin leaves out none that is reported.
+///   - Tier certified misses none; toi is a lower bound. It reports no vertex that stays beyond the
+///   separation
+///     by more than 2^-41 times its length L: the largest coordinate of x - p, at either end, and the
+///     separation. What leaves out vertices by a larger margin leaves out none that is reported.
 ///   - Tier fast does the same without error bounds.
 /// Beyond doubles' comfortable range every tier is exact. What is not finite counts as overlapping.
 Verdict half_space_test(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
@@ -57,8 +58,9 @@ double half_space_distance(const VertexMotion& vertex, const HalfSpaceMotion& ha
 Verdict half_space_keep_distance(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                                  const KeepDistance& keep, double latest, ElementaryCounts& counts);
 
-/// Of a vertex and a half-space in contact: weights 1, 0, 0, 0; the half-space's unit normal (at t = 0 where it
-/// is zero at toi); the vertex and the half-space's nearest point, which is the vertex itself where that is inside.
+/// Of a vertex and a half-space in contact: weights 1, 0, 0, 0; the half-space's unit normal (at t = 0 where
+/// it is zero at toi); the vertex and the half-space's nearest point, which is the vertex itself where that
+/// is inside.
 ContactGeometry half_space_geometry(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                                     double toi);
 

@@ -76,8 +76,7 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
     part.begun_in = begun_;
     begin_part(part);
     // Static and removed bodies were checked to stay, or are of no interest; half-spaces have no positions.
-    const bool fixed =
-        part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved || part.empty();
+    const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved || part.empty();
     if (given_[p] == kByPositions && frame.positions && !fixed) {
       move_part(part, *frame.positions, 0, stop);
     } else if (given_[p] != kByPositions || fixed) {

@@ -55,9 +55,9 @@ void sort_bucket(std::span<Contact> bucket, StopSignal stop) {
 
 }  // namespace
 
-void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices, const FirstFeatures& of,
-                   std::size_t edges, std::vector<Contact>& to, std::vector<std::size_t>& room,
-                   StopSignal stop) {
+void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
+                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to,
+                   std::vector<std::size_t>& room, StopSignal stop) {
   std::size_t contacts = 0;
   for (const std::span<const Contact> list : lists) contacts += list.size();
   const Buckets buckets(contacts, vertices, of, edges);

@@ -28,7 +28,7 @@ struct FirstFeatures {
 /// O(contacts), plus the sorting of those of one vertex or edge. `room`: kept from call to call, a number for
 /// 16 contacts. Throws Stopped when told to stop; `to` then holds contacts in unspecified order.
 void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
-                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to, std::vector<std::size_t>& room,
-                   StopSignal stop);
+                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to,
+                   std::vector<std::size_t>& room, StopSignal stop);
 
 }  // namespace warmfront

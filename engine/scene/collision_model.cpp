@@ -81,7 +81,8 @@ std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
 std::size_t CollisionModel::memory_bytes() const {
   constexpr std::size_t kOfNode =
       4 * sizeof(void*);  // of libstdc++'s hash set: link, key, and the allocator's
-  return held_bytes(half_spaces_, sets_, self_) + excluded_.size() * kOfNode + excluded_.bucket_count() * sizeof(void*);
+  return held_bytes(half_spaces_, sets_, self_) + excluded_.size() * kOfNode +
+         excluded_.bucket_count() * sizeof(void*);
 }
 
 }  // namespace warmfront

@@ -23,8 +23,7 @@ void compute_contact_fields(Core& core, StopSignal stop) {
     const Contact& contact = contacts[i];
     if (contact.kind == ContactKind::kVertexHalfSpace) {
       const std::uint32_t v = number_of(numbering.renumbered(GivenVertex{contact.a}));
-      geometry[i] =
-          half_space_geometry(vertex_now(core, v), half_space_now(core, contact.b), contact.toi);
+      geometry[i] = half_space_geometry(vertex_now(core, v), half_space_now(core, contact.b), contact.toi);
       return;
     }
     std::array<const VertexMotion*, 4> four;

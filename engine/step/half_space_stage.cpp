@@ -48,8 +48,8 @@ class LocalPlane {
     beyond_ = separation == 0 ? 0 : local * length;
   }
 
-  /// Is all that the bounds hold beyond? The least of the Bernstein coefficients of n . (x - p) over the bounds
-  /// at either end is no more than that of any point in them.
+  /// Is all that the bounds hold beyond? The least of the Bernstein coefficients of n . (x - p) over the
+  /// bounds at either end is no more than that of any point in them.
   template <class Bounds>
   bool clear(const Bounds& bounds) const {
     double size = reach_;

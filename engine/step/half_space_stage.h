@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage that tests half-spaces against vertices, each vertex once. It keeps nothing from step to step: what
-// it finds follows from the motion in hand alone, so that nothing that steps, trials and commits keep concerns
-// it. Used by one thread at a time, inside Workers::run().
+// The stage that tests half-spaces against vertices, each vertex once. It keeps nothing from step to step:
+// what it finds follows from the motion in hand alone, so that nothing that steps, trials and commits keep
+// concerns it. Used by one thread at a time, inside Workers::run().
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@ VertexMotion vertex_now(const Core& core, std::uint32_t v);
 
 class HalfSpaceStage {
  public:
-  /// Tests all vertices of bodies that the half-spaces may meet, and tells `narrow`. `roots`: by part, bounds of
-  /// it in this motion, or none. Throws Stopped when told to stop, and TooManyContacts.
+  /// Tests all vertices of bodies that the half-spaces may meet, and tells `narrow`. `roots`: by part, bounds
+  /// of it in this motion, or none. Throws Stopped when told to stop, and TooManyContacts.
   template <class Bounds>
   void run(const Core& core, std::span<const Bounds> roots, NarrowPhase<Bounds>& narrow, StopSignal stop);
 

@@ -160,8 +160,8 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return sizeof(*this) + trees_.memory_bytes() + front_.front().memory_bytes() + narrow_.memory_bytes() +
-           near_.memory_bytes() + orphans_.memory_bytes() + half_spaces_.memory_bytes() + reduced_rows_.memory_bytes() +
-           longest_.memory_bytes();
+           near_.memory_bytes() + orphans_.memory_bytes() + half_spaces_.memory_bytes() +
+           reduced_rows_.memory_bytes() + longest_.memory_bytes();
   }
 
  private:
@@ -315,8 +315,8 @@ class PipelineWith final : public Pipeline {
     return output;
   }
 
-  // The last stages: half-spaces, the orphan sets, and collecting what was found. `roots`: by part, what holds
-  // it; none where that is not known.
+  // The last stages: half-spaces, the orphan sets, and collecting what was found. `roots`: by part, what
+  // holds it; none where that is not known.
   NarrowPhaseOutput answer(Core& core, std::span<const Bounds> roots, StopSignal stop, StepTimer& timer) {
     if (!core.model.half_spaces().empty()) {
       half_spaces_.run(core, roots, narrow_, stop);

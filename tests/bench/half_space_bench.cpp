@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ground costs, as a half-space and as two static triangles: prints medians of milliseconds of a step over a
-// waving cloth of some 10,000 vertices, a line for each place of the cloth and tier, in one run and in turn, and
-// what each ground adds to a step without one.
+// What a ground costs, as a half-space and as two static triangles: prints medians of milliseconds of a step
+// over a waving cloth of some 10,000 vertices, a line for each place of the cloth and tier, in one run and in
+// turn, and what each ground adds to a step without one.
 //   half_space_bench [STEPS]
 #include <array>
 #include <cmath>
@@ -67,9 +67,10 @@ void run(const char* where, double height, Tier tier, int steps) {
     const std::vector<double> start = frame(ground, height, 0);
     ColliderOptions options{.tier = tier};
     options.bounds = BoundsKind::kKDop18;
-    colliders[g].emplace(Collider::create(std::make_shared<const Scene>(Scene::create(describe(ground)).value()),
-                                          std::span<const double>(start), options, workers)
-                             .value());
+    colliders[g].emplace(
+        Collider::create(std::make_shared<const Scene>(Scene::create(describe(ground)).value()),
+                         std::span<const double>(start), options, workers)
+            .value());
   }
   for (int step = 1; step <= steps; ++step) {
     for (int g = 0; g < kGrounds; ++g) {
@@ -95,8 +96,8 @@ void run(const char* where, double height, Tier tier, int steps) {
 int main(int argc, char** argv) {
   using namespace warmfront;
   const int steps = argc > 1 ? std::max(6, std::atoi(argv[1])) : 60;
-  std::printf("%-10s %-10s %10s %10s %9s %9s %9s %9s %9s\n", "cloth", "tier", "vh", "vf+ee", "none ms", "half sp.",
-              "2 tri.", "half/none", "tri/none");
+  std::printf("%-10s %-10s %10s %10s %9s %9s %9s %9s %9s\n", "cloth", "tier", "vh", "vf+ee", "none ms",
+              "half sp.", "2 tri.", "half/none", "tri/none");
   for (const Tier tier : {Tier::kCertified, Tier::kExact}) {
     run("far above", 10, tier, steps);
     run("above", 0.03, tier, steps);

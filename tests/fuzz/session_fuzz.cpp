@@ -289,7 +289,7 @@ class Driver {
     body.group = choice / 2 % 4;  // zero is refused
     body.mask = choice / 8 % 4;
     constexpr double kThickness[]{0, 0, 0, 0, 0.1, 1, -1, std::numeric_limits<double>::infinity()};
-    body.thickness = kThickness[choice / 32];  // the last two are refused
+    body.thickness = kThickness[choice / 32];                             // the last two are refused
     if (choice == 77) body.half_space = HalfSpace{{0, 0, 0}, {0, 0, 1}};  // of a body with vertices: refused
     return body;
   }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The elementary tests of a vertex and a half-space at the extremes, against the truth: exact touching at the
-// start, at the end and in between, grazing, half turns, normals of any length, huge, tiny and denormal numbers.
-// WARMFRONT_TORTURE: pairs of each family (2,000).
+// start, at the end and in between, grazing, half turns, normals of any length, huge, tiny and denormal
+// numbers. WARMFRONT_TORTURE: pairs of each family (2,000).
+#include "engine/elementary/half_space.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +12,6 @@
 #include <random>
 #include <string>
 
-#include "engine/elementary/half_space.h"
 #include "tests/support/draws.h"
 #include "tests/support/half_space_oracle.h"
 
@@ -38,9 +39,10 @@ struct Pair {
   Pair at(Instant instant) const {
     const std::size_t end = instant == Instant::kStart ? 0 : 1;
     const auto& x = end == 0 ? vertex.t0 : vertex.t1;
-    return {{x, x},
-            {{half_space.point[end], half_space.point[end]}, {half_space.normal[end], half_space.normal[end]}},
-            separation};
+    return {
+        {x, x},
+        {{half_space.point[end], half_space.point[end]}, {half_space.normal[end], half_space.normal[end]}},
+        separation};
   }
   Pair within(double other) const { return {vertex, half_space, other}; }
   ExactTruth truth() const { return half_space_truth(vertex, half_space, separation); }
@@ -85,9 +87,9 @@ class Torture : public testing::Draws {
     Pair pair;
     const auto fill = [&](auto&& number) {
       for (std::size_t k = 0; k < 3; ++k) {
-        for (double* x : {&pair.vertex.t0[k], &pair.vertex.t1[k], &pair.half_space.point[0][k],
-                          &pair.half_space.point[1][k], &pair.half_space.normal[0][k],
-                          &pair.half_space.normal[1][k]})
+        for (double* x :
+             {&pair.vertex.t0[k], &pair.vertex.t1[k], &pair.half_space.point[0][k],
+              &pair.half_space.point[1][k], &pair.half_space.normal[0][k], &pair.half_space.normal[1][k]})
           *x = number();
       }
     };
@@ -194,16 +196,14 @@ TEST(HalfSpaceTorture, ExactIsTheTruth) {
   for_all_pairs([&](const Pair& pair) {
     const ExactTruth truth = pair.truth();
     ElementaryCounts counts;
-    const Verdict verdict =
-        half_space_test(pair.vertex, pair.half_space,
-                        {.tier = Tier::kExact, .min_separation = pair.separation}, counts);
+    const Verdict verdict = half_space_test(
+        pair.vertex, pair.half_space, {.tier = Tier::kExact, .min_separation = pair.separation}, counts);
     ASSERT_EQ(verdict.contact, truth.contact);
     if (!truth.contact) return;
     ++contacts;
     at_end += truth.toi == 1;
     ASSERT_EQ(verdict.toi, truth.toi);
-    ASSERT_EQ(verdict.status,
-              truth.toi == 0 ? ContactStatus::kOverlapAtStart : ContactStatus::kHit);
+    ASSERT_EQ(verdict.status, truth.toi == 0 ? ContactStatus::kOverlapAtStart : ContactStatus::kHit);
   });
   EXPECT_GT(contacts, pairs_of_each());
   EXPECT_GT(at_end, pairs_of_each() / 100);
@@ -234,12 +234,12 @@ TEST(HalfSpaceTorture, CertifiedMissesNoneIsNeverLateAndReportsNothingFartherTha
     if (!pair.comfortable()) return;
     const ExactTruth wider = pair.within(pair.separation + 0x1p-38 * pair.size()).truth();
     ASSERT_TRUE(wider.contact);
-    const double n0 = std::hypot(pair.half_space.normal[0][0], pair.half_space.normal[0][1],
-                                 pair.half_space.normal[0][2]);
-    const double n1 = std::hypot(pair.half_space.normal[1][0], pair.half_space.normal[1][1],
-                                 pair.half_space.normal[1][2]);
-    const bool even = std::min(n0, n1) > 0.1 * std::max(n0, n1) && pair.half_space.normal[0][0] *
-        pair.half_space.normal[1][0] >= 0;
+    const double n0 =
+        std::hypot(pair.half_space.normal[0][0], pair.half_space.normal[0][1], pair.half_space.normal[0][2]);
+    const double n1 =
+        std::hypot(pair.half_space.normal[1][0], pair.half_space.normal[1][1], pair.half_space.normal[1][2]);
+    const bool even = std::min(n0, n1) > 0.1 * std::max(n0, n1) &&
+                      pair.half_space.normal[0][0] * pair.half_space.normal[1][0] >= 0;
     if (even && !pair.half_space.turns()) {
       ASSERT_LE(wider.toi, verdict.toi);
     }
@@ -262,8 +262,7 @@ TEST(HalfSpaceTorture, WhatTheFilterLeavesOutNoTestReports) {
     for (const Instant at : {Instant::kStart, Instant::kEnd}) {
       const bool then = HalfSpaceFilter(pair.half_space, pair.separation, at).clear(pair.vertex);
       options.tier = Tier::kCertified;
-      ASSERT_FALSE(then &&
-                   half_space_proximity(pair.vertex, pair.half_space, at, options, counts).contact);
+      ASSERT_FALSE(then && half_space_proximity(pair.vertex, pair.half_space, at, options, counts).contact);
       ASSERT_TRUE(then || !clear) << "what is clear all the time is clear at an instant";
     }
   });
@@ -327,8 +326,7 @@ TEST(HalfSpaceTorture, FastIsAboutRight) {
   for_all_pairs([&](const Pair& pair) {
     if (pair.separation > 0) return;
     ElementaryCounts counts;
-    const Verdict verdict =
-        half_space_test(pair.vertex, pair.half_space, {.tier = Tier::kFast}, counts);
+    const Verdict verdict = half_space_test(pair.vertex, pair.half_space, {.tier = Tier::kFast}, counts);
     ++all;
     wrong += verdict.contact != pair.truth().contact;
   });

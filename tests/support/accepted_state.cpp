@@ -130,7 +130,8 @@ void accept_change(AcceptedState& state, const ChangeOperation& change) {
   body.first_vertex = was.first_vertex;
   body.vertex_count = was.vertex_count;
   if (!body.half_space) body.half_space = was.half_space;  // of one that is removed
-  if (body.kind != was.kind || body.half_space != was.half_space) state.pose[change.body].reset();  // where it is, is its reference shape
+  if (body.kind != was.kind || body.half_space != was.half_space)
+    state.pose[change.body].reset();  // where it is, is its reference shape
 }
 
 bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
@@ -164,10 +165,10 @@ Outcome answer_of(std::vector<Contact> contacts, const ColliderOptions& options)
     return refused;
   }
   for (const Contact& contact : contacts) {
-    (contact.kind == ContactKind::kVertexFace ? outcome.vf
-     : contact.kind == ContactKind::kEdgeFace ? outcome.ef
+    (contact.kind == ContactKind::kVertexFace        ? outcome.vf
+     : contact.kind == ContactKind::kEdgeFace        ? outcome.ef
      : contact.kind == ContactKind::kVertexHalfSpace ? outcome.vh
-                                              : outcome.ee) += 1;
+                                                     : outcome.ee) += 1;
     outcome.possible +=
         contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   }
@@ -508,20 +509,18 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
       scene, made, vertices, options.keep_distance ? 1 : options.min_separation,
       [&](const FeatureVertices& features, double thickness) {
         return options.keep_distance ? keep_distance_test(features, keep_of(thickness), kept)
-               : candidates
-                   ? candidate_test(features, options.min_separation + thickness)
-                   : elementary_test(features, elementary_options(options, thickness), counts);
+               : candidates          ? candidate_test(features, options.min_separation + thickness)
+                            : elementary_test(features, elementary_options(options, thickness), counts);
       });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
-  add_half_spaces(
-      contacts, scene, made, vertices, half_spaces,
-      [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
-        const ElementaryOptions elementary = elementary_options(options, thickness);
-        return options.keep_distance
-                   ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
-               : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
-                            : half_space_test(vertex, half_space, elementary, counts);
-      });
+  add_half_spaces(contacts, scene, made, vertices, half_spaces,
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
+                    const ElementaryOptions elementary = elementary_options(options, thickness);
+                    return options.keep_distance
+                               ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
+                           : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
+                                        : half_space_test(vertex, half_space, elementary, counts);
+                  });
   Outcome outcome = answer_of(std::move(contacts), options);
   if (max_step) {  // which tells of the first alone
     outcome.vf = outcome.ee = outcome.vh = outcome.possible = 0;
@@ -547,12 +546,10 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     return outcome;
   }
   ElementaryCounts counts;
-  std::vector<Contact> reported =
-      found_by(scene, made, vertices, options.min_separation,
-               [&](const FeatureVertices& features, double thickness) {
-                 return proximity_test(features, options.instant, elementary_options(options, thickness),
-                                       counts);
-               });
+  std::vector<Contact> reported = found_by(
+      scene, made, vertices, options.min_separation, [&](const FeatureVertices& features, double thickness) {
+        return proximity_test(features, options.instant, elementary_options(options, thickness), counts);
+      });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
   add_half_spaces(reported, scene, made, vertices, half_spaces,
                   [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
@@ -565,11 +562,10 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     outcome.vertex_distances.assign(made.vertex_count(), near.distance);
     for (const Contact& pair : reported) {
       if (pair.kind == ContactKind::kVertexHalfSpace) {
-        const double distance =
-            half_space_distance(vertices[pair.a], half_spaces[pair.b], options.instant);
+        const double distance = half_space_distance(vertices[pair.a], half_spaces[pair.b], options.instant);
         double& least = outcome.vertex_distances[pair.a];
-        least = std::min(least, beyond_thickness(distance, made.thickness_of(pair.a),
-                                                 scene.bodies[pair.b].thickness));
+        least = std::min(
+            least, beyond_thickness(distance, made.thickness_of(pair.a), scene.bodies[pair.b].thickness));
         continue;
       }
       const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
@@ -614,7 +610,8 @@ AcceptedState draw_state(Draws& draws) {
     maybe_half_space();
   }
   if (scene.bodies.size() > 1 && draws.below(3) == 0)
-    scene.excluded_pairs.push_back({0, static_cast<std::uint32_t>(1 + draws.below(static_cast<int>(scene.bodies.size()) - 1))});
+    scene.excluded_pairs.push_back(
+        {0, static_cast<std::uint32_t>(1 + draws.below(static_cast<int>(scene.bodies.size()) - 1))});
   if (draws.below(6) == 0) {
     scene.bodies.clear();
     scene.excluded_pairs.clear();

@@ -28,7 +28,8 @@ class Integers {
 
 }  // namespace
 
-ExactTruth half_space_truth(const VertexMotion& vertex, const HalfSpaceMotion& half_space, double separation) {
+ExactTruth half_space_truth(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
+                            double separation) {
   Integers lengths;
   Integers normals;
   lengths.add(separation);
@@ -39,7 +40,9 @@ ExactTruth half_space_truth(const VertexMotion& vertex, const HalfSpaceMotion& h
   }
   MovingVector n;
   MovingVector d;
-  const auto moving = [](const mpz_class& from, const mpz_class& to) { return Polynomial({from, to - from}); };
+  const auto moving = [](const mpz_class& from, const mpz_class& to) {
+    return Polynomial({from, to - from});
+  };
   for (std::size_t k = 0; k < 3; ++k) {
     n[k] = moving(normals.of(half_space.normal[0][k]), normals.of(half_space.normal[1][k]));
     d[k] = moving(lengths.of(vertex.t0[k]) - lengths.of(half_space.point[0][k]),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Half-spaces as bodies of a scene: what meets them in every question, how they move, change, and are refused.
+// Half-spaces as bodies of a scene: what meets them in every question, how they move, change, and are
+// refused.
 #include "engine/half_space.h"
 
 #include <gmock/gmock.h>
@@ -37,10 +38,8 @@ Collider make(SceneDescription description, const std::vector<double>& x, Collid
 
 /// Ground z <= 0, body 0; body 1: a triangle (0, 1, 2), an edge (3, 4) and a point 5, at heights 1, 2 and 3.
 struct Falling {
-  SceneDescription scene{.vertex_count = 6,
-                         .faces = {{0, 1, 2}},
-                         .bodies = {ground(), {"things", 0, 6}},
-                         .edges = {{3, 4}}};
+  SceneDescription scene{
+      .vertex_count = 6, .faces = {{0, 1, 2}}, .bodies = {ground(), {"things", 0, 6}}, .edges = {{3, 4}}};
   std::vector<double> x{0, 0, 1, 1, 0, 1, 0, 1, 1, 5, 0, 2, 6, 0, 2, 9, 0, 3};
 
   std::vector<double> lowered(double by) const {
@@ -68,9 +67,11 @@ Pose turn(double angle) {
 TEST(HalfSpaces, EveryVertexMeetsOne) {
   for (const Tier tier : {Tier::kFast, Tier::kCertified, Tier::kExact}) {
     Falling falling;
-    Collider collider = make(falling.scene, falling.x,
-                             {.tier = tier, .fields = {.weights = true, .normal = true, .points = true,
-                                                       .direction = true, .squared_distance = true}});
+    Collider collider = make(
+        falling.scene, falling.x,
+        {.tier = tier,
+         .fields = {
+             .weights = true, .normal = true, .points = true, .direction = true, .squared_distance = true}});
     EXPECT_EQ(collider.step(Doubles(falling.lowered(0.5))).value().total(), 0U);
     const StepResult met = collider.step(Doubles(falling.lowered(2.5))).value();
     ASSERT_EQ(met.vh, 5U);
@@ -160,7 +161,8 @@ TEST(HalfSpaces, AreAskedAboutLikeAnything) {
   EXPECT_NEAR(far.fraction, 0.5, 1e-9);
   ASSERT_TRUE(far.first);
   EXPECT_EQ(far.first->kind, ContactKind::kVertexHalfSpace);
-  const MaxStep kept = collider.max_step(Doubles(falling.lowered(1.5)), false, {.keep_distance = 0.5}).value();
+  const MaxStep kept =
+      collider.max_step(Doubles(falling.lowered(1.5)), false, {.keep_distance = 0.5}).value();
   EXPECT_NEAR(kept.fraction, 0.25, 1e-3);
 
   const StepResult trial = collider.trial(Doubles(falling.lowered(1))).value();
@@ -172,8 +174,7 @@ TEST(HalfSpaces, AreAskedAboutLikeAnything) {
   EXPECT_EQ(collider.step(Doubles(falling.lowered(1))).value().vh, 3U);
   EXPECT_EQ(collider.step(Frame(), nullptr, {}, {.report = Report::kCount}).value().vh, 3U);
   EXPECT_EQ(collider.step(Frame(), nullptr, {}, {.report = Report::kEarliest}).value().contacts.size(), 3U);
-  const StepResult candidates =
-      collider.step(Frame(), nullptr, {}, {.report = Report::kCandidates}).value();
+  const StepResult candidates = collider.step(Frame(), nullptr, {}, {.report = Report::kCandidates}).value();
   ASSERT_EQ(candidates.contacts.size(), 3U);
   EXPECT_EQ(candidates.contacts[0].status, ContactStatus::kBudget);
   EXPECT_EQ(collider.step(Frame(), nullptr, {}, {.max_contacts = 2}).error().code,
@@ -280,10 +281,12 @@ TEST(HalfSpaces, MeetBodiesThatWait) {
     Collider collider = make(scene, x, {.tier = Tier::kExact, .separate_parts = separates});
     for (int step = 1; step < 6; ++step) {
       std::vector<BodyPose> poses;
-      for (std::uint32_t b = 0; b < kBodies; ++b) poses.push_back({b, shift(0, 0, b % 3 == 0 ? -0.3 * step : 0)});
+      for (std::uint32_t b = 0; b < kBodies; ++b)
+        poses.push_back({b, shift(0, 0, b % 3 == 0 ? -0.3 * step : 0)});
       Frame frame;
       frame.poses = poses;
-      const StepResult met = collider.step(frame, nullptr, {}, {.fields = ContactFields{.points = true}}).value();
+      const StepResult met =
+          collider.step(frame, nullptr, {}, {.fields = ContactFields{.points = true}}).value();
       EXPECT_EQ(met.vh, step < 4 ? 0U : 14U * 3) << step;
       if (step == 4) {
         EXPECT_NEAR(met.geometry[0].points[2], 0, 1e-12);
