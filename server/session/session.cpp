@@ -379,6 +379,7 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
     if (add == nullptr) continue;
     becomes_thick |= add->addition.body.thickness > 0;
     more_vertices += add->addition.body.vertex_count;
+    if (add->addition.body.half_space) more_vertices += kVerticesPerHalfSpace;
     more_elements += add->addition.faces.size() + add->addition.edges.size();
   }
   const auto estimate = [&](std::uint64_t v, std::uint64_t e, bool thick) {
