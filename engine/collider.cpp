@@ -235,6 +235,7 @@ Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
       if (c.toi <= fraction) within.count(c.kind);
     result.vf = within.vf;
     result.ee = within.ee;
+    result.vh = within.vh;
     result.possible =
         static_cast<std::uint64_t>(std::ranges::count_if(core.met.contacts, [&](const Contact& c) {
           return c.toi <= fraction &&
@@ -243,6 +244,7 @@ Result<CommitResult> Collider::commit(double fraction, Rounding rounding) {
   } else if (fraction == 1 || !result.earliest_toi) {
     result.vf = fraction == 1 ? trial.found.vf : 0;
     result.ee = fraction == 1 ? trial.found.ee : 0;
+    result.vh = fraction == 1 ? trial.found.vh : 0;
     result.possible = fraction == 1 ? trial.possible : 0;
   }
   impl_->warm.pipeline->commit(core, fraction, rounding);

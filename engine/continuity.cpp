@@ -38,6 +38,8 @@ struct RowKey {
 };
 
 RowKey key_of(const RowVertices& rows, std::size_t row) {
+  constexpr std::uint8_t kOfHalfSpace = 5;
+  if (rows.kind[row] == ContactKind::kVertexHalfSpace) return {kOfHalfSpace, rows.vertices[row]};
   const bool edges = rows.kind[row] != ContactKind::kVertexFace;
   if (rows.stencil.empty() || rows.stencil[row] == 0b1111)
     return {static_cast<std::uint8_t>(edges ? 1 : 0), rows.vertices[row]};

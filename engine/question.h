@@ -103,8 +103,9 @@ struct CommitResult {
   /// Report::kCount the trial's own counts for fraction 1; none where only some of them lie within it.
   std::optional<std::uint64_t> vf;
   std::optional<std::uint64_t> ee;
+  std::optional<std::uint64_t> vh = std::nullopt;
   std::optional<double> earliest_toi;  ///< none where no contact is known within the fraction
-  /// Of vf and ee, those neither proved nor excluded; none where these are.
+  /// Of these, those neither proved nor excluded; none where these are.
   std::optional<std::uint64_t> possible = std::nullopt;
 };
 

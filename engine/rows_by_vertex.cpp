@@ -44,6 +44,8 @@ Result<RowsByVertex> sorted_by_vertex(std::size_t row_count, std::uint32_t verte
 
 template <std::size_t N, class Take>
 void each_once(const std::array<std::uint32_t, N>& vertices, Take take) {
+  // Of a half-space: its number follows the vertex, which stands three times in no other row.
+  if (vertices[0] == vertices[1] && vertices[0] == vertices[2]) return take(vertices[0]);
   for (std::size_t k = 0; k < N; ++k) {
     const auto here = vertices.begin() + static_cast<std::ptrdiff_t>(k);
     if (std::find(vertices.begin(), here, vertices[k]) == here) take(vertices[k]);

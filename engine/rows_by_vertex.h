@@ -27,7 +27,8 @@ struct RowsByVertex {
 };
 
 /// By a counting sort, O(rows + vertices): of the vertices of each row, as Answer's columns have them (five
-/// of intersections). A row that has a vertex twice, as those of degenerate faces, is listed once.
+/// of intersections). A row that has a vertex twice, as those of degenerate faces, is listed once. One
+/// that begins with a vertex three times is of a half-space, which its last number names.
 /// kInvalidArgument, naming the first, for a vertex not below `vertex_count`, and for more than 2^32 - 1
 /// rows.
 Result<RowsByVertex> rows_by_vertex(std::span<const std::array<std::uint32_t, 4>> rows,

@@ -118,6 +118,7 @@ std::array<std::uint32_t, 4> Scene::vertices_of(const Contact& contact) const {
     const Face& face = mesh_->faces[contact.b];
     return {contact.a, face[0], face[1], face[2]};
   }
+  if (contact.kind == ContactKind::kVertexHalfSpace) return {contact.a, contact.a, contact.a, contact.b};
   const auto ends = [&](bool of_vertex, std::uint32_t number) {
     return of_vertex ? Edge{number, number} : mesh_->edges[number];
   };

@@ -6,12 +6,14 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "engine/contact.h"
+#include "engine/half_space.h"
 #include "engine/pair_filters.h"
 #include "engine/result.h"
 #include "engine/stop.h"
@@ -41,7 +43,7 @@ enum class BodyKind : std::uint8_t {
 /// The longest name that a body may have.
 inline constexpr std::size_t kMaxNameBytes = 1024;
 
-/// A range of vertices that form a body.
+/// A range of vertices that form a body; or a half-space, a body without any.
 struct Body {
   std::string name;  ///< any text, at most kMaxNameBytes
   std::uint32_t first_vertex = 0;
@@ -57,6 +59,11 @@ struct Body {
   /// Bodies of two different worlds never meet, so that one scene holds many that know nothing of each other:
   /// a thousand environments, each with the same bodies at the same place. 0: in all of them.
   std::uint32_t world = 0;
+  /// The body is this half-space: kStatic or kRigid, its vertex_count 0, without faces and edges. It meets
+  /// the vertices of bodies that it may meet, points included, and no other half-space; filters do not apply
+  /// to it. A rigid one moves by poses, relative to what is given here: its point is placed by the pose, its
+  /// normal by the pose's 3x3 part alone. Frames with all positions leave it where it is.
+  std::optional<HalfSpace> half_space = std::nullopt;
 
   friend bool operator==(const Body&, const Body&) = default;
 };
@@ -72,8 +79,9 @@ struct SceneDescription {
   /// (m, 3) vertex indices, each in [0, vertex_count). A face may repeat an index: it is then a segment or a
   /// point.
   std::vector<std::array<std::int32_t, 3>> faces;
-  /// Disjoint ranges that cover all vertices, in order; each face lies within one. Empty: everything is
-  /// deformable, and the connected components are the bodies.
+  /// Disjoint ranges that cover all vertices, in order; each face lies within one. The range of a half-space
+  /// is empty, and begins where the body before it ends. Empty: everything is deformable, and the connected
+  /// components are the bodies.
   std::vector<Body> bodies;
   /// Pairs of bodies, by index, that are not tested against each other.
   std::vector<std::array<std::uint32_t, 2>> excluded_pairs = {};
@@ -103,7 +111,9 @@ struct AddBody {
 };
 struct ChangeBody {
   std::uint32_t index;  ///< may be a body added by an earlier change of the same list
-  Body body;            ///< its range is ignored and stays
+  /// Its range is ignored and stays, and so does what it is: a half-space or a mesh. A half-space whose
+  /// point, normal or kind changes is from then on where its description says, without a motion.
+  Body body;
 };
 /// Other filters in place of all that there are.
 struct ChangeFilters {
@@ -198,7 +208,8 @@ class Scene {
   std::span<const std::uint32_t> body_of_vertex() const { return mesh_->body_of_vertex; }
 
   /// The four vertices of a contact of another kind than edge-face: vertex, then the face's three; else edge
-  /// a's two, then edge b's two, where a vertex stands twice in place of an edge.
+  /// a's two, then edge b's two, where a vertex stands twice in place of an edge. Of a half-space
+  /// the vertex three times, as in no other row, then the number of the body that it is.
   std::array<std::uint32_t, 4> vertices_of(const Contact& contact) const;
   /// Of one of kind edge-face: the edge's two, then the face's three.
   std::array<std::uint32_t, 5> edge_face_vertices_of(const Contact& contact) const;

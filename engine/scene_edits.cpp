@@ -195,6 +195,10 @@ Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& f
       return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
     if (Status status = scene.change(index, std::move(body)); !status) return status.error();
   }
+  if (Status status = check_half_spaces(scene.bodies_); !status) {
+    failed = changes.empty() ? 0 : changes.size() - 1;
+    return status.error();
+  }
   if (additions > 0) scene.mesh_ = joined(meshes, stop);
   if (filters)
     scene.filters_ = filters->any() ? std::make_shared<const PairFilters>(*std::move(filters)) : nullptr;
@@ -207,6 +211,13 @@ Status Scene::change(std::uint32_t index, Body body) {
                             std::to_string(bodies_.size()) + ")");
   body.first_vertex = bodies_[index].first_vertex;
   body.vertex_count = bodies_[index].vertex_count;
+  const std::optional<HalfSpace>& half_space = bodies_[index].half_space;
+  if (half_space && !body.half_space) {
+    if (body.kind != BodyKind::kRemoved)
+      return invalid_argument(name_of(index) +
+                              ".half_space: is missing; the body is a half-space and stays one: give it");
+    body.half_space = half_space;
+  }
   if (Status status = check_body(body, name_of(index)); !status) return status.error();
   name_bytes_ += body.name.size() - bodies_[index].name.size();
   bodies_[index] = std::move(body);

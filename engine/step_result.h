@@ -15,7 +15,7 @@ namespace warmfront {
 
 /// One step's answer. `contacts` stays valid until the next step of the same collider.
 struct StepResult : KindCounts {
-  std::uint64_t possible = 0;  ///< of vf and ee, those neither proved nor excluded (kPossible, kBudget)
+  std::uint64_t possible = 0;  ///< of vf, ee and vh, those neither proved nor excluded (kPossible, kBudget)
   /// Left out by options.leave_out_overlaps, of what was looked at: of features at rest since the question
   /// before only with Report::kEarliest.
   std::uint64_t overlaps_at_start = 0;

@@ -21,14 +21,14 @@ AnswerDigest digest_of(const Answer& answer) {
   }
   hash.add_distances(answer.vertex_distances);
   for (std::size_t i = 0; i < table.multiplicity.size(); ++i) hash.add_closest_pair(table.closest_pair(i));
-  return {answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
+  return {answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value(), answer.vh};
 }
 
 AnswerDigest digest_of(const StepAnswer& answer) {
   ContactHash hash;
   hash.begin_step(answer.contacts.size());
   for (const ContactRecord& c : answer.contacts) hash.add(c.kind, c.status, c.vertices, c.toi);
-  return {answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
+  return {answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value(), answer.vh};
 }
 
 std::string describe(const AnswerDigest& digest) {
@@ -36,8 +36,9 @@ std::string describe(const AnswerDigest& digest) {
   if (digest.earliest_toi) std::snprintf(toi, sizeof toi, "earliest toi %.17g", *digest.earliest_toi);
   char text[256];
   std::snprintf(text, sizeof text,
-                "%" PRIu64 " vf, %" PRIu64 " ee, %" PRIu64 " possible, %s, contacts %016" PRIx64, digest.vf,
-                digest.ee, digest.possible, toi, digest.contacts_hash);
+                "%" PRIu64 " vf, %" PRIu64 " ee, %" PRIu64 " vh, %" PRIu64
+                " possible, %s, contacts %016" PRIx64,
+                digest.vf, digest.ee, digest.vh, digest.possible, toi, digest.contacts_hash);
   return text;
 }
 

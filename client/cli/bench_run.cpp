@@ -101,7 +101,7 @@ Result<RoundTimes> step_through(const std::shared_ptr<const Scene>& scene, Input
     times.call += call;
     add(times.stage, step.statistics.ms);
     add(row.counts, step.statistics.counts);
-    row.contacts += step.vf + step.ee;
+    row.contacts += step.total();
     ++row.frames;
   }
   row.hash = hash.hex();

@@ -107,38 +107,44 @@ bool takes_stdout(const Arguments& arguments) {
   return arguments.json_file == "-" || arguments.files.contacts == "-" || arguments.files.html.file == "-";
 }
 
-void print_header() {
-  std::printf("%8s %9s %9s %9s %12s %10s %9s %9s %9s %9s %11s %s\n", "frame", "vf", "ee", "possible",
-              "earliest toi", "total ms", "refit", "front", "elem.", "adjacent", "tri. pairs", "front");
+// With a column for half-spaces where there are any.
+void print_header(bool half_spaces) {
+  std::printf("%8s %9s %9s %s%9s %12s %10s %9s %9s %9s %9s %11s %s\n", "frame", "vf", "ee",
+              half_spaces ? "       vh " : "", "possible", "earliest toi", "total ms", "refit", "front",
+              "elem.", "adjacent", "tri. pairs", "front");
 }
 
-void print_row(const FrameReport& frame) {
+void print_row(const FrameReport& frame, bool half_spaces) {
+  char vh[32] = "";
+  if (half_spaces) std::snprintf(vh, sizeof vh, "%9" PRIu64 " ", frame.vh);
   char toi[32] = "-";
   if (frame.earliest_toi) std::snprintf(toi, sizeof toi, "%.9f", *frame.earliest_toi);
   const StageTimes& ms = frame.statistics.ms;
   const std::string state(to_string(frame.statistics.front_state));
-  std::printf("%8" PRIu64 " %9" PRIu64 " %9" PRIu64 " %9" PRIu64
+  std::printf("%8" PRIu64 " %9" PRIu64 " %9" PRIu64 " %s%9" PRIu64
               " %12s %10.3f %9.3f %9.3f %9.3f %9.3f %11" PRIu64 " %s\n",
-              frame.frame, frame.vf, frame.ee, frame.possible, toi, ms.total, ms.refit, ms.front,
+              frame.frame, frame.vf, frame.ee, vh, frame.possible, toi, ms.total, ms.refit, ms.front,
               ms.elementary, ms.adjacent, frame.statistics.counts.triangle_pairs, state.c_str());
   std::fflush(stdout);
 }
 
 void print_summary(const DetectReport& report) {
-  std::uint64_t vf = 0, ee = 0, possible = 0;
+  std::uint64_t vf = 0, ee = 0, vh = 0, possible = 0;
   double ms = 0;
   for (const FrameReport& frame : report.frames) {
     vf += frame.vf;
     ee += frame.ee;
+    vh += frame.vh;
     possible += frame.possible;
     ms += frame.statistics.ms.total;
   }
   const std::string edges = report.edges > 0 ? std::to_string(report.edges) + " edges, " : "";
+  const std::string of_half_spaces = vh > 0 ? ", " + std::to_string(vh) + " vh" : "";
   std::printf("%zu steps of %" PRIu64 " triangles, %s%" PRIu64 " vertices: %" PRIu64 " contacts (%" PRIu64
-              " vf, %" PRIu64 " ee; %" PRIu64 " possible), %.3f ms a step on %d thread%s\n",
-              report.frames.size(), report.triangles, edges.c_str(), report.vertices, vf + ee, vf, ee,
-              possible, ms / static_cast<double>(report.frames.size()), report.threads,
-              report.threads == 1 ? "" : "s");
+              " vf, %" PRIu64 " ee%s; %" PRIu64 " possible), %.3f ms a step on %d thread%s\n",
+              report.frames.size(), report.triangles, edges.c_str(), report.vertices, vf + ee + vh, vf, ee,
+              of_half_spaces.c_str(), possible, ms / static_cast<double>(report.frames.size()),
+              report.threads, report.threads == 1 ? "" : "s");
   if (!report.contacts_hash.empty()) std::printf("contacts hash %s\n", report.contacts_hash.c_str());
 }
 
@@ -170,7 +176,7 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
     error.message = "step to frame " + std::to_string(number) + ": " + error.message;
     return error;
   };
-  if (table) print_header();
+  if (table) print_header(report.half_spaces);
   Positions end;
   for (std::uint64_t step = 1; step <= steps.step_count(); ++step) {
     while (in_flight.size() < most() && step + in_flight.size() <= steps.step_count()) {
@@ -195,11 +201,11 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
         return status;
     }
     if (Status status = outputs.step(steps, answer); !status) return status;
-    report.frames.push_back(
-        {number, answer.vf, answer.ee, answer.possible, answer.earliest_toi, answer.statistics, bytes});
+    report.frames.push_back({number, answer.vf, answer.ee, answer.vh, answer.possible, answer.earliest_toi,
+                             answer.statistics, bytes});
     if (table) {
       progress.clear();
-      print_row(report.frames.back());
+      print_row(report.frames.back(), report.half_spaces);
     }
     progress.update(step);
   }
@@ -270,6 +276,7 @@ int detect(Arguments arguments) {
   report.vertices = input.scene().vertex_count;
   report.triangles = input.scene().faces.size();
   report.edges = input.scene().edges.size();
+  report.half_spaces = has_half_spaces(scene.value());
   report.options = arguments.options;
   report.model = summary_of(scene.value());
   report.threads = stepper.value()->threads();

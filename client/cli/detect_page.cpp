@@ -25,6 +25,7 @@ Json timeline(const DetectReport& report) {
       {"steps", column(report, [](const FrameReport& f) { return f.frame; })},
       {"vf", column(report, [](const FrameReport& f) { return f.vf; })},
       {"ee", column(report, [](const FrameReport& f) { return f.ee; })},
+      {"vh", column(report, [](const FrameReport& f) { return f.vh; })},
       {"possible", column(report, [](const FrameReport& f) { return f.possible; })},
       {"earliest_toi",
        column(report, [](const FrameReport& f) { return f.earliest_toi ? Json(*f.earliest_toi) : Json(); })},
@@ -40,7 +41,7 @@ Json timeline(const DetectReport& report) {
 
 Status add_contacts(HtmlPage& page, std::span<const ContactRecord> contacts) {
   for (const ContactRecord& contact : contacts)
-    page.add_row(contact.vertices, static_cast<std::uint8_t>(tested_as(contact.kind)), contact.toi);
+    page.add_row(contact.vertices, page_kind(contact.kind), contact.toi);
   return page.end_step();
 }
 

@@ -52,7 +52,10 @@ Status Explanation::compare(const StepAnswer& modelled, const StepAnswer& all) c
     const std::span<const std::uint32_t> body = scene_.body_of_vertex();
     return model_.may_meet(body[c.vertices[0]], body[c.vertices[3]]);
   });
-  if (std::ranges::equal(allowed, modelled.contacts)) return {};
+  // That one has no half-spaces, whose rows come last.
+  const auto others =
+      std::ranges::find(modelled.contacts, ContactKind::kVertexHalfSpace, &ContactRecord::kind);
+  if (std::ranges::equal(allowed, std::ranges::subrange(modelled.contacts.begin(), others))) return {};
   return Error{ErrorCode::kInternal,
                "the model's contacts are not those of the all-deformable scene less the pairs that it "
                "excludes; please report this"};

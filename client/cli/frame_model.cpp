@@ -27,6 +27,8 @@ Result<BodiesMode> parse_bodies_mode(std::string_view name) {
 
 Result<SceneDescription> with_bodies(SceneDescription description, BodiesMode mode) {
   if (mode == BodiesMode::kDeclared) return description;
+  if (std::ranges::any_of(description.bodies, [](const Body& body) { return body.half_space.has_value(); }))
+    return invalid_argument("--bodies: the scene's half-spaces are bodies, and would be lost; use declared");
   if (std::ranges::any_of(description.bodies, [](const Body& body) { return body.thickness != 0; })) {
     // How thick bodies are is no matter of the model.
     const Result<Scene> declared = Scene::create(description);
@@ -116,7 +118,7 @@ Frame FrameModel::next_of(std::span<const Real> end, std::vector<Real>& rows) {
   for (std::uint32_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
     const bool rigid = body.kind == BodyKind::kRigid;
-    if (body.kind == BodyKind::kRemoved) continue;
+    if (body.kind == BodyKind::kRemoved || body.half_space) continue;  // frames of files move no half-space
     if (rigid && mode_ == SendMode::kPoses)
       pose(b, end);
     else

@@ -110,11 +110,14 @@ std::vector<std::uint16_t> quantize(const PositionBuffer& frame, const Quantizer
 Json bodies_of(const SceneDescription& scene) {
   static constexpr std::array kNames{"deformable", "rigid", "static", "removed"};
   Json bodies = Json::array();
-  for (const Body& body : scene.bodies)
+  for (const Body& body : scene.bodies) {
     bodies.push_back({{"name", body.name},
                       {"first_vertex", body.first_vertex},
                       {"vertex_count", body.vertex_count},
                       {"kind", kNames.at(static_cast<std::size_t>(body.kind))}});
+    if (body.half_space && body.kind != BodyKind::kRemoved)
+      bodies.back()["half_space"] = {{"point", body.half_space->point}, {"normal", body.half_space->normal}};
+  }
   if (bodies.empty())
     bodies.push_back(
         {{"name", ""}, {"first_vertex", 0}, {"vertex_count", scene.vertex_count}, {"kind", "deformable"}});

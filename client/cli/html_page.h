@@ -20,11 +20,18 @@ namespace warmfront::client {
 /// What was asked. The number of a row's kind is in the order of the kinds named here; its vertices are as
 /// ContactRecord or, where said, others have them.
 enum class PageOf : std::uint8_t {
-  kSteps,         ///< from frame to frame: vertex-face and edge-edge contacts, by their time of impact
-  kNear,          ///< of each frame: vertex-face and edge-edge pairs, by the share of what counts as near
+  /// From frame to frame: vertex-face, edge-edge and vertex-half-space contacts, by their time of impact.
+  kSteps,
+  kNear,          ///< of each frame: the same kinds of pairs, by the share of what counts as near
   kClosestPairs,  ///< the same of closest pairs: by ClosestFeatures, and as Stencil has them
   kTangled,       ///< of each frame: an edge and a face, by five vertices
 };
+
+/// Of kSteps and kNear, the number of a kind on the page.
+constexpr std::uint8_t page_kind(ContactKind kind) {
+  constexpr std::uint8_t kOfHalfSpaces = 2;
+  return kind == ContactKind::kVertexHalfSpace ? kOfHalfSpaces : static_cast<std::uint8_t>(tested_as(kind));
+}
 
 /// What the page carries, each in a <script> of its own: `scene`, JSON; and in base64, little-endian: `faces`
 /// (m, 3) and `lone-edges` (k, 2) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin;

@@ -15,7 +15,7 @@ class LocalStepper final : public Stepper {
     Result<StepResult> result = collider_.step(frame);
     if (!result) return result.error();
     const StepResult& step = result.value();
-    StepAnswer answer{step.vf, step.ee, step.possible,   step.earliest_toi,
+    StepAnswer answer{step.vf, step.ee, step.vh,         step.possible,      step.earliest_toi,
                       {},      {},      step.statistics, step.all_deformable};
     answer.contacts.reserve(step.contacts.size());
     for (const Contact& contact : step.contacts)

@@ -21,6 +21,10 @@ ModelSummary summary_of(const SessionInfo& info) {
   return {info.filters, info.most_thickness};
 }
 
+bool has_half_spaces(const SceneDescription& scene) {
+  return std::ranges::any_of(scene.bodies, [](const Body& body) { return body.half_space.has_value(); });
+}
+
 void add_to(nlohmann::ordered_json& report, const ModelSummary& summary) {
   const SessionInfo::Filters& filters = summary.filters;
   report["filters"] = {{"within_edges", filters.within_edges},

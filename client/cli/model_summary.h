@@ -19,6 +19,9 @@ struct ModelSummary {
 ModelSummary summary_of(const SceneDescription& scene);
 ModelSummary summary_of(const SessionInfo& info);
 
+/// Are any of its bodies half-spaces?
+bool has_half_spaces(const SceneDescription& scene);
+
 /// Adds the fields `filters` (within_edges, near_at_rest, excluded_vertex_pairs, patches) and
 /// `most_thickness`.
 void add_to(nlohmann::ordered_json& report, const ModelSummary& summary);

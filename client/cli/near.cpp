@@ -51,6 +51,7 @@ struct NearFrame {
   std::uint64_t frame;
   std::uint64_t vf;
   std::uint64_t ee;
+  std::uint64_t vh;
   std::uint64_t possible;
   std::size_t rows;
   std::optional<double> least;  ///< distance, of the pairs that are listed
@@ -115,9 +116,14 @@ class Listing {
     const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
     if (!answer) return answer.error();
     const ContactTable& table = answer.value().contacts;
-    NearFrame frame{
-        states.number(), answer.value().vf, answer.value().ee, answer.value().possible, table.size(), {},
-        ms.count()};
+    NearFrame frame{states.number(),
+                    answer.value().vf,
+                    answer.value().ee,
+                    answer.value().vh,
+                    answer.value().possible,
+                    table.size(),
+                    {},
+                    ms.count()};
     if (table.size() > 0) frame.least = std::sqrt(*std::ranges::min_element(table.squared_distance));
     frames_.push_back(frame);
     hash_.begin_step(table.size());
@@ -200,8 +206,11 @@ Json format_json(const Arguments& arguments, const ModelSummary& model, double d
                  const Listing& listing) {
   Json frames = Json::array();
   for (const NearFrame& frame : listing.frames()) {
-    Json& told = frames.emplace_back(
-        Json{{"frame", frame.frame}, {"vf", frame.vf}, {"ee", frame.ee}, {"possible", frame.possible}});
+    Json& told = frames.emplace_back(Json{{"frame", frame.frame},
+                                          {"vf", frame.vf},
+                                          {"ee", frame.ee},
+                                          {"vh", frame.vh},
+                                          {"possible", frame.possible}});
     if (arguments.reduced) told["rows"] = frame.rows;
     told["least_distance"] = frame.least ? Json(*frame.least) : Json(nullptr);
     told["ms"] = frame.ms;
@@ -213,11 +222,13 @@ Json format_json(const Arguments& arguments, const ModelSummary& model, double d
   return root;
 }
 
-void print_frame(const NearFrame& frame, bool reduced) {
+// With a column for half-spaces where there are any.
+void print_frame(const NearFrame& frame, bool reduced, bool half_spaces) {
   char least[32] = "-";
   if (frame.least) std::snprintf(least, sizeof least, "%.6g", *frame.least);
-  std::printf("%8" PRIu64 " %10" PRIu64 " %10" PRIu64 " %10" PRIu64, frame.frame, frame.vf, frame.ee,
-              frame.possible);
+  std::printf("%8" PRIu64 " %10" PRIu64 " %10" PRIu64, frame.frame, frame.vf, frame.ee);
+  if (half_spaces) std::printf(" %10" PRIu64, frame.vh);
+  std::printf(" %10" PRIu64, frame.possible);
   if (reduced) std::printf(" %10zu", frame.rows);
   std::printf(" %14s %10.3f\n", least, frame.ms);
   std::fflush(stdout);
@@ -258,15 +269,16 @@ int near(const Arguments& arguments) {
   const std::array written_files{arguments.json_file, arguments.contacts_file, arguments.distances_file,
                                  arguments.html.file};
   const bool table = std::ranges::find(written_files, "-") == written_files.end();
+  const bool half_spaces = has_half_spaces(states.scene());
   if (table)
-    std::printf("%8s %10s %10s %10s%s %14s %10s\n", "frame", "vf", "ee", "possible",
-                arguments.reduced ? "       rows" : "", "least distance", "ms");
+    std::printf("%8s %10s %10s%s %10s%s %14s %10s\n", "frame", "vf", "ee", half_spaces ? "         vh" : "",
+                "possible", arguments.reduced ? "       rows" : "", "least distance", "ms");
   const int looked = states.each([&](AnySession& session) -> Status {
     Status status = listing.look(session, states);
     if (status && distances)
       status =
           distances->look(session, states.number(), distance, {.tier = parse_tier(arguments.tier).value()});
-    if (status && table) print_frame(listing.frames().back(), arguments.reduced);
+    if (status && table) print_frame(listing.frames().back(), arguments.reduced, half_spaces);
     return status;
   });
   if (looked != kExitOk) return looked;

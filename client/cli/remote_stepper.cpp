@@ -13,7 +13,7 @@ namespace warmfront::client {
 namespace {
 
 StepAnswer to_step_answer(const Answer& answer) {
-  StepAnswer step{answer.vf, answer.ee, answer.possible,   answer.earliest_toi,
+  StepAnswer step{answer.vf, answer.ee, answer.vh,         answer.possible, answer.earliest_toi,
                   {},        {},        answer.statistics, std::nullopt};
   if (answer.all_deformable) step.all_deformable = answer.all_deformable->statistics;
   const ContactTable& table = answer.contacts;

@@ -15,6 +15,7 @@ Json format_frame(const FrameReport& frame) {
   return {{"frame", frame.frame},
           {"vf", frame.vf},
           {"ee", frame.ee},
+          {"vh", frame.vh},
           {"possible", frame.possible},
           {"earliest_toi", frame.earliest_toi ? Json(*frame.earliest_toi) : Json(nullptr)},
           {"ms",

@@ -19,6 +19,7 @@ struct FrameReport {
   std::uint64_t frame = 0;
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
+  std::uint64_t vh = 0;
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   StepStatistics statistics;
@@ -28,7 +29,8 @@ struct FrameReport {
 struct DetectReport {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
-  std::uint64_t edges = 0;  ///< given besides the triangles' sides
+  std::uint64_t edges = 0;   ///< given besides the triangles' sides
+  bool half_spaces = false;  ///< are there any?
   ColliderOptions options;
   ModelSummary model;
   int threads = 0;

@@ -61,14 +61,17 @@ void StatesPage::add_rows(const ContactTable& table, double distance) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     const std::span<const std::uint32_t> row = table.vertices[i];
     const std::size_t first = vertices_of_first(table.kind[i]);  // vertices of the first one
-    const double most = distance + thickness_of(row.first(first)) + thickness_of(row.subspan(first));
+    const bool of_half_space = table.kind[i] == ContactKind::kVertexHalfSpace;
+    const double of_second = of_half_space ? body_thickness_[row[3]] : thickness_of(row.subspan(first));
+    const double most = distance + thickness_of(row.first(first)) + of_second;
     const double value = share(table.squared_distance[i], most);
     if (page_.asked() == PageOf::kClosestPairs) {
-      const Stencil closest = stencil_of(table.kind[i], table.vertices[i], table.stencil[i]);
+      Stencil closest = stencil_of(table.kind[i], table.vertices[i], table.stencil[i]);
+      if (of_half_space) closest.vertices.fill(row[0]);
       ++counts.at(static_cast<std::size_t>(closest.kind));
       page_.add_row(closest.vertices, static_cast<std::uint8_t>(closest.kind), value);
     } else {
-      page_.add_row(row, static_cast<std::uint8_t>(table.kind[i]), value);
+      page_.add_row(row, page_kind(table.kind[i]), value);
     }
   }
   if (page_.asked() != PageOf::kClosestPairs) return;
@@ -77,11 +80,15 @@ void StatesPage::add_rows(const ContactTable& table, double distance) {
 }
 
 Status StatesPage::add_near(const States& states, double distance, const Answer& answer, double ms) {
-  if (columns_["steps"].empty()) thickness_ = thickness_by_vertex(states.scene());  // which is valid by now
+  if (columns_["steps"].empty()) {
+    thickness_ = thickness_by_vertex(states.scene());  // which is valid by now
+    for (const Body& body : states.scene().bodies) body_thickness_.push_back(body.thickness);
+  }
   add_frame(states, ms);
   const ContactTable& table = answer.contacts;
   columns_["vf"].push_back(answer.vf);
   columns_["ee"].push_back(answer.ee);
+  columns_["vh"].push_back(answer.vh);
   columns_["possible"].push_back(answer.possible);
   columns_["least_distance"].push_back(
       table.size() > 0 ? Json(std::sqrt(*std::ranges::min_element(table.squared_distance))) : Json());

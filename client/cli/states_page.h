@@ -37,7 +37,8 @@ class StatesPage {
 
   HtmlPage page_;
   std::string file_;
-  std::vector<double> thickness_;  // by vertex; empty where nothing is thick
+  std::vector<double> thickness_;       // by vertex; empty where nothing is thick
+  std::vector<double> body_thickness_;  // by body
   nlohmann::ordered_json columns_ = {{"steps", nlohmann::ordered_json::array()}};
 };
 

@@ -24,7 +24,8 @@ namespace warmfront::client {
 struct StepAnswer {
   std::uint64_t vf = 0;                ///< vertex-face contacts
   std::uint64_t ee = 0;                ///< edge-edge contacts
-  std::uint64_t possible = 0;          ///< of both kinds, those neither proved nor excluded
+  std::uint64_t vh = 0;                ///< vertex-half-space contacts
+  std::uint64_t possible = 0;          ///< of all kinds, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   /// In the engine's order; empty for Report::kCount.
   std::vector<ContactRecord> contacts;

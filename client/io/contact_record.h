@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "engine/contact.h"
@@ -14,7 +15,8 @@ namespace warmfront::client {
 /// holds.
 enum class RowContinuity : std::uint8_t { kNew = 0, kKept = 1, kEnded = 2 };
 
-/// `vertices`: the vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
+/// `vertices`: as Scene::vertices_of(). The vertex, then the face's three (vertex-face); edge a's two, then
+/// edge b's two (edge-edge); the vertex three times, then the number of the body (vertex-half-space).
 struct ContactRecord {
   ContactKind kind = ContactKind::kVertexFace;
   ContactStatus status = ContactStatus::kHit;
@@ -22,6 +24,9 @@ struct ContactRecord {
   double toi = 0;                 ///< in [0, 1]
   ClosestPair closest_pair = {};  ///< of a reduced answer
   RowContinuity continuity = RowContinuity::kNew;
+
+  /// How many of `vertices` are vertices.
+  std::size_t vertex_count() const { return kind == ContactKind::kVertexHalfSpace ? 3 : 4; }
 
   friend bool operator==(const ContactRecord&, const ContactRecord&) = default;
 };

@@ -20,7 +20,7 @@ Opener opener_for(std::string_view path) {
 }  // namespace
 
 std::string_view short_name(ContactKind kind) {
-  constexpr std::array<std::string_view, kContactKinds> kNames{"vf", "ee", "ef", "ve", "vv"};
+  constexpr std::array<std::string_view, kContactKinds> kNames{"vf", "ee", "ef", "ve", "vv", "vh"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 

@@ -38,7 +38,7 @@ class ContactWriter {
   virtual Status close() = 0;
 };
 
-/// "vf", "ee", "ve" and "vv"; "ef" of intersections.
+/// "vf", "ee", "ve", "vv" and "vh"; "ef" of intersections.
 std::string_view short_name(ContactKind kind);
 /// "new", "kept", "ended".
 std::string_view to_string(RowContinuity continuity);
@@ -58,17 +58,18 @@ bool is_contact_file_name(std::string_view path);
 ///   `w0,w1,w2,w3` (weights), `nx,ny,nz` (normal), `ax,ay,az,bx,by,bz` (points), `dx,dy,dz` (direction),
 ///   `squared_distance`, `closest` (vv, ev, ee or fv), `multiplicity,stencil` (of a reduced answer, see
 ///   ClosestPair), `continuity` (new, kept or ended; of an ended row the columns from toi to before this one
-///   are empty);
+///   are empty). Of type vh v0, v1 and v2 are the vertex, and v3 is the number of the body that is the
+///   half-space;
 /// - .jsonl: `{"frame":1,"type":"vf","v0":0,"v1":1,"v2":2,"v3":3,"toi":0.5,"status":"hit"}`, a line a
 /// contact; then `"weights":[..]`, `"normal":[..]`, `"points":[[..],[..]]`, `"direction":[..]`,
 /// `"squared_distance":0.25`, `"closest":"fv"`, `"multiplicity":1,"stencil":15`,
 /// `"continuity":"new"`, before which an ended row has its features alone;
 /// - .vtp: NAME_000001.vtp, ... one VTK PolyData file a frame, and NAME.pvd, which lists them: each contact
 /// is a point at
-///   the mean of its four vertices at the time of impact, with arrays toi, kind, status, frame and vertices
-///   (its four, as v0 to v3), weights, normal, point_a and point_b, direction, squared_distance, closest
-///   (numbers of ClosestFeatures), multiplicity and stencil, continuity (numbers of RowContinuity). No ended
-///   rows, which are nowhere.
+///   the mean of its four vertices (of a half-space's row the vertex) at the time of impact, with arrays toi,
+///   kind, status, frame and vertices (its four, as v0 to v3), weights, normal, point_a and point_b,
+///   direction, squared_distance, closest (numbers of ClosestFeatures), multiplicity and stencil, continuity
+///   (numbers of RowContinuity). No ended rows, which are nowhere.
 Result<std::unique_ptr<ContactWriter>> open_contact_writer(const std::string& path,
                                                            const WrittenFields& fields = {});
 

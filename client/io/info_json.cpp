@@ -110,6 +110,25 @@ class Fields {
   std::string problem_;
 };
 
+/// Three finite numbers; false for anything else.
+bool parse_three(const Json* list, std::array<double, 3>& three) {
+  if (list == nullptr || !list->is_array() || list->size() != 3) return false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!(*list)[k].is_number()) return false;
+    three[k] = (*list)[k].get<double>();
+  }
+  return true;
+}
+
+std::string parse_half_space(const Json& item, const std::string& where, HalfSpace& half_space) {
+  if (!item.is_object()) return where + "'half_space' must be an object";
+  Fields fields(item, where + "half_space: ");
+  if (!parse_three(fields.find("point"), half_space.point)) fields.fail("point", "must hold 3 numbers");
+  if (!parse_three(fields.find("normal"), half_space.normal)) fields.fail("normal", "must hold 3 numbers");
+  fields.refuse_others();
+  return fields.problem();
+}
+
 std::string parse_body(const Json& item, std::size_t index, Body& body) {
   const std::string where = "body " + std::to_string(index) + ": ";
   if (!item.is_object()) return where + "must be an object";
@@ -133,6 +152,11 @@ std::string parse_body(const Json& item, std::size_t index, Body& body) {
   std::uint64_t world = body.world;
   fields.count("world", kMost, world);
   body.world = static_cast<std::uint32_t>(world);
+  if (const Json* half_space = fields.find("half_space")) {
+    if (std::string problem = parse_half_space(*half_space, where, body.half_space.emplace());
+        !problem.empty())
+      return problem;
+  }
   body.group = static_cast<std::uint32_t>(group);
   body.mask = static_cast<std::uint32_t>(mask);
   body.first_vertex = static_cast<std::uint32_t>(first);
@@ -282,6 +306,8 @@ std::string format_info_json(const SceneInfo& info) {
     if (body.mask != plain.mask) item["mask"] = body.mask;
     if (body.thickness > 0) item["thickness"] = body.thickness;
     if (body.world != plain.world) item["world"] = body.world;
+    if (body.half_space)
+      item["half_space"] = {{"point", body.half_space->point}, {"normal", body.half_space->normal}};
     bodies.push_back(std::move(item));
   }
   Json root{{"name", info.name},

@@ -20,11 +20,13 @@ std::string format_vtp(std::uint64_t frame, const Positions& start, const Positi
   for (const ContactRecord& contact : contacts) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double sum = 0;
-      for (const std::size_t v : contact.vertices) {
+      const std::size_t count = contact.vertex_count();
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t v = contact.vertices[k];
         const double p0 = coordinate(start, 3 * v + axis);
         sum += p0 + (coordinate(end, 3 * v + axis) - p0) * contact.toi;
       }
-      points.push_back(sum / 4);
+      points.push_back(sum / static_cast<double>(count));
     }
     toi.push_back(contact.toi);
     kind.push_back(static_cast<std::uint8_t>(contact.kind));

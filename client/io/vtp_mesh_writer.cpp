@@ -43,8 +43,12 @@ Status VtpMeshWriter::write(std::uint64_t number, const Positions& positions,
                             std::span<const ContactRecord> contacts) {
   const std::size_t numbers = std::visit([](auto values) { return values.size(); }, positions);
   std::vector<double> toi(numbers / 3, std::numeric_limits<double>::quiet_NaN());
-  for (const ContactRecord& contact : contacts)
-    for (const std::uint32_t v : contact.vertices) toi[v] = std::fmin(toi[v], contact.toi);
+  for (const ContactRecord& contact : contacts) {
+    for (std::size_t k = 0; k < contact.vertex_count(); ++k) {
+      double& first = toi[contact.vertices[k]];
+      first = std::fmin(first, contact.toi);
+    }
+  }
 
   VtpArrays arrays;
   VtpArrays::Piece piece{.points = toi.size(), .lines = lines_.ends.size(), .polys = triangles_.ends.size()};

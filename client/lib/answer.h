@@ -23,7 +23,8 @@ namespace warmfront::client {
 struct ContactTable {
   std::vector<ContactKind> kind;
   std::vector<ContactStatus> status;
-  /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge).
+  /// The vertex, then the face's three (vertex-face); edge a's two, then edge b's two (edge-edge); the vertex
+  /// three times, then the body's number (vertex-half-space). See Scene::vertices_of().
   std::vector<std::array<std::uint32_t, 4>> vertices;
   /// Of intersections, whose `vertices` are empty: the edge's two, then the face's three.
   std::vector<std::array<std::uint32_t, 5>> edge_faces;
@@ -81,7 +82,7 @@ struct AllDeformable {
 /// One frame's answer: the same bits as from a collider in this process.
 struct Answer : KindCounts {
   std::uint64_t frame = 0;
-  std::uint64_t possible = 0;          ///< of vf and ee, those neither proved nor excluded
+  std::uint64_t possible = 0;          ///< of vf, ee and vh, those neither proved nor excluded
   std::optional<double> earliest_toi;  ///< least toi of the step; none without contacts
   ContactTable contacts;               ///< empty for Report::kCount, and of a commit
   /// Left out by a question that leaves them out.

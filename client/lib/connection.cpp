@@ -53,6 +53,8 @@ RemoteError too_old_for(v1::Feature feature) {
       : feature == v1::FEATURE_WORLDS ? "worlds: the daemon is older than they are, and would count contacts "
                                         "between them; update it, or give each "
                                         "world a session of its own"
+      : feature == v1::FEATURE_HALF_SPACES
+          ? "half_space: the daemon is older than half-spaces; update it, or give a mesh instead"
       : feature == v1::FEATURE_THICKNESS
           ? "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out"
           : "filters: the daemon is older than they are, and would count what they leave out; update it, or "
@@ -67,12 +69,14 @@ std::vector<v1::Feature> features_in(const v1::SessionHeader& header) {
   if (wire::is_thick(header)) features.push_back(v1::FEATURE_THICKNESS);
   if (wire::has_worlds(header)) features.push_back(v1::FEATURE_WORLDS);
   if (header.edge_count() > 0) features.push_back(v1::FEATURE_EDGES);
+  if (wire::has_half_spaces(header)) features.push_back(v1::FEATURE_HALF_SPACES);
   return features;
 }
 
 // Does a session have what only a daemon with the feature takes?
 bool took(const v1::SessionInfo& info, v1::Feature feature) {
-  if (feature == v1::FEATURE_EDGES) return true;  // one that does not know them refuses their bytes
+  // One that does not know these refuses their bytes, or a body without vertices.
+  if (feature == v1::FEATURE_EDGES || feature == v1::FEATURE_HALF_SPACES) return true;
   if (feature == v1::FEATURE_WORLDS) return info.world_count() > 0;
   return feature == v1::FEATURE_THICKNESS ? info.most_thickness() > 0 : info.has_filters();
 }

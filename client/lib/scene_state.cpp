@@ -177,7 +177,9 @@ void SceneState::take(const SentFrame& frame, double fraction) {
   if (!frame.moved && fraction == 1) {
     positions_ = frame.positions;
     own_.reset();
-    std::ranges::fill(poses_, std::nullopt);
+    for (std::size_t b = 0; b < poses_.size(); ++b) {
+      if (!scene_.bodies[b].half_space) poses_[b].reset();
+    }
     return;
   }
   if (!frame.moved) {
@@ -185,8 +187,8 @@ void SceneState::take(const SentFrame& frame, double fraction) {
     if (scene_.bodies.empty()) move_rows(0, rows, scene_.vertex_count, std::nullopt, fraction);
     for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
       const Body& body = scene_.bodies[b];
-      // Where those are is given and checked, or of no interest.
-      if (body.kind == BodyKind::kStatic || body.kind == BodyKind::kRemoved) continue;
+      // Where those are is given and checked, or of no interest; half-spaces have no positions.
+      if (body.kind == BodyKind::kStatic || body.kind == BodyKind::kRemoved || body.half_space) continue;
       move_rows(body.first_vertex, rows + 3 * number_size() * body.first_vertex, body.vertex_count, poses_[b],
                 fraction);
       poses_[b].reset();
@@ -255,7 +257,8 @@ Status SceneState::check_change(std::uint32_t index, const Body& body) const {
   if (index >= scene_.bodies.size())
     return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
                             std::to_string(scene_.bodies.size()) + ")");
-  const bool stays = body.kind == BodyKind::kRigid || body.kind == BodyKind::kRemoved;
+  const bool stays =
+      body.kind == BodyKind::kRigid || body.kind == BodyKind::kRemoved || scene_.bodies[index].half_space;
   if (float32_ && poses_[index] && !stays)
     return Error{ErrorCode::kFailedPrecondition,
                  "body " + std::to_string(index) +
@@ -268,6 +271,9 @@ void SceneState::take(std::uint32_t index, Body body) {
   Body& old = scene_.bodies[index];
   body.first_vertex = old.first_vertex;
   body.vertex_count = old.vertex_count;
+  if (!body.half_space) body.half_space = old.half_space;  // of one that is removed
+  // Described anew, it is where that says.
+  if (body.half_space && (body.kind != old.kind || body.half_space != old.half_space)) poses_[index].reset();
   if (poses_[index] && body.kind != BodyKind::kRigid) {
     for (std::uint32_t v = 0; v < old.vertex_count && !float32_; ++v) {
       char* row = own_positions().data() + 3 * sizeof(double) * (old.first_vertex + v);

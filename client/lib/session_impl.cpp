@@ -297,6 +297,9 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
   if (!addition.edges.empty()) {
     if (Status known = need(v1::FEATURE_EDGES); !known) return known.error();
   }
+  if (addition.body.half_space) {
+    if (Status known = need(v1::FEATURE_HALF_SPACES); !known) return known.error();
+  }
   const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
   if (Status changed =
           change(std::move(encoded).value(), [&] { state_.take(std::move(addition), positions); });
@@ -317,7 +320,7 @@ Status Session::Impl::change_body(std::uint32_t index, Body body) {
   v1::SceneChange encoded;
   encoded.mutable_change()->set_index(index);
   *encoded.mutable_change()->mutable_body() = to_proto(body);
-  // The daemon keeps the range and ignores this field, but it must not be empty.
+  // The daemon keeps the range and ignores this field, but it must not be empty where the body has a mesh.
   encoded.mutable_change()->mutable_body()->set_vertex_count(state_.scene().bodies[index].vertex_count);
   return change(std::move(encoded), [&] { state_.take(index, std::move(body)); });
 }
@@ -463,19 +466,22 @@ CommitResult Session::Impl::Trial::up_to(double fraction) const {
   CommitResult result;
   result.fraction = fraction;
   if (earliest_toi && *earliest_toi <= fraction) result.earliest_toi = earliest_toi;
-  if (kind.size() == vf + ee) {
-    result.vf = result.ee = result.possible = 0;
+  if (kind.size() == vf + ee + vh) {
+    result.vf = result.ee = result.vh = result.possible = 0;
     for (std::size_t i = 0; i < kind.size(); ++i) {
       if (toi[i] > fraction) continue;
-      ++*(kind[i] == ContactKind::kVertexFace ? result.vf : result.ee);
+      ++*(kind[i] == ContactKind::kVertexFace        ? result.vf
+          : kind[i] == ContactKind::kVertexHalfSpace ? result.vh
+                                                     : result.ee);
       if (status[i] == ContactStatus::kPossible || status[i] == ContactStatus::kBudget) ++*result.possible;
     }
   } else if (fraction == 1) {
     result.vf = vf;
     result.ee = ee;
+    result.vh = vh;
     result.possible = possible;
   } else if (!result.earliest_toi) {
-    result.vf = result.ee = result.possible = 0;
+    result.vf = result.ee = result.vh = result.possible = 0;
   }
   return result;
 }
@@ -522,7 +528,7 @@ void Session::Impl::take_answer(const v1::StepAnswer& part) {
     last_trial_.reset();
   else if (asked && frame.is_trial())
     last_trial_.emplace(Trial{std::move(frame), partial_.contacts.kind, partial_.contacts.status,
-                              partial_.contacts.toi, partial_.vf, partial_.ee, partial_.possible,
+                              partial_.contacts.toi, partial_.vf, partial_.ee, partial_.vh, partial_.possible,
                               partial_.earliest_toi});
   unanswered_.pop_front();
   --sent_;

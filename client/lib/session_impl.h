@@ -141,6 +141,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
     std::vector<double> toi;
     std::uint64_t vf = 0;
     std::uint64_t ee = 0;
+    std::uint64_t vh = 0;
     std::uint64_t possible = 0;
     std::optional<double> earliest_toi;
 

@@ -79,12 +79,12 @@ Status append_columns(const v1::ContactColumns& message, ContactTable& contacts)
       message.multiplicity().empty() != message.stencil().empty())
     return malformed("columns of unequal length");
   for (const char stencil : message.stencil())
-    if (stencil < 0 || stencil > 15 || std::popcount(static_cast<unsigned>(stencil)) < 2)
+    if (stencil < 0 || stencil > 15 || (stencil != 1 && std::popcount(static_cast<unsigned>(stencil)) < 2))
       return malformed("a stencil of no closest pair");
   for (const char closest : message.closest())
     if (closest < 0 || closest > 3) return malformed("closest features of unknown kind");
   for (const char kind : message.kind())
-    if ((kind == 2) != edge_faces || kind < 0 || kind > 4) return malformed("a contact of unknown kind");
+    if ((kind == 2) != edge_faces || kind < 0 || kind > 5) return malformed("a contact of unknown kind");
   for (const char status : message.status())
     if (status < 1 || status > 4) return malformed("a contact of unknown status");
   append(message.kind(), contacts.kind);
@@ -132,6 +132,7 @@ Status finish_answer(const v1::StepAnswer& message, Answer& answer) {
   answer.ve = summary.ve();
   answer.vv = summary.vv();
   answer.ef = summary.ef();
+  answer.vh = summary.vh();
   answer.possible = summary.possible();
   if (summary.has_earliest_toi()) answer.earliest_toi = summary.earliest_toi();
   answer.statistics = wire::statistics_from(summary.statistics());

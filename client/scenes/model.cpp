@@ -70,6 +70,12 @@ void Shapes::end_body(std::string name, BodyKind kind) {
   scene.bodies.push_back({std::move(name), first, scene.vertex_count - first, kind});
 }
 
+void Shapes::add_half_space(std::string name, const HalfSpace& half_space) {
+  Body body{std::move(name), static_cast<std::uint32_t>(vertices.size()), 0, BodyKind::kStatic};
+  body.half_space = half_space;
+  scene.bodies.push_back(std::move(body));
+}
+
 int rounded_root(double square, int least) {
   return std::max(least, static_cast<int>(std::floor(std::sqrt(std::max(0.0, square)) + 0.5)));
 }

@@ -34,6 +34,8 @@ class Shapes {
   void add_capsule(int n, Vec3 center, double radius, double half_length);
 
   void end_body(std::string name, BodyKind kind);
+  /// A static body of its own.
+  void add_half_space(std::string name, const HalfSpace& half_space);
 
   std::vector<Vec3> vertices;
   SceneDescription scene;
@@ -72,6 +74,7 @@ std::unique_ptr<Model> make_n_body(std::uint32_t triangles);
 std::unique_ptr<Model> make_princess(std::uint32_t triangles);
 std::unique_ptr<Model> make_bart(std::uint32_t triangles);
 std::unique_ptr<Model> make_particles(std::uint32_t triangles);
+std::unique_ptr<Model> make_ground(std::uint32_t triangles);
 std::unique_ptr<Model> make_hair(std::uint32_t elements);  ///< edges, and a few triangles
 
 }  // namespace warmfront::client::scenes

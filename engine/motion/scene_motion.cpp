@@ -49,7 +49,8 @@ void SceneMotion::renumber(const Renumbering& numbering, std::uint32_t first, St
   numbering_ = &numbering;
   motion_.renumber(numbering.given_vertices(), first, stop);
   for (Part& part : parts_) {
-    if (part.first >= first && part.kind == BodyKind::kRigid) make_rigid(part, stop);
+    const bool known = part.empty() && std::holds_alternative<AtPose>(part.now);
+    if (part.first >= first && part.kind == BodyKind::kRigid && !known) make_rigid(part, stop);
   }
   take_magnitude();
 }
@@ -75,7 +76,7 @@ std::shared_ptr<const ReferenceShape> SceneMotion::shape_of(std::uint32_t part, 
 
 void SceneMotion::make_rigid(Part& part, StopSignal stop) {
   AtPose at{shape_of(static_cast<std::uint32_t>(&part - parts_.data()), stop), {}};
-  part.range.reach = part.reach_at_start = reach_at(*at.shape, at.pose);
+  part.range.reach = part.reach_at_start = reach_at(part, *at.shape, at.pose);
   part.start = at;
   part.now = std::move(at);
 }
@@ -105,7 +106,7 @@ void SceneMotion::change_kind(std::uint32_t index, BodyKind kind, std::shared_pt
   if (kind == part.kind && shape == nullptr) return;
   part.kind = kind;
   if (shape != nullptr) {
-    part.range.reach = reach_at(*shape, {});
+    part.range.reach = reach_at(part, *shape, {});
     part.start = AtPose{shape, {}};
     part.now = AtPose{std::move(shape), {}};
   } else {
@@ -126,7 +127,7 @@ Status SceneMotion::set_poses(std::span<const BodyPose> poses) {
   for (const BodyPose& pose : poses) {
     Part& part = parts_[pose.body];
     for (Placement* placement : {&part.start, &part.now}) std::get<AtPose>(*placement).pose = pose.pose;
-    part.range.reach = part.reach_at_start = reach_at(*std::get<AtPose>(part.now).shape, pose.pose);
+    part.range.reach = part.reach_at_start = reach_at(part, *std::get<AtPose>(part.now).shape, pose.pose);
     part.placed = false;
   }
   take_magnitude();
@@ -134,7 +135,8 @@ Status SceneMotion::set_poses(std::span<const BodyPose> poses) {
 }
 
 // Local: what the ball of a part at a pose reaches.
-double SceneMotion::reach_at(const ReferenceShape& shape, const Pose& pose) const {
+double SceneMotion::reach_at(const Part& part, const ReferenceShape& shape, const Pose& pose) const {
+  if (part.empty()) return 0;
   const double reach =
       motion_.reach_of(pose.place(shape.centre.data())) + motion_.frame().to_local(shape.radius);
   return std::isnan(reach) ? std::numeric_limits<double>::infinity() : reach;
@@ -158,6 +160,12 @@ MotionState SceneMotion::state(std::uint32_t index) const {
   if (part.placed) return part.range.any;
   const bool moving = turns(part);
   return static_cast<MotionState>((moving ? kMoving | kChanged : 0) | (part.turned ? kChanged : 0));
+}
+
+SceneMotion::Poses SceneMotion::poses(std::uint32_t index) const {
+  const Part& part = parts_[index];
+  const auto* at = std::get_if<AtPose>(&part.now);
+  return at == nullptr ? Poses{} : Poses{pose_at_start(part), at->pose};
 }
 
 SceneMotion::Ball SceneMotion::ball(std::uint32_t index) const {

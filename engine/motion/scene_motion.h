@@ -120,6 +120,14 @@ class SceneMotion {
   };
   Ball ball(std::uint32_t part) const;
 
+  /// The poses of a part at both ends of the step; the identity of one that does not move by poses.
+  struct Poses {
+    Pose start;
+    Pose end;
+  };
+  Poses poses(std::uint32_t part) const;
+
+  std::uint32_t first_vertex(std::uint32_t part) const { return parts_[part].first; }
   std::uint32_t vertex_count(std::uint32_t part) const { return parts_[part].end - parts_[part].first; }
   /// Where vertex i of a part is at both ends of the step, placed or not.
   VertexMotion vertex(std::uint32_t part, std::uint32_t i) const;
@@ -155,6 +163,8 @@ class SceneMotion {
     Placement now;    // at t = 1
 
     bool rigid() const { return kind == BodyKind::kRigid; }
+    // A half-space: only its poses are known here, and positions of all vertices do not tell of it.
+    bool empty() const { return first == end; }
   };
 
   void begin(const Frame& frame, StopSignal stop);
@@ -167,7 +177,7 @@ class SceneMotion {
   void make_rigid(Part& part, StopSignal stop);
   void settle(Part& part, StopSignal stop);
   void move_part(Part& part, const Positions& positions, std::uint32_t first_row, StopSignal stop);
-  double reach_at(const ReferenceShape& shape, const Pose& pose) const;
+  double reach_at(const Part& part, const ReferenceShape& shape, const Pose& pose) const;
   void take_magnitude();
   static bool turns(const Part& part);
   static Pose pose_at_start(const Part& part);

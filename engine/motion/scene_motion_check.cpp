@@ -9,6 +9,9 @@
 namespace warmfront {
 namespace {
 
+/// Of SceneMotion::given_, between the bodies of a frame that is being checked.
+constexpr std::uint8_t kNamed = 0x80;
+
 std::string at(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
@@ -52,7 +55,11 @@ void SceneMotion::clear_marks(const Frame& frame) noexcept {
     if (v < named_.size()) named_[v] = 0;
   }
   const auto clear_part = [this](std::uint32_t part) {
-    if (part < parts_.size() && parts_[part].first < named_.size()) named_[parts_[part].first] = 0;
+    if (part >= parts_.size()) return;
+    if (parts_[part].empty())
+      given_[part] &= static_cast<std::uint8_t>(~kNamed);
+    else
+      named_[parts_[part].first] = 0;
   };
   for (const BodyPositions& body : frame.bodies) clear_part(body.body);
   for (const BodyPose& pose : frame.poses) clear_part(pose.body);
@@ -87,10 +94,14 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
       return invalid_argument(where + ": body " + std::to_string(index) + " is not in [0, " +
                               std::to_string(scene.bodies().size()) + ")");
     if (Status status = check_movable(scene.bodies()[index], index, where); !status) return status;
-    // A body's first vertex stands for it, as 2.
-    if (named_[parts_[index].first] == 2)
-      return invalid_argument(where + ": body " + std::to_string(index) + " is given twice");
-    named_[parts_[index].first] = 2;
+    // A body's first vertex stands for it, as 2; for a half-space, which has none, a bit of its own.
+    const bool empty = parts_[index].empty();
+    const bool twice = empty ? (given_[index] & kNamed) != 0 : named_[parts_[index].first] == 2;
+    if (twice) return invalid_argument(where + ": body " + std::to_string(index) + " is given twice");
+    if (empty)
+      given_[index] |= kNamed;
+    else
+      named_[parts_[index].first] = 2;
     return {};
   };
   for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
@@ -98,6 +109,9 @@ Status SceneMotion::check_parts(const Scene& scene, const Frame& frame, StopSign
     const BodyPositions& body = frame.bodies[i];
     const std::string where = at("bodies", i);
     if (Status status = check_body(body.body, where); !status) return status;
+    if (parts_[body.body].empty())
+      return invalid_argument(where + ": body " + std::to_string(body.body) +
+                              " is a half-space, which has no positions; give its pose");
     if (Status status =
             check_any(body.positions, scene.bodies()[body.body].vertex_count, where + ".positions", stop);
         !status)

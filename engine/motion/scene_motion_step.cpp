@@ -75,8 +75,8 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
     part.written = false;
     part.begun_in = begun_;
     begin_part(part);
-    // Static and removed bodies were checked to stay, or are of no interest.
-    const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved;
+    // Static and removed bodies were checked to stay, or are of no interest; half-spaces have no positions.
+    const bool fixed = part.kind == BodyKind::kStatic || part.kind == BodyKind::kRemoved || part.empty();
     if (given_[p] == kByPositions && frame.positions && !fixed) {
       move_part(part, *frame.positions, 0, stop);
     } else if (given_[p] != kByPositions || fixed) {
@@ -93,7 +93,7 @@ void SceneMotion::begin(const Frame& frame, StopSignal stop) {
     if (at == nullptr)
       at = &part.now.emplace<AtPose>(AtPose{shape_of(pose.body, stop), {}});  // its positions were given last
     at->pose = pose.pose;
-    part.range.reach = reach_at(*at->shape, at->pose);
+    part.range.reach = reach_at(part, *at->shape, at->pose);
   }
   for (Part& part : parts_) {
     // What moves by a pose, or did so in the last step, is not where its vertices are.

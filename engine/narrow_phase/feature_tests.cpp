@@ -26,11 +26,45 @@ FeatureVertices PairTester::features_of(const FeaturePair& pair) const {
 }
 
 void PairTester::take_verdict(const FeaturePair& pair, const Verdict& verdict) {
+  take_verdict(pair.kind, pair.a, pair.b, verdict);
+}
+
+void PairTester::take_verdict(ContactKind kind, std::uint32_t a, std::uint32_t b, const Verdict& verdict) {
   if (!verdict.contact) return;
   if (input_->options.leave_out_overlaps && verdict.status == ContactStatus::kOverlapAtStart)
     ++output_.overlaps;
   else
-    report(input_->numbering.given({pair.kind, verdict.status, pair.a, pair.b, verdict.toi}));
+    report(input_->numbering.given({kind, verdict.status, a, b, verdict.toi}));
+}
+
+void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
+                                   const HalfSpaceMotion& half_space, std::uint32_t body, double thickness) {
+  const ColliderOptions& options = input_->options;
+  const double of_vertex = input_->thickness.any() ? input_->thickness.of(v) : 0;
+  const auto separated = [&](double asked) { return separation_of(asked, of_vertex, thickness); };
+  ElementaryOptions elementary = elementary_options();
+  elementary.min_separation = separated(options.min_separation);
+  if (options.report == Report::kEarliest)
+    elementary.latest = shared_->earliest.of(world_of_bodies(v, body));
+  ElementaryCounts counts;
+  Verdict verdict;
+  if (options.pair_test == PairTest::kProximity) {
+    verdict = half_space_proximity(vertex, half_space, options.instant, elementary, counts);
+    if (verdict.contact && options.report == Report::kVertexDistances)
+      lower_distance(v, beyond_thickness(half_space_distance(vertex, half_space, options.instant), of_vertex,
+                                         thickness));
+  } else if (options.report == Report::kCandidates) {
+    verdict = half_space_candidate(vertex, half_space, elementary, counts);
+  } else if (input_->keep.share > 0) {
+    const KeepDistance keep{input_->keep.share, separated(input_->keep.beyond)};
+    verdict = half_space_keep_distance(vertex, half_space, keep, elementary.latest, counts);
+  } else {
+    verdict = half_space_test(vertex, half_space, elementary, counts);
+  }
+  ++output_.counts.elementary_tests;
+  output_.counts.exact_tests += counts.exact_tests;
+  take_verdict(ContactKind::kVertexHalfSpace, v, body, verdict);
+  look_after_exact(counts.exact_tests);
 }
 
 void PairTester::test_features() {
@@ -140,11 +174,13 @@ void PairTester::lower_distances(const FeaturePair& pair, double distance) {
     const auto [a, b] = thickness_of(pair);
     distance = beyond_thickness(distance, a, b);
   }
-  for (const std::uint32_t v : pair.vertices) {
-    const std::atomic_ref<double> least = distance_of(v);
-    double now = least.load(std::memory_order_relaxed);
-    while (distance < now && !least.compare_exchange_weak(now, distance, std::memory_order_relaxed)) {
-    }
+  for (const std::uint32_t v : pair.vertices) lower_distance(v, distance);
+}
+
+void PairTester::lower_distance(std::uint32_t v, double distance) {
+  const std::atomic_ref<double> least = distance_of(v);
+  double now = least.load(std::memory_order_relaxed);
+  while (distance < now && !least.compare_exchange_weak(now, distance, std::memory_order_relaxed)) {
   }
 }
 

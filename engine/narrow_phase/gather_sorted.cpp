@@ -18,10 +18,12 @@ constexpr std::size_t kRowsAtOnce = std::size_t{1} << 13;
 class Buckets {
  public:
   // About as many as there are contacts, over 16, at most.
-  Buckets(std::size_t contacts, std::size_t vertices, bool points, std::size_t edges) {
+  Buckets(std::size_t contacts, std::size_t vertices, const FirstFeatures& of, std::size_t edges) {
     // In the order of the kinds, what is first in each.
-    const std::size_t of_points = points ? vertices : 0;
-    const std::array<std::size_t, kContactKinds> firsts{vertices, edges, edges, of_points, of_points};
+    const std::size_t of_points = of.points ? vertices : 0;
+    const std::size_t of_half_spaces = of.half_spaces ? vertices : 0;
+    const std::array<std::size_t, kContactKinds> firsts{vertices,  edges,     edges,
+                                                        of_points, of_points, of_half_spaces};
     const std::size_t all = std::accumulate(firsts.begin(), firsts.end(), std::size_t{0});
     while (all >> shift_ > contacts / 16) ++shift_;
     for (std::size_t kind = 0; kind < kContactKinds; ++kind) {
@@ -53,12 +55,12 @@ void sort_bucket(std::span<Contact> bucket, StopSignal stop) {
 
 }  // namespace
 
-void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices, bool points,
-                   std::size_t edges, std::vector<Contact>& to, std::vector<std::size_t>& room,
-                   StopSignal stop) {
+void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
+                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to,
+                   std::vector<std::size_t>& room, StopSignal stop) {
   std::size_t contacts = 0;
   for (const std::span<const Contact> list : lists) contacts += list.size();
-  const Buckets buckets(contacts, vertices, points, edges);
+  const Buckets buckets(contacts, vertices, of, edges);
   const auto for_all = [&](auto&& take) {
     for (const std::span<const Contact> list : lists) {
       for_pieces(0, list.size(), kRowsAtOnce, stop, [&](std::size_t begin, std::size_t end) {

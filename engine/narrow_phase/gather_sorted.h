@@ -18,12 +18,17 @@ inline bool in_order(const Contact& x, const Contact& y) {
   return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
 }
 
-/// Replaces `to` by the contacts of all `lists`, in order, of a scene with so many vertices, of
-/// which any may be `points` alone, and edges.
+/// What a contact's first vertex may be, besides one that meets a face.
+struct FirstFeatures {
+  bool points = false;       ///< any may be of no face and no edge
+  bool half_spaces = false;  ///< or meet a half-space
+};
+
+/// Replaces `to` by the contacts of all `lists`, in order, of a scene with so many vertices and edges.
 /// O(contacts), plus the sorting of those of one vertex or edge. `room`: kept from call to call, a number for
 /// 16 contacts. Throws Stopped when told to stop; `to` then holds contacts in unspecified order.
-void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices, bool points,
-                   std::size_t edges, std::vector<Contact>& to, std::vector<std::size_t>& room,
-                   StopSignal stop);
+void gather_sorted(std::span<const std::span<const Contact>> lists, std::size_t vertices,
+                   const FirstFeatures& of, std::size_t edges, std::vector<Contact>& to,
+                   std::vector<std::size_t>& room, StopSignal stop);
 
 }  // namespace warmfront

@@ -288,6 +288,11 @@ void NarrowPhase<Bounds>::flush() {
 }
 
 template <class Bounds>
+PairTester& NarrowPhase<Bounds>::tester() {
+  return impl_->local_sink().tester;
+}
+
+template <class Bounds>
 StageClock& NarrowPhase<Bounds>::clock() {
   return impl_->local_sink().tester.clock();
 }
@@ -345,8 +350,9 @@ NarrowPhaseOutput NarrowPhase<Bounds>::finish(std::vector<Contact>& contacts) {
   }
   const bool earliest = input.options.report == Report::kEarliest;
   if (found >= kMany && !earliest) {
-    gather_sorted(lists, input.scene.vertex_count(), !input.scene.isolated_vertices().empty(),
-                  input.scene.edge_count(), contacts, impl_->buckets, input.stop);
+    const FirstFeatures of{!input.scene.isolated_vertices().empty(), input.half_spaces};
+    gather_sorted(lists, input.scene.vertex_count(), of, input.scene.edge_count(), contacts, impl_->buckets,
+                  input.stop);
     return sum;
   }
   contacts.clear();

@@ -54,10 +54,13 @@ struct NarrowPhaseInput {
   /// Of Report::kVertexDistances, by given vertex: the distance asked about, and then less where something is
   /// nearer. Written by all threads, each number atomically.
   std::span<double> vertex_distances = {};
+  bool half_spaces = false;  ///< are there any?
 
   /// Pairs and kept contacts that are noted; where there are more, test_met() does not serve.
   static constexpr std::size_t kMostMet = std::size_t{1} << 18;
 };
+
+class PairTester;
 
 /// Thrown when more contacts are found than options.max_contacts allows: the step is refused at once.
 struct TooManyContacts {};
@@ -85,6 +88,8 @@ class NarrowPhase final : public LeafPairSinks {
 
   LeafPairSink& local() override;
   StageClock& clock() override;
+  /// This thread's, for pairs that come from no hierarchy.
+  PairTester& tester();
 
   /// Has all been noted that the last question that did met, but for the orphan sets'?
   bool knows_met() const;

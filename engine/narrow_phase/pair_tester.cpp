@@ -254,6 +254,11 @@ std::uint32_t PairTester::world_around(std::uint32_t vertex_a, std::uint32_t ver
   return input_->worlds.place(bodies[vertex_a], bodies[vertex_b]);
 }
 
+std::uint32_t PairTester::world_of_bodies(std::uint32_t vertex, std::uint32_t body) const {
+  if (!input_->worlds.any()) return 0;
+  return input_->worlds.place(input_->scene.body_of_vertex()[vertex], body);
+}
+
 double PairTester::earliest_around(const FeaturePair& pair) const {
   return shared_->earliest.of(world_around(pair.vertices.front(), pair.vertices.back()));
 }

@@ -11,6 +11,7 @@
 
 #include "engine/bounds/overlap.h"
 #include "engine/elementary/elementary_test.h"
+#include "engine/elementary/half_space.h"
 #include "engine/elementary/query.h"
 #include "engine/elementary/verdict.h"
 #include "engine/front/rest_answer.h"
@@ -44,6 +45,10 @@ class PairTester {
   void orphan_vf(const FeatureIds& ids);
   void orphan_ee(const FeatureIds& ids);
   void orphan_ef(const FeatureIds& ids);
+
+  /// A vertex, in new numbers, that moves so, and a half-space that it may meet, a body that is so thick.
+  void vertex_half_space(std::uint32_t v, const VertexMotion& vertex, const HalfSpaceMotion& half_space,
+                         std::uint32_t body, double thickness);
 
   /// The leaves looked at next are of these bodies.
   void begin_leaves(std::uint32_t body_a, std::uint32_t body_b) {
@@ -132,6 +137,7 @@ class PairTester {
   // Of pairs that the test reports, for Report::kVertexDistances.
   void lower_distances(std::span<const FeaturePair> pairs);
   void lower_distances(const FeaturePair& pair, double distance);
+  void lower_distance(std::uint32_t v, double distance);
   // What is told of a vertex, in new numbers, so far.
   std::atomic_ref<double> distance_of(std::uint32_t v) const;
   void test_intersections(std::span<const FeaturePair> pairs);
@@ -140,6 +146,7 @@ class PairTester {
   void keep_distances(std::span<const FeaturePair> pairs);
   FeatureVertices features_of(const FeaturePair& pair) const;
   void take_verdict(const FeaturePair& pair, const Verdict& verdict);
+  void take_verdict(ContactKind kind, std::uint32_t a, std::uint32_t b, const Verdict& verdict);
   void vertex_against_face(std::uint32_t v, std::uint32_t f);
   TriangleBounds bounds_of(const Face& face) const { return bounds_of(face[0], face[1], face[2]); }
   TriangleBounds bounds_of(const Edge& edge) const { return bounds_of(edge[0], edge[1], edge[1]); }
@@ -169,6 +176,8 @@ class PairTester {
   float until_in(std::uint32_t world) const;
   // The place of the world that these two vertices are in.
   std::uint32_t world_around(std::uint32_t vertex_a, std::uint32_t vertex_b) const;
+  // The same of a vertex and a body.
+  std::uint32_t world_of_bodies(std::uint32_t vertex, std::uint32_t body) const;
   // The least toi found so far in the world of a pair.
   double earliest_around(const FeaturePair& pair) const;
 

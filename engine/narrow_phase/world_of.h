@@ -24,6 +24,8 @@ inline std::uint32_t world_of(const Contact& contact, const Scene& scene, const 
       return worlds.place(of_edge(contact.a), of_edge(contact.b));
     case kVertexEdge:
       return worlds.place(bodies[contact.a], of_edge(contact.b));
+    case kVertexHalfSpace:
+      return worlds.place(bodies[contact.a], contact.b);
     case kVertexVertex:
       return worlds.place(bodies[contact.a], bodies[contact.b]);
     default: {

@@ -30,8 +30,13 @@ CollisionModel::CollisionModel(const Scene& scene, StopSignal stop) {
   for (const Body& body : scene.bodies()) {
     paced.check();
     const bool gone = body.kind == BodyKind::kRemoved;
-    sets_.push_back(gone ? Set{} : Set{body.group, body.mask, body.kind != BodyKind::kStatic});
-    if (!gone) sets_.back().put_in(body.world);
+    Set set{body.group, body.mask, body.kind != BodyKind::kStatic};
+    set.put_in(body.world);
+    if (body.half_space && !gone) {
+      const auto part = static_cast<std::uint32_t>(sets_.size());
+      half_spaces_.push_back({part, set, *body.half_space, body.thickness});
+    }
+    sets_.push_back(gone || body.half_space ? Set{} : set);
     self_.push_back(body.kind == BodyKind::kDeformable && body.self_collision ? 1 : 0);
   }
   excluded_.reserve(scene.excluded_pairs().size());
@@ -41,9 +46,13 @@ CollisionModel::CollisionModel(const Scene& scene, StopSignal stop) {
   }
 }
 
+bool CollisionModel::is_excluded(std::uint32_t p, std::uint32_t q) const {
+  return !excluded_.empty() && excluded_.contains(key(p, q));
+}
+
 bool CollisionModel::may_meet(std::uint32_t p, std::uint32_t q) const {
   if (p == q) return self_[p] != 0;
-  return sets_[p].may_meet(sets_[q]) && (excluded_.empty() || !excluded_.contains(key(p, q)));
+  return sets_[p].may_meet(sets_[q]) && !is_excluded(p, q);
 }
 
 std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
@@ -86,7 +95,8 @@ std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
 std::size_t CollisionModel::memory_bytes() const {
   constexpr std::size_t kOfNode =
       4 * sizeof(void*);  // of libstdc++'s hash set: link, key, and the allocator's
-  return held_bytes(sets_, self_) + excluded_.size() * kOfNode + excluded_.bucket_count() * sizeof(void*);
+  return held_bytes(half_spaces_, sets_, self_) + excluded_.size() * kOfNode +
+         excluded_.bucket_count() * sizeof(void*);
 }
 
 }  // namespace warmfront

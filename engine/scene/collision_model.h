@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <unordered_set>
 #include <vector>
 
@@ -61,6 +62,19 @@ class CollisionModel {
   bool self_collision(std::uint32_t part) const { return self_[part] != 0; }
   /// 0: in all of them.
   std::uint32_t world_of(std::uint32_t part) const { return sets_[part].last_world; }
+  /// A part that is a half-space: without a mesh, and to the hierarchies as one that is removed.
+  struct HalfSpaceOf {
+    std::uint32_t part;
+    Set set;
+    HalfSpace at_rest;     ///< at the identity pose
+    double thickness = 0;  ///< scene units
+  };
+  /// By part, of those that are not removed.
+  std::span<const HalfSpaceOf> half_spaces() const { return half_spaces_; }
+  /// Are the vertices of a part tested against the half-space?
+  bool may_meet(const HalfSpaceOf& half_space, std::uint32_t part) const {
+    return sets_[part].may_meet(half_space.set) && !is_excluded(half_space.part, part);
+  }
   /// Are two parts tested against each other (p != q), or a part against itself (p == q)?
   bool may_meet(std::uint32_t p, std::uint32_t q) const;
   /// Number of pairs of parts that the model excludes, including a part with itself.
@@ -68,6 +82,9 @@ class CollisionModel {
   std::size_t memory_bytes() const;
 
  private:
+  bool is_excluded(std::uint32_t p, std::uint32_t q) const;
+
+  std::vector<HalfSpaceOf> half_spaces_;
   std::vector<Set> sets_;
   std::vector<std::uint8_t> self_;
   std::unordered_set<std::uint64_t> excluded_;  // smaller number in the upper half

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace warmfront {
 
@@ -87,12 +88,42 @@ std::string name_of(std::size_t body) {
   return "bodies[" + std::to_string(body) + "]";
 }
 
+namespace {
+
+Status check_half_space(const Body& body, const std::string& where) {
+  if (body.vertex_count > 0)
+    return invalid_argument(where + ".half_space: the body has " + std::to_string(body.vertex_count) +
+                            " vertices; a half-space is a body of its own, without a mesh");
+  if (body.kind == BodyKind::kDeformable)
+    return invalid_argument(where + ".kind: is deformable; a half-space is static or rigid");
+  const auto& [point, normal] = *body.half_space;
+  bool zero = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(point[axis]))
+      return invalid_argument(where + ".half_space.point." + "xyz"[axis] +
+                              ": is not finite; coordinates must be");
+    if (!(std::fabs(normal[axis]) <= kMostNormal))
+      return invalid_argument(where + ".half_space.normal." + "xyz"[axis] + ": is " +
+                              std::to_string(normal[axis]) + "; give a finite number of at most 2^1020");
+    zero = zero && normal[axis] == 0;
+  }
+  if (zero)
+    return invalid_argument(where + ".half_space.normal: is zero; give the direction out of the half-space");
+  return {};
+}
+
+}  // namespace
+
 Status check_body(const Body& body, const std::string& where) {
   if (body.name.size() > kMaxNameBytes)
     return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
                             " bytes long, and may be " + std::to_string(kMaxNameBytes));
   if (Status status = check_length(body.thickness, where + ".thickness"); !status) return status;
-  if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
+  if (body.half_space) {
+    if (Status status = check_half_space(body, where); !status) return status;
+  } else if (body.vertex_count == 0) {
+    return invalid_argument(where + ".vertex_count: is 0; remove the body, or give its half_space");
+  }
   if (body.group == 0)
     return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");
   if (body.mask == 0)
@@ -100,6 +131,14 @@ Status check_body(const Body& body, const std::string& where) {
                             ".mask: is 0, which excludes every body; set the bits of the groups to test "
                             "against, or leave the body out");
   return {};
+}
+
+Status check_half_spaces(std::span<const Body> bodies) {
+  const auto count = std::ranges::count_if(
+      bodies, [](const Body& body) { return body.half_space && body.kind != BodyKind::kRemoved; });
+  if (std::cmp_less_equal(count, kMostHalfSpaces)) return {};
+  return invalid_argument("bodies: " + std::to_string(count) + " half-spaces are more than " +
+                          std::to_string(kMostHalfSpaces) + "; give a mesh instead");
 }
 
 Status check_bodies(const SceneDescription& description, StopSignal stop) {
@@ -122,6 +161,7 @@ Status check_bodies(const SceneDescription& description, StopSignal stop) {
                               std::to_string(description.vertex_count));
     }
   }
+  if (Status status = check_half_spaces(description.bodies); !status) return status;
   if (!description.bodies.empty() && next != description.vertex_count) {
     return invalid_argument("bodies: cover " + std::to_string(next) + " of " +
                             std::to_string(description.vertex_count) + " vertices; add a body for the rest");

@@ -25,11 +25,19 @@ Status check_size(std::uint64_t vertices, std::uint64_t faces, std::uint64_t edg
 Status check_thickness(const SceneDescription& description, StopSignal stop);
 inline constexpr double kMostThickness = 0x1p1020;
 
+/// Of a half-space's normal, in each coordinate: a rotation of it stays within double's range.
+inline constexpr double kMostNormal = 0x1p1020;
+
 /// A body in messages.
 std::string name_of(std::size_t body);
 
 /// A body's description, except its range. `where` names it.
 Status check_body(const Body& body, const std::string& where);
+
+/// Each is tested against all that it may meet: more than these would be a mesh.
+inline constexpr std::size_t kMostHalfSpaces = 1024;
+/// No more half-spaces than that, but for those that are removed.
+Status check_half_spaces(std::span<const Body> bodies);
 
 /// All bodies, with their ranges, and the excluded pairs.
 Status check_bodies(const SceneDescription& description, StopSignal stop);

@@ -61,7 +61,8 @@ class Renumbering {
   Contact given(Contact contact) const {
     const auto vertex = [this](std::uint32_t v) { return number_of(given(NewVertex{v})); };
     using enum ContactKind;
-    if (contact.kind == kVertexFace || contact.kind == kVertexEdge || contact.kind == kVertexVertex)
+    if (contact.kind == kVertexFace || contact.kind == kVertexEdge || contact.kind == kVertexVertex ||
+        contact.kind == kVertexHalfSpace)
       contact.a = vertex(contact.a);
     if (contact.kind == kVertexFace || contact.kind == kEdgeFace)
       contact.b = number_of(given(NewFace{contact.b}));

@@ -18,6 +18,10 @@ Thickness::Thickness(const Scene& given, std::span<const FeatureRange> parts, co
   PacedStop paced(stop);
   for (const FeatureRange& part : parts) {
     double most = 0;
+    const std::size_t body = of_part_.size();
+    if (body < given.bodies().size() && given.bodies()[body].half_space &&
+        given.bodies()[body].kind != BodyKind::kRemoved)
+      most = given.bodies()[body].thickness;
     for (std::uint32_t v = part.first_vertex; v < part.end_vertex; ++v) {
       paced.check();
       most = std::max(most, of_vertex_[v]);

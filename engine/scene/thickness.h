@@ -35,7 +35,7 @@ class Thickness {
     for (const std::uint32_t v : vertices) most = std::max(most, of_vertex_[v]);
     return most;
   }
-  /// The thickest vertex of a part.
+  /// The thickest vertex of a part; a half-space's own thickness.
   double of_part(std::uint32_t part) const { return of_part_[part]; }
   /// The part that a vertex is in.
   std::uint32_t part_around(std::uint32_t vertex) const { return part_of_vertex_[vertex]; }

@@ -8,11 +8,13 @@
 namespace warmfront {
 namespace {
 
-// The scene without its model. With removed or thick bodies it keeps the ranges, so that these stay so.
+// The scene without its model, and without half-spaces. With removed or thick bodies it keeps the ranges, so
+// that these stay so.
 Scene plain(const Scene& scene) {
   std::vector<Body> bodies;
   bool ranges_matter = false;
   for (const Body& body : scene.bodies()) {
+    if (body.half_space) continue;
     bodies.push_back({"", body.first_vertex, body.vertex_count});
     bodies.back().thickness = body.thickness;
     const bool removed = body.kind == BodyKind::kRemoved;

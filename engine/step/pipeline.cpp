@@ -17,6 +17,7 @@
 #include "engine/step/bodies_within.h"
 #include "engine/step/contact_fields.h"
 #include "engine/step/front_stage.h"
+#include "engine/step/half_space_stage.h"
 #include "engine/step/longest_trial.h"
 #include "engine/step/near_stage.h"
 #include "engine/step/orphan_stage.h"
@@ -171,7 +172,7 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return sizeof(*this) + trees_.memory_bytes() + front_.front().memory_bytes() + narrow_.memory_bytes() +
-           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() +
+           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() + half_spaces_.memory_bytes() +
            reduced_rows_.memory_bytes() + longest_.memory_bytes();
   }
 
@@ -187,6 +188,7 @@ class PipelineWith final : public Pipeline {
       // Memory that grew with the step is given back, too.
       pipeline.narrow_.release();
       pipeline.near_.release();
+      pipeline.half_spaces_ = {};
       pipeline.reduced_rows_ = {};
       core.found() = {};
       core.rigid_parts.undo();
@@ -312,7 +314,7 @@ class PipelineWith final : public Pipeline {
     if (is_question()) remember_trial(core, stop);
     timer.share(narrow_.take_times(), &StageTimes::front);
 
-    const NarrowPhaseOutput output = answer(core, stop, timer);
+    const NarrowPhaseOutput output = answer(core, trees_.roots(), stop, timer);
     add(counts, output.counts);
     count_front(counts);
     count_parts(core, counts);
@@ -336,14 +338,20 @@ class PipelineWith final : public Pipeline {
     narrow_.test_met();
     timer.share(narrow_.take_times(), &StageTimes::front);
 
-    const NarrowPhaseOutput output = answer(core, stop, timer);
+    // Roots are those of the longest trial, and half-spaces may move beside its way.
+    const NarrowPhaseOutput output = answer(core, {}, stop, timer);
     add(counts, output.counts);
     count_parts(core, counts);
     return output;
   }
 
-  // The last stages: the orphan sets, and collecting what was found.
-  NarrowPhaseOutput answer(Core& core, StopSignal stop, StepTimer& timer) {
+  // The last stages: half-spaces, the orphan sets, and collecting what was found. `roots`: by part, what
+  // holds it; none where that is not known.
+  NarrowPhaseOutput answer(Core& core, std::span<const Bounds> roots, StopSignal stop, StepTimer& timer) {
+    if (!core.model.half_spaces().empty()) {
+      half_spaces_.run(core, roots, narrow_, stop);
+      timer.add(&StageTimes::elementary);
+    }
     orphans_.run(core, narrow_, retests(core.options), stop);
     timer.add(&StageTimes::adjacent);
     const NarrowPhaseOutput output = narrow_.finish(core.found().contacts);
@@ -410,7 +418,8 @@ class PipelineWith final : public Pipeline {
             note_met,
             core.keep,
             part_widths_,
-            core.found().vertex_distances};
+            core.found().vertex_distances,
+            !core.model.half_spaces().empty()};
   }
 
   // Budgets hold what rounding could hide at the largest magnitude since they were granted. When that is
@@ -490,6 +499,7 @@ class PipelineWith final : public Pipeline {
   FrontStage<Bounds> front_;
   NarrowPhase<Bounds> narrow_;
   OrphanStage orphans_;
+  HalfSpaceStage half_spaces_;
   ReducedRows reduced_rows_;
   LongestTrial longest_;
   AskedWidths widths_;

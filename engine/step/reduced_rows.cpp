@@ -47,6 +47,10 @@ void ReducedRows::find_closest(Core& core, StopSignal stop) {
   lengthen(found.closest_pairs, contacts.size(), ClosestPair(), stop);
   for_each_index(0, contacts.size(), stop, [&](std::size_t i) {
     const Contact& contact = contacts[i];
+    if (contact.kind == ContactKind::kVertexHalfSpace) {
+      found.closest_pairs[i].stencil = 0b0001;  // no other row has the same
+      return;
+    }
     std::array<const VertexMotion*, 4> four;
     const auto ids = core.scene->vertices_of(contact);
     for (int k = 0; k < 4; ++k) four[k] = &vertices[number_of(numbering.renumbered(GivenVertex{ids[k]}))];

@@ -116,6 +116,8 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   std::erase_if(others, [&](Redescribed& other) {
     const Body& from = core.scene->bodies()[other.index];
     const Body& to = scene->bodies()[other.index];
+    // A half-space is where it is described anew.
+    other.became_rigid |= from.half_space != to.half_space;
     other.became_rigid &= to.kind == BodyKind::kRigid;
     tests_more |= tests_itself(to) && !tests_itself(from);
     thickness_changes |= to.thickness != from.thickness;

@@ -2,6 +2,7 @@
 #include "proto/wire/scene.h"
 
 #include <algorithm>
+#include <array>
 
 #include "proto/wire/enums.h"
 
@@ -18,6 +19,10 @@ v1::Body to_proto(const Body& body) {
   message.set_mask(body.mask);
   message.set_thickness(body.thickness);
   message.set_world(body.world);
+  if (body.half_space) {
+    for (const double x : body.half_space->point) message.mutable_half_space()->add_point(x);
+    for (const double n : body.half_space->normal) message.mutable_half_space()->add_normal(n);
+  }
   return message;
 }
 
@@ -33,7 +38,25 @@ Result<Body> body_from(const v1::Body& message, const std::string& where) {
   if (message.has_mask()) body.mask = message.mask();
   body.thickness = message.thickness();
   body.world = message.world();
+  if (message.has_half_space()) {
+    HalfSpace& half_space = body.half_space.emplace();
+    const auto read_three = [&](const auto& from, const char* name, std::array<double, 3>& to) -> Status {
+      if (from.size() != 3)
+        return invalid_argument(where + ".half_space." + name + ": has " + std::to_string(from.size()) +
+                                " numbers; give 3");
+      std::copy(from.begin(), from.end(), to.begin());
+      return {};
+    };
+    if (Status read = read_three(message.half_space().point(), "point", half_space.point); !read)
+      return read.error();
+    if (Status read = read_three(message.half_space().normal(), "normal", half_space.normal); !read)
+      return read.error();
+  }
   return body;
+}
+
+bool has_half_spaces(const v1::SessionHeader& header) {
+  return std::ranges::any_of(header.bodies(), [](const v1::Body& body) { return body.has_half_space(); });
 }
 
 bool is_thick(const v1::SessionHeader& header) {

@@ -17,7 +17,7 @@ namespace warmfront::wire {
 /// Every field set.
 v1::Body to_proto(const Body& body);
 /// Omitted fields get their default. kInvalidArgument, with a message that begins with `where`, for a kind
-/// unknown to this build, or a name that is too long.
+/// unknown to this build, a name that is too long, or a half-space of other than 3 coordinates.
 Result<Body> body_from(const v1::Body& message, const std::string& where);
 
 /// Calls `send` with each message of an upload that brings these, as upload() of filters.h does.
@@ -28,6 +28,8 @@ bool upload_thickness(const std::vector<double>& thickness, std::size_t chunk, S
   });
 }
 
+/// Does it announce any half-space?
+bool has_half_spaces(const v1::SessionHeader& header);
 /// Does it announce any thickness, of vertices or of bodies?
 bool is_thick(const v1::SessionHeader& header);
 /// Is any body in a world of its own?

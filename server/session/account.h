@@ -114,6 +114,9 @@ struct FilterSize {
   }
 };
 
+/// A half-space, which has none, takes about as much as so many vertices do.
+inline constexpr std::uint64_t kVerticesPerHalfSpace = 8;
+
 /// What filters of a scene of so many vertices take on top of estimate_bytes(), while they are uploaded or
 /// made.
 std::size_t estimate_filter_bytes(const FilterSize& filters, std::uint64_t vertices, bool explain);

@@ -62,7 +62,7 @@ struct Answer : KindCounts {
   Holding memory;
 
   std::size_t rows() const { return kind.size(); }
-  std::uint64_t pairs() const { return vf + ee + ef; }
+  std::uint64_t pairs() const { return total(); }
   std::size_t memory_bytes() const { return sizeof(*this) + contact_bytes(); }
   /// In memory and on the wire.
   std::size_t bytes_per_row() const {

@@ -379,6 +379,7 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
     if (add == nullptr) continue;
     becomes_thick |= add->addition.body.thickness > 0;
     more_vertices += add->addition.body.vertex_count;
+    if (add->addition.body.half_space) more_vertices += kVerticesPerHalfSpace;
     more_elements += add->addition.faces.size() + add->addition.edges.size();
   }
   const auto estimate = [&](std::uint64_t v, std::uint64_t e, bool thick) {
@@ -624,6 +625,7 @@ Outcome<std::shared_ptr<const Answer>> Session::take_trial(const Request& reques
   answer->frame = request.frame;
   answer->vf = result.value().vf.value_or(0);
   answer->ee = result.value().ee.value_or(0);
+  answer->vh = result.value().vh.value_or(0);
   answer->possible = result.value().possible.value_or(0);
   answer->commit_counted = result.value().vf.has_value();
   answer->earliest_toi = result.value().earliest_toi;

@@ -278,6 +278,7 @@ v1::StepSummary summary_of(const Answer& answer) {
   summary.set_ve(answer.ve);
   summary.set_vv(answer.vv);
   summary.set_ef(answer.ef);
+  summary.set_vh(answer.vh);
   summary.set_possible(answer.possible);
   if (answer.earliest_toi) summary.set_earliest_toi(*answer.earliest_toi);
   summary.set_rows(answer.rows());

@@ -92,6 +92,7 @@ void SessionRecording::answer(std::uint64_t frame, const Outcome<std::shared_ptr
     const Answer& answer = *outcome.value();
     to.set_vf(answer.vf);
     to.set_ee(answer.ee);
+    to.set_vh(answer.vh);
     to.set_possible(answer.possible);
     if (answer.earliest_toi) to.set_earliest_toi(*answer.earliest_toi);
     to.set_contacts_hash(hash_of(answer));

@@ -78,8 +78,12 @@ std::uint64_t Upload::element_count() const {
 }
 
 std::size_t Upload::estimate_bytes() const {
-  return server::estimate_bytes(spec_->scene.vertex_count, element_count(), size_of(spec_->dtype),
-                                spec_->options.explain, thick_, limits_) +
+  const auto half_spaces = std::ranges::count_if(
+      spec_->scene.bodies, [](const Body& body) { return body.half_space.has_value(); });
+  const std::uint64_t vertices =
+      spec_->scene.vertex_count + kVerticesPerHalfSpace * static_cast<std::uint64_t>(half_spaces);
+  return server::estimate_bytes(vertices, element_count(), size_of(spec_->dtype), spec_->options.explain,
+                                thick_, limits_) +
          estimate_filter_bytes(filter_size(), spec_->scene.vertex_count, spec_->options.explain);
 }
 

@@ -54,7 +54,11 @@ std::vector<T> from_hex(const std::string& text) {
 
 json told(const Body& body) {
   constexpr const char* kKinds[] = {"deformable", "rigid", "static", "removed"};
+  json half_space;  // null: none
+  if (body.half_space)
+    half_space = {hex(body.half_space->point.data(), 3), hex(body.half_space->normal.data(), 3)};
   return {{"name", body.name},
+          {"half_space", half_space},
           {"first_vertex", body.first_vertex},
           {"vertex_count", body.vertex_count},
           {"kind", kKinds[static_cast<int>(body.kind)]},
@@ -141,6 +145,7 @@ CommitResult commit_of(const json& reply) {
   commit.fraction = from_hex<double>(reply.at("fraction")).at(0);
   if (reply.contains("vf")) commit.vf = reply.at("vf");
   if (reply.contains("ee")) commit.ee = reply.at("ee");
+  if (reply.contains("vh")) commit.vh = reply.at("vh");
   if (reply.contains("possible")) commit.possible = reply.at("possible");
   if (reply.contains("earliest_toi")) commit.earliest_toi = from_hex<double>(reply.at("earliest_toi")).at(0);
   return commit;
@@ -158,6 +163,7 @@ client::Answer answer_of(const json& reply) {
   answer.ee = reply.at("ee");
   answer.possible = reply.at("possible");
   answer.ef = reply.value("ef", std::uint64_t{0});
+  answer.vh = reply.value("vh", std::uint64_t{0});
   answer.vertex_distances = from_hex<double>(reply.value("vertex_distances", ""));
   if (reply.contains("earliest_toi")) answer.earliest_toi = from_hex<double>(reply.at("earliest_toi")).at(0);
   answer.contacts = {from_hex<ContactKind>(reply.at("kind")),

@@ -25,7 +25,8 @@ def rows(text):
 def body_of(body):
     return warmfront.Body(body["vertex_count"], body["kind"], name=body["name"], first_vertex=body["first_vertex"],
                           self_collision=body["self_collision"], group=body["group"], mask=body["mask"],
-                          thickness=body["thickness"])
+                          thickness=body["thickness"],
+                          half_space=body["half_space"] and [array(three, "<f8") for three in body["half_space"]])
 
 
 def frame_of(frame):
@@ -63,7 +64,7 @@ def told(answer, answer_toi=0.0):
         return {"frame": 0, "vf": 0, "ee": 0, "possible": 0, "earliest_toi": hex_of(answer.fraction), **columns}
     if isinstance(answer, warmfront.Committed):
         result = {"frame": answer.frame, "fraction": hex_of(answer.fraction)}
-        result.update((name, getattr(answer, name)) for name in ("vf", "ee", "possible") if getattr(answer, name) is not None)
+        result.update((name, getattr(answer, name)) for name in ("vf", "ee", "vh", "possible") if getattr(answer, name) is not None)
         if answer.earliest_toi is not None:
             result["earliest_toi"] = hex_of(answer.earliest_toi)
         return result
@@ -75,9 +76,9 @@ def told(answer, answer_toi=0.0):
         return {"frame": answer.frame, "vf": 0, "ee": 0, "ef": answer.count, "possible": 0, **columns,
                 "edge_faces": np.hstack([answer.edges, answer.faces]).astype("<u4").tobytes().hex()}
     if isinstance(answer, warmfront.VertexDistances):
-        return {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible,
+        return {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "vh": answer.vh, "possible": answer.possible,
                 **{name: "" for name in COLUMNS}, "vertex_distances": answer.distances.tobytes().hex()}
-    result = {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "possible": answer.possible}
+    result = {"frame": answer.frame, "vf": answer.vf, "ee": answer.ee, "vh": answer.vh, "possible": answer.possible}
     if answer.earliest_toi is not None:
         result["earliest_toi"] = hex_of(answer.earliest_toi)
     for name in COLUMNS:

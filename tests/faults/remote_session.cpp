@@ -23,7 +23,7 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 std::string difference(const client::Answer& answer, const Outcome& expected, const Scene& scene,
                        const ContactFields& fields) {
   if (answer.vf != expected.vf || answer.ee != expected.ee || answer.ef != expected.ef ||
-      answer.possible != expected.possible)
+      answer.vh != expected.vh || answer.possible != expected.possible)
     return "vf " + std::to_string(answer.vf) + ", ee " + std::to_string(answer.ee) + ", possible " +
            std::to_string(answer.possible) + " where " + to_string(expected) + " is expected";
   if (answer.earliest_toi != expected.earliest_toi) return "another earliest_toi";
@@ -142,12 +142,14 @@ std::string RemoteSession::check_commit(double fraction, const Result<CommitResu
   std::string wrong;
   if (commit.value().earliest_toi != (within ? trial.earliest_toi : std::nullopt))
     wrong = "another earliest_toi";
-  const bool listed = trial.contacts.size() == trial.vf + trial.ee;
+  const bool listed = trial.contacts.size() == trial.vf + trial.ee + trial.vh;
   if (state_.trial->as == StepOperation::As::kTrial && (listed || fraction == 1)) {
-    std::uint64_t vf = listed ? 0 : trial.vf, ee = listed ? 0 : trial.ee;
+    KindCounts within;
     for (const Contact& contact : trial.contacts)
-      if (contact.toi <= fraction) ++(contact.kind == ContactKind::kVertexFace ? vf : ee);
-    if (commit.value().vf != vf || commit.value().ee != ee) wrong = "other counts";
+      if (contact.toi <= fraction) within.count(contact.kind);
+    if (!listed) within = {.vf = trial.vf, .ee = trial.ee, .vh = trial.vh};
+    if (commit.value().vf != within.vf || commit.value().ee != within.ee || commit.value().vh != within.vh)
+      wrong = "other counts";
   }
   state_.accept(testing::CommitOperation{fraction, Rounding::kFloat64});
   return wrong.empty() ? "" : "commit " + std::to_string(fraction) + ": " + wrong;

@@ -290,7 +290,8 @@ class Driver {
     body.mask = choice / 8 % 4;
     body.world = choice / 32 % 3;
     constexpr double kThickness[]{0, 0, 0, 0, 0.1, 1, -1, std::numeric_limits<double>::infinity()};
-    body.thickness = kThickness[choice / 32];  // the last two are refused
+    body.thickness = kThickness[choice / 32];                             // the last two are refused
+    if (choice == 77) body.half_space = HalfSpace{{0, 0, 0}, {0, 0, 1}};  // of a body with vertices: refused
     return body;
   }
   void add_body() {

@@ -363,7 +363,13 @@ class History {
     step.all = positions;
     return step;
   }
-  bool movable(std::size_t body) const { return state_.scene.bodies.empty() || !state_.fixed(body); }
+  // A vertex's body.
+  bool movable(std::uint32_t vertex) const {
+    if (state_.scene.bodies.empty()) return true;
+    std::size_t body = 0;
+    while (vertex >= state_.scene.bodies[body].first_vertex + state_.scene.bodies[body].vertex_count) ++body;
+    return !state_.fixed(body);
+  }
 
   void change(Draws& draws, const Fault& fault) {
     if (state_.scene.bodies.empty()) return;
@@ -382,6 +388,23 @@ class History {
 
   AddOperation wrong_addition(Draws& draws) const {
     AddOperation add = draw_addition(draws, state_);
+    if (add.addition.body.half_space) {
+      switch (draws.below(4)) {
+        case 0:
+          add.addition.edges.push_back({0, 1});
+          break;
+        case 1:
+          add.positions.push_back(0);
+          break;
+        case 2:
+          add.addition.body.half_space->normal = {};
+          break;
+        default:
+          add.addition.body.kind = BodyKind::kDeformable;
+          break;
+      }
+      return add;
+    }
     switch (draws.below(3)) {
       case 0:
         add.addition.faces.push_back({0, 1, static_cast<std::int32_t>(add.addition.body.vertex_count)});

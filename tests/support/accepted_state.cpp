@@ -16,6 +16,7 @@
 #include "engine/elementary/contact_geometry.h"
 #include "engine/elementary/edge_face.h"
 #include "engine/elementary/elementary_test.h"
+#include "engine/elementary/half_space.h"
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/part_way.h"
@@ -72,7 +73,7 @@ void accept_step(AcceptedState& state, const StepOperation& step) {
   accept_poses(state, step.poses);
   state.positions = std::move(next);
   for (std::size_t b = 0; b < state.scene.bodies.size(); ++b) {
-    if (step.all && !state.fixed(b)) state.pose[b].reset();
+    if (step.all && !state.fixed(b) && !state.scene.bodies[b].half_space) state.pose[b].reset();
   }
   for (const auto& rows : step.bodies) state.pose[rows.body].reset();
   state.stepped = true;
@@ -129,7 +130,9 @@ void accept_change(AcceptedState& state, const ChangeOperation& change) {
   const Body was = std::exchange(body, change.as);
   body.first_vertex = was.first_vertex;
   body.vertex_count = was.vertex_count;
-  if (body.kind != was.kind) state.pose[change.body].reset();  // where it is, is its reference shape
+  if (!body.half_space) body.half_space = was.half_space;  // of one that is removed
+  if (body.kind != was.kind || body.half_space != was.half_space)
+    state.pose[change.body].reset();  // where it is, is its reference shape
 }
 
 bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
@@ -159,6 +162,8 @@ std::map<std::uint32_t, double> worlds_of(const SceneDescription& scene) {
 std::uint32_t world_of(const Scene& scene, const Contact& contact) {
   const auto vertices = scene.vertices_of(contact);
   const auto world = [&](std::uint32_t v) { return scene.bodies()[scene.body_of_vertex()[v]].world; };
+  if (contact.kind == ContactKind::kVertexHalfSpace)
+    return std::max(world(contact.a), scene.bodies()[contact.b].world);
   return world(vertices.front()) != 0 ? world(vertices.front()) : world(vertices.back());
 }
 
@@ -196,9 +201,10 @@ Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, 
     return refused;
   }
   for (const Contact& contact : contacts) {
-    (contact.kind == ContactKind::kVertexFace ? outcome.vf
-     : contact.kind == ContactKind::kEdgeFace ? outcome.ef
-                                              : outcome.ee) += 1;
+    (contact.kind == ContactKind::kVertexFace        ? outcome.vf
+     : contact.kind == ContactKind::kEdgeFace        ? outcome.ef
+     : contact.kind == ContactKind::kVertexHalfSpace ? outcome.vh
+                                                     : outcome.ee) += 1;
     outcome.possible +=
         contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
   }
@@ -230,6 +236,21 @@ Body draw_body(Draws& draws, std::size_t vertex_count, double unit) {
   }
   if (draws.below(3) == 0) body.world = static_cast<std::uint32_t>(draws.below(3)) * 7;
   if (draws.below(4) == 0) body.thickness = 0.02 * (1 + draws.below(5)) * unit;
+  return body;
+}
+
+// Near the middle of the scene, at any slope; some normals are exact, long or short.
+Body draw_half_space(Draws& draws, double unit, double offset) {
+  Body body = draw_body(draws, 0, unit);
+  body.kind = draws.below(2) == 0 ? BodyKind::kStatic : BodyKind::kRigid;
+  HalfSpace& half_space = body.half_space.emplace();
+  for (double& x : half_space.point) x = offset + draws.uniform(0.5 * unit);
+  if (draws.below(2) == 0) {
+    half_space.normal[static_cast<std::size_t>(draws.below(3))] = draws.below(2) == 0 ? 1 : -1;
+  } else {
+    const double length = std::ldexp(1.0, draws.below(4) == 0 ? 200 * (draws.below(9) - 4) : 0);
+    for (double& n : half_space.normal) n = draws.uniform(length);
+  }
   return body;
 }
 
@@ -438,8 +459,50 @@ std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, cons
   return meeting;
 }
 
-void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices) {
+// By body: half-spaces on their way from where they are to where a step, if any, takes them.
+std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step) {
+  std::vector<HalfSpaceMotion> all(state.scene.bodies.size());
+  for (std::uint32_t b = 0; b < all.size(); ++b) {
+    const std::optional<HalfSpace>& at_rest = state.scene.bodies[b].half_space;
+    if (!at_rest) continue;
+    std::array<Pose, 2> poses;
+    poses.fill(state.pose[b].value_or(Pose{}));
+    for (const BodyPose& pose : step != nullptr ? step->poses : std::vector<BodyPose>()) {
+      if (pose.body == b) poses[1] = pose.pose;
+    }
+    for (std::size_t end = 0; end < 2; ++end) {
+      all[b].point[end] = poses[end].place(at_rest->point.data());
+      for (const int shift : {3, 7, 11}) poses[end].matrix[static_cast<std::size_t>(shift)] = 0;
+      all[b].normal[end] = poses[end].place(at_rest->normal.data());
+    }
+  }
+  return all;
+}
+
+// All that `test`, of a vertex, a half-space, and how thick both are together, finds, after `contacts`.
+template <class Test>
+void add_half_spaces(std::vector<Contact>& contacts, const SceneDescription& scene, const Scene& made,
+                     std::span<const VertexMotion> vertices, std::span<const HalfSpaceMotion> half_spaces,
+                     Test&& test) {
+  for (std::uint32_t v = 0; v < made.vertex_count(); ++v) {
+    for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+      if (!scene.bodies[b].half_space || !may_meet(scene, made.body_of_vertex()[v], b)) continue;
+      const double thickness = made.thickness_of(v) + scene.bodies[b].thickness;
+      const Verdict verdict = test(vertices[v], half_spaces[b], thickness);
+      if (verdict.contact)
+        contacts.push_back({ContactKind::kVertexHalfSpace, verdict.status, v, b, verdict.toi});
+    }
+  }
+}
+
+void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices,
+              std::span<const HalfSpaceMotion> half_spaces) {
   for (const Contact& contact : outcome.contacts) {
+    if (contact.kind == ContactKind::kVertexHalfSpace) {
+      outcome.geometry.push_back(
+          half_space_geometry(vertices[contact.a], half_spaces[contact.b], contact.toi));
+      continue;
+    }
     const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
     outcome.geometry.push_back(contact_geometry(contact.kind, four.vertex, contact.toi));
   }
@@ -476,23 +539,32 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   const bool candidates = options.report == Report::kCandidates;
   const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
-  Outcome outcome = answer_of(
-      found_by(scene, made, vertices, options.keep_distance ? 1 : options.min_separation,
-               [&](const FeatureVertices& features, double thickness) {
-                 const double separation = options.min_separation + thickness;
-                 const KeepDistance keep{options.keep_distance.value_or(0), separation};
-                 return options.keep_distance ? keep_distance_test(features, keep, kept)
-                        : candidates
-                            ? candidate_test(features, separation)
+  const auto keep_of = [&](double thickness) {
+    return KeepDistance{options.keep_distance.value_or(0), options.min_separation + thickness};
+  };
+  std::vector<Contact> contacts = found_by(
+      scene, made, vertices, options.keep_distance ? 1 : options.min_separation,
+      [&](const FeatureVertices& features, double thickness) {
+        return options.keep_distance ? keep_distance_test(features, keep_of(thickness), kept)
+               : candidates          ? candidate_test(features, options.min_separation + thickness)
                             : elementary_test(features, elementary_options(options, thickness), counts);
-               }),
-      scene, made, options);
+      });
+  const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
+  add_half_spaces(contacts, scene, made, vertices, half_spaces,
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
+                    const ElementaryOptions elementary = elementary_options(options, thickness);
+                    return options.keep_distance
+                               ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
+                           : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
+                                        : half_space_test(vertex, half_space, elementary, counts);
+                  });
+  Outcome outcome = answer_of(std::move(contacts), scene, made, options);
   if (max_step) {  // which tells of the first alone
-    outcome.vf = outcome.ee = outcome.possible = 0;
+    outcome.vf = outcome.ee = outcome.vh = outcome.possible = 0;
     outcome.contacts.resize(std::min<std::size_t>(outcome.contacts.size(), 1));
     for (double& toi : outcome.world_tois) toi = std::min(toi, 1.0);
   }
-  if (options.fields.any()) describe(outcome, made, vertices);
+  if (options.fields.any()) describe(outcome, made, vertices, half_spaces);
   return outcome;
 }
 
@@ -513,25 +585,28 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     return outcome;
   }
   ElementaryCounts counts;
-  Outcome outcome =
-      answer_of(found_by(scene, made, vertices, options.min_separation,
-                         [&](const FeatureVertices& features, double thickness) {
-                           return proximity_test(features, options.instant,
-                                                 elementary_options(options, thickness), counts);
-                         }),
-                scene, made, options);
+  std::vector<Contact> reported = found_by(
+      scene, made, vertices, options.min_separation, [&](const FeatureVertices& features, double thickness) {
+        return proximity_test(features, options.instant, elementary_options(options, thickness), counts);
+      });
+  const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
+  add_half_spaces(reported, scene, made, vertices, half_spaces,
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
+                    return half_space_proximity(vertex, half_space, options.instant,
+                                                elementary_options(options, thickness), counts);
+                  });
+  Outcome outcome = answer_of(reported, scene, made, options);
   outcome.earliest_toi.reset();
   if (options.report == Report::kVertexDistances) {
     outcome.vertex_distances.assign(made.vertex_count(), near.distance);
-    ColliderOptions all = options;
-    all.report = Report::kAll;
-    all.max_contacts = ~std::size_t{0};
-    const auto reported = found_by(scene, made, vertices, options.min_separation,
-                                   [&](const FeatureVertices& features, double thickness) {
-                                     return proximity_test(features, options.instant,
-                                                           elementary_options(all, thickness), counts);
-                                   });
     for (const Contact& pair : reported) {
+      if (pair.kind == ContactKind::kVertexHalfSpace) {
+        const double distance = half_space_distance(vertices[pair.a], half_spaces[pair.b], options.instant);
+        double& least = outcome.vertex_distances[pair.a];
+        least = std::min(
+            least, beyond_thickness(distance, made.thickness_of(pair.a), scene.bodies[pair.b].thickness));
+        continue;
+      }
       const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
       const auto ids = made.vertices_of(pair);
       const std::span<const std::uint32_t> all_ids(ids);
@@ -548,7 +623,7 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     outcome.contacts = std::move(reduced.contacts);
     outcome.closest_pairs = std::move(reduced.closest_pairs);
   }
-  if (options.fields.any()) describe(outcome, made, vertices);
+  if (options.fields.any()) describe(outcome, made, vertices, half_spaces);
   return outcome;
 }
 
@@ -556,6 +631,13 @@ AcceptedState draw_state(Draws& draws) {
   SceneDescription scene;
   std::vector<double> positions;
   const int bodies = 1 + draws.below(4);
+  const auto maybe_half_space = [&] {
+    if (draws.below(4) != 0) return;
+    Body body = draw_half_space(draws, 1, 0);
+    body.first_vertex = scene.vertex_count;
+    scene.bodies.push_back(body);
+  };
+  maybe_half_space();
   for (int b = 0; b < bodies; ++b) {
     const Shape shape = draw_shape(draws);
     Body body = draw_body(draws, shape.positions.size() / 3, 1);
@@ -564,9 +646,11 @@ AcceptedState draw_state(Draws& draws) {
     scene.vertex_count += body.vertex_count;
     scene.bodies.push_back(body);
     positions.insert(positions.end(), shape.positions.begin(), shape.positions.end());
+    maybe_half_space();
   }
-  if (bodies > 1 && draws.below(3) == 0)
-    scene.excluded_pairs.push_back({0, static_cast<std::uint32_t>(1 + draws.below(bodies - 1))});
+  if (scene.bodies.size() > 1 && draws.below(3) == 0)
+    scene.excluded_pairs.push_back(
+        {0, static_cast<std::uint32_t>(1 + draws.below(static_cast<int>(scene.bodies.size()) - 1))});
   if (draws.below(6) == 0) {
     scene.bodies.clear();
     scene.excluded_pairs.clear();
@@ -577,7 +661,11 @@ AcceptedState draw_state(Draws& draws) {
 AcceptedState scaled(AcceptedState state, double unit, double offset) {
   for (double& x : state.positions) x = x * unit + offset * unit;
   for (double& thickness : state.scene.thickness) thickness *= unit;
-  for (Body& body : state.scene.bodies) body.thickness *= unit;
+  for (Body& body : state.scene.bodies) {
+    body.thickness *= unit;
+    if (!body.half_space) continue;
+    for (double& x : body.half_space->point) x = x * unit + offset * unit;
+  }
   state.reference = state.positions;
   state.unit = unit;
   state.offset = offset * unit;
@@ -613,7 +701,7 @@ StepOperation draw_step(Draws& draws, const AcceptedState& state) {
     if (whole) {
       const std::vector<double> rows = moved_rows(draws, body, state.positions, step);
       std::ranges::copy(rows, operation.all->begin() + first_number(body));
-    } else if (body.kind == BodyKind::kRigid && draws.below(4) != 0) {
+    } else if (body.half_space || (body.kind == BodyKind::kRigid && draws.below(4) != 0)) {
       operation.poses.push_back({b, draw_pose(draws, step, state)});
     } else if (body.kind == BodyKind::kRigid || draws.below(2) == 0) {
       operation.bodies.push_back({b, moved_rows(draws, body, state.positions, step)});
@@ -663,6 +751,7 @@ NearOperation draw_near(Draws& draws, const AcceptedState& state) {
 }
 
 AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
+  if (draws.below(4) == 0) return {{draw_half_space(draws, state.unit, state.offset), {}}, {}};
   Shape shape = draw_shape(draws);
   for (double& x : shape.positions) x = x * state.unit + state.offset;
   const Body body = draw_body(draws, shape.positions.size() / 3, state.unit);
@@ -672,7 +761,9 @@ AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {
   const auto index = static_cast<std::uint32_t>(draws.below(static_cast<int>(state.scene.bodies.size())));
   const Body& body = state.scene.bodies[index];
-  Body changed = draw_body(draws, body.vertex_count, state.unit);
+  Body changed = body.half_space ? draw_half_space(draws, state.unit, state.offset)
+                                 : draw_body(draws, body.vertex_count, state.unit);
+  if (body.half_space && draws.below(2) == 0) changed.half_space = body.half_space;
   changed.first_vertex = body.first_vertex;
   if (draws.below(6) == 0) changed.kind = BodyKind::kRemoved;
   return {index, changed};

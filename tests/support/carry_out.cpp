@@ -127,6 +127,7 @@ Outcome outcome_of(Call::Answer&& answer) {
     outcome.vf = answer.step->vf;
     outcome.ee = answer.step->ee;
     outcome.ef = answer.step->ef;
+    outcome.vh = answer.step->vh;
     outcome.possible = answer.step->possible;
     outcome.earliest_toi = answer.step->earliest_toi;
     outcome.contacts.assign(answer.step->contacts.begin(), answer.step->contacts.end());

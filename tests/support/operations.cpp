@@ -99,8 +99,8 @@ std::string to_string(const Outcome& outcome) {
   if (outcome.kind == Outcome::Kind::kOutOfMemory) return "out of memory";
   if (outcome.kind == Outcome::Kind::kRefused) return "refused: " + outcome.error.message;
   return "done, vf " + std::to_string(outcome.vf) + ", ee " + std::to_string(outcome.ee) + ", ef " +
-         std::to_string(outcome.ef) + ", possible " + std::to_string(outcome.possible) + ", " +
-         std::to_string(outcome.contacts.size()) + " contacts";
+         std::to_string(outcome.ef) + ", vh " + std::to_string(outcome.vh) + ", possible " +
+         std::to_string(outcome.possible) + ", " + std::to_string(outcome.contacts.size()) + " contacts";
 }
 
 std::string difference(const Outcome& was, const Outcome& expected) {
@@ -109,7 +109,7 @@ std::string difference(const Outcome& was, const Outcome& expected) {
   const bool same_earliest = was.earliest_toi.has_value() == expected.earliest_toi.has_value() &&
                              (!was.earliest_toi || same_bits(*was.earliest_toi, *expected.earliest_toi));
   if (!same_kind || was.vf != expected.vf || was.ee != expected.ee || was.ef != expected.ef ||
-      was.possible != expected.possible)
+      was.vh != expected.vh || was.possible != expected.possible)
     return to_string(was) + " where " + to_string(expected) + " is expected";
   if (!same_earliest) return "another earliest_toi";
   if (std::string text = difference("contacts", was.contacts, expected.contacts); !text.empty()) return text;

@@ -76,6 +76,7 @@ struct Outcome {
   std::uint64_t vf = 0;
   std::uint64_t ee = 0;
   std::uint64_t ef = 0;
+  std::uint64_t vh = 0;
   std::uint64_t possible = 0;
   std::optional<double> earliest_toi;
   std::vector<Contact> contacts;

@@ -41,6 +41,11 @@ ReducedOracle reduced_oracle(const Scene& scene, std::span<const VertexMotion> v
   std::map<std::vector<std::uint32_t>, std::size_t>
       first;  // kept row by sorted vertices, the single one last
   for (const Contact& contact : all) {
+    if (contact.kind == ContactKind::kVertexHalfSpace) {  // which no other row is like
+      reduced.contacts.push_back(contact);
+      reduced.closest_pairs.push_back({1, 0b0001});
+      continue;
+    }
     const FeatureVertices four = features_of(scene, vertices, contact.kind, contact.a, contact.b);
     const std::array<double, 4> weights = contact_geometry(contact.kind, four.vertex, contact.toi).weights;
     const bool edges = contact.kind != ContactKind::kVertexFace;

@@ -8,15 +8,20 @@ const kinds = {
   vf: { name: "vertex-face", mark: "dot", ...atVertex },
   ee: { name: "edge-edge", mark: "diamond", between: [0, 1, 2, 3], ends: [0, 1, 2, 3] },
   ef: { name: "edge-face", mark: "triangle", between: [0, 1, 0, 1], ends: [0, 1] },
+  vh: { name: "vertex-half-space", mark: "triangle", ...atVertex },
   vv: { name: "vertex-vertex", mark: "square", between: [0, 0, 1, 1], ends: [] },
   ev: { name: "edge-vertex", mark: "triangle", between: [0, 1, 2, 2], ends: [0, 1] },
   fv: { name: "face-vertex", mark: "dot", ...atVertex, between: [3, 3, 3, 3] },
 };
 const marks = ["dot", "diamond", "triangle", "square"];  // by the number that the shader has
 
+// Half-spaces are named where there are any.
+const pairKinds = scene.bodies.some(body => body.half_space) ? ["vf", "ee", "vh"] : ["vf", "ee"];
+
 const plural = (count, word) => `${number(count)} ${word}${count === 1 ? "" : "s"}`;
 const milliseconds = i => `<br>${number(scene.ms.total[i])} ms`;
 const pairsOf = i => `${number(scene.vf[i])} vertex-face, ${number(scene.ee[i])} edge-edge` +
+                     (scene.vh[i] ? `, ${number(scene.vh[i])} vertex-half-space` : "") +
                      (scene.possible[i] ? ` (${number(scene.possible[i])} possible)` : "");
 const least = i => `<br>least distance ${scene.least_distance[i] === null ? "&ndash;" : scene.least_distance[i].toPrecision(4)}`;
 const short = (x, digits) => String(Number(x.toPrecision(digits)));
@@ -28,7 +33,7 @@ const distanceRamp = () => (scene.thick
 // By what was asked: `things` and one `thing`; `how`, of the subtitle; `tip`, of a step, after its number.
 const asked = {
   steps: () => ({
-    thing: "contact", things: "contacts", kinds: ["vf", "ee"], counts: scene,
+    thing: "contact", things: "contacts", kinds: pairKinds, counts: scene,
     coloured: "contacts coloured by their time of impact",
     ramp: { name: "time of impact in the step", ends: ["0", "0.5", "1"] },
     stages: ["refit", "front", "elementary", "adjacent"],
@@ -43,7 +48,7 @@ const asked = {
     },
   }),
   near: () => ({
-    thing: "pair", things: "pairs", kinds: ["vf", "ee"], counts: scene,
+    thing: "pair", things: "pairs", kinds: pairKinds, counts: scene,
     coloured: "near pairs coloured by their distance", ramp: distanceRamp(), stages: ["total"],
     how: `pairs ${withinDistance()}`,
     tip: i => pairsOf(i) + least(i) + milliseconds(i),

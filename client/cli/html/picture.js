@@ -11,7 +11,7 @@ function makePicture() {
     unable.textContent = "This browser has no WebGL2, so the meshes cannot be drawn; the charts below are complete.";
     return { draw() {}, show() {}, recolor() {} };
   }
-  const mesh = makeMesh(gl), contacts = makeContacts(gl);
+  const mesh = makeMesh(gl), contacts = makeContacts(gl), grounds = makeHalfSpaces(gl);
   const bodyOfVertex = v => {
     let low = 0, high = scene.bodies.length - 1;
     while (low < high) {
@@ -41,6 +41,7 @@ function makePicture() {
         mesh.drawFaces(k, share, matrix);
         gl.disable(gl.POLYGON_OFFSET_FILL);
       }
+      if (shown.faces) grounds.draw(matrix, mesh.isHidden);
       if (shown.edges) {
         gl.enable(gl.BLEND);
         mesh.drawEdges(k, share, matrix);

@@ -180,7 +180,7 @@ void Lane::check(const Answer& answer, Asked asked) {
 }
 
 void Lane::take(const Answer& answer, const FrameTimes& times, Kind kind, Asked asked) {
-  const std::uint64_t contacts = answer.vf + answer.ee;
+  const std::uint64_t contacts = answer.total();
   const FrontState front = answer.statistics.front_state;
   ++tally_.all_frames;
   tally_.all_contacts += contacts;

@@ -64,7 +64,7 @@ void Tally::measured(const FrameTimes& times, const Answer& answer, Asked asked)
   round_trip.record(round_trip_ms);
   own_late.record(times.own_late_ms);
   ++frames;
-  contacts += answer.vf + answer.ee;
+  contacts += answer.total();
   sent_bytes += travel.sent_bytes;
   received_bytes += travel.received_bytes;
 }

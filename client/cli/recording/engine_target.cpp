@@ -33,7 +33,7 @@ class EngineTarget final : public ReplayTarget {
     hash.add_step(collider_.scene(), answer.contacts);
     hash.add_distances(answer.vertex_distances);
     for (const ClosestPair& pair : answer.closest_pairs) hash.add_closest_pair(pair);
-    return AnswerDigest{answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value()};
+    return AnswerDigest{answer.vf, answer.ee, answer.possible, answer.earliest_toi, hash.value(), answer.vh};
   }
 
   Status change(const v1::ChangeSceneRequest& request) override {
@@ -53,8 +53,12 @@ class EngineTarget final : public ReplayTarget {
     if (!result) return result.error();
     ContactHash nothing;
     nothing.begin_step(0);
-    return AnswerDigest{result.value().vf.value_or(0), result.value().ee.value_or(0),
-                        result.value().possible.value_or(0), result.value().earliest_toi, nothing.value()};
+    return AnswerDigest{result.value().vf.value_or(0),
+                        result.value().ee.value_or(0),
+                        result.value().possible.value_or(0),
+                        result.value().earliest_toi,
+                        nothing.value(),
+                        result.value().vh.value_or(0)};
   }
 
   Result<SceneChange> change_of(const v1::SceneChange& change) const {

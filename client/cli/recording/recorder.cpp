@@ -92,6 +92,7 @@ void Recorder::answer(std::uint64_t number, const AnswerDigest& digest) {
   answer.mutable_outcome();
   answer.set_vf(digest.vf);
   answer.set_ee(digest.ee);
+  answer.set_vh(digest.vh);
   answer.set_possible(digest.possible);
   if (digest.earliest_toi) answer.set_earliest_toi(*digest.earliest_toi);
   answer.set_contacts_hash(digest.contacts_hash);

@@ -12,7 +12,8 @@ namespace warmfront::client {
 namespace {
 
 AnswerDigest digest_of(const v1::RecordedAnswer& answer) {
-  AnswerDigest digest{answer.vf(), answer.ee(), answer.possible(), std::nullopt, answer.contacts_hash()};
+  AnswerDigest digest{answer.vf(), answer.ee(), answer.possible(), std::nullopt, answer.contacts_hash(),
+                      answer.vh()};
   if (answer.has_earliest_toi()) digest.earliest_toi = answer.earliest_toi();
   return digest;
 }

@@ -33,6 +33,7 @@ _TOO_OLD_FOR = {
                                 "it, or give each world a session of its own",
     session_pb2.FEATURE_EDGES: "edges: the daemon is older than they are, and would miss contacts; update it, or leave them "
                                "out",
+    session_pb2.FEATURE_HALF_SPACES: "half_space: the daemon is older than half-spaces; update it, or give a mesh instead",
 }
 
 
@@ -48,13 +49,15 @@ def _features_in(header: session_pb2.SessionHeader) -> list[session_pb2.Feature]
         features.append(session_pb2.FEATURE_WORLDS)
     if header.edge_count > 0:
         features.append(session_pb2.FEATURE_EDGES)
+    if any(body.HasField("half_space") for body in header.bodies):
+        features.append(session_pb2.FEATURE_HALF_SPACES)
     return features
 
 
 def _took(session: session_pb2.SessionInfo, feature: session_pb2.Feature) -> bool:
     """Does the session have what only a daemon with the feature takes?"""
-    if feature == session_pb2.FEATURE_EDGES:
-        return True  # one that does not know them refuses their bytes
+    if feature in (session_pb2.FEATURE_EDGES, session_pb2.FEATURE_HALF_SPACES):
+        return True  # one that does not know these refuses their bytes, or a body without vertices
     if feature == session_pb2.FEATURE_WORLDS:
         return bool(session.world_count > 0)
     return bool(session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters"))

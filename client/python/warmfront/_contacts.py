@@ -122,7 +122,7 @@ def _parse_columns(view: memoryview) -> Columns:
             raise malformed("columns of unequal length")
         kinds = columns["kind"]
         edge_faces = kinds == _EDGE_FACE
-        if (kinds > Kind.VERTEX_VERTEX).any() or (edge_faces.any() and not edge_faces.all()):
+        if (kinds > Kind.VERTEX_HALF_SPACE).any() or (edge_faces.any() and not edge_faces.all()):
             raise malformed("a contact of unknown kind")
         if ((columns["status"] < 1) | (columns["status"] > 4)).any():
             raise malformed("a contact of unknown status")
@@ -173,7 +173,8 @@ def vertex_distances_of(parts: Sequence[AnswerPart], contacts: Contacts) -> Vert
     distances = _joined([part.distances for part in parts], "<f8")
     if len(distances) != parts[-1].summary.distances:
         raise malformed(f"{len(distances)} of {parts[-1].summary.distances} distances")
-    return VertexDistances(contacts.frame, distances, contacts.vf, contacts.ee, contacts.possible, contacts.statistics)
+    return VertexDistances(contacts.frame, distances, contacts.vf, contacts.ee, contacts.possible, contacts.statistics,
+                           contacts.vh)
 
 
 def intersections_of(contacts: Contacts, summary: Any) -> Intersections:
@@ -196,17 +197,19 @@ def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
 def up_to(trial: Contacts, fraction: float, frame: int) -> Committed:
     """What a commit takes of a trial, by what its caller was told."""
     earliest = trial.earliest_toi if trial.earliest_toi is not None and trial.earliest_toi <= fraction else None
-    counts: tuple[Optional[int], Optional[int], Optional[int]] = (None, None, None)
-    if len(trial) == trial.vf + trial.ee:
+    counts: tuple[Optional[int], Optional[int], Optional[int], Optional[int]] = (None, None, None, None)
+    if len(trial) == trial.vf + trial.ee + trial.vh:
         within = trial.toi <= fraction
         vf = within & (trial.kind == Kind.VERTEX_FACE)
+        vh = within & (trial.kind == Kind.VERTEX_HALF_SPACE)
         open_ones = within & ((trial.status == Status.POSSIBLE) | (trial.status == Status.BUDGET))
-        counts = (int(vf.sum()), int(within.sum() - vf.sum()), int(open_ones.sum()))
+        ee = within.sum() - vf.sum() - vh.sum()
+        counts = (int(vf.sum()), int(ee), int(open_ones.sum()), int(vh.sum()))
     elif fraction == 1:
-        counts = (trial.vf, trial.ee, trial.possible)
+        counts = (trial.vf, trial.ee, trial.possible, trial.vh)
     elif earliest is None:
-        counts = (0, 0, 0)
-    return Committed(fraction, *counts, earliest, frame)
+        counts = (0, 0, 0, 0)
+    return Committed(fraction, *counts[:3], earliest, frame, counts[3])
 
 
 def error_from(code: int, message: str, details: Sequence[Any] = ()) -> WarmfrontError:

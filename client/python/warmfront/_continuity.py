@@ -72,6 +72,7 @@ def continuity(earlier: Optional[Contacts], now: Contacts) -> Continuity:
 def _keys(rows: Contacts) -> npt.NDArray[np.uint64]:
     """(k, 2): what makes a row itself."""
     form, v = (rows.kind != Kind.VERTEX_FACE).astype(np.uint64), rows.v.astype(np.uint64)
+    # A half-space's vertex stands three times in its row, as in no other: that form tells it from all others.
     if rows.multiplicity is not None:
         stencils = rows.stencils()
         for size, stencil in ((2, stencils.vv), (3, stencils.ev)):

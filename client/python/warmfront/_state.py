@@ -16,7 +16,7 @@ from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
 from .errors import FailedPreconditionError, InvalidArgumentError
-from .scene import Body, PairFilters, edges_of, faces_of, indices_of, placed, pose_of, positions_of, thickness_of
+from .scene import Body, PairFilters, edges_of, faces_of, half_space_of, indices_of, placed, pose_of, positions_of, thickness_of
 from .v1 import options_pb2, session_pb2
 
 
@@ -123,7 +123,7 @@ class SceneState:
         """Makes an answered frame's positions current."""
         if frame.whole:
             self._latest = frame.positions()
-            self._poses = [None] * len(self.bodies)
+            self._forget_poses()
             return
         self._take_bodies(frame)
         for b, matrix in self._poses_in(frame):
@@ -159,7 +159,7 @@ class SceneState:
             rows = vertices_part_way(self.placed(), end.astype(np.float64), fraction, self.dtype)
             self._latest = None
             self._rows = rows.astype(self.dtype)
-            self._poses = [None] * len(self.bodies)
+            self._forget_poses()
             return
         for b, end in self._bodies_in(frame):
             self._body_rows(b)[:] = vertices_part_way(self._placed_body(b), end.astype(np.float64), fraction, self.dtype)
@@ -171,6 +171,10 @@ class SceneState:
         if len(vertices) > 0:
             rows = self._writable()
             rows[vertices] = vertices_part_way(rows[vertices].astype(np.float64), end.astype(np.float64), fraction, self.dtype)
+
+    def _forget_poses(self) -> None:
+        """All vertices were given, which says nothing of half-spaces."""
+        self._poses = [pose if body.half_space is not None else None for body, pose in zip(self.bodies, self._poses)]
 
     def _bodies_in(self, frame: SentFrame) -> Iterator[tuple[int, npt.NDArray[Any]]]:
         moved = np.frombuffer(frame.bytes_of(_frame.BODY_POSITIONS), self.dtype).reshape(-1, 3)
@@ -197,15 +201,20 @@ class SceneState:
         replace(body, first_vertex=0).put_into(change.add.body, len(self.bodies))
         change.add.faces = faces_of(faces).tobytes()
         change.add.edges = edges_of(edges).tobytes()
-        change.add.positions = positions_of(positions, body.vertex_count, self.dtype).tobytes()
+        change.add.positions = self._added_rows(body, positions).tobytes()
         return change
+
+    def _added_rows(self, body: Body, positions: Any) -> npt.NDArray[Any]:
+        if positions is None and body.half_space is not None:
+            return np.empty((0, 3), self.dtype)
+        return positions_of(positions, body.vertex_count, self.dtype)
 
     def take_addition(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> None:
         first = self.vertex_count
         self.bodies.append(replace(body, first_vertex=first))
         self.faces = np.concatenate([self.faces, faces_of(faces) + np.int32(first)])
         self.edges = np.concatenate([self.edges, edges_of(edges) + np.int32(first)])
-        rows = positions_of(positions, body.vertex_count, self.dtype)
+        rows = self._added_rows(body, positions)
         self._rows = np.concatenate([self._writable(), rows])
         self.filters = self.filters.with_body(rows)
         if self.thickness is not None:
@@ -227,7 +236,8 @@ class SceneState:
         """FailedPreconditionError for a body that is at a pose and would be rigid no more, in a session of float32: where its
         vertices are is not known in float32."""
         old = self._body(index, "index")
-        if self.dtype.itemsize == 4 and self._poses[index] is not None and body.kind not in ("rigid", "removed"):
+        if self.dtype.itemsize == 4 and self._poses[index] is not None and body.kind not in ("rigid", "removed") \
+                and old.half_space is None:
             raise FailedPreconditionError(f"body {index} is at a pose, and its vertices are not known in the session's "
                                           "float32; give its positions in a frame before it becomes another kind")
         change = session_pb2.SceneChange()
@@ -237,6 +247,12 @@ class SceneState:
 
     def take_change(self, index: int, body: Body) -> None:
         old = self.bodies[index]
+        if body.half_space is None:
+            body = replace(body, half_space=old.half_space)  # of one that is removed
+        if old.half_space is not None:
+            before, now = (half_space_of(each.half_space, f"body {index}") for each in (old, body))
+            if body.kind != old.kind or now != before:
+                self._poses[index] = None  # described anew, it is where that says
         self.bodies[index] = replace(body, first_vertex=old.first_vertex, vertex_count=old.vertex_count)
         pose = self._poses[index]
         if pose is None or body.kind == "rigid":

@@ -9,7 +9,8 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
-_VERTEX_FACE, _EDGES = 0, 1  # of Contacts.kind: a vertex and a face; all others are two edges, of which some are points
+# Of Contacts.kind: a vertex and a face, and a vertex and a half-space; all others are two edges, of which some are points.
+_VERTEX_FACE, _EDGES, _HALF_SPACE = 0, 1, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,16 +32,18 @@ class Stencil:
 @dataclass(frozen=True, eq=False)
 class Stencils:
     """What a barrier is summed over, each with its multiplicity; vertices in the order of the letters. Iterating gives the
-    four in this order.
+    first four in this order.
 
     vv: two vertices, v (m, 2). ev: the edge's two, then the vertex, v (m, 3). ee: edge a's two, then edge b's, v (m, 4); of
     nearly parallel edges, too, whose closest points may be anywhere on them. fv: the face's three, then the vertex, v (m, 4).
+    vh: the vertex alone, v (m, 1), of a half-space, which `Contacts.bodies` names; not among those that iterating gives.
     """
 
     vv: Stencil
     ev: Stencil
     ee: Stencil
     fv: Stencil
+    vh: Stencil
 
     def __iter__(self) -> Iterator[Stencil]:
         return iter((self.vv, self.ev, self.ee, self.fv))
@@ -63,8 +66,8 @@ class RowsByVertex:
         return self.rows[self.begin[vertex]:self.begin[vertex + 1]]
 
 
-#: By stencil, a byte: has it two of the row's vertices or more, and no other bit?
-STENCILS: npt.NDArray[np.bool_] = np.array([bits < 16 and bin(bits).count("1") >= 2 for bits in range(256)])
+#: By stencil, a byte: has it two of the row's vertices or more, and no other bit; or the vertex of a half-space alone?
+STENCILS: npt.NDArray[np.bool_] = np.array([bits == 1 or (bits < 16 and bin(bits).count("1") >= 2) for bits in range(256)])
 
 
 def _columns_by_stencil() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
@@ -102,12 +105,17 @@ def stencils_of(kind: npt.NDArray[np.uint8], v: npt.NDArray[np.uint32], multipli
         return Stencil(np.take_along_axis(v[rows], columns, 1), multiplicity[rows], rows, signed)
 
     four = sizes == 4
-    return Stencils(of(sizes == 2, 2), of(sizes == 3, 3), of(four & edges, 4), of(four & ~edges, 4))
+    return Stencils(of(sizes == 2, 2), of(sizes == 3, 3), of(four & edges, 4), of(four & ~edges, 4),
+                    of(kind == _HALF_SPACE, 1))
 
 
 def rows_by_vertex(v: Any, vertex_count: int) -> RowsByVertex:
     """The rows that each vertex is in, of (k, m) vertices of k rows."""
-    columns = np.asarray(v)
+    columns = np.array(v)
+    if columns.ndim == 2 and columns.shape[1] == 4:
+        # A half-space's row has the vertex three times, as no other, and then no vertex.
+        half_space = (columns[:, 0] == columns[:, 1]) & (columns[:, 0] == columns[:, 2])
+        columns[half_space, 3] = columns[half_space, 0]
     if len(columns) > 0 and columns.size > 0 and int(columns.max()) >= vertex_count:
         row = int(np.flatnonzero((columns >= vertex_count).any(1))[0])
         raise ValueError(f"row {row}: vertex {int(columns[row].max())} is none of {vertex_count}")

@@ -23,6 +23,7 @@ class Kind(enum.IntEnum):
     EDGE_EDGE = 1
     VERTEX_EDGE = 3
     VERTEX_VERTEX = 4
+    VERTEX_HALF_SPACE = 5
 
 
 class Closest(enum.IntEnum):
@@ -140,7 +141,7 @@ class Intersections:
 class VertexDistances:
     """How far each vertex is from anything; `numpy.asarray()` of it, and its `distances`, are (n) float64, read-only.
 
-    frame: number of the next one. distances: by vertex, in the scene's length unit; see `Session.vertex_distances()`. vf, ee,
+    frame: number of the next one. distances: by vertex, in the scene's length unit; see `Session.vertex_distances()`. vf, ee, vh,
     possible: as of `Contacts`, how many pairs are within the distance that was asked about.
     """
 
@@ -150,6 +151,7 @@ class VertexDistances:
     ee: int
     possible: int
     statistics: Statistics
+    vh: int = 0
 
     def __len__(self) -> int:
         return len(self.distances)
@@ -185,7 +187,7 @@ class MaxStep:
 class Committed:
     """What a commit took of its trial.
 
-    fraction: of the motion. vf, ee, possible: of the contacts that the trial listed, those up to there; None where it only
+    fraction: of the motion. vf, ee, vh, possible: of the contacts that the trial listed, those up to there; None where it only
     counted them, and some may lie beyond. earliest_toi: of these, in steps of the trial; None without any. frame: the
     session's, from now on.
     """
@@ -196,6 +198,7 @@ class Committed:
     possible: Optional[int]
     earliest_toi: Optional[float]
     frame: int
+    vh: Optional[int] = None
 
 
 _COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "direction", "squared_distance", "closest",
@@ -206,7 +209,8 @@ class Contacts:
     """One frame's answer: k contacts as columns, sorted by kind, then by the numbers of the first and of the second feature.
 
     kind (k) uint8: `Kind`. status (k) uint8: `Status`. v (k, 4) uint32: the vertex, then the face's three; or edge a's
-    two, then edge b's two, where an isolated vertex stands twice in place of an edge. toi (k) float64 in [0, 1], in steps:
+    two, then edge b's two, where an isolated vertex stands twice in place of an edge; of a half-space the vertex three times, as
+    in no other row, then the number of the body that it is. toi (k) float64 in [0, 1], in steps:
     never later than the first time of contact (in tier "fast", an estimate of it). Of `proximity()` the instant that was asked about: 0, or 1 at a trial's end.
     Where `Options.fields` ask for them, else None: weights (k, 4) float64, barycentric coordinates of the closest points
     at toi by the vertices in v; normal (k, 3) float64, unit, of the face or common to both edges (of points: the
@@ -215,16 +219,17 @@ class Contacts:
     these points; closest (k) uint8: `Closest`, which features they are on, where weights are exactly 0 for the others.
     `normal` is the features' own: with a separation it differs, by up to a right angle and more, from `direction` if a
     closest point lies on the face's rim or at an edge's end. Use the direction to push two things apart, and the normal only
-    where they touch.
+    where they touch. Of a half-space weights are 1, 0, 0, 0, the normal points out of it, and the second point is the foot of
+    the vertex on its plane, or the vertex itself where that is inside.
     Of `proximity(reduced=True)`, else None: multiplicity (k) uint32, how many rows have the same closest features where they
     are not reduced; stencil (k) uint8: bit i is set where v[:, i] is of these features, all four of nearly parallel edges. See
     `stencils()`.
     Computed on first use, from the scene at this frame: bodies, faces, edges.
 
     frame: its number; of a trial, that of the next frame. vf, ee: how many there are, also when the report is "count" and
-    the columns are empty; of a reduced answer, of all rows before they were reduced. ee: all but the vertex-face ones; ve, vv:
-    how many of these are vertex-edge and vertex-vertex.
-    possible: of both, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
+    the columns are empty; of a reduced answer, of all rows before they were reduced. ee: edge-edge ones, and with points; ve, vv:
+    how many of these are vertex-edge and vertex-vertex. vh: vertex-half-space ones, which are not in ee.
+    possible: of all, those neither proved nor excluded. earliest_toi: of a motion the least toi; None without contacts, and
     of `proximity()`, which has no motion.
     queue_ms: milliseconds in the daemon between the frame's arrival and its step.
     Of report "earliest" in a scene with worlds, whose rows are the earliest of each, else empty: worlds (w) uint32, ascending,
@@ -272,6 +277,7 @@ class Contacts:
         self.ee: int = summary.ee
         self.ve: int = summary.ve
         self.vv: int = summary.vv
+        self.vh: int = summary.vh
         self.possible: int = summary.possible
         self.earliest_toi: Optional[float] = summary.earliest_toi if summary.HasField("earliest_toi") else None
         self.queue_ms: float = summary.queue_ms
@@ -283,9 +289,13 @@ class Contacts:
 
     @cached_property
     def bodies(self) -> Optional[npt.NDArray[np.int64]]:
-        """(k, 2): the body of the vertex or first edge, then of the face or second edge, as numbered when they were declared
+        """(k, 2): the body of the vertex or first edge, then of the face or second edge or the half-space itself, as numbered when they were declared
         and added; None in a scene that declares none."""
-        return None if self._topology is None else self._topology.bodies_of(self.v[:, [0, 2]])
+        bodies = None if self._topology is None else self._topology.bodies_of(self.v[:, [0, 2]])
+        if bodies is not None and self.vh > 0:
+            rows = self.kind == Kind.VERTEX_HALF_SPACE
+            bodies[rows, 1] = self.v[rows, 3]
+        return bodies
 
     @cached_property
     def faces(self) -> npt.NDArray[np.int64]:
@@ -356,8 +366,8 @@ class Contacts:
 
     def __bool__(self) -> bool:
         """Is there any contact, in every report?"""
-        return self.vf + self.ee > 0
+        return self.vf + self.ee + self.vh > 0
 
     def __repr__(self) -> str:
-        return (f"Contacts(frame={self.frame}, vf={self.vf}, ee={self.ee}, possible={self.possible}, "
+        return (f"Contacts(frame={self.frame}, vf={self.vf}, ee={self.ee}, vh={self.vh}, possible={self.possible}, "
                 f"earliest_toi={self.earliest_toi})")

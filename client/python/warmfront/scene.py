@@ -19,9 +19,9 @@ _KINDS = ("deformable", "rigid", "static", "removed")
 
 @dataclass(frozen=True)
 class Body:
-    """A range of vertices that form a body, and what need not be tested of it.
+    """A range of vertices that form a body, and what need not be tested of it; or a half-space, a body without vertices.
 
-    vertex_count: at least 1. first_vertex: None: the end of the previous body.
+    vertex_count: at least 1; 0 of a half-space. first_vertex: None: the end of the previous body.
     kind: "deformable"; "rigid": moves as a whole, not tested against itself; "static": does not move, nor is it tested
         against itself or another static body; "removed": tested against nothing.
     self_collision: of a deformable body.
@@ -30,9 +30,13 @@ class Body:
         vertices is in, as of the thickest of a face's or an edge's; of a pair within the body twice that much, once for each
         of the two. Tiers certified and exact.
     world: below 2^32; bodies of two different worlds never meet, those of 0 meet all. See `Client.batch()`.
+    half_space: (point, normal), each of 3 numbers: the body is all points x with normal . (x - point) <= 0, "static" or
+        "rigid". The normal points out of it and may have any length; its coordinates are at most 2^1020. It meets the vertices
+        of bodies that it may meet, and a rigid one moves by poses, relative to this.
+        Example: Body(kind="static", half_space=((0, 0, 0), (0, 0, 1))) is a ground.
     """
 
-    vertex_count: int
+    vertex_count: int = 0
     kind: BodyKind = "deformable"
     name: str = ""
     first_vertex: Optional[int] = None
@@ -41,6 +45,7 @@ class Body:
     mask: int = 0xFFFFFFFF
     thickness: float = 0.0
     world: int = 0
+    half_space: Any = None
 
     def put_into(self, message: Any, index: int) -> None:
         """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have, of the body by its
@@ -55,6 +60,23 @@ class Body:
                 raise InvalidArgumentError(
                     f"{body}: {name} {getattr(self, name)!r} is not of the contract's type and range") from None
         message.kind = _KINDS.index(self.kind) + 1
+        if self.half_space is not None:
+            point, normal = half_space_of(self.half_space, body)
+            message.half_space.point.extend(point)
+            message.half_space.normal.extend(normal)
+
+
+def half_space_of(given: Any, where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """(point, normal), each of 3 numbers. InvalidArgumentError for anything else; whether they are finite is the daemon's to
+    say."""
+    try:
+        point, normal = (tuple(float(x) for x in three) for three in given)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"{where}: half_space {given!r}; give (point, normal), each of 3 numbers") from None
+    if len(point) != 3 or len(normal) != 3:
+        raise InvalidArgumentError(f"{where}: half_space has {len(point)} and {len(normal)} numbers; give 3 of the point and 3 "
+                                   "of the normal")
+    return point, normal
 
 
 @dataclass(frozen=True, eq=False)

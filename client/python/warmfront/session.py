@@ -460,7 +460,8 @@ class Session:
     def add_body(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> int:
         """Adds a stationary body and returns its index, the previous number of bodies; its vertices, faces and
         edges come after all others. faces (m, 3) and edges (k, 2), as in `Client.session()`, number its own vertices from 0;
-        positions (vertex_count, 3) of the session's dtype.
+        positions (vertex_count, 3) of the session's dtype. Of a
+        half-space, which has none of these, give None.
 
         FailedPreconditionError while frames are unanswered, or in a session that declared no bodies.
         """
@@ -473,6 +474,8 @@ class Session:
                 self._need_features(change.add.body)
                 if change.add.edges:
                     self._need(session_pb2.FEATURE_EDGES)
+                if change.add.body.HasField("half_space"):
+                    self._need(session_pb2.FEATURE_HALF_SPACES)
                 return change
 
             self._change(encode, lambda: state.take_addition(body, faces, positions, edges))
@@ -480,7 +483,8 @@ class Session:
 
     def change_body(self, index: int, body: Body) -> None:
         """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out
-        for good. One that becomes rigid takes where it is for its rest shape.
+        for good. One that becomes rigid takes where it is for its rest shape. A half-space stays one; if its point, normal or
+        kind changes, it is where its description says from then on, without a motion.
 
         FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed body.
         """

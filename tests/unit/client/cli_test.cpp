@@ -402,7 +402,8 @@ TEST(Cli, AWrittenSceneIsTheBuiltinOne) {
 TEST(Cli, ScenesAreListed) {
   const Outcome outcome = run("scene --list");
   EXPECT_EQ(outcome.code, kExitOk);
-  for (const char* name : {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles"})
+  for (const char* name :
+       {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles", "ground"})
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 

@@ -44,8 +44,9 @@ TEST(GatherSorted, GivesOneOrder) {
         const std::vector<std::span<const Contact>> spans(lists.begin(), lists.end());
         std::vector<Contact> found{expected.begin(), expected.begin() + std::min<long>(3, expected.size())};
         std::vector<std::size_t> room{7, 7};
-        testing::workers()->run(
-            [&] { gather_sorted(spans, vertices, true, 3 * std::size_t{vertices}, found, room, {}); });
+        testing::workers()->run([&] {
+          gather_sorted(spans, vertices, {true, true}, 3 * std::size_t{vertices}, found, room, {});
+        });
         EXPECT_EQ(found, expected) << count << " of " << vertices;
         EXPECT_LE(room.size(), count / 16 + kContactKinds + 2);
       }
@@ -60,8 +61,9 @@ TEST(GatherSorted, StopsWhenTold) {
   std::vector<Contact> found;
   std::vector<std::size_t> room;
   const std::vector<std::span<const Contact>> lists{contacts};
-  testing::workers()->run(
-      [&] { EXPECT_THROW(gather_sorted(lists, 1000, true, 3000, found, room, StopSignal(&stop)), Stopped); });
+  testing::workers()->run([&] {
+    EXPECT_THROW(gather_sorted(lists, 1000, {true, true}, 3000, found, room, StopSignal(&stop)), Stopped);
+  });
 }
 
 }  // namespace
