@@ -109,6 +109,20 @@ void Motion::append(std::span<const double> positions, StopSignal stop) {
   lengthen(states_, vertices_.size(), MotionState{0}, stop);
 }
 
+Motion Motion::without_vertices(std::size_t room, StopSignal stop) const {
+  Motion motion(std::span<const double>{}, stop);
+  motion.frame_ = frame_;
+  motion.magnitude_ = magnitude_;
+  reserve(motion.vertices_, room, stop);
+  reserve(motion.states_, room, stop);
+  return motion;
+}
+
+void Motion::append(const Motion& from, std::uint32_t first, std::uint32_t end, StopSignal stop) {
+  warmfront::append(vertices_, std::span(from.vertices_).subspan(first, end - first), stop);
+  warmfront::append(states_, std::span(from.states_).subspan(first, end - first), stop);
+}
+
 void Motion::truncate(std::size_t vertex_count) {
   vertices_.resize(std::min(vertex_count, vertices_.size()));
   states_.resize(std::min(vertex_count, states_.size()));

@@ -74,6 +74,10 @@ class Motion {
   /// Appends stationary vertices; truncate() takes them back, also after an exception.
   void append(std::span<const double> positions, StopSignal stop = {});
   void truncate(std::size_t vertex_count);
+  /// One without vertices, of the same frame and magnitude, with room for so many; and vertices
+  /// [first, end) of another one of that frame, as they are, after all others.
+  Motion without_vertices(std::size_t room, StopSignal stop) const;
+  void append(const Motion& from, std::uint32_t first, std::uint32_t end, StopSignal stop);
 
   /// A step of vertices [first, end): row order[v] - first_row of `positions` is where vertex v goes. What
   /// keeps its position, bit for bit, does not move. Parallel inside Workers::run(). After an exception,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/frame.h"
@@ -30,6 +31,21 @@ class SceneMotion {
   /// exception here or in renumber().
   void append(const Scene& scene, std::span<const double> positions, StopSignal stop = {});
   void truncate(std::uint32_t part_count, std::uint32_t vertex_count) noexcept;
+
+  /// A part after some were replaced: what is at rest at these positions, in new numbers; or what was there,
+  /// whose numbers begin at `first`.
+  struct PartAfter {
+    bool is_new = false;
+    BodyKind kind = BodyKind::kDeformable;      // of a new part
+    std::span<const double> positions = {};     // of a new part, (end - first, 3)
+    std::uint32_t first = 0;
+    std::uint32_t end = 0;
+  };
+  class Replacement;
+  /// The motion of these parts one after the other, as long as this is not used otherwise; nothing has changed
+  /// before take(). After settle() of what changes its kind.
+  Replacement replaced(std::span<const PartAfter> parts, StopSignal stop) const;
+  void take(Replacement replacement) noexcept;
 
   /// The shape of a part as it is now.
   std::shared_ptr<const ReferenceShape> shape_of(std::uint32_t part, StopSignal stop = {});
@@ -162,6 +178,8 @@ class SceneMotion {
   void begin_part(Part& part);
   void roll_back() noexcept;
 
+  static Part stationary_part(const Motion& motion, std::uint32_t first, std::uint32_t end, BodyKind kind,
+                              StopSignal stop);
   void find_parts(const Scene& scene, StopSignal stop);
   // The part is at the identity pose of its shape as it is now.
   void make_rigid(Part& part, StopSignal stop);
@@ -189,6 +207,17 @@ class SceneMotion {
   std::uint64_t begun_ = 0;          // whether or not they were committed
   bool trial_ = false;               // the last motion was only asked about
   From from_ = From::kEnd;           // where the motion that was begun last begins
+};
+
+class SceneMotion::Replacement {
+ private:
+  friend class SceneMotion;
+  Motion motion;
+  std::vector<Part> parts;
+  std::vector<std::uint8_t> named;
+  std::vector<std::uint8_t> given;
+
+  explicit Replacement(Motion the_motion) : motion(std::move(the_motion)) {}
 };
 
 }  // namespace warmfront

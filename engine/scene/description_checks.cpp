@@ -92,7 +92,8 @@ Status check_body(const Body& body, const std::string& where) {
     return invalid_argument(where + ".name: is " + std::to_string(body.name.size()) +
                             " bytes long, and may be " + std::to_string(kMaxNameBytes));
   if (Status status = check_length(body.thickness, where + ".thickness"); !status) return status;
-  if (body.vertex_count == 0) return invalid_argument(where + ".vertex_count: is 0; remove the body");
+  if (body.vertex_count == 0 && body.kind != BodyKind::kRemoved)
+    return invalid_argument(where + ".vertex_count: is 0; remove the body");
   if (body.group == 0)
     return invalid_argument(where + ".group: is 0, so that no mask can hold it; set a bit (1 by default)");
   if (body.mask == 0)

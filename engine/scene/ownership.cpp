@@ -2,6 +2,7 @@
 #include "engine/scene/ownership.h"
 
 #include <algorithm>
+#include <bit>
 #include <unordered_map>
 
 #include "engine/parallel/stoppable_loops.h"
@@ -22,6 +23,18 @@ void insert(Bloom& bloom, const Face& face) {
 template <class Bloom>
 bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
   return (bloom[slot(v) >> 6] >> (slot(v) & 63U)) & 1U;
+}
+
+// What the set is of vertices whose numbers are `shift` more.
+template <class Bloom>
+void rotate(Bloom& bloom, std::uint32_t shift) {
+  const Bloom from = bloom;
+  const std::uint32_t words = slot(shift) >> 6;
+  const std::uint32_t bits = shift & 63U;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    bloom[(i + words) & 3U] =
+        (from[i] << bits) | (bits != 0 ? from[(i + 3) & 3U] >> (64 - bits) : std::uint64_t{0});
+  }
 }
 
 // The pairs of the given corners (bits 0-2) and sides (bits 3-5) of f with those of g.
@@ -45,6 +58,31 @@ bool is_first(std::uint32_t face, std::span<const std::uint32_t> faces, IsAdjace
 }
 
 }  // namespace
+
+Ownership::Ownership(const Scene& scene, std::span<const Slice> slices, StopSignal stop) : scene_(&scene) {
+  reserve(records_, scene.face_count(), stop);
+  reserve(signatures_, scene.face_count(), stop);
+  const auto append = [&](const Slice& slice, std::size_t first, std::size_t end) {
+    const auto& [vertex, face, edge] = slice.shift;
+    for (std::size_t f = first; f < end; ++f) {
+      Record record = slice.ownership->records_[f];
+      for (int i = 0; i < 3; ++i) {
+        record.vertices[i] += vertex;
+        record.first_of_vertex[i] += face;
+        record.first_of_edge[i] += face;
+      }
+      rotate(record.vertex_ring, vertex);
+      rotate(record.edge_ring, vertex);
+      records_.push_back(record);
+      signatures_.push_back(std::rotl(slice.ownership->signatures_[f], static_cast<int>(vertex & 63U)));
+    }
+  };
+  for (const Slice& slice : slices) {
+    in_pieces(
+        slice.first_face, slice.end_face, stop,
+        [&](std::size_t first, std::size_t end) { append(slice, first, end); }, kFreshAtOnce<Record>);
+  }
+}
 
 void Ownership::extend(StopSignal stop) {
   const Scene& scene = *scene_;

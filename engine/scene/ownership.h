@@ -5,11 +5,14 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/scene/primitives.h"
+#include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -26,6 +29,22 @@ class Ownership {
  public:
   /// Keeps a reference to the scene, which must outlive this at the same address.
   explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
+
+  /// Faces of a scene that become the next ones of another.
+  struct Slice {
+    const Ownership* ownership = nullptr;
+    std::uint32_t first_face = 0;
+    std::uint32_t end_face = 0;
+    NumberShift shift;
+  };
+  /// That of a scene that was put together of these, of which the faces' neighbours are the same but for
+  /// their numbers. Throws Stopped when told to stop.
+  Ownership(const Scene& scene, std::span<const Slice> slices, StopSignal stop);
+  /// Takes over what is known of the faces; the scene's address stays.
+  void take(Ownership other) noexcept {
+    records_ = std::move(other.records_);
+    signatures_ = std::move(other.signatures_);
+  }
 
   /// Adds the faces that were appended to the scene since the last call; truncate() removes them, also after
   /// an exception. O(m). Throws Stopped when told to stop.

@@ -127,6 +127,20 @@ class PipelineWith final : public Pipeline {
     trees_.clear();
   }
 
+  void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {
+    for (std::uint32_t p = 0; p < changes.size(); ++p) {
+      if (changes[p].is_new) {
+        trees_.forget(p);
+        front_.front().forget(p);
+      } else {
+        trees_.shift(p, changes[p].shift);
+      }
+    }
+    parts_changed();
+    front_.forget_answers();  // which hold numbers
+    OrphanStage::forget_answers(core);
+  }
+
   void parts_changed() override {
     orphans_.forget_edge_faces();
     longest_.forget();
