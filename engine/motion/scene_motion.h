@@ -58,6 +58,9 @@ class SceneMotion {
   /// Brings the vertices of a part at a pose to where this puts them. Changes no placement.
   void settle(std::uint32_t part, StopSignal stop = {});
 
+  /// Counts as stepped where this is, instead of another scene's motion.
+  void follow_on(const SceneMotion& before) noexcept { steps_ = before.steps_; }
+
   /// Puts parts at checked poses, stationary. kFailedPrecondition after the first step.
   Status set_poses(std::span<const BodyPose> poses);
 

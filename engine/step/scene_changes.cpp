@@ -105,6 +105,7 @@ Status replace_whole_scene(WarmScene& warm, std::shared_ptr<const Scene> scene, 
   Result<WarmScene> made = WarmScene::create(std::move(scene), std::span<const double>(positions),
                                              warm.core.options, warm.core.workers, stop);
   if (!made) return made.error();
+  made.value().core.motion.follow_on(warm.core.motion);
   warm = std::move(made).value();
   return {};
 }

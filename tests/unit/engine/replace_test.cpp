@@ -242,9 +242,9 @@ TEST(Replace, TenThousandTimesLeavesASceneAsLargeAsTen) {
       const std::vector<double> to = squeezed(collider.positions(), i % 8 == 0 ? 1.01 : 0.99);
       ASSERT_TRUE(collider.step(std::span<const double>(to)).ok());
     }
-    if (i == 12) after_ten = collider.memory_bytes();
+    if (i == 16) after_ten = collider.memory_bytes();
   }
-  EXPECT_LT(collider.memory_bytes(), after_ten + after_ten / 10);
+  EXPECT_LT(collider.memory_bytes(), after_ten + after_ten / 50);
   EXPECT_TRUE(collider.self_check().ok());
 }
 
