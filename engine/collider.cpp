@@ -277,6 +277,7 @@ Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>*
       !status)
     return status;
   if (Status status = core.motion.set_poses(poses); !status) return status;
+  impl_->warm.pipeline->poses_set(core);
   impl_->restart_comparison();
   return {};
 } catch (const Stopped&) {

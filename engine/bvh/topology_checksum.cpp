@@ -13,7 +13,7 @@ namespace warmfront {
 namespace {
 
 /// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011); long lists
-/// in four lanes, since each word waits for the one before it in its lane alone.
+/// in eight lanes, since each word waits for the one before it in its lane alone.
 class Checksum {
  public:
   explicit Checksum(StopSignal stop) : paced_(stop, 1U << 14) {}
@@ -27,13 +27,14 @@ class Checksum {
     add_word(value_, values.size());
     const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
     const std::size_t size = values.size_bytes();
-    constexpr std::size_t kStride = 4 * sizeof(std::uint64_t);
-    std::array<std::uint64_t, 4> lanes{1, 2, 3, 4};
+    constexpr std::size_t kLanes = 8;
+    constexpr std::size_t kStride = kLanes * sizeof(std::uint64_t);
+    std::array<std::uint64_t, kLanes> lanes{1, 2, 3, 4, 5, 6, 7, 8};
     std::size_t at = 0;
     for (; at + kStride <= size; at += kStride) {
-      std::array<std::uint64_t, 4> words;
+      std::array<std::uint64_t, kLanes> words;
       std::memcpy(words.data(), bytes + at, kStride);
-      for (int lane = 0; lane < 4; ++lane) add_word(lanes[lane], words[lane]);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) add_word(lanes[lane], words[lane]);
       paced_.check();
     }
     for (; at < size; at += 4) {

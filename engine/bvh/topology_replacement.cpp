@@ -103,7 +103,6 @@ void TopologyReplacement::place_parts() {
 void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSignal stop) {
   std::vector<SceneSlice> scenes;
   std::vector<Renumbering::Slice> numberings;
-  std::vector<Ownership::Slice> ownerships;
   std::vector<PatchesSlice> patches;
   for (std::uint32_t p = 0; p < part_count();) {
     const std::uint32_t first = p++;
@@ -113,7 +112,7 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
       const MeshRange range = made.part.range();
       scenes.push_back({&made.scene, range, first});
       numberings.push_back({&made.numbering, range});
-      ownerships.push_back({made.ownership.get(), range.first_face, range.end_face, shift});
+      ownerships_.push_back({made.ownership.get(), range.first_face, range.end_face, shift});
       patches.push_back({&made.patches, range.first_face, range.end_face, shift});
       continue;
     }
@@ -125,12 +124,13 @@ void TopologyReplacement::join(std::span<const std::uint32_t> face_rank, StopSig
     range.end_face = last.end_face;
     scenes.push_back({&topology_.scene, range});
     numberings.push_back({&topology_.numbering, range, face_rank});
-    ownerships.push_back({&topology_.ownership, range.first_face, range.end_face, shift});
+    ownerships_.push_back({nullptr, range.first_face, range.end_face, shift});
+    face_runs_.push_back({range.first_face, range.face_count(), ranges_[first].first_face});
     patches.push_back({&topology_.patches, range.first_face, range.end_face, shift});
   }
   scene_ = SceneJoin::join(scenes, part_count(), stop);
   numbering_ = Renumbering::join(numberings, stop);
-  ownership_ = std::make_unique<Ownership>(scene_, ownerships, stop);
+  topology_.ownership.make_room(scene_.face_count(), stop);
   patches_ = join_patches(patches, stop);
 }
 
@@ -142,7 +142,7 @@ void TopologyReplacement::take() noexcept {
   taken_ = true;
   topology_.numbering = std::move(numbering_);
   topology_.scene = std::move(scene_);
-  topology_.ownership.take(std::move(*ownership_));
+  topology_.ownership.splice(ownerships_, face_runs_, topology_.scene.face_count());
   topology_.patches = std::move(patches_);
   topology_.adjacent_pairs = adjacent_pairs_;
   for (std::uint32_t p = 0; p < part_count(); ++p) {

@@ -73,7 +73,8 @@ class TopologyReplacement {
   std::vector<NumberShift> shifts_;
   Renumbering numbering_;
   Scene scene_;
-  std::unique_ptr<Ownership> ownership_;
+  std::vector<Ownership::Slice> ownerships_;
+  std::vector<Run> face_runs_;
   Patches patches_;
   std::uint64_t adjacent_pairs_ = 0;
   bool taken_ = false;

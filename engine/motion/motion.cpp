@@ -109,18 +109,27 @@ void Motion::append(std::span<const double> positions, StopSignal stop) {
   lengthen(states_, vertices_.size(), MotionState{0}, stop);
 }
 
-Motion Motion::without_vertices(std::size_t room, StopSignal stop) const {
+Motion Motion::of_positions(std::span<const double> positions, StopSignal stop) const {
   Motion motion(std::span<const double>{}, stop);
   motion.frame_ = frame_;
   motion.magnitude_ = magnitude_;
-  reserve(motion.vertices_, room, stop);
-  reserve(motion.states_, room, stop);
+  motion.append(positions, stop);
   return motion;
 }
 
-void Motion::append(const Motion& from, std::uint32_t first, std::uint32_t end, StopSignal stop) {
-  warmfront::append(vertices_, std::span(from.vertices_).subspan(first, end - first), stop);
-  warmfront::append(states_, std::span(from.states_).subspan(first, end - first), stop);
+void Motion::make_room(std::size_t vertex_count, StopSignal stop) {
+  make_room_for_runs(vertices_, vertex_count, stop);
+  make_room_for_runs(states_, vertex_count, stop);
+}
+
+void Motion::splice(std::span<const Run> runs, std::size_t vertex_count) noexcept {
+  move_runs(vertices_, runs, vertex_count);
+  move_runs(states_, runs, vertex_count);
+}
+
+void Motion::take(const Motion& other, std::size_t first) noexcept {
+  std::ranges::copy(other.vertices_, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+  std::ranges::copy(other.states_, states_.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
 void Motion::truncate(std::size_t vertex_count) {

@@ -44,7 +44,7 @@ class SceneMotion {
   class Replacement;
   /// The motion of these parts one after the other, as long as this is not used otherwise; nothing has changed
   /// before take(). After settle() of what changes its kind.
-  Replacement replaced(std::span<const PartAfter> parts, StopSignal stop) const;
+  Replacement replaced(std::span<const PartAfter> parts, StopSignal stop);
   void take(Replacement replacement) noexcept;
 
   /// The shape of a part as it is now.
@@ -215,12 +215,15 @@ class SceneMotion {
 class SceneMotion::Replacement {
  private:
   friend class SceneMotion;
-  Motion motion;
+  struct NewVertices {
+    Motion motion;
+    std::uint32_t first;
+  };
+  std::vector<Run> runs;
+  std::vector<NewVertices> vertices;
   std::vector<Part> parts;
   std::vector<std::uint8_t> named;
   std::vector<std::uint8_t> given;
-
-  explicit Replacement(Motion the_motion) : motion(std::move(the_motion)) {}
 };
 
 }  // namespace warmfront

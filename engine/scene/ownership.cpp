@@ -59,28 +59,38 @@ bool is_first(std::uint32_t face, std::span<const std::uint32_t> faces, IsAdjace
 
 }  // namespace
 
-Ownership::Ownership(const Scene& scene, std::span<const Slice> slices, StopSignal stop) : scene_(&scene) {
-  reserve(records_, scene.face_count(), stop);
-  reserve(signatures_, scene.face_count(), stop);
-  const auto append = [&](const Slice& slice, std::size_t first, std::size_t end) {
-    const auto& [vertex, face, edge] = slice.shift;
-    for (std::size_t f = first; f < end; ++f) {
-      Record record = slice.ownership->records_[f];
-      for (int i = 0; i < 3; ++i) {
-        record.vertices[i] += vertex;
-        record.first_of_vertex[i] += face;
-        record.first_of_edge[i] += face;
-      }
-      rotate(record.vertex_ring, vertex);
-      rotate(record.edge_ring, vertex);
-      records_.push_back(record);
-      signatures_.push_back(std::rotl(slice.ownership->signatures_[f], static_cast<int>(vertex & 63U)));
+void Ownership::make_room(std::uint32_t face_count, StopSignal stop) {
+  make_room_for_runs(records_, face_count, stop);
+  make_room_for_runs(signatures_, face_count, stop);
+}
+
+void Ownership::splice(std::span<const Slice> slices, std::span<const Run> runs,
+                       std::uint32_t face_count) noexcept {
+  move_runs(records_, runs, face_count);
+  move_runs(signatures_, runs, face_count);
+  std::size_t to = 0;
+  for (const auto& [ownership, first_face, end_face, shift] : slices) {
+    const std::size_t end = to + end_face - first_face;
+    if (ownership != nullptr) {
+      std::copy_n(ownership->records_.begin() + first_face, end - to,
+                  records_.begin() + static_cast<std::ptrdiff_t>(to));
+      std::copy_n(ownership->signatures_.begin() + first_face, end - to,
+                  signatures_.begin() + static_cast<std::ptrdiff_t>(to));
     }
-  };
-  for (const Slice& slice : slices) {
-    in_pieces(
-        slice.first_face, slice.end_face, stop,
-        [&](std::size_t first, std::size_t end) { append(slice, first, end); }, kFreshAtOnce<Record>);
+    if (shift.any()) {
+      for (std::size_t f = to; f < end; ++f) {
+        Record& record = records_[f];
+        for (int i = 0; i < 3; ++i) {
+          record.vertices[i] += shift.vertex;
+          record.first_of_vertex[i] += shift.face;
+          record.first_of_edge[i] += shift.face;
+        }
+        rotate(record.vertex_ring, shift.vertex);
+        rotate(record.edge_ring, shift.vertex);
+        signatures_[f] = std::rotl(signatures_[f], static_cast<int>(shift.vertex & 63U));
+      }
+    }
+    to = end;
   }
 }
 

@@ -26,7 +26,13 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
   filter_ = Core::make_filter(scene.filters(), model_, ranges, topology_.numbering(), topology_.scene(), stop);
   thickness_ = Core::make_thickness(scene, ranges, topology_.numbering(), stop);
   make_orphans(stop);
-  copy_bounds(stop);
+  for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
+    if (topology_.is_new(p)) continue;
+    const FeatureRange& from = core.topology->parts[p].features;
+    vertex_runs_.push_back({from.first_vertex, from.end_vertex - from.first_vertex,
+                            topology_.ranges()[p].features.first_vertex});
+  }
+  make_room_for_runs(core.vertex_bounds, topology_.scene().vertex_count(), stop);
   patch_culled_.resize(topology_.patch_count());
   // Room that is not needed after all does no harm.
   core.rigid_parts.make_room(model_);
@@ -116,26 +122,11 @@ void CoreReplacement::make_orphans(StopSignal stop) {
   }
 }
 
-// Of what does not move they are not computed again.
-void CoreReplacement::copy_bounds(StopSignal stop) {
-  reserve(vertex_bounds_, topology_.scene().vertex_count(), stop);
-  for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
-    if (topology_.is_new(p)) {
-      lengthen(vertex_bounds_, topology_.ranges()[p].features.end_vertex, PointBounds{}, stop);
-    } else {
-      const FeatureRange& from = core_.topology->parts[p].features;
-      append(vertex_bounds_,
-             std::span<const PointBounds>(core_.vertex_bounds)
-                 .subspan(from.first_vertex, from.end_vertex - from.first_vertex),
-             stop);
-    }
-  }
-}
-
 void CoreReplacement::take(const Scene& scene) noexcept {
   topology_.take();
   if (motion_) core_.motion.take(*std::move(motion_));
-  core_.vertex_bounds = std::move(vertex_bounds_);
+  // Of what does not move they are not computed again.
+  move_runs(core_.vertex_bounds, vertex_runs_, core_.topology->scene.vertex_count());
   core_.patch_culled = std::move(patch_culled_);
   for (std::uint32_t p = 0; p < changes_.size(); ++p) {
     if (!changes_[p].is_new) continue;

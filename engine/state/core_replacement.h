@@ -40,7 +40,6 @@ class CoreReplacement {
                                                       StopSignal stop);
   void make_motion(const Scene& scene, const ReplacedBodies& replaced, StopSignal stop);
   void make_orphans(StopSignal stop);
-  void copy_bounds(StopSignal stop);
 
   Core& core_;
   CollisionModel model_;
@@ -53,7 +52,7 @@ class CoreReplacement {
   std::uint64_t excluded_pairs_ = 0;
   std::vector<std::unique_ptr<OrphanBlocks>> orphans_;  // of parts that need others
   std::uint64_t orphans_sum_ = 0;
-  std::vector<PointBounds> vertex_bounds_;
+  std::vector<Run> vertex_runs_;
   std::vector<std::uint8_t> patch_culled_;
   std::vector<PartChange> changes_;
 };

@@ -117,6 +117,8 @@ class PipelineWith final : public Pipeline {
     OrphanStage::forget_answers(core);
   }
 
+  void poses_set(Core& core) noexcept override { thickness_changed(core); }
+
   void thickness_changed(Core& core) noexcept override {
     forget_steps(core, Rebuild::kForgotten);
     core.rigid_parts.undo();

@@ -42,6 +42,8 @@ class Pipeline {
   virtual void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept = 0;
   /// Vertices that were there are thicker, or thinner: what budgets, bounds and answers were made for.
   virtual void thickness_changed(Core& core) noexcept = 0;
+  /// Bodies are at other poses, where no motion led: nothing that was made for where they were holds.
+  virtual void poses_set(Core& core) noexcept = 0;
   /// Filters have other patches: what traversals left out by them may count now.
   virtual void patches_changed(Core& core) noexcept = 0;
   /// The kind that the next step uses.
