@@ -321,8 +321,7 @@ Status Collider::replace_body(std::uint32_t index, BodyAddition addition, const 
                               const std::atomic<bool>* cancelled) try {
   impl_->forget_answers();
   std::vector<SceneChange> changes;
-  changes.emplace_back(
-      ReplaceBody{index, std::move(addition), to_doubles(positions, StopSignal(cancelled))});
+  changes.emplace_back(ReplaceBody{index, std::move(addition), to_doubles(positions, StopSignal(cancelled))});
   return change(std::move(changes), cancelled);
 } catch (const Stopped&) {
   return was_cancelled();

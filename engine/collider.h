@@ -132,12 +132,12 @@ class Collider {
   /// as create(); an error or an exception leaves the collider as it was. O(scene).
   Status change_filters(PairFilters filters, const std::atomic<bool>* cancelled = nullptr);
 
-  /// Other faces and edges for the vertices of a body, which stay where they are, from the next step on; index
-  /// 0 of a scene without declared bodies is all of it. Numbers are then as ReplaceElements and ReplaceBody
-  /// say: those of a collider created from the bodies that there are. Contacts are those of such a collider,
-  /// bit for bit. Other bodies stay warm: only the body's hierarchy and its pairs with others are built again,
-  /// beside O(scene) of copying. Without declared bodies everything is built again. Fails as add_body() does;
-  /// an error or an exception leaves the collider as it was.
+  /// Other faces and edges for the vertices of a body, which stay where they are, from the next step on;
+  /// index 0 of a scene without declared bodies is all of it. Numbers are then as ReplaceElements and
+  /// ReplaceBody say: those of a collider created from the bodies that there are. Contacts are those of such
+  /// a collider, bit for bit. Other bodies stay warm: only the body's hierarchy and its pairs with others are
+  /// built again, beside O(scene) of copying. Without declared bodies everything is built again. Fails as
+  /// add_body() does; an error or an exception leaves the collider as it was.
   Status replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
                           std::vector<std::array<std::int32_t, 2>> edges = {},
                           const std::atomic<bool>* cancelled = nullptr);
@@ -148,9 +148,9 @@ class Collider {
                       const std::atomic<bool>* cancelled = nullptr);
 
   /// Carries out changes as the functions above do, one after the other, all of
-  /// them or none: as one, so that O(scene) is paid once however many bodies are added or replaced. Looks at `cancelled`
-  /// between the changes and within each. With an error, `failed`, unless it is null, is the change that it
-  /// is of.
+  /// them or none: as one, so that O(scene) is paid once however many bodies are added or replaced. Looks at
+  /// `cancelled` between the changes and within each. With an error, `failed`, unless it is null, is the
+  /// change that it is of.
   Status change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled = nullptr,
                 std::size_t* failed = nullptr);
 

@@ -105,16 +105,16 @@ struct ChangeBody {
 struct ChangeFilters {
   PairFilters filters;  ///< of all vertices, as earlier changes of the same list number them
 };
-/// Other faces and edges for the same vertices of a body, which stay where they are: what is cut, torn, or has
-/// edges flipped. Its description stays. Index 0 of a scene without declared bodies is all of it.
+/// Other faces and edges for the same vertices of a body, which stay where they are: what is cut, torn, or
+/// has edges flipped. Its description stays. Index 0 of a scene without declared bodies is all of it.
 struct ReplaceElements {
   std::uint32_t index;  ///< may be a body added or replaced by an earlier change of the same list
   std::vector<std::array<std::int32_t, 3>> faces;  ///< number the body's own vertices from 0
   std::vector<std::array<std::int32_t, 2>> edges = {};
 };
 /// Another body with the same index, at rest at `positions`: other vertices, faces, edges and description.
-/// Also of one that was removed, whose index is used again. Of kind kRemoved, and then without vertices, faces,
-/// edges and positions: the body is removed, and its numbers are used again.
+/// Also of one that was removed, whose index is used again. Of kind kRemoved, and then without vertices,
+/// faces, edges and positions: the body is removed, and its numbers are used again.
 ///
 /// Numbers after a list of changes of which some replace elements or bodies are those of the scene that is
 /// created with its bodies, in their order: a body keeps its index, its vertices come after those of the

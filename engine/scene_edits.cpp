@@ -160,7 +160,8 @@ Status SceneEdit::carry_out(AddBody& change, std::size_t at) {
   body.first_vertex = static_cast<std::uint32_t>(sizes_.vertices);
   const bool rests = filters().near_at_rest > 0;
   if (rests) {
-    if (Status status = check_rest_shape(body, change.positions, where, stop_); !status) return status.error();
+    if (Status status = check_rest_shape(body, change.positions, where, stop_); !status)
+      return status.error();
   }
   if (Status status = take_piece(index, std::move(added).value(), at); !status) return status;
   if (rests || !filters().patches.empty()) changed_filters().append_body(body.vertex_count, change.positions);
@@ -224,9 +225,10 @@ Status SceneEdit::carry_out(ReplaceBody& change, std::size_t at) {
   BodyAddition& addition = change.addition;
   const std::uint32_t index = change.index;
   if (before_.bodies_.empty())
-    return Error{ErrorCode::kFailedPrecondition,
-                 "bodies: the scene declares none; declare its bodies to replace one, or replace the elements "
-                 "of all of it as body 0"};
+    return Error{
+        ErrorCode::kFailedPrecondition,
+        "bodies: the scene declares none; declare its bodies to replace one, or replace the elements "
+        "of all of it as body 0"};
   if (Status status = check_index(index); !status) return status;
   const std::string where = name_of(index);
   Body body = std::move(addition.body);
@@ -237,8 +239,9 @@ Status SceneEdit::carry_out(ReplaceBody& change, std::size_t at) {
   const bool was_thick = std::ranges::any_of(thickness_of(index), [](double t) { return t > 0; });
   if (was_thick && addition.thickness.empty() && body.vertex_count > 0)
     return Error{ErrorCode::kFailedPrecondition,
-                 where + ".thickness: vertices of the body have thickness of their own; give the new "
-                         "vertices' with it (zeros for none)"};
+                 where +
+                     ".thickness: vertices of the body have thickness of their own; give the new "
+                     "vertices' with it (zeros for none)"};
   Result<Scene> other = alone(body, std::move(addition));
   if (!other) return Error{other.error().code, where + ": " + other.error().message};
   Body& old = scene_.bodies_[index];

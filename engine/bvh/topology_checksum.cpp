@@ -12,8 +12,8 @@
 namespace warmfront {
 namespace {
 
-/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011); long lists
-/// in eight lanes, since each word waits for the one before it in its lane alone.
+/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011); long
+/// lists in eight lanes, since each word waits for the one before it in its lane alone.
 class Checksum {
  public:
   explicit Checksum(StopSignal stop) : paced_(stop, 1U << 14) {}
@@ -84,8 +84,7 @@ void add_relative(Checksum& sum, std::span<const FeatureIds> pairs, std::uint32_
   std::array<FeatureIds, kAtOnce> some;
   for (std::size_t at = 0; at < pairs.size(); at += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, pairs.size() - at);
-    for (std::size_t i = 0; i < count; ++i)
-      some[i] = {pairs[at + i].a - first_a, pairs[at + i].b - first_b};
+    for (std::size_t i = 0; i < count; ++i) some[i] = {pairs[at + i].a - first_a, pairs[at + i].b - first_b};
     sum.add(std::span<const FeatureIds>(some.data(), count));
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A topology of which parts are others: made beside the one in use, which stays as it is until take(). Used by
-// one thread; the constructor is parallel inside Workers::run().
+// A topology of which parts are others: made beside the one in use, which stays as it is until take(). Used
+// by one thread; the constructor is parallel inside Workers::run().
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,15 @@ class TopologyReplacement {
   /// Of a part that is not as it was: what its hierarchy is made by.
   struct NewPart {
     const ReplacedBodies::Piece* piece = nullptr;
-    std::span<const double> positions;        ///< in the order that the user gave its vertices
-    std::vector<GivenVertex> given_vertices;  ///< where it keeps them: theirs by new number, from 0; else empty
+    std::span<const double> positions;  ///< in the order that the user gave its vertices
+    std::vector<GivenVertex>
+        given_vertices;  ///< where it keeps them: theirs by new number, from 0; else empty
     bool tests_itself = false;
   };
 
   /// `parts` by index, with those that are appended; `face_rank` as ReplacedBodies says. What is as it was
-  /// is copied, so all this takes O(scene), and the new parts what they take. Throws Stopped when told to stop.
+  /// is copied, so all this takes O(scene), and the new parts what they take. Throws Stopped when told to
+  /// stop.
   TopologyReplacement(Topology& topology, std::span<const NewPart> parts,
                       std::span<const std::uint32_t> face_rank, StopSignal stop);
   ~TopologyReplacement();

@@ -36,14 +36,14 @@ class SceneMotion {
   /// whose numbers begin at `first`.
   struct PartAfter {
     bool is_new = false;
-    BodyKind kind = BodyKind::kDeformable;      // of a new part
-    std::span<const double> positions = {};     // of a new part, (end - first, 3)
+    BodyKind kind = BodyKind::kDeformable;   // of a new part
+    std::span<const double> positions = {};  // of a new part, (end - first, 3)
     std::uint32_t first = 0;
     std::uint32_t end = 0;
   };
   class Replacement;
-  /// The motion of these parts one after the other, as long as this is not used otherwise; nothing has changed
-  /// before take(). After settle() of what changes its kind.
+  /// The motion of these parts one after the other, as long as this is not used otherwise; nothing has
+  /// changed before take(). After settle() of what changes its kind.
   Replacement replaced(std::span<const PartAfter> parts, StopSignal stop);
   void take(Replacement replacement) noexcept;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of which parts go and others come: what stays is moved within the memory that there is, so that a change
-// touches what it moves and nothing else. Thread-safe for different lists.
+// Lists of which parts go and others come: what stays is moved within the memory that there is, so that a
+// change touches what it moves and nothing else. Thread-safe for different lists.
 #pragma once
 
 #include <algorithm>
@@ -35,15 +35,14 @@ void move_runs(std::vector<T>& list, std::span<const Run> runs, std::size_t size
   static_assert(std::is_trivially_copyable_v<T>);
   if (list.size() < size) list.resize(size);
   const auto at = [&](std::size_t place) { return list.begin() + static_cast<std::ptrdiff_t>(place); };
-  // One that goes up has its place free when all after it have gone up, and one that goes down when all before
-  // it have; neither comes to where one of the others still is.
+  // One that goes up has its place free when all after it have gone up, and one that goes down when all
+  // before it have; neither comes to where one of the others still is.
   for (const Run& run : runs) {
     if (run.to < run.from) std::copy(at(run.from), at(run.from + run.count), at(run.to));
   }
   for (std::size_t i = runs.size(); i > 0; --i) {
     const Run& run = runs[i - 1];
-    if (run.to > run.from)
-      std::copy_backward(at(run.from), at(run.from + run.count), at(run.to + run.count));
+    if (run.to > run.from) std::copy_backward(at(run.from), at(run.from + run.count), at(run.to + run.count));
   }
   list.resize(size);
   if (list.capacity() > 2 * size) list.shrink_to_fit();  // where there is memory for that

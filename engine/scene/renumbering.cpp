@@ -69,13 +69,14 @@ Renumbering Renumbering::join(std::span<const Slice> slices, StopSignal stop) {
     const std::uint32_t vertex =
         static_cast<std::uint32_t>(result.given_vertex_.size()) - range.features.first_vertex;
     const std::uint32_t face = static_cast<std::uint32_t>(result.given_face_.size()) - range.first_face;
-    in_pieces(range.features.first_vertex, range.features.end_vertex, stop,
-              [&](std::size_t first, std::size_t end) {
-                for (std::size_t v = first; v < end; ++v) {
-                  result.given_vertex_.push_back(GivenVertex{number_of(numbering->given_vertex_[v]) + vertex});
-                  result.new_vertex_.push_back(NewVertex{number_of(numbering->new_vertex_[v]) + vertex});
-                }
-              });
+    in_pieces(
+        range.features.first_vertex, range.features.end_vertex, stop,
+        [&](std::size_t first, std::size_t end) {
+          for (std::size_t v = first; v < end; ++v) {
+            result.given_vertex_.push_back(GivenVertex{number_of(numbering->given_vertex_[v]) + vertex});
+            result.new_vertex_.push_back(NewVertex{number_of(numbering->new_vertex_[v]) + vertex});
+          }
+        });
     in_pieces(range.first_face, range.end_face, stop, [&](std::size_t first, std::size_t end) {
       for (std::size_t f = first; f < end; ++f) {
         const std::uint32_t old = number_of(numbering->given_face_[f]);

@@ -111,7 +111,8 @@ Scene SceneJoin::join(std::span<const SceneSlice> slices, std::uint32_t body_cou
   }
   to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
   in_pieces(0, to.thickness.size(), stop, [&](std::size_t first, std::size_t end) {
-    for (std::size_t v = first; v < end; ++v) to.most_thickness = std::max(to.most_thickness, to.thickness[v]);
+    for (std::size_t v = first; v < end; ++v)
+      to.most_thickness = std::max(to.most_thickness, to.thickness[v]);
   });
   if (to.most_thickness == 0)
     to.thickness = {};

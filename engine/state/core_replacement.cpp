@@ -23,7 +23,8 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
   std::vector<FeatureRange> ranges;
   ranges.reserve(topology_.part_count());
   for (const MeshRange& range : topology_.ranges()) ranges.push_back(range.features);
-  filter_ = Core::make_filter(scene.filters(), model_, ranges, topology_.numbering(), topology_.scene(), stop);
+  filter_ =
+      Core::make_filter(scene.filters(), model_, ranges, topology_.numbering(), topology_.scene(), stop);
   thickness_ = Core::make_thickness(scene, ranges, topology_.numbering(), stop);
   make_orphans(stop);
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A core of which bodies are others: made beside what is in use, which stays as it is until take(). Used by one
-// thread; the constructor is parallel inside Workers::run().
+// A core of which bodies are others: made beside what is in use, which stays as it is until take(). Used by
+// one thread; the constructor is parallel inside Workers::run().
 #pragma once
 
 #include <cstdint>

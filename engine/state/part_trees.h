@@ -98,10 +98,10 @@ class PartTrees {
   /// All hierarchies are arranged anew in the next step.
   void clear() { trees_.clear(); }
 
-  std::span<const Bvh<Bounds>> trees() const { return trees_; }    ///< by part
+  std::span<const Bvh<Bounds>> trees() const { return trees_; }  ///< by part
   /// By part: what holds it in this step, with the separation on each side.
   std::span<const Bounds> roots() const { return roots_; }
-  std::span<const MotionState> states() const { return states_; }  ///< by part
+  std::span<const MotionState> states() const { return states_; }       ///< by part
   std::span<const std::int64_t> refit_in() const { return refit_in_; }  ///< by part: the step of its bounds
   std::int64_t step() const { return step_; }
   double magnitude() const { return magnitude_; }

@@ -85,8 +85,8 @@ std::size_t last_of_filters(std::span<const SceneChange> changes) {
   return at;
 }
 
-// Of changes that bring a body; null for others. The count is there after with_changes(), too, which moves out
-// only what is allocated.
+// Of changes that bring a body; null for others. The count is there after with_changes(), too, which moves
+// out only what is allocated.
 struct BroughtBody {
   std::uint32_t vertex_count;
   std::span<const double> positions;
@@ -148,12 +148,12 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     at = changes.size() - 1;
     return replace_whole_scene(warm, std::move(scene), stop);
   }
-  const bool extended = scene->body_count() > bodies_before && !core.scene->bodies().empty() && !replaced.any();
+  const bool extended =
+      scene->body_count() > bodies_before && !core.scene->bodies().empty() && !replaced.any();
   bool thickness_changes = false;
   const bool filters_change =
       std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
-  const bool patches_change =
-      filters_change && core.scene->filters().patches != scene->filters().patches;
+  const bool patches_change = filters_change && core.scene->filters().patches != scene->filters().patches;
   bool tests_more = extended || replaced.any();
   bool names_alone = !tests_more && !filters_change;
   std::erase_if(others, [&](Redescribed& other) {

@@ -365,7 +365,8 @@ std::optional<Fault> Session::too_large_with(std::span<const SceneChange> change
       ++of_body[scene.body_of_vertex()[scene.edges()[e][0]]].elements;
   };
   // Without declared bodies only all of it is replaced.
-  const auto replace = [&](std::uint32_t index, std::optional<std::uint64_t> vertices, std::uint64_t elements) {
+  const auto replace = [&](std::uint32_t index, std::optional<std::uint64_t> vertices,
+                           std::uint64_t elements) {
     count_bodies();
     if (bodies.empty()) {
       all.elements = elements;
@@ -436,8 +437,13 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const std::size_t more_filters =
       other != nullptr ? of_filters(*other, vertices + more_vertices)
                        : of_filters(present, vertices + more_vertices) - of_filters(present, vertices);
-  // What is replaced, and what stays, is there until what comes instead has been made beside it.
-  const std::size_t beside = replaces ? estimate(vertices, elements, is_thick) : 0;
+  // The scene, and the same in the order of the hierarchies, are made beside what is there, and a list that
+  // grows is copied; without declared bodies all is.
+  constexpr std::size_t kBesideAVertex = 200, kBesideAnElement = 320;
+  const std::size_t beside = !replaces ? 0
+                             : collider_.scene().bodies().empty()
+                                 ? estimate(vertices, elements, is_thick)
+                                 : kBesideAVertex * vertices + kBesideAnElement * elements;
   return estimate(vertices + more_vertices, elements + more_elements, becomes_thick) -
          estimate(vertices, elements, is_thick) + more_filters + beside;
 }
@@ -456,11 +462,12 @@ Fault Session::with_removed(Fault refusal) const {
     faces += bodies[scene.body_of_vertex()[face[0]]].kind == BodyKind::kRemoved;
   constexpr std::uint64_t kGoodPart = 4;  // one of so many
   if (kGoodPart * vertices <= scene.vertex_count() && kGoodPart * faces <= scene.face_count()) return refusal;
-  refusal.message += "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) +
-                     " vertices and " + std::to_string(faces) + " of its " +
-                     std::to_string(scene.face_count()) + " faces are of " + std::to_string(count) +
-                     " removed bodies, which are kept: replacing these by removed bodies without vertices, or "
-                     "creating the session again without them, frees them";
+  refusal.message +=
+      "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) + " vertices and " +
+      std::to_string(faces) + " of its " + std::to_string(scene.face_count()) + " faces are of " +
+      std::to_string(count) +
+      " removed bodies, which are kept: replacing these by removed bodies without vertices, or "
+      "creating the session again without them, frees them";
   return refusal;
 }
 

@@ -64,7 +64,8 @@ Outcome<AddBody> addition_from(const v1::BodyAddition& message, Dtype dtype, con
   std::vector<double>& thickness = add.addition.thickness;
   if (message.thickness().size() % sizeof(double) != 0)
     return bad_bytes(where + ".thickness", message.thickness().size(),
-                     message.thickness().size() / sizeof(double) * sizeof(double), "a whole number of float64");
+                     message.thickness().size() / sizeof(double) * sizeof(double),
+                     "a whole number of float64");
   thickness.resize(message.thickness().size() / sizeof(double));
   if (!thickness.empty())
     std::memcpy(thickness.data(), message.thickness().data(), message.thickness().size());
@@ -91,7 +92,8 @@ std::size_t bytes_of_changes(const v1::ChangeSceneRequest& request, Dtype dtype)
     } else if (change.has_replace_body()) {
       bytes += body(change.replace_body().with());
     } else if (change.has_replace_elements()) {
-      bytes += array(change.replace_elements().faces().size()) + array(change.replace_elements().edges().size());
+      bytes +=
+          array(change.replace_elements().faces().size()) + array(change.replace_elements().edges().size());
     } else if (change.has_change()) {
       bytes += array(change.change().body().name().size());
     } else if (change.has_change_filters()) {
@@ -234,8 +236,9 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
       changes.emplace_back(ReplaceBody{message.replace_body().index(), std::move(with.value().addition),
                                        std::move(with.value().positions)});
     } else {
-      return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-                   where + ": carries none of add, change, change_filters, replace_elements and replace_body"};
+      return Fault{
+          ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+          where + ": carries none of add, change, change_filters, replace_elements and replace_body"};
     }
   }
   return order;

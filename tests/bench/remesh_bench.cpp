@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame costs of which a part of a cloth is remeshed, beside the same frame without: a rippling cloth over
-// a ball, in tiles that are a body each, of which one gets another mesh in every frame; and the same cloth as one
-// body, of which one face in a hundred is flipped. Prints ratios of medians within one run, what a session made
-// anew takes, and what memory_bytes() becomes over many changes; passes no verdict.
-//   remesh_bench [SIDE [TILES [FRAMES [THREADS [CHANGES]]]]]   a cloth of SIDE x SIDE quads in TILES x TILES tiles;
-//   210 quads, 10 tiles, 30 frames, 1 thread and 10,000 changes unless given
+// What a frame costs of which a part of a cloth is remeshed, beside the same frame without: a rippling cloth
+// over a ball, in tiles that are a body each, of which one gets another mesh in every frame; and the same
+// cloth as one body, of which one face in a hundred is flipped. Prints ratios of medians within one run, what
+// a session made anew takes, and what memory_bytes() becomes over many changes; passes no verdict.
+//   remesh_bench [SIDE [TILES [FRAMES [THREADS [CHANGES]]]]]   a cloth of SIDE x SIDE quads in TILES x TILES
+//   tiles; 210 quads, 10 tiles, 30 frames, 1 thread and 10,000 changes unless given
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -76,7 +76,8 @@ class Cloth {
                               [static_cast<std::size_t>(3 * (row * (side_ + 1) + column) + axis)];
     };
     const double s = u - i, t = v - j;
-    return (1 - s) * ((1 - t) * x(i, j) + t * x(i, j + 1)) + s * ((1 - t) * x(i + 1, j) + t * x(i + 1, j + 1));
+    return (1 - s) * ((1 - t) * x(i, j) + t * x(i, j + 1)) +
+           s * ((1 - t) * x(i + 1, j) + t * x(i + 1, j + 1));
   }
 
   int side_;
@@ -159,9 +160,9 @@ void print(const char* what, const std::vector<double>& without, const std::vect
   const double base = median(without);
   std::vector<double> sums(change.size());
   std::ranges::transform(change, with, sums.begin(), std::plus<>());
-  std::printf("%-34s step %.2f ms; change %.2f + step %.2f ms: %.2f of it; a session made anew %.1f ms: %.1f\n",
-              what, base, median(change), median(with), median(sums) / base, median(anew),
-              median(anew) / base);
+  std::printf(
+      "%-34s step %.2f ms; change %.2f + step %.2f ms: %.2f of it; a session made anew %.1f ms: %.1f\n", what,
+      base, median(change), median(with), median(sums) / base, median(anew), median(anew) / base);
 }
 
 bool remesh_tiles(const Cloth& cloth, const Settings& settings, const std::shared_ptr<Workers>& workers) {
@@ -268,7 +269,8 @@ int run(const Settings& settings) {
   const bool tiles = remesh_tiles(cloth, settings, workers);
   const bool flips = flip_one_body(cloth, settings, workers);
   const bool kept = memory(settings, workers);
-  if (!tiles || !flips || !kept) std::printf("a change failed, or a step found other contacts than one anew\n");
+  if (!tiles || !flips || !kept)
+    std::printf("a change failed, or a step found other contacts than one anew\n");
   return tiles && flips && kept ? 0 : 1;
 }
 

@@ -428,9 +428,9 @@ Script replacements() {
   script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0.1)));
   script.operations.emplace_back(ChangesOperation{{ReplaceBody{0, {finer, grid(3)}, sheet(3, -0.2)}}});
   script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.4)));
-  script.operations.emplace_back(ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.1)},
-                                                   ReplaceElements{0, grid(3), {}},
-                                                   ChangeBody{1, {"", 16, 9, BodyKind::kDeformable}}}});
+  script.operations.emplace_back(
+      ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ReplaceElements{0, grid(3), {}},
+                        ChangeBody{1, {"", 16, 9, BodyKind::kDeformable}}}});
   StepOperation rows;
   rows.bodies.push_back({2, sheet(2, -0.3)});
   script.operations.emplace_back(rows);
@@ -448,11 +448,11 @@ Script replacements() {
 
 // A scene without declared bodies, as a whole.
 Script replaced_whole() {
-  Script script{"replaced whole",
-                {two_bodies(BodyKind::kDeformable, BodyKind::kDeformable, 2),
-                 joined(sheet(2, 0), sheet(2, 0.3))},
-                {},
-                {}};
+  Script script{
+      "replaced whole",
+      {two_bodies(BodyKind::kDeformable, BodyKind::kDeformable, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+      {},
+      {}};
   script.start = {{script.start.scene.vertex_count, script.start.scene.faces, {}}, script.start.positions};
   script.operations.emplace_back(everything(joined(sheet(2, 0.1), sheet(2, 0.05))));
   Faces torn = script.start.scene.faces;

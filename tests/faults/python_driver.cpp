@@ -279,9 +279,8 @@ class PythonDriver final : public SessionDriver {
                                        {"patches", hex(filters.patches)}}));
   }
   Status replace(const ReplaceElements& change) override {
-    return done(ask("replace_elements", {{"index", change.index},
-                                         {"faces", hex(change.faces)},
-                                         {"edges", hex(change.edges)}}));
+    return done(ask("replace_elements",
+                    {{"index", change.index}, {"faces", hex(change.faces)}, {"edges", hex(change.edges)}}));
   }
   Status replace(const ReplaceBody& change) override {
     return done(ask("replace_body", {{"index", change.index},

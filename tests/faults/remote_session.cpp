@@ -247,8 +247,8 @@ std::string RemoteSession::replace(const SceneChange& change, const Around& arou
 
 std::string RemoteSession::wrong_replacement() {
   const auto bodies = static_cast<std::uint32_t>(state_.scene.bodies.size());
-  const Status changed = driver_.replace(
-      ReplaceElements{bodies == 0 ? 0 : bodies - 1, {{0, 1, static_cast<std::int32_t>(state_.scene.vertex_count)}}, {}});
+  const Status changed = driver_.replace(ReplaceElements{
+      bodies == 0 ? 0 : bodies - 1, {{0, 1, static_cast<std::int32_t>(state_.scene.vertex_count)}}, {}});
   state_.trial.reset();
   if (!changed.ok() && changed.error().code == ErrorCode::kInvalidArgument) return "";
   return "a wrong replacement: " + (changed.ok() ? "taken" : changed.error().message);

@@ -42,7 +42,8 @@ std::vector<Alone> take_apart(const AcceptedState& state) {
   const auto of = [&](std::int32_t vertex) -> Alone& {
     for (Alone& alone : bodies) {
       const auto first = static_cast<std::int32_t>(alone.body.first_vertex);
-      if (vertex >= first && vertex < first + static_cast<std::int32_t>(alone.body.vertex_count)) return alone;
+      if (vertex >= first && vertex < first + static_cast<std::int32_t>(alone.body.vertex_count))
+        return alone;
     }
     std::abort();
   };
@@ -181,9 +182,10 @@ void accept_replacement(AcceptedState& state, const ReplaceBody& change) {
     }
   }
   const std::uint32_t count = change.addition.body.vertex_count;
-  alone = {change.addition.body, change.addition.faces, change.addition.edges, change.positions,
-           change.positions,     change.addition.thickness, change.positions,
-           std::vector<std::uint32_t>(count, 0)};
+  alone = {change.addition.body,  change.addition.faces,
+           change.addition.edges, change.positions,
+           change.positions,      change.addition.thickness,
+           change.positions,      std::vector<std::uint32_t>(count, 0)};
   alone.thickness.resize(count);
   put_together(bodies, state);
   state.pose[change.index].reset();
@@ -219,7 +221,8 @@ ChangesOperation draw_wrong_replacements(Draws& draws, const AcceptedState& stat
     if (draws.below(2) == 0)
       operation.changes.emplace_back(ReplaceElements{beyond, {}, {}});
     else
-      operation.changes.emplace_back(ReplaceElements{index, {{0, 0, static_cast<std::int32_t>(vertices)}}, {}});
+      operation.changes.emplace_back(
+          ReplaceElements{index, {{0, 0, static_cast<std::int32_t>(vertices)}}, {}});
     return operation;
   }
   AddOperation other = draw_addition(draws, after);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replaced elements and bodies: what the numbering rule says, what is refused and how, that contacts are those of
-// a collider made anew, and that many changes leave a scene as large as a few.
+// Replaced elements and bodies: what the numbering rule says, what is refused and how, that contacts are
+// those of a collider made anew, and that many changes leave a scene as large as a few.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 namespace warmfront {
 namespace {
 
-using ::testing::HasSubstr;
 using testing::grid;
+using ::testing::HasSubstr;
 
 // n x n quads of side 1 at a height.
 std::vector<double> sheet(int n, double height) {
@@ -143,7 +143,8 @@ TEST(Replace, WithoutDeclaredBodiesAllOfIt) {
   sheets.scene.bodies.clear();
   Collider collider = make(sheets.scene, sheets.positions);
   sheets.scene.faces.erase(sheets.scene.faces.begin(), sheets.scene.faces.begin() + 4);
-  EXPECT_THAT(collider.replace_elements(1, sheets.scene.faces).error().message, HasSubstr("index 0 is all of it"));
+  EXPECT_THAT(collider.replace_elements(1, sheets.scene.faces).error().message,
+              HasSubstr("index 0 is all of it"));
   ASSERT_TRUE(collider.replace_elements(0, sheets.scene.faces).ok());
   Collider fresh = make(sheets.scene, sheets.positions);
   expect_same_scene(collider.scene(), fresh.scene());

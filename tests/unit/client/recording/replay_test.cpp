@@ -109,8 +109,7 @@ void stream_everything(Client& client) {
       torn.resize(5);
       ASSERT_TRUE(session.replace_elements(added.value(), torn, {{0, 1}}).ok());
       Heap<Real>::append_octahedron(0.25, 0.5, fresh);
-      ASSERT_TRUE(
-          session.replace_body(added.value(), addition, std::span<const Real>(fresh).last(18)).ok());
+      ASSERT_TRUE(session.replace_body(added.value(), addition, std::span<const Real>(fresh).last(18)).ok());
       ASSERT_TRUE(session.change_body(0, {"", 0, 6, BodyKind::kDeformable}).ok());
       EXPECT_FALSE(session.change_body(2, {"", 0, 6, BodyKind::kRigid, true, 1, 0}).ok());
     }
