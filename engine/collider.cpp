@@ -282,6 +282,7 @@ Status Collider::place(std::span<const BodyPose> poses, const std::atomic<bool>*
       !status)
     return status;
   if (Status status = core.motion.set_poses(poses); !status) return status;
+  impl_->warm.pipeline->poses_set(core);
   impl_->restart_comparison();
   return {};
 } catch (const Stopped&) {
@@ -310,6 +311,25 @@ Status Collider::change_filters(PairFilters filters, const std::atomic<bool>* ca
   std::vector<SceneChange> changes;
   changes.emplace_back(ChangeFilters{std::move(filters)});
   return change(std::move(changes), cancelled);
+}
+
+Status Collider::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
+                                  std::vector<std::array<std::int32_t, 2>> edges,
+                                  const std::atomic<bool>* cancelled) {
+  impl_->forget_answers();
+  std::vector<SceneChange> changes;
+  changes.emplace_back(ReplaceElements{index, std::move(faces), std::move(edges)});
+  return change(std::move(changes), cancelled);
+}
+
+Status Collider::replace_body(std::uint32_t index, BodyAddition addition, const Positions& positions,
+                              const std::atomic<bool>* cancelled) try {
+  impl_->forget_answers();
+  std::vector<SceneChange> changes;
+  changes.emplace_back(ReplaceBody{index, std::move(addition), to_doubles(positions, StopSignal(cancelled))});
+  return change(std::move(changes), cancelled);
+} catch (const Stopped&) {
+  return was_cancelled();
 }
 
 Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,

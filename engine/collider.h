@@ -3,6 +3,7 @@
 // A Collider is used by one thread at a time; different colliders are independent and may share Workers.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -119,7 +120,8 @@ class Collider {
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions,
                                  const std::atomic<bool>* cancelled = nullptr);
   /// Changes a body's description from the next step on: kind, self-collision, group, mask, thickness, name;
-  /// its range stays. Another thickness makes the next step a cold one. kRemoved removes it for good. The
+  /// its range stays. Another thickness makes the next step a cold one. kRemoved removes it, and only
+  /// replace_body() brings another one back. The
   /// current positions of a body that becomes rigid are its reference shape. Other bodies stay warm; an equal
   /// description changes nothing. kInvalidArgument for an unknown or removed body, and as Scene::create();
   /// kResourceExhausted and kCancelled as create(). Whether it fails so or by an exception, the collider is
@@ -131,10 +133,25 @@ class Collider {
   /// as create(); an error or an exception leaves the collider as it was. O(scene).
   Status change_filters(PairFilters filters, const std::atomic<bool>* cancelled = nullptr);
 
-  /// Carries out changes as add_body(), change_body() and change_filters() do, one after the other, all of
-  /// them or none: as one, so that O(scene) is paid once however many bodies are added. Looks at `cancelled`
-  /// between the changes and within each. With an error, `failed`, unless it is null, is the change that it
-  /// is of.
+  /// Other faces and edges for the vertices of a body, which stay where they are, from the next step on;
+  /// index 0 of a scene without declared bodies is all of it. Numbers are then as ReplaceElements and
+  /// ReplaceBody say: those of a collider created from the bodies that there are. Contacts are those of such
+  /// a collider, bit for bit. Other bodies stay warm: only the body's hierarchy and its pairs with others are
+  /// built again, beside O(scene) of copying. Without declared bodies everything is built again. Fails as
+  /// add_body() does; an error or an exception leaves the collider as it was.
+  Status replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
+                          std::vector<std::array<std::int32_t, 2>> edges = {},
+                          const std::atomic<bool>* cancelled = nullptr);
+  /// Another body with this index, at rest at `positions`, (k, 3): remeshed, refined, or in place of one that
+  /// was removed. Of kind kRemoved, without vertices, it frees what the body took. As replace_elements();
+  /// fails as Scene::with_changes() does, too.
+  Status replace_body(std::uint32_t index, BodyAddition addition, const Positions& positions,
+                      const std::atomic<bool>* cancelled = nullptr);
+
+  /// Carries out changes as the functions above do, one after the other, all of
+  /// them or none: as one, so that O(scene) is paid once however many bodies are added or replaced. Looks at
+  /// `cancelled` between the changes and within each. With an error, `failed`, unless it is null, is the
+  /// change that it is of.
   Status change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled = nullptr,
                 std::size_t* failed = nullptr);
 

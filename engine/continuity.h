@@ -27,9 +27,10 @@ struct Continuity {
 };
 
 /// A row is the same where its kind and features are; status, time and fields do not count. Contacts as an
-/// answer has them, sorted: one merge, O(rows). A change of the scene keeps the numbers of what was there, so
-/// that rows of changed bodies are compared as all others. Of reduced answers use the other form: the first
-/// row of a closest pair may be another one, though the pair stays.
+/// answer has them, sorted: one merge, O(rows). Bodies that are added or described otherwise leave the
+/// numbers of what was there, so that rows are compared as ever; where elements or bodies are replaced
+/// (ReplaceBody) numbers are others, and no answer from before can be compared with one after. Of reduced
+/// answers use the other form: the first row of a closest pair may be another one, though the pair stays.
 Continuity continuity(std::span<const Contact> earlier, std::span<const Contact> now);
 
 /// The rows of an answer by their vertices, as the columns of a client, and Scene::vertices_of(), tell them.

@@ -26,4 +26,15 @@ void PairFilters::append_body(std::uint32_t count, std::span<const double> posit
   if (near_at_rest > 0) rest_positions.insert(rest_positions.end(), positions.begin(), positions.end());
 }
 
+void PairFilters::replace_body(std::uint32_t first, std::uint32_t count, std::uint32_t new_count,
+                               std::span<const double> positions) {
+  const auto make_way = [&](auto& list, std::ptrdiff_t each) {
+    const auto at = list.begin() + each * first;
+    return list.erase(at, at + each * count);
+  };
+  if (!patches.empty()) patches.insert(make_way(patches, 1), new_count, 0);
+  if (near_at_rest > 0)
+    rest_positions.insert(make_way(rest_positions, 3), positions.begin(), positions.end());
+}
+
 }  // namespace warmfront

@@ -51,6 +51,10 @@ struct PairFilters {
   void rest_at(const Positions& positions);
   /// A body of `count` vertices is appended to the scene: it is in no patch, and at rest at `positions`.
   void append_body(std::uint32_t count, std::span<const double> positions);
+  /// The `count` vertices from `first` on make way for `new_count`, of which the same holds. Pairs of
+  /// vertices stay as they are.
+  void replace_body(std::uint32_t first, std::uint32_t count, std::uint32_t new_count,
+                    std::span<const double> positions);
 
   friend bool operator==(const PairFilters&, const PairFilters&) = default;
 };

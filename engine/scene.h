@@ -37,7 +37,7 @@ enum class BodyKind : std::uint8_t {
   kDeformable,  ///< any motion; tested against itself unless that is switched off
   kRigid,       ///< as a whole, by poses or positions; never tested against itself
   kStatic,      ///< no motion; never tested against itself or another static body
-  kRemoved,     ///< its vertices and faces keep their numbers and are tested against nothing
+  kRemoved,     ///< tested against nothing; its vertices and faces keep their numbers, or it has none
 };
 
 /// The longest name that a body may have.
@@ -99,9 +99,10 @@ struct SceneDescription {
 
 /// A body to be added to a scene: its faces and edges number its own vertices from 0.
 struct BodyAddition {
-  Body body;  ///< first_vertex is ignored: the body is appended
+  Body body;  ///< first_vertex is ignored
   std::vector<std::array<std::int32_t, 3>> faces;
   std::vector<std::array<std::int32_t, 2>> edges = {};  ///< as SceneDescription::edges
+  std::vector<double> thickness = {};                   ///< as SceneDescription::thickness, of its vertices
 };
 
 /// One change of a scene between two frames.
@@ -117,9 +118,31 @@ struct ChangeBody {
 };
 /// Other filters in place of all that there are.
 struct ChangeFilters {
-  PairFilters filters;  ///< of all vertices, with those of bodies added by earlier changes of the same list
+  PairFilters filters;  ///< of all vertices, as earlier changes of the same list number them
 };
-using SceneChange = std::variant<AddBody, ChangeBody, ChangeFilters>;
+/// Other faces and edges for the same vertices of a body, which stay where they are: what is cut, torn, or
+/// has edges flipped. Its description stays. Index 0 of a scene without declared bodies is all of it.
+struct ReplaceElements {
+  std::uint32_t index;  ///< may be a body added or replaced by an earlier change of the same list
+  std::vector<std::array<std::int32_t, 3>> faces;  ///< number the body's own vertices from 0
+  std::vector<std::array<std::int32_t, 2>> edges = {};
+};
+/// Another body with the same index, at rest at `positions`: other vertices, faces, edges and description.
+/// Also of one that was removed, whose index is used again. Of kind kRemoved, and then without vertices,
+/// faces, edges and positions: the body is removed, and its numbers are used again.
+///
+/// Numbers after a list of changes of which some replace elements or bodies are those of the scene that is
+/// created with its bodies, in their order: a body keeps its index, its vertices come after those of the
+/// bodies before it, and so do its faces, which keep their order within the body; edges are sorted by their
+/// vertices. So a replaced body with other counts shifts the numbers of the bodies after it, and faces that
+/// were given with those of different bodies interleaved are ordered by body.
+struct ReplaceBody {
+  std::uint32_t index;  ///< as ReplaceElements::index
+  BodyAddition addition;
+  std::vector<double> positions;  ///< (k, 3)
+};
+using SceneChange = std::variant<AddBody, ChangeBody, ChangeFilters, ReplaceElements, ReplaceBody>;
+struct ReplacedBodies;
 
 using Face = std::array<std::uint32_t, 3>;
 using Edge = std::array<std::uint32_t, 2>;  ///< smaller vertex first, in original numbers
@@ -153,8 +176,13 @@ class Scene {
   /// The scene with these changes in order, all or none: as with_body() and with_body_changed(), and with
   /// kInvalidArgument for a change of a removed body. Moves the changes' content out, except positions, which
   /// it looks at for the rest shape alone. `failed`: index of the change that caused the error. O(n + m) at
-  /// most once, however many bodies are added.
-  Result<Scene> with_changes(std::span<SceneChange> changes, std::size_t& failed, StopSignal stop = {}) const;
+  /// most once, however many bodies are added or replaced. ReplaceElements and ReplaceBody fail as
+  /// with_body(), the former without declared bodies only for another index than 0; ReplaceBody with
+  /// kFailedPrecondition, too, where filters name pairs of the vertices that go (change the filters before),
+  /// and where these have thickness of their own and the new ones are given none. `replaced`, unless null,
+  /// is what no longer is as it was.
+  Result<Scene> with_changes(std::span<SceneChange> changes, std::size_t& failed, StopSignal stop = {},
+                             ReplacedBodies* replaced = nullptr) const;
   /// The scene with these bodies instead of its own, and no excluded pairs. Fails as create() does.
   Result<Scene> with_bodies(std::vector<Body> bodies, StopSignal stop = {}) const;
   /// The scene with a new description of body `index`, whose range does not change. Fails as create() does.
@@ -223,6 +251,8 @@ class Scene {
   Status change(std::uint32_t index, Body body);
 
   friend class Renumbering;  // builds the renumbered Scene
+  friend class SceneJoin;
+  friend class SceneEdit;
 
   // Data that do not depend on the bodies' descriptions. Shared by copies of a scene, so that a new
   // description of a body costs nothing that grows with the mesh.
@@ -246,9 +276,6 @@ class Scene {
     if (mesh_.use_count() != 1) mesh_ = std::make_shared<Mesh>(*mesh_);
     return *mesh_;
   }
-  // Concatenates meshes, each with its own numbering.
-  static std::shared_ptr<Mesh> joined(std::span<const std::shared_ptr<Mesh>> meshes, StopSignal stop);
-
   std::shared_ptr<Mesh> mesh_ = std::make_shared<Mesh>();
   std::vector<Body> bodies_;
   std::size_t name_bytes_ = 0;  // of `bodies_`

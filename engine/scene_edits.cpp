@@ -1,41 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene with bodies added and changed.
+// A scene with bodies added, changed and replaced.
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene.h"
-#include "engine/scene/connectivity.h"
 #include "engine/scene/description_checks.h"
+#include "engine/scene/replaced_bodies.h"
+#include "engine/scene/scene_join.h"
 
 namespace warmfront {
 namespace {
-
-// Appends the same list of several meshes, with `shift` added to every number in it.
-template <class T, class List, class Shift>
-void join(std::vector<T>& to, const auto& meshes, StopSignal stop, List&& list, Shift&& shift) {
-  std::size_t size = 0;
-  for (const auto& mesh : meshes) size += list(*mesh).size();
-  to.reserve(size);
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const std::vector<T>& from = list(*meshes[m]);
-    const std::uint32_t more = shift(m);
-    in_pieces(0, from.size(), stop, [&](std::size_t first, std::size_t end) {
-      for (std::size_t i = first; i < end; ++i) {
-        T item = from[i];
-        if constexpr (requires { item[0]; }) {
-          for (std::uint32_t& number : item) number += more;
-        } else {
-          item += more;
-        }
-        to.push_back(item);
-      }
-    });
-  }
-}
 
 // Are these a rest shape of a body that is added?
 Status check_rest_shape(const Body& body, std::span<const double> positions, const std::string& where,
@@ -51,74 +30,319 @@ Status check_rest_shape(const Body& body, std::span<const double> positions, con
 
 }  // namespace
 
-std::shared_ptr<Scene::Mesh> Scene::joined(std::span<const std::shared_ptr<Mesh>> meshes, StopSignal stop) {
-  auto result = std::make_shared<Mesh>();
-  Mesh& to = *result;
-  struct First {
-    std::uint32_t vertex, face, edge, body, vertex_item, edge_item;
-  };
-  std::vector<First> first;
-  first.reserve(meshes.size());
-  First next{};
-  const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-  for (const auto& mesh : meshes) {
-    first.push_back(next);
-    next = {next.vertex + mesh->vertex_count,
-            next.face + size(mesh->faces),
-            next.edge + size(mesh->edges),
-            next.body + mesh->body_count,
-            next.vertex_item + size(mesh->vertex_faces.items),
-            next.edge_item + size(mesh->edge_faces.items)};
-  }
-  to.vertex_count = next.vertex;
-  to.body_count = next.body;
-  const auto by_vertex = [&](std::size_t m) { return first[m].vertex; };
-  const auto by_face = [&](std::size_t m) { return first[m].face; };
-  const auto by_edge = [&](std::size_t m) { return first[m].edge; };
-  join(
-      to.faces, meshes, stop, [](const Mesh& m) -> auto& { return m.faces; }, by_vertex);
-  join(
-      to.edges, meshes, stop, [](const Mesh& m) -> auto& { return m.edges; }, by_vertex);
-  join(
-      to.face_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.face_edges; }, by_edge);
-  // Offsets continue from the previous mesh: all but each list's leading 0 is appended.
-  const auto join_rows = [&](Csr& rows, auto&& of, auto&& first_item) {
-    join(
-        rows.items, meshes, stop, [&](const Mesh& m) -> auto& { return of(m).items; }, by_face);
-    std::size_t count = 1;
-    for (const auto& mesh : meshes) count += of(*mesh).rows();
-    rows.begin.reserve(count);
-    rows.begin.push_back(0);
-    for (std::size_t m = 0; m < meshes.size(); ++m) {
-      const std::vector<std::uint32_t>& from = of(*meshes[m]).begin;
-      in_pieces(1, from.size(), stop, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t row = begin; row < end; ++row) rows.begin.push_back(first_item(m) + from[row]);
-      });
+/// A list of changes in progress, one after the other; nothing of it is seen before finish().
+class SceneEdit {
+ public:
+  SceneEdit(const Scene& before, StopSignal stop)
+      : before_(before), scene_(before), stop_(stop), sizes_(sizes_of(before)) {}
+
+  Status carry_out(AddBody& change, std::size_t at);
+  Status carry_out(ChangeBody& change, std::size_t at);
+  Status carry_out(ChangeFilters& change, std::size_t at);
+  Status carry_out(ReplaceElements& change, std::size_t at);
+  Status carry_out(ReplaceBody& change, std::size_t at);
+
+  /// What is said of all bodies together.
+  Status check_bodies() const;
+  Scene finish(ReplacedBodies& replaced);
+
+ private:
+  struct Sizes {
+    std::uint64_t vertices = 0, faces = 0, lone_edges = 0;
+
+    void add(const Sizes& more) {
+      vertices += more.vertices;
+      faces += more.faces;
+      lone_edges += more.lone_edges;
+    }
+    void subtract(const Sizes& less) {
+      vertices -= less.vertices;
+      faces -= less.faces;
+      lone_edges -= less.lone_edges;
     }
   };
-  join_rows(
-      to.vertex_faces, [](const Mesh& m) -> const Csr& { return m.vertex_faces; },
-      [&](std::size_t m) { return first[m].vertex_item; });
-  join_rows(
-      to.edge_faces, [](const Mesh& m) -> const Csr& { return m.edge_faces; },
-      [&](std::size_t m) { return first[m].edge_item; });
-  join(
-      to.lone_edges, meshes, stop, [](const Mesh& m) -> auto& { return m.lone_edges; }, by_edge);
-  to.vertex_lone_edges = lone_edges_of_vertices(to.edges, to.lone_edges, to.vertex_count, stop);
-  join(
-      to.isolated_vertices, meshes, stop, [](const Mesh& m) -> auto& { return m.isolated_vertices; },
-      by_vertex);
-  join(
-      to.body_of_vertex, meshes, stop, [](const Mesh& m) -> auto& { return m.body_of_vertex; },
-      [&](std::size_t m) { return first[m].body; });
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    if (meshes[m]->thickness.empty()) continue;
-    lengthen(to.thickness, first[m].vertex, 0.0, stop);
-    append(to.thickness, std::span<const double>(meshes[m]->thickness), stop);
-    to.most_thickness = std::max(to.most_thickness, meshes[m]->most_thickness);
+  static Status is_no_half_space(const Body& body, const std::string& where);
+  static Sizes sizes_of(const Scene& scene) {
+    return {scene.vertex_count(), scene.face_count(), scene.lone_edges().size()};
   }
-  if (!to.thickness.empty()) lengthen(to.thickness, to.vertex_count, 0.0, stop);
-  return result;
+  Sizes sizes_of(std::uint32_t index) const;
+  MeshRange range_before(std::uint32_t first, std::uint32_t end) const;
+  std::span<const double> thickness_of(std::uint32_t index) const;
+  Status check_index(std::uint32_t index) const;
+  Result<Scene> alone(Body body, BodyAddition addition) const;
+  Status take_piece(std::uint32_t index, Scene alone, std::size_t positions_of);
+  Status replace_whole(ReplaceElements& change);
+  Status replace_filtered(const Body& old, const Body& body, std::span<const double> positions,
+                          const std::string& where);
+  const PairFilters& filters() const { return filters_ ? *filters_ : before_.filters(); }
+  PairFilters& changed_filters() { return filters_ ? *filters_ : filters_.emplace(before_.filters()); }
+  void order_faces();
+  std::vector<SceneSlice> slices() const;
+
+  const Scene& before_;
+  std::optional<Scene> ordered_;  // the same with its faces by body, once something is replaced
+  std::vector<std::uint32_t> face_rank_;
+  Scene scene_;  // so far, but for its mesh and filters
+  const StopSignal stop_;
+  Sizes sizes_;  // so far
+  std::map<std::uint32_t, ReplacedBodies::Piece> pieces_;
+  std::optional<PairFilters> filters_;  // where they change
+  bool whole_scene_ = false;
+};
+
+// The body as a scene of its own, which says whether it is well formed.
+Result<Scene> SceneEdit::alone(Body body, BodyAddition addition) const {
+  body.first_vertex = 0;
+  SceneDescription description{body.vertex_count, std::move(addition.faces), {std::move(body)}};
+  description.edges = std::move(addition.edges);
+  description.thickness = std::move(addition.thickness);
+  return Scene::create(std::move(description), stop_);
+}
+
+Status SceneEdit::check_bodies() const {
+  return check_half_spaces(scene_.bodies_);
+}
+
+Status SceneEdit::is_no_half_space(const Body& body, const std::string& where) {
+  if (!body.half_space) return {};
+  return invalid_argument(where + ": a half-space is not replaced, and replaces nothing; change it, or remove it and "
+                                  "add another body");
+}
+
+Status SceneEdit::check_index(std::uint32_t index) const {
+  if (index < scene_.bodies_.size()) return {};
+  return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
+                          std::to_string(scene_.bodies_.size()) + ")");
+}
+
+// Of bodies that are as they were.
+MeshRange SceneEdit::range_before(std::uint32_t first, std::uint32_t end) const {
+  const Body& last = before_.bodies_[end - 1];
+  return mesh_range(*ordered_, before_.bodies_[first].first_vertex, last.first_vertex + last.vertex_count);
+}
+
+SceneEdit::Sizes SceneEdit::sizes_of(std::uint32_t index) const {
+  if (const auto piece = pieces_.find(index); piece != pieces_.end()) return sizes_of(piece->second.alone);
+  const MeshRange range = range_before(index, index + 1);
+  const auto lone_before = [&](std::uint32_t edge) {
+    return std::ranges::lower_bound(before_.lone_edges(), edge) - before_.lone_edges().begin();
+  };
+  return {range.vertex_count(), range.face_count(),
+          static_cast<std::uint64_t>(lone_before(range.features.end_edge) -
+                                     lone_before(range.features.first_edge))};
+}
+
+// Of the vertices of a body, besides its own; empty where they have none.
+std::span<const double> SceneEdit::thickness_of(std::uint32_t index) const {
+  if (const auto piece = pieces_.find(index); piece != pieces_.end())
+    return piece->second.alone.vertex_thickness();
+  const Body& body = before_.bodies_[index];
+  const std::span<const double> all = before_.vertex_thickness();
+  return all.empty() ? all : all.subspan(body.first_vertex, body.vertex_count);
+}
+
+void SceneEdit::order_faces() {
+  if (ordered_) return;
+  ordered_ = before_;
+  face_rank_ = SceneJoin::order_faces_by_body(*ordered_, stop_);
+}
+
+// The body is this from now on. Nothing has changed after an error.
+Status SceneEdit::take_piece(std::uint32_t index, Scene alone, std::size_t positions_of) {
+  Sizes with_it = sizes_;
+  if (index < scene_.bodies_.size()) with_it.subtract(sizes_of(index));
+  with_it.add(sizes_of(alone));
+  if (Status status = check_size(with_it.vertices, with_it.faces, with_it.lone_edges); !status)
+    return Error{status.error().code, name_of(index) + ": with it, " + status.error().message};
+  pieces_.insert_or_assign(index, ReplacedBodies::Piece{index, std::move(alone), positions_of});
+  sizes_ = with_it;
+  return {};
+}
+
+Status SceneEdit::carry_out(AddBody& change, std::size_t at) {
+  BodyAddition& addition = change.addition;
+  const auto index = static_cast<std::uint32_t>(scene_.bodies_.size());
+  const std::string where = name_of(index);
+  if (before_.bodies_.empty())
+    return Error{ErrorCode::kFailedPrecondition,
+                 "bodies: the scene declares none; declare its bodies to add one"};
+  Body body = std::move(addition.body);
+  if (Status status = check_body(body, where); !status) return status.error();
+  Result<Scene> added = alone(body, std::move(addition));
+  if (!added) return Error{added.error().code, where + ": " + added.error().message};
+  body.first_vertex = static_cast<std::uint32_t>(sizes_.vertices);
+  const bool rests = filters().near_at_rest > 0;
+  if (rests) {
+    if (Status status = check_rest_shape(body, change.positions, where, stop_); !status)
+      return status.error();
+  }
+  if (Status status = take_piece(index, std::move(added).value(), at); !status) return status;
+  if (rests || !filters().patches.empty()) changed_filters().append_body(body.vertex_count, change.positions);
+  scene_.name_bytes_ += body.name.size();
+  scene_.bodies_.push_back(std::move(body));
+  return {};
+}
+
+Status SceneEdit::carry_out(ChangeFilters& change, std::size_t /*at*/) {
+  if (Status status = check_filters(change.filters, static_cast<std::uint32_t>(sizes_.vertices), stop_);
+      !status)
+    return status.error();
+  filters_ = std::move(change.filters);
+  return {};
+}
+
+Status SceneEdit::carry_out(ChangeBody& change, std::size_t /*at*/) {
+  auto& [index, body] = change;
+  if (index < scene_.bodies_.size() && scene_.bodies_[index].kind == BodyKind::kRemoved)
+    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one, or replace it");
+  return scene_.change(index, std::move(body));
+}
+
+// A scene that declares no bodies is replaced as one.
+Status SceneEdit::replace_whole(ReplaceElements& change) {
+  if (change.index != 0)
+    return invalid_argument("body " + std::to_string(change.index) +
+                            ": the scene declares no bodies; index 0 is all of it");
+  SceneDescription description{before_.vertex_count(), std::move(change.faces), {}};
+  description.edges = std::move(change.edges);
+  description.thickness = {before_.vertex_thickness().begin(), before_.vertex_thickness().end()};
+  Result<Scene> whole = Scene::create(std::move(description), stop_);
+  if (!whole) return whole.error();
+  scene_ = std::move(whole).value();
+  scene_.filters_ = before_.filters_;
+  whole_scene_ = true;
+  return {};
+}
+
+Status SceneEdit::carry_out(ReplaceElements& change, std::size_t /*at*/) {
+  if (before_.bodies_.empty()) return replace_whole(change);
+  const std::uint32_t index = change.index;
+  if (Status status = check_index(index); !status) return status;
+  const Body& body = scene_.bodies_[index];
+  if (Status status = is_no_half_space(body, name_of(index)); !status) return status;
+  if (body.kind == BodyKind::kRemoved)
+    return invalid_argument("body " + std::to_string(index) + " was removed; replace it as a whole");
+  order_faces();
+  const std::span<const double> thickness = thickness_of(index);
+  BodyAddition elements;
+  elements.faces = std::move(change.faces);
+  elements.edges = std::move(change.edges);
+  elements.thickness.assign(thickness.begin(), thickness.end());
+  Result<Scene> other = alone(body, std::move(elements));
+  if (!other) return Error{other.error().code, name_of(index) + ": " + other.error().message};
+  const auto piece = pieces_.find(index);
+  return take_piece(index, std::move(other).value(),
+                    piece != pieces_.end() ? piece->second.positions_of : ReplacedBodies::kNoChange);
+}
+
+Status SceneEdit::carry_out(ReplaceBody& change, std::size_t at) {
+  BodyAddition& addition = change.addition;
+  const std::uint32_t index = change.index;
+  if (before_.bodies_.empty())
+    return Error{
+        ErrorCode::kFailedPrecondition,
+        "bodies: the scene declares none; declare its bodies to replace one, or replace the elements "
+        "of all of it as body 0"};
+  if (Status status = check_index(index); !status) return status;
+  const std::string where = name_of(index);
+  Body body = std::move(addition.body);
+  if (Status status = check_body(body, where); !status) return status.error();
+  for (const Body* one : {&body, &scene_.bodies_[index]}) {
+    if (Status status = is_no_half_space(*one, where); !status) return status;
+  }
+  if (body.kind == BodyKind::kRemoved && body.vertex_count + change.positions.size() > 0)
+    return invalid_argument(where + ": is replaced by a removed one; give it no vertices and no positions");
+  order_faces();
+  const bool was_thick = std::ranges::any_of(thickness_of(index), [](double t) { return t > 0; });
+  if (was_thick && addition.thickness.empty() && body.vertex_count > 0)
+    return Error{ErrorCode::kFailedPrecondition,
+                 where +
+                     ".thickness: vertices of the body have thickness of their own; give the new "
+                     "vertices' with it (zeros for none)"};
+  Result<Scene> other = alone(body, std::move(addition));
+  if (!other) return Error{other.error().code, where + ": " + other.error().message};
+  Body& old = scene_.bodies_[index];
+  body.first_vertex = old.first_vertex;
+  if (Status status = replace_filtered(old, body, change.positions, where); !status) return status;
+  if (Status status = take_piece(index, std::move(other).value(), at); !status) return status;
+  const std::uint32_t shift = body.vertex_count - old.vertex_count;
+  for (std::size_t b = std::size_t{index} + 1; b < scene_.bodies_.size(); ++b)
+    scene_.bodies_[b].first_vertex += shift;
+  scene_.name_bytes_ += body.name.size() - old.name.size();
+  old = std::move(body);
+  return {};
+}
+
+// What filters say of the vertices of a body that is replaced, and of those after it.
+Status SceneEdit::replace_filtered(const Body& old, const Body& body, std::span<const double> positions,
+                                   const std::string& where) {
+  if (!filters().any()) return {};
+  const std::uint32_t end = old.first_vertex + old.vertex_count;
+  PacedStop paced(stop_);
+  for (std::size_t i = 0; i < filters().excluded_vertex_pairs.size(); ++i) {
+    paced.check();
+    for (const std::uint32_t v : filters().excluded_vertex_pairs[i]) {
+      if (v >= old.first_vertex && v < end)
+        return Error{ErrorCode::kFailedPrecondition,
+                     where + ": filters.excluded_vertex_pairs[" + std::to_string(i) + "] names vertex " +
+                         std::to_string(v) + ", which goes; give filters without it before"};
+    }
+  }
+  const bool rests = filters().near_at_rest > 0;
+  if (rests && body.vertex_count > 0) {
+    if (Status status = check_rest_shape(body, positions, where, stop_); !status) return status.error();
+  }
+  PairFilters& changed = changed_filters();
+  for (auto& pair : changed.excluded_vertex_pairs) {
+    paced.check();
+    for (std::uint32_t& v : pair) {
+      if (v >= end) v += body.vertex_count - old.vertex_count;
+    }
+  }
+  changed.replace_body(old.first_vertex, old.vertex_count, body.vertex_count, positions);
+  return {};
+}
+
+// Runs of bodies that are as they were, and the others.
+std::vector<SceneSlice> SceneEdit::slices() const {
+  std::vector<SceneSlice> slices;
+  const auto before = static_cast<std::uint32_t>(before_.bodies_.size());
+  std::uint32_t next = 0;
+  const auto take_until = [&](std::uint32_t end) {
+    if (next < end) slices.push_back({&*ordered_, range_before(next, end)});
+  };
+  for (const auto& [index, piece] : pieces_) {
+    take_until(std::min(index, before));
+    slices.push_back({&piece.alone, all_of(piece.alone), index});
+    next = index + 1;
+  }
+  take_until(before);
+  return slices;
+}
+
+Scene SceneEdit::finish(ReplacedBodies& replaced) {
+  replaced.whole_scene = whole_scene_;
+  if (!pieces_.empty()) {
+    const bool appended = !ordered_;  // nothing but
+    if (appended) ordered_ = before_;
+    std::vector<SceneSlice> parts;
+    if (appended) {
+      parts.push_back({&before_, all_of(before_)});
+      for (const auto& [index, piece] : pieces_) parts.push_back({&piece.alone, all_of(piece.alone), index});
+    } else {
+      parts = slices();
+    }
+    scene_.mesh_ =
+        std::move(SceneJoin::join(parts, static_cast<std::uint32_t>(scene_.bodies_.size()), stop_).mesh_);
+    if (!appended) {
+      replaced.pieces.reserve(pieces_.size());
+      for (auto& [index, piece] : pieces_) replaced.pieces.push_back(std::move(piece));
+      replaced.face_rank = std::move(face_rank_);
+    }
+  }
+  if (filters_)
+    scene_.filters_ = filters_->any() ? std::make_shared<const PairFilters>(*std::move(filters_)) : nullptr;
+  return std::move(scene_);
 }
 
 Result<Scene> Scene::with_body(BodyAddition addition) const {
@@ -133,76 +357,20 @@ Result<Scene> Scene::with_body_changed(std::uint32_t index, Body body) const {
   return scene;
 }
 
-Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& failed,
-                                  StopSignal stop) const {
-  Scene scene = *this;
-  const auto additions = static_cast<std::size_t>(std::ranges::count_if(
-      changes, [](const SceneChange& change) { return std::holds_alternative<AddBody>(change); }));
-  if (additions > 0) scene.bodies_.reserve(bodies_.size() + additions);
-  std::vector<std::shared_ptr<Mesh>> meshes{mesh_};
-  meshes.reserve(1 + additions);
-  std::uint64_t vertices = vertex_count();
-  std::uint64_t faces = face_count();
-  std::uint64_t lone_edges = this->lone_edges().size();
-  std::optional<PairFilters> filters;  // where they change
-  const auto changed_filters = [&]() -> PairFilters& {
-    return filters ? *filters : filters.emplace(this->filters());
-  };
-  const auto add = [&](BodyAddition& addition, std::span<const double> positions) -> Status {
-    const std::string where = name_of(scene.bodies_.size());
-    if (bodies_.empty())
-      return Error{ErrorCode::kFailedPrecondition,
-                   "bodies: the scene declares none; declare its bodies to add one"};
-    if (Status status = check_body(addition.body, where); !status) return status.error();
-    // Checked as a scene of its own.
-    SceneDescription description{addition.body.vertex_count, std::move(addition.faces), {addition.body}};
-    description.edges = std::move(addition.edges);
-    description.bodies.front().first_vertex = 0;
-    Result<Scene> added = create(std::move(description), stop);
-    if (!added) return Error{added.error().code, where + ": " + added.error().message};
-    addition.body.first_vertex = static_cast<std::uint32_t>(vertices);
-    vertices += added.value().vertex_count();
-    faces += added.value().face_count();
-    lone_edges += added.value().lone_edges().size();
-    if (Status status = check_size(vertices, faces, lone_edges); !status)
-      return Error{status.error().code, where + ": with it, " + status.error().message};
-    const PairFilters& before = filters ? *filters : this->filters();
-    if (before.near_at_rest > 0) {
-      if (Status status = check_rest_shape(addition.body, positions, where, stop); !status)
-        return status.error();
-    }
-    if (before.near_at_rest > 0 || !before.patches.empty())
-      changed_filters().append_body(addition.body.vertex_count, positions);
-    meshes.push_back(added.value().mesh_);
-    scene.name_bytes_ += addition.body.name.size();
-    scene.bodies_.push_back(std::move(addition.body));
-    return {};
-  };
+Result<Scene> Scene::with_changes(std::span<SceneChange> changes, std::size_t& failed, StopSignal stop,
+                                  ReplacedBodies* replaced) const {
+  SceneEdit edit(*this, stop);
   for (failed = 0; failed < changes.size(); ++failed) {
     stop.check();
-    if (auto* added = std::get_if<AddBody>(&changes[failed])) {
-      if (Status status = add(added->addition, added->positions); !status) return status.error();
-      continue;
-    }
-    if (auto* other = std::get_if<ChangeFilters>(&changes[failed])) {
-      if (Status status = check_filters(other->filters, static_cast<std::uint32_t>(vertices), stop); !status)
-        return status.error();
-      filters = std::move(other->filters);
-      continue;
-    }
-    auto& [index, body] = std::get<ChangeBody>(changes[failed]);
-    if (index < scene.bodies_.size() && scene.bodies_[index].kind == BodyKind::kRemoved)
-      return invalid_argument("body " + std::to_string(index) + " was removed; add a new one");
-    if (Status status = scene.change(index, std::move(body)); !status) return status.error();
+    const auto carry_out = [&](auto& change) { return edit.carry_out(change, failed); };
+    if (Status status = std::visit(carry_out, changes[failed]); !status) return status.error();
   }
-  if (Status status = check_half_spaces(scene.bodies_); !status) {
+  if (Status status = edit.check_bodies(); !status) {
     failed = changes.empty() ? 0 : changes.size() - 1;
     return status.error();
   }
-  if (additions > 0) scene.mesh_ = joined(meshes, stop);
-  if (filters)
-    scene.filters_ = filters->any() ? std::make_shared<const PairFilters>(*std::move(filters)) : nullptr;
-  return scene;
+  ReplacedBodies nowhere;
+  return edit.finish(replaced != nullptr ? *replaced : nowhere);
 }
 
 Status Scene::change(std::uint32_t index, Body body) {

@@ -42,6 +42,23 @@ Result<std::uint32_t> AnySession::add_body(BodyAddition addition, const Position
   return local.collider().add_body(std::move(addition), positions);
 }
 
+Status AnySession::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
+                                    std::vector<std::array<std::int32_t, 2>> edges) {
+  if (auto* remote = std::get_if<Session>(&held_))
+    return remote->replace_elements(index, std::move(faces), std::move(edges));
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle;
+  return local.collider().replace_elements(index, std::move(faces), std::move(edges));
+}
+
+Status AnySession::replace_body(std::uint32_t index, BodyAddition with, const Positions& positions) {
+  if (auto* remote = std::get_if<Session>(&held_))
+    return remote->replace_body(index, std::move(with), positions);
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle;
+  return local.collider().replace_body(index, std::move(with), positions);
+}
+
 Status AnySession::change_body(std::uint32_t index, Body body) {
   if (auto* remote = std::get_if<Session>(&held_)) return remote->change_body(index, std::move(body));
   LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);

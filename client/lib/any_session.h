@@ -34,6 +34,9 @@ class AnySession final : public Questions {
 
   /// Each as Session's function of that name.
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
+  Status replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
+                          std::vector<std::array<std::int32_t, 2>> edges = {});
+  Status replace_body(std::uint32_t index, BodyAddition with, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Status change_filters(PairFilters filters);
 

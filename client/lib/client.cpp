@@ -123,6 +123,15 @@ Result<std::uint64_t> Session::submit(const Frame& frame, const Question& questi
 Result<std::uint64_t> Session::submit_commit(double fraction) {
   return impl_->submit_commit(fraction);
 }
+Status Session::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
+                                 std::vector<std::array<std::int32_t, 2>> edges) {
+  return impl_->replace_elements({index, std::move(faces), std::move(edges)});
+}
+
+Status Session::replace_body(std::uint32_t index, BodyAddition with, const Positions& positions) {
+  return impl_->replace_body(index, std::move(with), positions);
+}
+
 Result<std::uint32_t> Session::add_body(BodyAddition addition, const Positions& positions) {
   return impl_->add_body(std::move(addition), positions);
 }

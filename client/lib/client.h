@@ -4,6 +4,7 @@
 // A Client is thread-safe. A Session is used by one thread at a time; different sessions are independent.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -94,6 +95,15 @@ class Session final : public Questions {
   /// Changes a body's description, see Collider::change_body(); exactly once, like add_body().
   /// kFailedPrecondition while frames are unanswered.
   Status change_body(std::uint32_t index, Body body);
+  /// Other faces and edges for the vertices of a body, see Collider::replace_elements(), with which numbers
+  /// change as it says; exactly once, like add_body(), and in one message: kResourceExhausted where it is
+  /// larger than the daemon takes. kFailedPrecondition while frames are unanswered, kUnimplemented where the
+  /// daemon is older than this.
+  Status replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
+                          std::vector<std::array<std::int32_t, 2>> edges = {});
+  /// Another body with this index, stationary at `positions`, (k, 3), of the session's type: see
+  /// Collider::replace_body(). As replace_elements().
+  Status replace_body(std::uint32_t index, BodyAddition with, const Positions& positions);
   /// Other filters in place of all that there are, see Collider::change_filters(); exactly once, like
   /// add_body(). kFailedPrecondition while frames are unanswered, kUnimplemented where the daemon is older
   /// than filters.

@@ -55,6 +55,9 @@ RemoteError too_old_for(v1::Feature feature) {
                                         "world a session of its own"
       : feature == v1::FEATURE_HALF_SPACES
           ? "half_space: the daemon is older than half-spaces; update it, or give a mesh instead"
+      : feature == v1::FEATURE_REPLACE ? "the daemon is older than replacing elements and bodies, and "
+                                         "thickness of vertices that are added; "
+                                         "update it, or create the session again with the other scene"
       : feature == v1::FEATURE_THICKNESS
           ? "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out"
           : "filters: the daemon is older than they are, and would count what they leave out; update it, or "

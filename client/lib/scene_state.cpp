@@ -225,14 +225,23 @@ void SceneState::take(const SentFrame& frame, double fraction) {
               moved.vertex_positions().data() + 3 * number_size() * i, 1, std::nullopt, fraction);
 }
 
-Result<v1::SceneChange> SceneState::encode(const BodyAddition& addition, const Positions& positions) const {
-  if (Status status = check_kind(positions, addition.body.vertex_count, "positions"); !status)
+Result<v1::BodyAddition> SceneState::encode_body(const BodyAddition& body, const Positions& positions) const {
+  if (Status status = check_kind(positions, body.body.vertex_count, "positions"); !status)
     return status.error();
+  v1::BodyAddition message;
+  *message.mutable_body() = to_proto(body.body);
+  message.set_faces(std::string(wire::as_bytes(body.faces)));
+  message.set_edges(std::string(wire::as_bytes(body.edges)));
+  message.set_positions(std::string(bytes_of(positions)));
+  message.set_thickness(std::string(wire::as_bytes(body.thickness)));
+  return message;
+}
+
+Result<v1::SceneChange> SceneState::encode(const BodyAddition& addition, const Positions& positions) const {
+  Result<v1::BodyAddition> body = encode_body(addition, positions);
+  if (!body) return body.error();
   v1::SceneChange change;
-  *change.mutable_add()->mutable_body() = to_proto(addition.body);
-  change.mutable_add()->set_faces(std::string(wire::as_bytes(addition.faces)));
-  change.mutable_add()->set_edges(std::string(wire::as_bytes(addition.edges)));
-  change.mutable_add()->set_positions(std::string(bytes_of(positions)));
+  *change.mutable_add() = std::move(body).value();
   return change;
 }
 
@@ -244,7 +253,12 @@ void SceneState::take(BodyAddition addition, const Positions& positions) {
   addition.body.first_vertex = scene_.vertex_count;
   scene_.vertex_count += addition.body.vertex_count;
   scene_.bodies.push_back(std::move(addition.body));
-  if (!scene_.thickness.empty()) scene_.thickness.resize(scene_.vertex_count);
+  std::vector<double>& thickness = scene_.thickness;
+  if (!addition.thickness.empty()) {
+    thickness.resize(scene_.vertex_count - scene_.bodies.back().vertex_count);
+    thickness.insert(thickness.end(), addition.thickness.begin(), addition.thickness.end());
+  }
+  if (!thickness.empty()) thickness.resize(scene_.vertex_count);
   own_positions() += bytes_of(positions);
   poses_.emplace_back();
   const auto append = [&](std::span<const double> values) {

@@ -3,6 +3,7 @@
 // time.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -74,6 +75,11 @@ class SceneState {
   Status check_change(std::uint32_t index, const Body& body) const;
   void take(std::uint32_t index, Body body);
   void take(PairFilters filters) { scene_.filters = std::move(filters); }
+  Result<v1::SceneChange> encode(const ReplaceElements& replacement) const;
+  void take(ReplaceElements replacement);
+  Result<v1::SceneChange> encode(std::uint32_t index, const BodyAddition& with,
+                                 const Positions& positions) const;
+  void take(std::uint32_t index, BodyAddition with, const Positions& positions);
 
  private:
   std::size_t number_size() const { return float32_ ? sizeof(float) : sizeof(double); }
@@ -85,6 +91,13 @@ class SceneState {
   template <class Real>
   void move_part_way(std::uint32_t first, const char* bytes, std::size_t vertices,
                      const std::optional<Pose>& pose, double fraction);
+  Status check_index(std::uint32_t index) const;
+  Result<v1::BodyAddition> encode_body(const BodyAddition& body, const Positions& positions) const;
+  /// Faces and edges are of bodies in their order, and these of one of them; it has `count` vertices from now
+  /// on.
+  void replace_mesh(std::uint32_t index, std::uint32_t count,
+                    const std::vector<std::array<std::int32_t, 3>>& faces,
+                    const std::vector<std::array<std::int32_t, 2>>& edges);
   /// The positions, for writing: a frame's own are copied first.
   std::string& own_positions();
 

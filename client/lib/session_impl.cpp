@@ -288,24 +288,47 @@ Result<std::uint32_t> Session::Impl::add_body(BodyAddition addition, const Posit
   may_commit_ = false;  // whether or not it fails, as with Collider
   Result<v1::SceneChange> encoded = state_.encode(addition, positions);
   if (!encoded) return encoded.error();
-  if (addition.body.thickness != 0) {
-    if (Status known = need(v1::FEATURE_THICKNESS); !known) return known.error();
-  }
-  if (addition.body.world != 0) {
-    if (Status known = need(v1::FEATURE_WORLDS); !known) return known.error();
-  }
-  if (!addition.edges.empty()) {
-    if (Status known = need(v1::FEATURE_EDGES); !known) return known.error();
-  }
-  if (addition.body.half_space) {
-    if (Status known = need(v1::FEATURE_HALF_SPACES); !known) return known.error();
-  }
+  if (Status known = need_for(addition); !known) return known.error();
   const auto index = static_cast<std::uint32_t>(state_.scene().bodies.size());
   if (Status changed =
           change(std::move(encoded).value(), [&] { state_.take(std::move(addition), positions); });
       !changed)
     return changed.error();
   return index;
+}
+
+// What a daemon must know to take such a body.
+Status Session::Impl::need_for(const BodyAddition& body) {
+  if (body.body.thickness != 0) {
+    if (Status known = need(v1::FEATURE_THICKNESS); !known) return known;
+  }
+  if (!body.thickness.empty()) {
+    if (Status known = need(v1::FEATURE_REPLACE); !known) return known;
+  }
+  if (body.body.world != 0) {
+    if (Status known = need(v1::FEATURE_WORLDS); !known) return known;
+  }
+  if (body.body.half_space) {
+    if (Status known = need(v1::FEATURE_HALF_SPACES); !known) return known;
+  }
+  return body.edges.empty() ? Status{} : need(v1::FEATURE_EDGES);
+}
+
+Status Session::Impl::replace_elements(ReplaceElements replacement) {
+  may_commit_ = false;
+  Result<v1::SceneChange> encoded = state_.encode(replacement);
+  if (!encoded) return encoded.error();
+  if (Status known = need(v1::FEATURE_REPLACE); !known) return known;
+  return change(std::move(encoded).value(), [&] { state_.take(std::move(replacement)); });
+}
+
+Status Session::Impl::replace_body(std::uint32_t index, BodyAddition with, const Positions& positions) {
+  may_commit_ = false;
+  Result<v1::SceneChange> encoded = state_.encode(index, with, positions);
+  if (!encoded) return encoded.error();
+  if (Status known = need(v1::FEATURE_REPLACE); !known) return known;
+  if (Status known = need_for(with); !known) return known;
+  return change(std::move(encoded).value(), [&] { state_.take(index, std::move(with), positions); });
 }
 
 Status Session::Impl::change_body(std::uint32_t index, Body body) {

@@ -38,6 +38,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   /// Takes answers until this one is settled, or until then.
   void wait(PendingAnswer& asked, PendingAnswer::Time until);
   Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
+  Status replace_elements(ReplaceElements replacement);
+  Status replace_body(std::uint32_t index, BodyAddition with, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Status change_filters(PairFilters filters);
   Result<Answer> next_answer();
@@ -117,6 +119,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   /// Has the daemon carry out a change, then calls `taken`. If the daemon is lost, the session is resumed in
   /// the state before the change, which is sent again with its key: it is carried out once.
   Status change(v1::SceneChange change, const std::function<void()>& taken);
+  Status need_for(const BodyAddition& body);
   /// Settles the oldest question when the message completes its answer.
   void take(v1::StreamStepsResponse& response);
   void take_answer(const v1::StepAnswer& part);

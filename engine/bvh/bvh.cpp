@@ -130,6 +130,21 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
 }
 
 template <class Bounds>
+void Bvh<Bounds>::shift(const NumberShift& by) noexcept {
+  if (!by.any()) return;
+  for (Primitive& primitive : order) primitive = shifted(primitive, by);
+  if (!face_leaves.leaf.empty()) face_leaves.first += by.face;
+  if (!segment_leaves.leaf.empty()) segment_leaves.first += by.edge;
+  if (by.vertex == 0) return;
+  for (EightCorners& block : leaves.corners) {
+    for (auto& corner : block.vertex) {
+      for (std::uint32_t& vertex : corner) vertex += by.vertex;
+    }
+  }
+  for (std::uint32_t& vertex : travel.block_vertices.items) vertex += by.vertex;
+}
+
+template <class Bounds>
 double looseness(const Bvh<Bounds>& bvh) {
   if (bvh.nodes.empty()) return 0;
   double sum = 0;
@@ -142,6 +157,8 @@ template void Bvh<Aabb>::arrange(const Scene&, const TreeShape&, std::vector<Pri
                                  std::shared_ptr<const SharedVertices>, bool, StopSignal);
 template void Bvh<KDop18>::arrange(const Scene&, const TreeShape&, std::vector<Primitive>,
                                    std::shared_ptr<const SharedVertices>, bool, StopSignal);
+template void Bvh<Aabb>::shift(const NumberShift&) noexcept;
+template void Bvh<KDop18>::shift(const NumberShift&) noexcept;
 template double looseness(const Bvh<Aabb>&);
 template double looseness(const Bvh<KDop18>&);
 

@@ -52,6 +52,9 @@ struct Bvh {
   void arrange(const Scene& scene, const TreeShape& new_shape, std::vector<Primitive> new_order,
                std::shared_ptr<const SharedVertices> new_shared, bool keep_travel, StopSignal stop = {});
 
+  /// All numbers of the scene that it holds begin elsewhere from now on; nothing else has changed.
+  void shift(const NumberShift& by) noexcept;
+
   /// The pairs of primitives of two blocks that are not to be tested against each other, as
   /// SharedVertices::of() says; of crowded blocks, too, all of them.
   std::uint64_t excluded(std::uint32_t a, std::uint32_t b) const {

@@ -12,10 +12,6 @@
 namespace warmfront {
 namespace {
 
-/// Rings of faces in a patch whose self-collision the normal cone can exclude: few enough to be flat often,
-/// enough that most near pairs of faces lie in one patch.
-constexpr int kPatchRings = 3;
-
 // The primitives of vertices [first, end), in given numbers; the faces of one body are not always a range.
 std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std::size_t first_part,
                                                         std::size_t parts, std::uint32_t first_face,
@@ -43,7 +39,7 @@ std::vector<std::vector<Primitive>> primitives_of_parts(const Scene& given, std:
 
 Topology::Topology(const Scene& given, const Motion& motion, std::uint32_t leaf_size, bool cones,
                    StopSignal stop)
-    : leaf_size_(leaf_size), ownership(scene) {
+    : leaf_size_(leaf_size), cones_(cones), ownership(scene) {
   add_parts(given, motion, stop);
   // Found in given numbers, so that they do not depend on the first positions.
   if (cones) patches = numbering.apply(find_patches(given, kPatchRings, stop));
@@ -80,6 +76,12 @@ void Topology::add_parts(const Scene& given, const Motion& motion, StopSignal st
     part.order = build_order(given, motion, part.shape, primitives[p], stop);
   });
   std::vector<Primitive> order;
+  std::uint32_t next_face = scene.face_count();
+  for (std::size_t p = first; p < count; ++p) {
+    parts[p].first_face = next_face;
+    for (const Primitive primitive : parts[p].order) next_face += is_face(primitive) ? 1 : 0;
+    parts[p].end_face = next_face;
+  }
   for (std::size_t p = first; p < count; ++p)
     order.insert(order.end(), parts[p].order.begin(), parts[p].order.end());
   numbering.extend(given, order, stop);
@@ -90,6 +92,19 @@ void Topology::add_parts(const Scene& given, const Motion& motion, StopSignal st
     for (Primitive& primitive : parts[p].order) primitive = numbering.apply(primitive);
     adjacent_pairs += count_adjacent_pairs(scene, parts[p].features, stop);
   }
+}
+
+void PartTopology::shift(const NumberShift& by) noexcept {
+  if (!by.any()) return;
+  features.first_vertex += by.vertex;
+  features.end_vertex += by.vertex;
+  features.first_edge += by.edge;
+  features.end_edge += by.edge;
+  first_face += by.face;
+  end_face += by.face;
+  for (Primitive& primitive : order) primitive = shifted(primitive, by);
+  for (FeatureIds& pair : orphans.vertex_face) pair = {pair.a + by.vertex, pair.b + by.face};
+  for (FeatureIds& pair : orphans.edge_edge) pair = {pair.a + by.edge, pair.b + by.edge};
 }
 
 void Topology::need_adjacent(std::uint32_t index, StopSignal stop) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All data derived from a scene's connectivity before its first step. Changed between steps only, when a body
-// is added; read by all threads during a step.
+// All data derived from a scene's connectivity before its first step. Changed between steps only, when bodies
+// are added or replaced; read by all threads during a step.
 #pragma once
 
 #include <cstdint>
@@ -22,12 +22,22 @@ namespace warmfront {
 /// pair joins two parts.
 struct PartTopology {
   FeatureRange features;
+  std::uint32_t first_face = 0;  ///< in new numbers, as `end_face`
+  std::uint32_t end_face = 0;
   TreeShape shape;
   std::vector<Primitive> order;                  ///< of the primitives, for the first hierarchy
   Orphans orphans;                               ///< only where the part is tested against itself
   std::shared_ptr<const SharedVertices> shared;  ///< in that order; likewise
   bool has_adjacent = false;                     ///< `orphans` and `shared` were found
+
+  MeshRange range() const { return {features, first_face, end_face}; }
+  /// The same where its numbers begin elsewhere.
+  void shift(const NumberShift& by) noexcept;
 };
+
+/// Rings of faces in a patch whose self-collision the normal cone can exclude: few enough to be flat often,
+/// enough that most near pairs of faces lie in one patch.
+inline constexpr int kPatchRings = 3;
 
 /// Numbered in the order of the first hierarchies (see Renumbering), except edges. Not movable: its parts
 /// refer to each other.
@@ -64,7 +74,10 @@ class Topology {
  private:
   void add_parts(const Scene& given, const Motion& motion, StopSignal stop);
 
+  friend class TopologyReplacement;
+
   const std::uint32_t leaf_size_;
+  const bool cones_;
 
  public:
   std::deque<PartTopology> parts;  ///< with stable addresses

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "engine/bvh/topology_checksum.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -11,10 +12,11 @@
 namespace warmfront {
 namespace {
 
-/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011).
+/// A word at a time, each position with its own weight (after MurmurHash3's finaliser, Appleby 2011); long
+/// lists in eight lanes, since each word waits for the one before it in its lane alone.
 class Checksum {
  public:
-  explicit Checksum(StopSignal stop) : paced_(stop, 1U << 16) {}
+  explicit Checksum(StopSignal stop) : paced_(stop, 1U << 14) {}
 
   template <class T>
   void add(std::span<const T> values) {
@@ -22,14 +24,25 @@ class Checksum {
     static_assert(sizeof(T) % 4 == 0 &&
                   (std::has_unique_object_representations_v<T> || std::is_same_v<T, double> ||
                    std::is_same_v<T, std::array<double, 4>>));
-    add_word(values.size());
+    add_word(value_, values.size());
     const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
-    for (std::size_t at = 0; at < values.size_bytes(); at += 4) {
-      std::uint32_t word = 0;
-      std::memcpy(&word, bytes + at, 4);
-      add_word(word);
+    const std::size_t size = values.size_bytes();
+    constexpr std::size_t kLanes = 8;
+    constexpr std::size_t kStride = kLanes * sizeof(std::uint64_t);
+    std::array<std::uint64_t, kLanes> lanes{1, 2, 3, 4, 5, 6, 7, 8};
+    std::size_t at = 0;
+    for (; at + kStride <= size; at += kStride) {
+      std::array<std::uint64_t, kLanes> words;
+      std::memcpy(words.data(), bytes + at, kStride);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) add_word(lanes[lane], words[lane]);
       paced_.check();
     }
+    for (; at < size; at += 4) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, bytes + at, 4);
+      add_word(lanes[0], word);
+    }
+    for (const std::uint64_t lane : lanes) add_word(value_, lane);
   }
   template <class T>
   void add(const std::vector<T>& values) {
@@ -56,13 +69,25 @@ class Checksum {
   std::uint64_t value() const { return value_; }
 
  private:
-  void add_word(std::uint64_t word) {
-    value_ = (value_ ^ word) * 0xff51afd7ed558ccdULL;
-    value_ ^= value_ >> 33;
+  static void add_word(std::uint64_t& value, std::uint64_t word) {
+    value = (value ^ word) * 0xff51afd7ed558ccdULL;
+    value ^= value >> 33;
   }
   std::uint64_t value_ = 0;
   PacedStop paced_;
 };
+
+// Of a list of numbers less what they begin at.
+void add_relative(Checksum& sum, std::span<const FeatureIds> pairs, std::uint32_t first_a,
+                  std::uint32_t first_b) {
+  constexpr std::size_t kAtOnce = 256;
+  std::array<FeatureIds, kAtOnce> some;
+  for (std::size_t at = 0; at < pairs.size(); at += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, pairs.size() - at);
+    for (std::size_t i = 0; i < count; ++i) some[i] = {pairs[at + i].a - first_a, pairs[at + i].b - first_b};
+    sum.add(std::span<const FeatureIds>(some.data(), count));
+  }
+}
 
 }  // namespace
 
@@ -94,12 +119,13 @@ std::uint64_t thickness_checksum(const Thickness& thickness, StopSignal stop) {
   return sum.value();
 }
 
-std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop) {
+std::uint64_t orphans_checksum(const PartTopology& part, std::size_t index, StopSignal stop) {
   Checksum sum(stop);
-  sum.add(part.orphans.vertex_face);
-  sum.add(part.orphans.edge_edge);
+  const FeatureRange& features = part.features;
+  add_relative(sum, part.orphans.vertex_face, features.first_vertex, part.first_face);
+  add_relative(sum, part.orphans.edge_edge, features.first_edge, features.first_edge);
   // Include the part's identity, so that swapping two parts' sets changes the sum.
-  sum.add(std::array<std::uint32_t, 2>{part.features.first_vertex, part.features.first_edge});
+  sum.add(std::array<std::uint64_t, 1>{index});
   return sum.value();
 }
 

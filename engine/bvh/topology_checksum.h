@@ -19,7 +19,8 @@ std::uint64_t topology_checksum(const Scene& given, const Topology& topology, St
 std::uint64_t filter_checksum(const PairFilter& filter, StopSignal stop);
 /// Of how thick everything is; 0 where nothing is.
 std::uint64_t thickness_checksum(const Thickness& thickness, StopSignal stop);
-/// Of a part's orphan sets.
-std::uint64_t orphans_checksum(const PartTopology& part, StopSignal stop);
+/// Of the orphan sets of the part with this index, in numbers that count from the part's first: where parts
+/// before it get other sizes, the sum stays.
+std::uint64_t orphans_checksum(const PartTopology& part, std::size_t index, StopSignal stop);
 
 }  // namespace warmfront

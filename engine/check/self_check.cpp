@@ -388,7 +388,7 @@ std::uint64_t checksum(const Core& core, StopSignal stop) {
   std::uint64_t sum = topology_checksum(*core.scene, *core.topology, stop);
   // Orphans of other parts may have been found for a change that was rolled back.
   for (std::size_t p = 0; p < core.orphans.size(); ++p) {
-    if (core.orphans[p] != nullptr) sum += orphans_checksum(core.topology->parts[p], stop);
+    if (core.orphans[p] != nullptr) sum += orphans_checksum(core.topology->parts[p], p, stop);
   }
   return sum;
 }

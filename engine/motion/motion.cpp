@@ -109,6 +109,29 @@ void Motion::append(std::span<const double> positions, StopSignal stop) {
   lengthen(states_, vertices_.size(), MotionState{0}, stop);
 }
 
+Motion Motion::of_positions(std::span<const double> positions, StopSignal stop) const {
+  Motion motion(std::span<const double>{}, stop);
+  motion.frame_ = frame_;
+  motion.magnitude_ = magnitude_;
+  motion.append(positions, stop);
+  return motion;
+}
+
+void Motion::make_room(std::size_t vertex_count, StopSignal stop) {
+  make_room_for_runs(vertices_, vertex_count, stop);
+  make_room_for_runs(states_, vertex_count, stop);
+}
+
+void Motion::splice(std::span<const Run> runs, std::size_t vertex_count) noexcept {
+  move_runs(vertices_, runs, vertex_count);
+  move_runs(states_, runs, vertex_count);
+}
+
+void Motion::take(const Motion& other, std::size_t first) noexcept {
+  std::ranges::copy(other.vertices_, vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+  std::ranges::copy(other.states_, states_.begin() + static_cast<std::ptrdiff_t>(first));
+}
+
 void Motion::truncate(std::size_t vertex_count) {
   vertices_.resize(std::min(vertex_count, vertices_.size()));
   states_.resize(std::min(vertex_count, states_.size()));

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/parallel/move_runs.h"
 #include "engine/pose.h"
 #include "engine/result.h"
 #include "engine/scene/numbers.h"
@@ -74,6 +75,14 @@ class Motion {
   /// Appends stationary vertices; truncate() takes them back, also after an exception.
   void append(std::span<const double> positions, StopSignal stop = {});
   void truncate(std::size_t vertex_count);
+  /// One of the same frame and magnitude whose vertices are stationary at these positions.
+  Motion of_positions(std::span<const double> positions, StopSignal stop) const;
+  /// Vertices move to where the runs say, among `vertex_count`, for which make_room() made room; take() then
+  /// puts those of another one, of that frame, to `first`. Throws Stopped, nothing has changed then, when
+  /// told to stop.
+  void make_room(std::size_t vertex_count, StopSignal stop);
+  void splice(std::span<const Run> runs, std::size_t vertex_count) noexcept;
+  void take(const Motion& other, std::size_t first) noexcept;
 
   /// A step of vertices [first, end): row order[v] - first_row of `positions` is where vertex v goes. What
   /// keeps its position, bit for bit, does not move. Parallel inside Workers::run(). After an exception,

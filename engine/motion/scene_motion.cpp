@@ -24,16 +24,21 @@ SceneMotion::SceneMotion(const Scene& scene, std::span<const double> positions, 
   find_parts(scene, stop);
 }
 
+SceneMotion::Part SceneMotion::stationary_part(const Motion& motion, std::uint32_t first, std::uint32_t end,
+                                               BodyKind kind, StopSignal stop) {
+  Part part;
+  part.first = first;
+  part.end = end;
+  part.kind = kind;
+  motion.measure(first, end, part.range, stop);
+  part.reach_at_start = part.range.reach;
+  return part;
+}
+
 // Takes the parts that the scene has beyond those known.
 void SceneMotion::find_parts(const Scene& scene, StopSignal stop) {
   const auto add = [&](std::uint32_t first, std::uint32_t end, BodyKind kind) {
-    Part part;
-    part.first = first;
-    part.end = end;
-    part.kind = kind;
-    motion_.measure(first, end, part.range, stop);
-    part.reach_at_start = part.range.reach;
-    parts_.push_back(std::move(part));
+    parts_.push_back(stationary_part(motion_, first, end, kind, stop));
   };
   if (scene.bodies().empty()) add(0, scene.vertex_count(), BodyKind::kDeformable);
   for (std::size_t b = parts_.size(); b < scene.bodies().size(); ++b) {

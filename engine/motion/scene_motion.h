@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/frame.h"
@@ -31,6 +32,21 @@ class SceneMotion {
   void append(const Scene& scene, std::span<const double> positions, StopSignal stop = {});
   void truncate(std::uint32_t part_count, std::uint32_t vertex_count) noexcept;
 
+  /// A part after some were replaced: what is at rest at these positions, in new numbers; or what was there,
+  /// whose numbers begin at `first`.
+  struct PartAfter {
+    bool is_new = false;
+    BodyKind kind = BodyKind::kDeformable;   // of a new part
+    std::span<const double> positions = {};  // of a new part, (end - first, 3)
+    std::uint32_t first = 0;
+    std::uint32_t end = 0;
+  };
+  class Replacement;
+  /// The motion of these parts one after the other, as long as this is not used otherwise; nothing has
+  /// changed before take(). After settle() of what changes its kind.
+  Replacement replaced(std::span<const PartAfter> parts, StopSignal stop);
+  void take(Replacement replacement) noexcept;
+
   /// The shape of a part as it is now.
   std::shared_ptr<const ReferenceShape> shape_of(std::uint32_t part, StopSignal stop = {});
   /// What the vertices of a part reach, where they are; after settle() of the part.
@@ -41,6 +57,9 @@ class SceneMotion {
                    double reach) noexcept;
   /// Brings the vertices of a part at a pose to where this puts them. Changes no placement.
   void settle(std::uint32_t part, StopSignal stop = {});
+
+  /// Counts as stepped where this is, instead of another scene's motion.
+  void follow_on(const SceneMotion& before) noexcept { steps_ = before.steps_; }
 
   /// Puts parts at checked poses, stationary. kFailedPrecondition after the first step.
   Status set_poses(std::span<const BodyPose> poses);
@@ -172,6 +191,8 @@ class SceneMotion {
   void begin_part(Part& part);
   void roll_back() noexcept;
 
+  static Part stationary_part(const Motion& motion, std::uint32_t first, std::uint32_t end, BodyKind kind,
+                              StopSignal stop);
   void find_parts(const Scene& scene, StopSignal stop);
   // The part is at the identity pose of its shape as it is now.
   void make_rigid(Part& part, StopSignal stop);
@@ -199,6 +220,20 @@ class SceneMotion {
   std::uint64_t begun_ = 0;          // whether or not they were committed
   bool trial_ = false;               // the last motion was only asked about
   From from_ = From::kEnd;           // where the motion that was begun last begins
+};
+
+class SceneMotion::Replacement {
+ private:
+  friend class SceneMotion;
+  struct NewVertices {
+    Motion motion;
+    std::uint32_t first;
+  };
+  std::vector<Run> runs;
+  std::vector<NewVertices> vertices;
+  std::vector<Part> parts;
+  std::vector<std::uint8_t> named;
+  std::vector<std::uint8_t> given;
 };
 
 }  // namespace warmfront

@@ -8,10 +8,10 @@
 
 namespace warmfront {
 
-OrphanBlocks::OrphanBlocks(const Scene& scene, const Orphans& orphans)
+OrphanBlocks::OrphanBlocks(const Scene& scene, const Orphans& orphans, const Orphans& made)
     : scene_(scene),
       orphans_(orphans),
-      blocks_((orphans.vertex_face.size() + orphans.edge_edge.size() + kOrphans - 1) / kOrphans) {}
+      blocks_((made.vertex_face.size() + made.edge_edge.size() + kOrphans - 1) / kOrphans) {}
 
 MotionState OrphanBlocks::state_of(std::uint32_t orphan, std::span<const MotionState> states) const {
   if (orphan < orphans_.vertex_face.size()) {

@@ -16,7 +16,9 @@ class PairTester;
 class OrphanBlocks {
  public:
   /// `orphans` and `scene` must outlive this at the same address.
-  OrphanBlocks(const Scene& scene, const Orphans& orphans);
+  OrphanBlocks(const Scene& scene, const Orphans& orphans) : OrphanBlocks(scene, orphans, orphans) {}
+  /// The same of orphans that will be there when they are tested: as many as `made`.
+  OrphanBlocks(const Scene& scene, const Orphans& orphans, const Orphans& made);
 
   std::size_t count() const { return blocks_.size(); }
   /// Tests a block in this step: the motion of all of the part's vertices is `range`. Orphans that have not

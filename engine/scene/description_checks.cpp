@@ -121,7 +121,7 @@ Status check_body(const Body& body, const std::string& where) {
   if (Status status = check_length(body.thickness, where + ".thickness"); !status) return status;
   if (body.half_space) {
     if (Status status = check_half_space(body, where); !status) return status;
-  } else if (body.vertex_count == 0) {
+  } else if (body.vertex_count == 0 && body.kind != BodyKind::kRemoved) {
     return invalid_argument(where + ".vertex_count: is 0; remove the body, or give its half_space");
   }
   if (body.group == 0)

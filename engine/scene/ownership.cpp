@@ -2,6 +2,7 @@
 #include "engine/scene/ownership.h"
 
 #include <algorithm>
+#include <bit>
 #include <unordered_map>
 
 #include "engine/parallel/stoppable_loops.h"
@@ -22,6 +23,18 @@ void insert(Bloom& bloom, const Face& face) {
 template <class Bloom>
 bool perhaps_contains(const Bloom& bloom, std::uint32_t v) {
   return (bloom[slot(v) >> 6] >> (slot(v) & 63U)) & 1U;
+}
+
+// What the set is of vertices whose numbers are `shift` more.
+template <class Bloom>
+void rotate(Bloom& bloom, std::uint32_t shift) {
+  const Bloom from = bloom;
+  const std::uint32_t words = slot(shift) >> 6;
+  const std::uint32_t bits = shift & 63U;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    bloom[(i + words) & 3U] =
+        (from[i] << bits) | (bits != 0 ? from[(i + 3) & 3U] >> (64 - bits) : std::uint64_t{0});
+  }
 }
 
 // The pairs of the given corners (bits 0-2) and sides (bits 3-5) of f with those of g.
@@ -45,6 +58,41 @@ bool is_first(std::uint32_t face, std::span<const std::uint32_t> faces, IsAdjace
 }
 
 }  // namespace
+
+void Ownership::make_room(std::uint32_t face_count, StopSignal stop) {
+  make_room_for_runs(records_, face_count, stop);
+  make_room_for_runs(signatures_, face_count, stop);
+}
+
+void Ownership::splice(std::span<const Slice> slices, std::span<const Run> runs,
+                       std::uint32_t face_count) noexcept {
+  move_runs(records_, runs, face_count);
+  move_runs(signatures_, runs, face_count);
+  std::size_t to = 0;
+  for (const auto& [ownership, first_face, end_face, shift] : slices) {
+    const std::size_t end = to + end_face - first_face;
+    if (ownership != nullptr) {
+      std::copy_n(ownership->records_.begin() + first_face, end - to,
+                  records_.begin() + static_cast<std::ptrdiff_t>(to));
+      std::copy_n(ownership->signatures_.begin() + first_face, end - to,
+                  signatures_.begin() + static_cast<std::ptrdiff_t>(to));
+    }
+    if (shift.any()) {
+      for (std::size_t f = to; f < end; ++f) {
+        Record& record = records_[f];
+        for (int i = 0; i < 3; ++i) {
+          record.vertices[i] += shift.vertex;
+          record.first_of_vertex[i] += shift.face;
+          record.first_of_edge[i] += shift.face;
+        }
+        rotate(record.vertex_ring, shift.vertex);
+        rotate(record.edge_ring, shift.vertex);
+        signatures_[f] = std::rotl(signatures_[f], static_cast<int>(shift.vertex & 63U));
+      }
+    }
+    to = end;
+  }
+}
 
 void Ownership::extend(StopSignal stop) {
   const Scene& scene = *scene_;

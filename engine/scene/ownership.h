@@ -5,11 +5,14 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "engine/parallel/move_runs.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
 #include "engine/scene/primitives.h"
+#include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -26,6 +29,19 @@ class Ownership {
  public:
   /// Keeps a reference to the scene, which must outlive this at the same address.
   explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
+
+  /// Faces that become the next ones of a scene that is put together of such, with their neighbours, whose
+  /// numbers are shifted alike. `ownership` null: they are among this one's.
+  struct Slice {
+    const Ownership* ownership = nullptr;
+    std::uint32_t first_face = 0;
+    std::uint32_t end_face = 0;
+    NumberShift shift;
+  };
+  /// Makes room for splice() to so many faces. Throws Stopped when told to stop; nothing has changed then.
+  void make_room(std::uint32_t face_count, StopSignal stop);
+  /// Is that of the slices from now on; the scene's address stays. `runs`: those that are this one's. O(m).
+  void splice(std::span<const Slice> slices, std::span<const Run> runs, std::uint32_t face_count) noexcept;
 
   /// Adds the faces that were appended to the scene since the last call; truncate() removes them, also after
   /// an exception. O(m). Throws Stopped when told to stop.

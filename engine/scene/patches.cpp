@@ -157,4 +157,28 @@ Patches find_patches(const Scene& scene, int rings, StopSignal stop) {
   return Grower(scene).run(rings, stop);
 }
 
+Patches join_patches(std::span<const PatchesSlice> slices, StopSignal stop) {
+  Patches result;
+  PacedStop paced(stop);
+  const auto append_row = [](Csr& to, std::span<const std::uint32_t> row, std::uint32_t shift) {
+    if (to.begin.empty()) to.begin.push_back(0);
+    for (const std::uint32_t number : row) to.items.push_back(number + shift);
+    to.begin.push_back(static_cast<std::uint32_t>(to.items.size()));
+  };
+  for (const auto& [patches, first_face, end_face, shift] : slices) {
+    std::vector<std::uint32_t> renumbered(patches->count(), Patches::kNone);
+    for (std::uint32_t f = first_face; f < end_face; ++f) {
+      paced.check();
+      const std::uint32_t old = patches->of_face[f];
+      if (old != Patches::kNone && renumbered[old] == Patches::kNone) {
+        renumbered[old] = static_cast<std::uint32_t>(result.count());
+        append_row(result.faces, patches->faces[old], shift.face);
+        append_row(result.contours, patches->contours[old], shift.vertex);
+      }
+      result.of_face.push_back(old == Patches::kNone ? old : renumbered[old]);
+    }
+  }
+  return result;
+}
+
 }  // namespace warmfront

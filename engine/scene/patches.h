@@ -4,10 +4,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -33,5 +35,15 @@ struct Patches {
 /// contour, which the contour test can prove; pieces that are not manifold, oriented and bounded by one
 /// contour are in no patch. O(m) for bounded degree. Throws Stopped when told to stop.
 Patches find_patches(const Scene& scene, int rings, StopSignal stop = {});
+
+/// Patches of faces that become the next ones of another scene; each lies within one slice.
+struct PatchesSlice {
+  const Patches* patches = nullptr;
+  std::uint32_t first_face = 0;
+  std::uint32_t end_face = 0;
+  NumberShift shift;
+};
+/// Those of a scene that was put together of these. Throws Stopped when told to stop.
+Patches join_patches(std::span<const PatchesSlice> slices, StopSignal stop);
 
 }  // namespace warmfront

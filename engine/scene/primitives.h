@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/scene.h"
+#include "engine/scene/scene_join.h"
 
 namespace warmfront {
 
@@ -22,6 +23,11 @@ constexpr bool are_faces(Primitive p, Primitive q) {
 /// Its number without the bits that say what it is.
 constexpr std::uint32_t number_in_kind(Primitive p) {
   return p & ~(kSegment | kPoint);
+}
+
+/// The same primitive where numbers begin elsewhere.
+constexpr Primitive shifted(Primitive p, const NumberShift& by) {
+  return p + (is_face(p) ? by.face : is_segment(p) ? by.edge : by.vertex);
 }
 
 /// The vertices of a primitive; the last of a segment or a point is repeated.

@@ -2,6 +2,7 @@
 #include "engine/scene/renumbering.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/connectivity.h"
@@ -46,6 +47,47 @@ void append_same_rows(const Csr& csr, std::span<const NewFace> renamed, StopSign
 }
 
 }  // namespace
+
+Renumbering::Renumbering(std::vector<GivenVertex> given_vertices) : given_vertex_(std::move(given_vertices)) {
+  new_vertex_.resize(given_vertex_.size());
+  for (std::size_t v = 0; v < given_vertex_.size(); ++v)
+    new_vertex_[number_of(given_vertex_[v])] = NewVertex{static_cast<std::uint32_t>(v)};
+}
+
+Renumbering Renumbering::join(std::span<const Slice> slices, StopSignal stop) {
+  Renumbering result;
+  std::size_t vertices = 0, faces = 0;
+  for (const Slice& slice : slices) {
+    vertices += slice.range.vertex_count();
+    faces += slice.range.face_count();
+  }
+  result.given_vertex_.reserve(vertices);
+  result.new_vertex_.reserve(vertices);
+  result.given_face_.reserve(faces);
+  lengthen(result.new_face_, faces, kNoFace, stop);
+  for (const auto& [numbering, range, rank] : slices) {
+    const std::uint32_t vertex =
+        static_cast<std::uint32_t>(result.given_vertex_.size()) - range.features.first_vertex;
+    const std::uint32_t face = static_cast<std::uint32_t>(result.given_face_.size()) - range.first_face;
+    in_pieces(
+        range.features.first_vertex, range.features.end_vertex, stop,
+        [&](std::size_t first, std::size_t end) {
+          for (std::size_t v = first; v < end; ++v) {
+            result.given_vertex_.push_back(GivenVertex{number_of(numbering->given_vertex_[v]) + vertex});
+            result.new_vertex_.push_back(NewVertex{number_of(numbering->new_vertex_[v]) + vertex});
+          }
+        });
+    in_pieces(range.first_face, range.end_face, stop, [&](std::size_t first, std::size_t end) {
+      for (std::size_t f = first; f < end; ++f) {
+        const std::uint32_t old = number_of(numbering->given_face_[f]);
+        const std::uint32_t given = (rank.empty() ? old : rank[old]) + face;
+        result.new_face_[given] = NewFace{static_cast<std::uint32_t>(result.given_face_.size())};
+        result.given_face_.push_back(GivenFace{given});
+      }
+    });
+  }
+  return result;
+}
 
 void Renumbering::extend(const Scene& scene, std::span<const Primitive> order, StopSignal stop) {
   new_vertex_.resize(scene.vertex_count(), kNoVertex);

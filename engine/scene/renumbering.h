@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene renumbered in the order of its hierarchies, so that neighbours in space are neighbours in memory.
-// Changed between steps only, when a body is added; read by all threads during a step.
+// Changed between steps only, when bodies are added or replaced; read by all threads during a step.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@
 #include "engine/scene/numbers.h"
 #include "engine/scene/patches.h"
 #include "engine/scene/primitives.h"
+#include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -25,6 +26,18 @@ class Renumbering {
   Renumbering() = default;
   /// `order` holds each primitive of the scene once.
   Renumbering(const Scene& scene, std::span<const Primitive> order) { extend(scene, order); }
+  /// Vertices have numbers, those of which these are the given ones; faces get theirs by extend().
+  explicit Renumbering(std::vector<GivenVertex> given_vertices);
+
+  /// A range of a numbering that becomes the next part of another. `face_rank` is of the faces that
+  /// `numbering` calls given: the number in whose order `range` has them; empty: that is the same.
+  struct Slice {
+    const Renumbering* numbering = nullptr;
+    MeshRange range;
+    std::span<const std::uint32_t> face_rank = {};
+  };
+  /// Of slices one after the other, which are ranges in both numberings. Throws Stopped when told to stop.
+  static Renumbering join(std::span<const Slice> slices, StopSignal stop);
 
   /// Numbers the primitives of the scene's vertices and faces that are not numbered yet. Throws Stopped when
   /// told to stop; truncate() then undoes the partial work.

@@ -22,6 +22,17 @@ std::vector<double> to_doubles(const Positions& positions, StopSignal stop) {
   return values;
 }
 
+namespace {
+
+std::vector<FeatureRange> ranges_of(const Topology& topology) {
+  std::vector<FeatureRange> ranges;
+  ranges.reserve(topology.parts.size());
+  for (const PartTopology& part : topology.parts) ranges.push_back(part.features);
+  return ranges;
+}
+
+}  // namespace
+
 Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const Positions& positions,
            const ColliderOptions& the_options, std::shared_ptr<Workers> the_workers, StopSignal stop)
     : scene(std::move(the_scene)),
@@ -43,7 +54,7 @@ Core::Core(std::shared_ptr<const Scene> the_scene, const Scene& modelled, const 
 Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool extended, StopSignal stop) {
   Parts parts{CollisionModel(modelled, stop), {}, {}, Worlds(given, stop), 0, {}, topology_sum, orphans_sum};
   parts.filter = make_filter(given.filters(), parts.model, stop);
-  parts.thickness = make_thickness(given, stop);
+  parts.thickness = make_thickness(given, ranges_of(*topology), topology->numbering, stop);
   if (extended) parts.topology_sum = topology_checksum(given, *topology, stop);
   parts.excluded_pairs = parts.model.excluded_pairs(stop);
   // Room that is not needed after all does no harm.
@@ -57,11 +68,11 @@ Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool ext
     if (needed == (orphans[p] != nullptr)) continue;
     stop.check();
     if (!needed) {
-      parts.orphans_sum -= orphans_checksum(topology->parts[p], stop);
+      parts.orphans_sum -= orphans_checksum(topology->parts[p], p, stop);
       continue;
     }
     topology->need_adjacent(p, stop);
-    parts.orphans_sum += orphans_checksum(topology->parts[p], stop);
+    parts.orphans_sum += orphans_checksum(topology->parts[p], p, stop);
     parts.orphans[p] = std::make_unique<OrphanBlocks>(topology->scene, topology->parts[p].orphans);
   }
   return parts;
@@ -69,21 +80,25 @@ Core::Parts Core::make_parts(const Scene& modelled, const Scene& given, bool ext
 
 PairFilter Core::make_filter(const PairFilters& filters, const CollisionModel& of_parts,
                              StopSignal stop) const {
+  return make_filter(filters, of_parts, ranges_of(*topology), topology->numbering, topology->scene, stop);
+}
+
+PairFilter Core::make_filter(const PairFilters& filters, const CollisionModel& of_parts,
+                             std::span<const FeatureRange> ranges, const Renumbering& numbering,
+                             const Scene& renumbered, StopSignal stop) {
   if (!filters.any()) return {};
   std::vector<FeatureRange> themselves;
-  for (std::uint32_t p = 0; p < topology->parts.size(); ++p) {
-    if (of_parts.self_collision(p)) themselves.push_back(topology->parts[p].features);
+  for (std::uint32_t p = 0; p < ranges.size(); ++p) {
+    if (of_parts.self_collision(p)) themselves.push_back(ranges[p]);
   }
-  PairFilter filter(filters, themselves, topology->numbering, topology->scene, stop);
+  PairFilter filter(filters, themselves, numbering, renumbered, stop);
   filter.set_built_sum(filter_checksum(filter, stop));
   return filter;
 }
 
-Thickness Core::make_thickness(const Scene& given, StopSignal stop) const {
-  std::vector<FeatureRange> ranges;
-  ranges.reserve(topology->parts.size());
-  for (const PartTopology& part : topology->parts) ranges.push_back(part.features);
-  Thickness made(given, ranges, topology->numbering, stop);
+Thickness Core::make_thickness(const Scene& given, std::span<const FeatureRange> ranges,
+                               const Renumbering& numbering, StopSignal stop) {
+  Thickness made(given, ranges, numbering, stop);
   made.set_built_sum(thickness_checksum(made, stop));
   return made;
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/bvh/topology.h"
@@ -60,8 +61,12 @@ struct Core {
   void take(Parts parts) noexcept;
   /// What these filters leave out, in the numbers of the topology, of parts as a model has them.
   PairFilter make_filter(const PairFilters& filters, const CollisionModel& of_parts, StopSignal stop) const;
-  /// How thick the topology's parts are.
-  Thickness make_thickness(const Scene& given, StopSignal stop) const;
+  /// The same, and how thick everything is, of parts with these ranges of a scene renumbered so.
+  static PairFilter make_filter(const PairFilters& filters, const CollisionModel& of_parts,
+                                std::span<const FeatureRange> ranges, const Renumbering& numbering,
+                                const Scene& renumbered, StopSignal stop);
+  static Thickness make_thickness(const Scene& given, std::span<const FeatureRange> ranges,
+                                  const Renumbering& numbering, StopSignal stop);
 
   /// Is the part one of those that are near themselves? Such a part neither waits nor moves by poses.
   bool tests_itself(std::uint32_t part) const {

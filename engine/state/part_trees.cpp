@@ -44,13 +44,31 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   }
   const std::size_t first = trees_.size();
   trees_.resize(parts.size());
-  tbb::parallel_for(first, parts.size(), [&](std::size_t p) {
+  const auto arrange = [&](std::size_t p) {
     trees_[p].arrange(scene, parts[p].shape, parts[p].order, parts[p].shared, is_lazy(core.options), stop);
     trees_[p].patches = patches_of(core, trees_[p], stop);
-  });
+  };
+  std::vector<std::uint32_t> forgotten;
+  for (std::uint32_t p = 0; some_forgotten_ && p < first; ++p) {
+    if (trees_[p].order.empty() && !parts[p].order.empty() && !core.model.is_removed(p))
+      forgotten.push_back(p);
+  }
+  tbb::parallel_for(std::size_t{0}, forgotten.size(), [&](std::size_t i) { arrange(forgotten[i]); });
+  some_forgotten_ = false;
+  tbb::parallel_for(first, parts.size(), arrange);
   std::fill(refit_in_.begin() + static_cast<std::ptrdiff_t>(first), refit_in_.end(), kNever);
   std::fill(bases_.begin() + static_cast<std::ptrdiff_t>(first), bases_.end(), Base{});
-  return parts.size() - first;
+  return forgotten.size() + parts.size() - first;
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::forget(std::uint32_t part) noexcept {
+  if (part >= trees_.size()) return;
+  trees_[part] = {};
+  refit_in_[part] = kNever;
+  bases_[part] = {};
+  states_[part] = 0;
+  some_forgotten_ = true;
 }
 
 template <class Bounds>

@@ -95,6 +95,13 @@ class PartTrees {
   /// Measures hierarchies that are new in this step.
   void take_looseness();
 
+  /// A part is another one now: the next step gives it a hierarchy. Numbers of what a part is made of begin
+  /// elsewhere now.
+  void forget(std::uint32_t part) noexcept;
+  void shift(std::uint32_t part, const NumberShift& by) noexcept {
+    if (part < trees_.size()) trees_[part].shift(by);
+  }
+
   /// All bounds are made anew in the next step.
   void forget_bounds();
   /// All hierarchies are arranged anew in the next step.
@@ -127,6 +134,7 @@ class PartTrees {
   bool waits(std::uint32_t part) const { return refit_in_[part] != step_; }
 
   std::vector<Bvh<Bounds>> trees_;
+  bool some_forgotten_ = false;  // parts have no hierarchy, and need one
   std::vector<Bounds> roots_;
   std::vector<MotionState> states_;
   std::vector<std::int64_t> refit_in_;

@@ -50,6 +50,8 @@ class RigidParts {
   void make_room(const CollisionModel& model) { parts_.resize(model.part_count()); }
   /// Forgets a part's state where the model says that it is not tested against itself. After make_room().
   void take(const CollisionModel& model) noexcept;
+  /// Forgets a part's state: it is another one now. After make_room().
+  void forget(std::uint32_t part) noexcept { parts_[part] = {}; }
 
   /// A part is measured after so many steps in a row that fitted: it takes about as long as the part's share
   /// of a first step, some ten warm ones, and what falls may land and deform.

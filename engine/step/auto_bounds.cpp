@@ -41,7 +41,11 @@ class AutoPipeline final : public Pipeline {
   }
   void options_changed(Core& core) override { pipeline_->options_changed(core); }
   void parts_changed() override { pipeline_->parts_changed(); }
+  void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {
+    pipeline_->parts_replaced(core, changes);
+  }
   void thickness_changed(Core& core) noexcept override { pipeline_->thickness_changed(core); }
+  void poses_set(Core& core) noexcept override { pipeline_->poses_set(core); }
   void patches_changed(Core& core) noexcept override { pipeline_->patches_changed(core); }
   BoundsKind bounds() const override { return pipeline_->bounds(); }
   Status self_check(const Core& core, StopSignal stop) override { return pipeline_->self_check(core, stop); }

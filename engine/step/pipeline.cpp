@@ -130,6 +130,8 @@ class PipelineWith final : public Pipeline {
     OrphanStage::forget_answers(core);
   }
 
+  void poses_set(Core& core) noexcept override { thickness_changed(core); }
+
   void thickness_changed(Core& core) noexcept override {
     forget_steps(core, Rebuild::kForgotten);
     core.rigid_parts.undo();
@@ -138,6 +140,20 @@ class PipelineWith final : public Pipeline {
   void patches_changed(Core& core) noexcept override {
     forget_steps(core, Rebuild::kForgotten);
     trees_.clear();
+  }
+
+  void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {
+    for (std::uint32_t p = 0; p < changes.size(); ++p) {
+      if (changes[p].is_new) {
+        trees_.forget(p);
+        front_.front().forget(p);
+      } else {
+        trees_.shift(p, changes[p].shift);
+      }
+    }
+    parts_changed();
+    front_.forget_answers();  // which hold numbers
+    OrphanStage::forget_answers(core);
   }
 
   void parts_changed() override {

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "engine/frame.h"
 #include "engine/question.h"
 #include "engine/result.h"
 #include "engine/state/core.h"
+#include "engine/state/core_replacement.h"
 #include "engine/step_result.h"
 #include "engine/stop.h"
 
@@ -36,8 +38,12 @@ class Pipeline {
   virtual void options_changed(Core& core) = 0;
   /// Parts were added or changed: which are near each other is found anew.
   virtual void parts_changed() = 0;
+  /// Parts were replaced, which the core has taken; what became of each.
+  virtual void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept = 0;
   /// Vertices that were there are thicker, or thinner: what budgets, bounds and answers were made for.
   virtual void thickness_changed(Core& core) noexcept = 0;
+  /// Bodies are at other poses, where no motion led: nothing that was made for where they were holds.
+  virtual void poses_set(Core& core) noexcept = 0;
   /// Filters have other patches: what traversals left out by them may count now.
   virtual void patches_changed(Core& core) noexcept = 0;
   /// The kind that the next step uses.

@@ -9,6 +9,8 @@
 
 #include "engine/motion/check_positions.h"
 #include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/replaced_bodies.h"
+#include "engine/state/core_replacement.h"
 
 namespace warmfront {
 namespace {
@@ -32,7 +34,7 @@ struct Redescribed {
   double reach = 0;
 };
 
-// By index.
+// By index; without those that are replaced, whose last description alone counts.
 std::vector<Redescribed> redescribed(const Scene& scene, std::span<const SceneChange> changes) {
   std::vector<std::pair<std::uint32_t, BodyKind>> kinds;
   for (const SceneChange& change : changes) {
@@ -47,7 +49,21 @@ std::vector<Redescribed> redescribed(const Scene& scene, std::span<const SceneCh
     all.back().became_rigid |= kind == BodyKind::kRigid && all.back().kind != BodyKind::kRigid;
     all.back().kind = kind;
   }
+  for (const SceneChange& change : changes) {
+    const auto* replaced = std::get_if<ReplaceBody>(&change);
+    if (replaced != nullptr)
+      std::erase_if(all, [&](const Redescribed& other) { return other.index == replaced->index; });
+  }
   return all;
+}
+
+// The body that a change is of; `added`: the next index, which an addition takes.
+std::optional<std::uint32_t> body_of(const SceneChange& change, std::uint32_t& added) {
+  if (std::holds_alternative<AddBody>(change)) return added++;
+  if (const auto* changed = std::get_if<ChangeBody>(&change)) return changed->index;
+  if (const auto* elements = std::get_if<ReplaceElements>(&change)) return elements->index;
+  if (const auto* replaced = std::get_if<ReplaceBody>(&change)) return replaced->index;
+  return std::nullopt;
 }
 
 // The change to blame for a body that is too much: the last that says anything of it, or else the last.
@@ -55,9 +71,7 @@ std::size_t blamed(std::uint32_t body, std::uint32_t bodies_before, std::span<co
   std::size_t blamed = changes.size() - 1;
   std::uint32_t added = bodies_before;
   for (std::size_t i = 0; i < changes.size(); ++i) {
-    if (std::holds_alternative<ChangeFilters>(changes[i])) continue;
-    const auto* changed = std::get_if<ChangeBody>(&changes[i]);
-    if ((changed != nullptr ? changed->index : added++) == body) blamed = i;
+    if (body_of(changes[i], added) == body) blamed = i;
   }
   return blamed;
 }
@@ -69,6 +83,31 @@ std::size_t last_of_filters(std::span<const SceneChange> changes) {
   std::size_t at = changes.size() - 1;
   while (!is_of_filters(changes[at])) --at;
   return at;
+}
+
+// Of changes that bring a body; null for others. The count is there after with_changes(), too, which moves
+// out only what is allocated.
+struct BroughtBody {
+  std::uint32_t vertex_count;
+  std::span<const double> positions;
+};
+std::optional<BroughtBody> brought_by(const SceneChange& change) {
+  if (const auto* add = std::get_if<AddBody>(&change))
+    return BroughtBody{add->addition.body.vertex_count, add->positions};
+  if (const auto* replace = std::get_if<ReplaceBody>(&change))
+    return BroughtBody{replace->addition.body.vertex_count, replace->positions};
+  return std::nullopt;
+}
+
+// A scene without declared bodies is another one, with its vertices where they are.
+Status replace_whole_scene(WarmScene& warm, std::shared_ptr<const Scene> scene, StopSignal stop) {
+  const std::vector<double> positions = warm.core.motion.positions();
+  Result<WarmScene> made = WarmScene::create(std::move(scene), std::span<const double>(positions),
+                                             warm.core.options, warm.core.workers, stop);
+  if (!made) return made.error();
+  made.value().core.motion.follow_on(warm.core.motion);
+  warm = std::move(made).value();
+  return {};
 }
 
 // What was found of other pairs does not hold.
@@ -85,34 +124,38 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   const std::uint32_t bodies_before = core.scene->body_count();
   const std::uint32_t first_vertex = core.scene->vertex_count();
   std::vector<Redescribed> others = redescribed(*core.scene, changes);
-  Result<Scene> changed = core.scene->with_changes(changes, at, stop);
+  ReplacedBodies replaced;
+  Result<Scene> changed = core.scene->with_changes(changes, at, stop, &replaced);
   if (!changed) return changed.error();
   auto scene = std::make_shared<const Scene>(std::move(changed).value());
 
-  std::vector<double> positions;
-  positions.reserve(3 * std::size_t{scene->vertex_count() - first_vertex});
-  std::uint32_t added = bodies_before;
+  std::vector<double> positions;  // of what is appended
+  std::vector<std::span<const double>> brought(changes.size());
   for (at = 0; at < changes.size(); ++at) {
-    const auto* add = std::get_if<AddBody>(&changes[at]);
-    if (add == nullptr) continue;
-    const std::span<const double> values = add->positions;
-    if (Status status = check_positions(values, scene->bodies()[added++].vertex_count, "positions", stop);
-        !status)
+    const auto body = brought_by(changes[at]);
+    if (!body) continue;
+    if (Status status = check_positions(body->positions, body->vertex_count, "positions", stop); !status)
       return status;
-    append(positions, values, stop);
+    brought[at] = body->positions;
+    if (!replaced.any()) append(positions, body->positions, stop);
   }
 
   if (Status status = check_thickness(scene->most_thickness(), core.options); !status) {
     at = changes.size() - 1;
     return status;
   }
-  const bool extended = added > bodies_before;
+  if (replaced.whole_scene) {
+    at = changes.size() - 1;
+    return replace_whole_scene(warm, std::move(scene), stop);
+  }
+  const bool extended =
+      scene->body_count() > bodies_before && !core.scene->bodies().empty() && !replaced.any();
   bool thickness_changes = false;
   const bool filters_change =
       std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
-  const bool patches_change = core.scene->filters().patches != scene->filters().patches;
-  bool tests_more = extended;
-  bool names_alone = !extended && !filters_change;
+  const bool patches_change = filters_change && core.scene->filters().patches != scene->filters().patches;
+  bool tests_more = extended || replaced.any();
+  bool names_alone = !tests_more && !filters_change;
   std::erase_if(others, [&](Redescribed& other) {
     const Body& from = core.scene->bodies()[other.index];
     const Body& to = scene->bodies()[other.index];
@@ -147,7 +190,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     }
   }
 
-  if (!extended && others.empty()) {  // and so a scene without declared bodies
+  if (!extended && !replaced.any() && others.empty()) {  // and so a scene without declared bodies
     core.workers->run([&] { core.filter = core.make_filter(scene->filters(), core.model, stop); });
     core.scene = std::move(scene);
     filters_changed(warm, patches_change);
@@ -155,6 +198,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   }
   std::optional<Growth> growth;
   std::optional<Core::Parts> parts;
+  std::optional<CoreReplacement> replacement;
   if (extended) growth.emplace(core);
   core.workers->run([&] {
     for (Redescribed& other : others) {
@@ -169,14 +213,22 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
       core.topology->extend(*scene, core.motion.vertices(), stop);
       core.motion.renumber(core.topology->numbering, first_vertex, stop);
     }
-    parts = core.make_parts(*scene, *scene, extended, stop);
+    if (replaced.any())
+      replacement.emplace(core, *scene, replaced, brought, stop);
+    else
+      parts = core.make_parts(*scene, *scene, extended, stop);
   });
   if (growth) growth->keep();
+  if (replacement) replacement->take(*scene);
   for (Redescribed& other : others)
     core.motion.change_kind(other.index, other.kind, std::move(other.shape), other.reach);
   core.scene = std::move(scene);
-  core.take(std::move(*parts));
-  warm.pipeline->parts_changed();
+  if (replacement) {
+    warm.pipeline->parts_replaced(core, replacement->changes());
+  } else {
+    core.take(std::move(*parts));
+    warm.pipeline->parts_changed();
+  }
   if (filters_change) filters_changed(warm, patches_change);
   if (thickness_changes) warm.pipeline->thickness_changed(core);
   return {};

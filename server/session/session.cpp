@@ -348,18 +348,53 @@ Outcome<std::string> Session::self_check(const std::string& where, const std::at
 // scene's vertices, which the collider checks, but for their pairs, which are bounded by what a session may
 // hold.
 std::optional<Fault> Session::too_large_with(std::span<const SceneChange> changes) const {
-  std::uint64_t vertices = collider_.scene().vertex_count();
-  std::uint64_t elements = collider_.scene().element_count();
+  const Scene& scene = collider_.scene();
+  const std::span<const Body> bodies = scene.bodies();
+  struct Size {
+    std::uint64_t vertices = 0, elements = 0;
+  };
+  Size all{scene.vertex_count(), scene.element_count()};
+  std::vector<Size> of_body;  // once some is replaced
+  std::vector<Size> added;    // before that
+  const auto count_bodies = [&] {
+    if (!of_body.empty() || bodies.empty()) return;
+    for (const Body& body : bodies) of_body.push_back({body.vertex_count, 0});
+    of_body.insert(of_body.end(), added.begin(), added.end());
+    for (const Face& face : scene.faces()) ++of_body[scene.body_of_vertex()[face[0]]].elements;
+    for (const std::uint32_t e : scene.lone_edges())
+      ++of_body[scene.body_of_vertex()[scene.edges()[e][0]]].elements;
+  };
+  // Without declared bodies only all of it is replaced.
+  const auto replace = [&](std::uint32_t index, std::optional<std::uint64_t> vertices,
+                           std::uint64_t elements) {
+    count_bodies();
+    if (bodies.empty()) {
+      all.elements = elements;
+    } else if (index < of_body.size()) {
+      Size& size = of_body[index];
+      const Size with{vertices.value_or(size.vertices), elements};
+      all = {all.vertices - size.vertices + with.vertices, all.elements - size.elements + with.elements};
+      size = with;
+    }
+  };
+  const auto elements_of = [](const auto& of) { return of.faces.size() + of.edges.size(); };
   for (std::size_t i = 0; i < changes.size(); ++i) {
-    const auto* add = std::get_if<AddBody>(&changes[i]);
-    if (add == nullptr) continue;
+    if (const auto* elements = std::get_if<ReplaceElements>(&changes[i])) {
+      replace(elements->index, std::nullopt, elements_of(*elements));
+    } else if (const auto* body = std::get_if<ReplaceBody>(&changes[i])) {
+      replace(body->index, body->addition.body.vertex_count, elements_of(body->addition));
+    } else if (const auto* add = std::get_if<AddBody>(&changes[i])) {
+      const Size size{add->addition.body.vertex_count, elements_of(add->addition)};
+      (of_body.empty() ? added : of_body).push_back(size);
+      all = {all.vertices + size.vertices, all.elements + size.elements};
+    } else {
+      continue;
+    }
     const std::string where = "changes[" + std::to_string(i) + "]: ";
-    vertices += add->addition.body.vertex_count;
-    elements += add->addition.faces.size() + add->addition.edges.size();
-    if (vertices > limits_.max_vertices)
-      return too_large(where + "vertices of the scene", vertices, limits_.max_vertices, "max-vertices");
-    if (elements > limits_.max_triangles)
-      return too_large(where + "faces and lone edges of the scene", elements, limits_.max_triangles,
+    if (all.vertices > limits_.max_vertices)
+      return too_large(where + "vertices of the scene", all.vertices, limits_.max_vertices, "max-vertices");
+    if (all.elements > limits_.max_triangles)
+      return too_large(where + "faces and lone edges of the scene", all.elements, limits_.max_triangles,
                        "max-triangles");
   }
   return std::nullopt;
@@ -372,15 +407,25 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const PairFilters* other = nullptr;  // in place of the scene's
   const bool is_thick = collider_.scene().most_thickness() > 0;
   bool becomes_thick = is_thick;
+  bool replaces = false;
+  const auto grow_by = [&](const BodyAddition& body) {
+    becomes_thick |= body.body.thickness > 0 || !body.thickness.empty();
+    more_vertices += body.body.vertex_count;
+    if (body.body.half_space) more_vertices += kVerticesPerHalfSpace;
+    more_elements += body.faces.size() + body.edges.size();
+  };
   for (const SceneChange& change : changes) {
     if (const auto* body = std::get_if<ChangeBody>(&change)) becomes_thick |= body->body.thickness > 0;
     if (const auto* filters = std::get_if<ChangeFilters>(&change)) other = &filters->filters;
-    const auto* add = std::get_if<AddBody>(&change);
-    if (add == nullptr) continue;
-    becomes_thick |= add->addition.body.thickness > 0;
-    more_vertices += add->addition.body.vertex_count;
-    if (add->addition.body.half_space) more_vertices += kVerticesPerHalfSpace;
-    more_elements += add->addition.faces.size() + add->addition.edges.size();
+    if (const auto* add = std::get_if<AddBody>(&change)) grow_by(add->addition);
+    if (const auto* elements_of = std::get_if<ReplaceElements>(&change)) {
+      replaces = true;
+      more_elements += elements_of->faces.size() + elements_of->edges.size();
+    }
+    if (const auto* body = std::get_if<ReplaceBody>(&change)) {
+      replaces = true;
+      grow_by(body->addition);
+    }
   }
   const auto estimate = [&](std::uint64_t v, std::uint64_t e, bool thick) {
     return estimate_bytes(v, e, size_of(dtype_), options_.explain, thick, limits_);
@@ -393,8 +438,15 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
   const std::size_t more_filters =
       other != nullptr ? of_filters(*other, vertices + more_vertices)
                        : of_filters(present, vertices + more_vertices) - of_filters(present, vertices);
+  // The scene, and the same in the order of the hierarchies, are made beside what is there, and a list that
+  // grows is copied; without declared bodies all is.
+  constexpr std::size_t kBesideAVertex = 200, kBesideAnElement = 320;
+  const std::size_t beside = !replaces ? 0
+                             : collider_.scene().bodies().empty()
+                                 ? estimate(vertices, elements, is_thick)
+                                 : kBesideAVertex * vertices + kBesideAnElement * elements;
   return estimate(vertices + more_vertices, elements + more_elements, becomes_thick) -
-         estimate(vertices, elements, is_thick) + more_filters;
+         estimate(vertices, elements, is_thick) + more_filters + beside;
 }
 
 Fault Session::with_removed(Fault refusal) const {
@@ -411,10 +463,12 @@ Fault Session::with_removed(Fault refusal) const {
     faces += bodies[scene.body_of_vertex()[face[0]]].kind == BodyKind::kRemoved;
   constexpr std::uint64_t kGoodPart = 4;  // one of so many
   if (kGoodPart * vertices <= scene.vertex_count() && kGoodPart * faces <= scene.face_count()) return refusal;
-  refusal.message += "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) +
-                     " vertices and " + std::to_string(faces) + " of its " +
-                     std::to_string(scene.face_count()) + " faces are of " + std::to_string(count) +
-                     " removed bodies, which are kept: creating the session again without them frees these";
+  refusal.message +=
+      "; " + std::to_string(vertices) + " of its " + std::to_string(scene.vertex_count()) + " vertices and " +
+      std::to_string(faces) + " of its " + std::to_string(scene.face_count()) + " faces are of " +
+      std::to_string(count) +
+      " removed bodies, which are kept: replacing these by removed bodies without vertices, or "
+      "creating the session again without them, frees them";
   return refusal;
 }
 

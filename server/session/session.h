@@ -46,6 +46,8 @@ struct SessionSpec {
 using warmfront::AddBody;
 using warmfront::ChangeBody;
 using warmfront::ChangeFilters;
+using warmfront::ReplaceBody;
+using warmfront::ReplaceElements;
 using warmfront::SceneChange;
 
 /// Changes that are carried out together; see ChangeSceneRequest on the wire.

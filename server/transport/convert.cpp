@@ -40,40 +40,60 @@ Outcome<std::vector<BodyPose>> poses_from(const v1::SessionHeader& header) {
   return poses;
 }
 
-Outcome<SceneChange> addition_from(const v1::BodyAddition& message, Dtype dtype, const std::string& where) {
+// Elements of `N` vertices each, from row-major bytes.
+template <std::size_t N>
+Outcome<std::vector<std::array<std::int32_t, N>>> elements_from(const std::string& bytes,
+                                                                const std::string& where, const char* what) {
+  constexpr std::size_t kEach = N * sizeof(std::int32_t);
+  if (bytes.size() % kEach != 0)
+    return bad_bytes(where, bytes.size(), bytes.size() / kEach * kEach,
+                     std::string("a whole number of ") + what);
+  std::vector<std::array<std::int32_t, N>> elements(bytes.size() / kEach);
+  if (!elements.empty()) std::memcpy(elements.data(), bytes.data(), bytes.size());
+  return elements;
+}
+
+Outcome<AddBody> addition_from(const v1::BodyAddition& message, Dtype dtype, const std::string& where) {
   Result<Body> body = wire::body_from(message.body(), where + ".body");
   if (!body) return fault_from(body.error());
-  if (message.faces().size() % 12 != 0)
-    return bad_bytes(where + ".faces", message.faces().size(), message.faces().size() / 12 * 12,
-                     "a whole number of faces");
-  AddBody add{{std::move(body).value(), {}}, {}};
-  add.addition.faces.resize(message.faces().size() / 12);
-  if (!add.addition.faces.empty())
-    std::memcpy(add.addition.faces.data(), message.faces().data(), message.faces().size());
-  if (message.edges().size() % 8 != 0)
-    return bad_bytes(where + ".edges", message.edges().size(), message.edges().size() / 8 * 8,
-                     "a whole number of edges");
-  add.addition.edges.resize(message.edges().size() / 8);
-  if (!add.addition.edges.empty())
-    std::memcpy(add.addition.edges.data(), message.edges().data(), message.edges().size());
+  auto faces = elements_from<3>(message.faces(), where + ".faces", "faces");
+  if (!faces) return faces.fault();
+  auto edges = elements_from<2>(message.edges(), where + ".edges", "edges");
+  if (!edges) return edges.fault();
+  AddBody add{{std::move(body).value(), std::move(faces).value(), std::move(edges).value()}, {}};
+  std::vector<double>& thickness = add.addition.thickness;
+  if (message.thickness().size() % sizeof(double) != 0)
+    return bad_bytes(where + ".thickness", message.thickness().size(),
+                     message.thickness().size() / sizeof(double) * sizeof(double),
+                     "a whole number of float64");
+  thickness.resize(message.thickness().size() / sizeof(double));
+  if (!thickness.empty())
+    std::memcpy(thickness.data(), message.thickness().data(), message.thickness().size());
   PositionBuffer positions(dtype, add.addition.body.vertex_count);
   static_cast<void>(positions.append(message.positions()));
   if (Status complete = positions.complete(); !complete) return fault_from(complete.error(), where + ".");
   std::visit([&](auto values) { add.positions.assign(values.begin(), values.end()); }, positions.view());
-  return SceneChange(std::move(add));
+  return add;
 }
 
 /// At least what change_order_from() makes of the changes: vectors that are as long as what they are made of.
 std::size_t bytes_of_changes(const v1::ChangeSceneRequest& request, Dtype dtype) {
   constexpr std::size_t kAllocator = 32;  // adds no more to each
   const auto array = [](std::size_t bytes) { return bytes > 0 ? bytes + kAllocator : 0; };
+  const auto body = [&](const v1::BodyAddition& add) {
+    return array(add.body().name().size()) + array(add.faces().size()) + array(add.edges().size()) +
+           array(add.thickness().size()) + array(add.positions().size() / size_of(dtype) * sizeof(double));
+  };
   std::size_t bytes = array(request.key().size());
   for (const v1::SceneChange& change : request.changes()) {
     bytes += sizeof(SceneChange);
     if (change.has_add()) {
-      const v1::BodyAddition& add = change.add();
-      bytes += array(add.body().name().size()) + array(add.faces().size()) +
-               array(add.positions().size() / size_of(dtype) * sizeof(double));
+      bytes += body(change.add());
+    } else if (change.has_replace_body()) {
+      bytes += body(change.replace_body().with());
+    } else if (change.has_replace_elements()) {
+      bytes +=
+          array(change.replace_elements().faces().size()) + array(change.replace_elements().edges().size());
     } else if (change.has_change()) {
       bytes += array(change.change().body().name().size());
     } else if (change.has_change_filters()) {
@@ -190,9 +210,9 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
     const v1::SceneChange& message = request.changes(i);
     const std::string where = "changes[" + std::to_string(i) + "]";
     if (message.has_add()) {
-      Outcome<SceneChange> change = addition_from(message.add(), dtype, where + ".add");
-      if (!change) return change.fault();
-      changes.push_back(std::move(change).value());
+      Outcome<AddBody> add = addition_from(message.add(), dtype, where + ".add");
+      if (!add) return add.fault();
+      changes.emplace_back(std::move(add).value());
     } else if (message.has_change()) {
       Result<Body> body = wire::body_from(message.change().body(), where + ".change.body");
       if (!body) return fault_from(body.error());
@@ -201,9 +221,24 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
       Result<PairFilters> filters = wire::filters_from(message.change_filters(), where + ".change_filters");
       if (!filters) return fault_from(filters.error());
       changes.emplace_back(ChangeFilters{std::move(filters).value()});
+    } else if (message.has_replace_elements()) {
+      const v1::ElementsReplacement& replacement = message.replace_elements();
+      auto faces = elements_from<3>(replacement.faces(), where + ".replace_elements.faces", "faces");
+      if (!faces) return faces.fault();
+      auto edges = elements_from<2>(replacement.edges(), where + ".replace_elements.edges", "edges");
+      if (!edges) return edges.fault();
+      changes.emplace_back(
+          ReplaceElements{replacement.index(), std::move(faces).value(), std::move(edges).value()});
+    } else if (message.has_replace_body()) {
+      Outcome<AddBody> with =
+          addition_from(message.replace_body().with(), dtype, where + ".replace_body.with");
+      if (!with) return with.fault();
+      changes.emplace_back(ReplaceBody{message.replace_body().index(), std::move(with.value().addition),
+                                       std::move(with.value().positions)});
     } else {
-      return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-                   where + ": carries none of add, change and change_filters"};
+      return Fault{
+          ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+          where + ": carries none of add, change, change_filters, replace_elements and replace_body"};
     }
   }
   return order;

@@ -182,6 +182,7 @@ class CollisionService final : public Base {
           reply.add_features(v1::FEATURE_WORLDS);
           reply.add_features(v1::FEATURE_PLACE);
           reply.add_features(v1::FEATURE_HALF_SPACES);
+          reply.add_features(v1::FEATURE_REPLACE);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
           reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));

@@ -96,6 +96,12 @@ class CppDriver final : public SessionDriver {
     return session_->change_body(index, body);
   }
   Status change_filters(const PairFilters& filters) override { return session_->change_filters(filters); }
+  Status replace(const ReplaceElements& change) override {
+    return session_->replace_elements(change.index, change.faces, change.edges);
+  }
+  Status replace(const ReplaceBody& change) override {
+    return session_->replace_body(change.index, change.addition, std::span<const double>(change.positions));
+  }
   Status close() override { return session_->close(); }
   std::string id() const override { return session_->id(); }
   std::uint32_t window() const override { return session_->window(); }

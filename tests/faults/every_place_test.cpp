@@ -413,6 +413,55 @@ Script filters() {
   return script;
 }
 
+// Elements and bodies that are replaced, alone and with other changes, beside bodies at poses.
+Script replacements() {
+  Script script{"replacements",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+                {},
+                {}};
+  const Body soft{"soft", 0, 9, BodyKind::kDeformable};
+  const Body finer{"finer", 0, 16, BodyKind::kDeformable};
+  Faces torn = grid(2);
+  torn.resize(5);
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.6)));
+  script.operations.emplace_back(ChangesOperation{{ReplaceElements{1, torn, {{0, 8}}}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0.1)));
+  script.operations.emplace_back(ChangesOperation{{ReplaceBody{0, {finer, grid(3)}, sheet(3, -0.2)}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.4)));
+  script.operations.emplace_back(
+      ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ReplaceElements{0, grid(3), {}},
+                        ChangeBody{1, {"", 16, 9, BodyKind::kDeformable}}}});
+  StepOperation rows;
+  rows.bodies.push_back({2, sheet(2, -0.3)});
+  script.operations.emplace_back(rows);
+  ReplaceBody gone{1, {{}, {}}, {}};
+  gone.addition.body.kind = BodyKind::kRemoved;
+  script.operations.emplace_back(ChangesOperation{{gone}});
+  rows.bodies.back().positions = sheet(2, 0.1);
+  script.operations.emplace_back(rows);
+  script.operations.emplace_back(
+      ChangesOperation{{ReplaceBody{1, {soft, grid(2)}, sheet(2, 0.2)}, ReplaceElements{1, torn, {}}}});
+  rows.bodies.push_back({1, sheet(2, -0.4)});
+  script.operations.emplace_back(rows);
+  return script;
+}
+
+// A scene without declared bodies, as a whole.
+Script replaced_whole() {
+  Script script{
+      "replaced whole",
+      {two_bodies(BodyKind::kDeformable, BodyKind::kDeformable, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+      {},
+      {}};
+  script.start = {{script.start.scene.vertex_count, script.start.scene.faces, {}}, script.start.positions};
+  script.operations.emplace_back(everything(joined(sheet(2, 0.1), sheet(2, 0.05))));
+  Faces torn = script.start.scene.faces;
+  torn.resize(13);
+  script.operations.emplace_back(ChangesOperation{{ReplaceElements{0, torn, {{16, 17}}}}});
+  script.operations.emplace_back(everything(joined(sheet(2, 0), sheet(2, 0.2))));
+  return script;
+}
+
 Script placed() {
   Script script{"placed",
                 {two_bodies(BodyKind::kRigid, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},
@@ -505,6 +554,8 @@ std::vector<Script> scripts() {
                           changes_together(),
                           trials(),
                           filters(),
+                          replacements(),
+                          replaced_whole(),
                           placed(),
                           exact_numbers(),
                           kinds_of_bounds()};
@@ -568,6 +619,8 @@ class KnownAnswers {
     std::vector<double> key = state.positions;
     key.insert(key.end(), after.positions.begin(), after.positions.end());
     for (const Body& body : state.scene.bodies) key.push_back(static_cast<double>(body.kind));
+    for (const auto& face : state.scene.faces) key.insert(key.end(), face.begin(), face.end());
+    for (const auto& edge : state.scene.edges) key.insert(key.end(), edge.begin(), edge.end());
     const auto [known, added] = known_.try_emplace(std::move(key));
     if (added) known->second = state.brute_force(step, options);
     if (options.report == Report::kCount || known->second.contacts.size() <= most) return known->second;

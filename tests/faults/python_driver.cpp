@@ -221,6 +221,7 @@ class PythonDriver final : public SessionDriver {
                  {"edges", hex(state.scene.edges)},
                  {"bodies", json::array()},
                  {"excluded_pairs", state.scene.excluded_pairs},
+                 {"thickness", hex(state.scene.thickness)},
                  {"options", told(options)}};
     for (const Body& body : state.scene.bodies) request["bodies"].push_back(told(body));
     const Result<json> reply = ask("create", std::move(request));
@@ -282,6 +283,18 @@ class PythonDriver final : public SessionDriver {
                                        {"rest_positions", hex(filters.rest_positions)},
                                        {"excluded_vertex_pairs", hex(filters.excluded_vertex_pairs)},
                                        {"patches", hex(filters.patches)}}));
+  }
+  Status replace(const ReplaceElements& change) override {
+    return done(ask("replace_elements",
+                    {{"index", change.index}, {"faces", hex(change.faces)}, {"edges", hex(change.edges)}}));
+  }
+  Status replace(const ReplaceBody& change) override {
+    return done(ask("replace_body", {{"index", change.index},
+                                     {"body", told(change.addition.body)},
+                                     {"faces", hex(change.addition.faces)},
+                                     {"edges", hex(change.addition.edges)},
+                                     {"thickness", hex(change.addition.thickness)},
+                                     {"positions", hex(change.positions)}}));
   }
   Status close() override { return done(ask("close", json::object())); }
   std::string id() const override { return id_; }

@@ -95,7 +95,8 @@ class Driver:
         self.session = client.session(
             rows(request["positions"]), array(request["faces"], "<i4", -1, 3),
             edges=array(request["edges"], "<i4", -1, 2), bodies=[body_of(b) for b in request["bodies"]],
-            excluded_pairs=[tuple(pair) for pair in request["excluded_pairs"]], options=options)
+            excluded_pairs=[tuple(pair) for pair in request["excluded_pairs"]], options=options,
+            thickness=array(request["thickness"], "<f8") if request["thickness"] else None)
         return {"id": self.session.id, "window": self.session.window}
 
     def step(self, request):
@@ -151,6 +152,18 @@ class Driver:
         self.session.change_filters(warmfront.PairFilters(
             within_edges=request["within_edges"], near_at_rest=array(request["near_at_rest"], "<f8")[0],
             **{name: values for name, values in given.items() if values.size > 0}))
+        return {}
+
+    def replace_elements(self, request):
+        self.session.replace_elements(request["index"], array(request["faces"], "<i4", -1, 3),
+                                      array(request["edges"], "<i4", -1, 2))
+        return {}
+
+    def replace_body(self, request):
+        thickness = array(request["thickness"], "<f8")
+        self.session.replace_body(request["index"], rows(request["positions"]), array(request["faces"], "<i4", -1, 3),
+                                  array(request["edges"], "<i4", -1, 2), thickness if thickness.size > 0 else None,
+                                  body_of(request["body"]))
         return {}
 
     def close(self, request):

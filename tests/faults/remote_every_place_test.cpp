@@ -48,6 +48,8 @@ std::string live(SessionDriver& driver, SwitchProxy& proxy, SwitchProxy::Way way
   StepOperation raised;
   raised.vertices = {8, 9};
   raised.vertex_positions = {0, 0, 2, 1, 0, 2};
+  ReplaceBody larger{1, {{"larger", 0, 5}, {{0, 1, 2}, {1, 3, 4}}, {{0, 4}}}, {}};
+  larger.positions = {0, 0, 3, 1, 0, 3, 0, 1, 3, 1, 1, 3, 2, 2, 3};
   const auto calls = {
       std::function([&] { return session.step(lowered(-1.5)); }),
       std::function([&] { return session.add(add); }),
@@ -62,6 +64,11 @@ std::string live(SessionDriver& driver, SwitchProxy& proxy, SwitchProxy::Way way
       std::function([&] {
         return session.change_filters({.within_edges = 1, .excluded_vertex_pairs = {{0, 5}}});
       }),
+      std::function([&] {
+        return session.replace(ReplaceElements{2, {{0, 1, 3}}, {{0, 2}}});
+      }),
+      std::function([&] { return session.change_filters({}); }),
+      std::function([&] { return session.replace(larger); }),
       std::function([&] { return session.step({}); }),
   };
   for (const auto& call : calls) {

@@ -18,6 +18,7 @@
 #include "tests/faults/daemon_process.h"
 #include "tests/faults/remote_session.h"
 #include "tests/faults/switch_proxy.h"
+#include "tests/support/replacements.h"
 
 namespace warmfront::test {
 namespace {
@@ -48,6 +49,8 @@ struct Command {
     kTrialCommitStep,  // sent before the answer to the first is taken
     kFilters,
     kWrongFilters,
+    kReplace,
+    kWrongReplacement,
     kKinds
   };
   Kind kind = kFrame;
@@ -75,7 +78,9 @@ std::ostream& operator<<(std::ostream& out, const Command& command) {
                                     "near",
                                     "trial, commit and step",
                                     "filters",
-                                    "wrong filters"};
+                                    "wrong filters",
+                                    "replace",
+                                    "wrong replacement"};
   return out << kNames[command.kind] << " drawn by " << command.draw
              << (command.lose_answer ? ", the answer is lost" : "") << "\n";
 }
@@ -83,6 +88,7 @@ std::ostream& operator<<(std::ostream& out, const Command& command) {
 rc::Gen<Command> any_command() {
   const auto kind =
       rc::gen::map(rc::gen::weightedOneOf<int>({{1, rc::gen::just(int{Command::kFrame})},
+                                                {1, rc::gen::just(int{Command::kReplace})},
                                                 {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
                    [](int k) { return static_cast<Command::Kind>(k); });
   return rc::gen::build<Command>(
@@ -229,6 +235,13 @@ class RemoteHistory {
         return trial_commit_step(draws, command.lose_answer);
       case Command::kFilters:
         return expect_right(session_.change_filters(draw_filters(draws), around));
+      case Command::kReplace: {
+        const std::optional<SceneChange> change = testing::draw_replacement(draws, state);
+        if (change) expect_right(session_.replace(*change, around));
+        return;
+      }
+      case Command::kWrongReplacement:
+        return expect_right(session_.wrong_replacement());
       case Command::kWrongFilters:
         return expect_right(session_.wrong_filters());
       case Command::kKinds:

@@ -235,6 +235,27 @@ std::string RemoteSession::change_filters(const PairFilters& filters, const Arou
   return "";
 }
 
+std::string RemoteSession::replace(const SceneChange& change, const Around& around) {
+  state_.trial.reset();
+  Status changed;
+  around([&] {
+    if (const auto* elements = std::get_if<ReplaceElements>(&change)) changed = driver_.replace(*elements);
+    if (const auto* body = std::get_if<ReplaceBody>(&change)) changed = driver_.replace(*body);
+  });
+  if (!changed.ok()) return "a replacement: " + changed.error().message;
+  state_.accept(testing::ChangesOperation{{change}});
+  return "";
+}
+
+std::string RemoteSession::wrong_replacement() {
+  const auto bodies = static_cast<std::uint32_t>(state_.scene.bodies.size());
+  const Status changed = driver_.replace(ReplaceElements{
+      bodies == 0 ? 0 : bodies - 1, {{0, 1, static_cast<std::int32_t>(state_.scene.vertex_count)}}, {}});
+  state_.trial.reset();
+  if (!changed.ok() && changed.error().code == ErrorCode::kInvalidArgument) return "";
+  return "a wrong replacement: " + (changed.ok() ? "taken" : changed.error().message);
+}
+
 std::string RemoteSession::wrong_step(const StepOperation& operation) {
   const auto answer = driver_.step(operation);
   state_.trial.reset();

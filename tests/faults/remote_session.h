@@ -40,10 +40,13 @@ class RemoteSession {
   std::string add(const testing::AddOperation& add, const Around& around = as_it_is);
   std::string change(const testing::ChangeOperation& change, const Around& around = as_it_is);
   std::string change_filters(const PairFilters& filters, const Around& around = as_it_is);
+  /// Elements or a body that is replaced.
+  std::string replace(const SceneChange& change, const Around& around = as_it_is);
   /// Of which the daemon, or the client itself, must say kInvalidArgument.
   std::string wrong_step(const testing::StepOperation& operation);
   std::string wrong_change();
   std::string wrong_filters();
+  std::string wrong_replacement();
   std::string close();
 
   const testing::AcceptedState& state() const { return state_; }

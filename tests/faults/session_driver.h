@@ -37,6 +37,8 @@ class SessionDriver {
   virtual Result<std::uint32_t> add_body(const testing::AddOperation& add) = 0;
   virtual Status change_body(std::uint32_t index, const Body& body) = 0;
   virtual Status change_filters(const PairFilters& filters) = 0;
+  virtual Status replace(const ReplaceElements& change) = 0;
+  virtual Status replace(const ReplaceBody& change) = 0;
   virtual Status close() = 0;
 
   virtual std::string id() const = 0;

@@ -30,6 +30,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
       if (auto* other = std::get_if<server::ChangeFilters>(&change))
         return collider.change_filters(std::move(other->filters));
+      if (auto* elements = std::get_if<server::ReplaceElements>(&change))
+        return collider.replace_elements(elements->index, std::move(elements->faces),
+                                         std::move(elements->edges));
+      if (auto* body = std::get_if<server::ReplaceBody>(&change))
+        return collider.replace_body(body->index, std::move(body->addition),
+                                     std::span<const double>(body->positions));
       auto& changed = std::get<server::ChangeBody>(change);
       return collider.change_body(changed.index, std::move(changed.body));
     };
@@ -39,6 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     expect(collider.scene().body_count() == bodies + (adds && status.ok() ? 1 : 0),
            "and leaves the scene as it was");
   }
+  expect(collider.self_check().ok(), "and all that is kept of it holds");
   const std::vector<double> now = collider.positions();
   const auto still = collider.step(std::span<const double>(now));
   expect(still.ok() || still.error().code == ErrorCode::kInvalidArgument, "the scene steps on");

@@ -17,6 +17,7 @@
 #include "tests/support/accepted_state.h"
 #include "tests/support/carry_out.h"
 #include "tests/support/failing_allocations.h"
+#include "tests/support/replacements.h"
 
 namespace warmfront::testing {
 namespace {
@@ -46,6 +47,8 @@ struct Command {
     kNear,
     kFilters,
     kWrongFilters,
+    kReplace,
+    kWrongReplacement,
     kKinds
   };
   Kind kind = kFrame;
@@ -55,10 +58,10 @@ struct Command {
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
   constexpr const char* kNames[] = {
-      "frame",        "nothing moves", "glide",   "add",          "change",       "place",
-      "self_check",   "forget",        "resume",  "wrong frame",  "wrong change", "wrong addition",
-      "wrong place",  "outlier",       "trial",   "line search",  "max_step",     "commit",
-      "wrong commit", "near",          "filters", "wrong filters"};
+      "frame",        "nothing moves", "glide",   "add",           "change",       "place",
+      "self_check",   "forget",        "resume",  "wrong frame",   "wrong change", "wrong addition",
+      "wrong place",  "outlier",       "trial",   "line search",   "max_step",     "commit",
+      "wrong commit", "near",          "filters", "wrong filters", "replace",      "wrong replacement"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }
@@ -73,6 +76,7 @@ rc::Gen<Command> any_command() {
   const auto kind =
       rc::gen::map(rc::gen::weightedOneOf<int>({{3, rc::gen::just(int{Command::kFrame})},
                                                 {2, rc::gen::just(int{Command::kLineSearch})},
+                                                {1, rc::gen::just(int{Command::kReplace})},
                                                 {4, rc::gen::inRange<int>(0, Command::kKinds)}}),
                    [](int k) { return static_cast<Command::Kind>(k); });
   return rc::gen::build<Command>(
@@ -172,6 +176,10 @@ class History {
         return refuse(
             ChangesOperation{{ChangeFilters{{.excluded_vertex_pairs = {{0, state_.scene.vertex_count}}}}}},
             command.fault);
+      case Command::kReplace:
+        return carry(draw_replacements(draws, state_), command.fault);
+      case Command::kWrongReplacement:
+        return refuse_one_of(draw_wrong_replacements(draws, state_), command.fault);
       case Command::kNothingMoves:
         return carry(StepOperation{}, command.fault);
       case Command::kGlide:
@@ -300,6 +308,18 @@ class History {
       fail(operation, "refused without a word");
     forget_trial(operation);
     expect_accepted_state(operation);
+  }
+
+  // Filters may name a vertex that goes, before the error is reached.
+  void refuse_one_of(const ChangesOperation& changes, const Fault& fault) {
+    const bool filtered = !state_.scene.filters.excluded_vertex_pairs.empty();
+    now_trying += "\n  wrong: " + to_string(Operation(changes)) + ", " + to_string(fault);
+    const Outcome outcome = carry_out(*collider_, changes, fault);
+    if (!failed_by(fault, outcome) && !outcome.refused(ErrorCode::kInvalidArgument) &&
+        !(filtered && outcome.refused(ErrorCode::kFailedPrecondition)))
+      fail(changes, "it is wrong, and came to: " + to_string(outcome));
+    forget_trial(changes);
+    expect_accepted_state(changes);
   }
 
   // A question that failed is followed by no commit; nor are changes.

@@ -24,6 +24,7 @@
 #include "tests/support/brute_force.h"
 #include "tests/support/pair_rules.h"
 #include "tests/support/reduced_oracle.h"
+#include "tests/support/replacements.h"
 #include "tests/support/scenes.h"
 
 namespace warmfront::testing {
@@ -116,6 +117,9 @@ void accept_addition(AcceptedState& state, const AddOperation& add) {
   append(add.addition.faces, add.addition.edges, state.scene);
   state.scene.vertex_count += body.vertex_count;
   state.scene.bodies.push_back(body);
+  std::vector<double>& thickness = state.scene.thickness;
+  thickness.insert(thickness.end(), add.addition.thickness.begin(), add.addition.thickness.end());
+  if (!thickness.empty()) thickness.resize(state.scene.vertex_count, 0.0);
   PairFilters& filters = state.scene.filters;
   if (!filters.patches.empty()) filters.patches.resize(state.scene.vertex_count, 0);
   if (filters.near_at_rest > 0)
@@ -327,6 +331,10 @@ void AcceptedState::accept(const Operation& operation) {
         accept_addition(*this, {add->addition, add->positions});
       } else if (const auto* other = std::get_if<ChangeFilters>(&one)) {
         scene.filters = other->filters;
+      } else if (const auto* elements = std::get_if<ReplaceElements>(&one)) {
+        accept_replacement(*this, *elements);
+      } else if (const auto* replaced = std::get_if<ReplaceBody>(&one)) {
+        accept_replacement(*this, *replaced);
       } else {
         const auto& change = std::get<ChangeBody>(one);
         accept_change(*this, {change.index, change.body});
@@ -654,6 +662,13 @@ AcceptedState draw_state(Draws& draws) {
   if (draws.below(6) == 0) {
     scene.bodies.clear();
     scene.excluded_pairs.clear();
+  }
+  if (bodies > 1 && draws.below(4) == 0) {  // faces of bodies in turns
+    for (std::size_t f = scene.faces.size(); f > 1; --f)
+      std::swap(scene.faces[f - 1], scene.faces[static_cast<std::size_t>(draws.below(static_cast<int>(f)))]);
+  }
+  if (draws.below(8) == 0) {
+    for (std::uint32_t v = 0; v < scene.vertex_count; ++v) scene.thickness.push_back(draws.below(3) * 0.01);
   }
   return {std::move(scene), std::move(positions)};
 }

@@ -78,7 +78,17 @@ std::string to_string(const Operation& operation) {
             return "change_body(" + std::to_string(change.body) + ", " + name_of(change.as.kind) + ")";
           },
           [](const ChangesOperation& several) {
-            return "change(" + std::to_string(several.changes.size()) + " changes)";
+            std::string said = "change(";
+            for (const SceneChange& change : several.changes) {
+              constexpr const char* kKinds[] = {"add", "describe", "filters", "replace elements of ",
+                                                "replace body "};
+              said += (said.back() == '(' ? "" : ", ") + std::string(kKinds[change.index()]);
+              if (const auto* elements = std::get_if<ReplaceElements>(&change))
+                said += std::to_string(elements->index);
+              if (const auto* replaced = std::get_if<ReplaceBody>(&change))
+                said += std::to_string(replaced->index);
+            }
+            return said + ")";
           },
           [](const CommitOperation& commit) { return "commit(" + std::to_string(commit.fraction) + ")"; },
           [](const NearOperation& near) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replaying through the engine itself. Thread safety as stated in replay_target.h.
+#include <cstring>
 #include <utility>
 
 #include "client/cli/recording/from_wire.h"
@@ -67,23 +68,50 @@ class EngineTarget final : public ReplayTarget {
       if (!filters) return filters.error();
       return SceneChange(ChangeFilters{std::move(filters).value()});
     }
-    if (!change.has_add() && !change.has_change())
-      return invalid_argument("a change of a kind that this program does not know");
-    Result<Body> body =
-        wire::body_from(change.has_add() ? change.add().body() : change.change().body(), "body");
+    if (change.has_replace_elements()) {
+      auto faces = faces_of(change.replace_elements().faces(), "replace_elements.faces");
+      if (!faces) return faces.error();
+      auto edges = edges_of(change.replace_elements().edges(), "replace_elements.edges");
+      if (!edges) return edges.error();
+      return SceneChange(ReplaceElements{change.replace_elements().index(), std::move(faces).value(),
+                                         std::move(edges).value()});
+    }
+    if (change.has_replace_body()) {
+      Result<AddBody> with = body_of(change.replace_body().with(), "replace_body.with");
+      if (!with) return with.error();
+      return SceneChange(ReplaceBody{change.replace_body().index(), std::move(with.value().addition),
+                                     std::move(with.value().positions)});
+    }
+    if (change.has_change()) {
+      Result<Body> body = wire::body_from(change.change().body(), "body");
+      if (!body) return body.error();
+      return SceneChange(ChangeBody{change.change().index(), std::move(body).value()});
+    }
+    if (!change.has_add()) return invalid_argument("a change of a kind that this program does not know");
+    Result<AddBody> add = body_of(change.add(), "add");
+    if (!add) return add.error();
+    return SceneChange(std::move(add).value());
+  }
+
+  Result<AddBody> body_of(const v1::BodyAddition& message, const std::string& where) const {
+    Result<Body> body = wire::body_from(message.body(), where + ".body");
     if (!body) return body.error();
-    if (change.has_change()) return SceneChange(ChangeBody{change.change().index(), std::move(body).value()});
-    auto faces = faces_of(change.add().faces(), "add.faces");
+    auto faces = faces_of(message.faces(), where + ".faces");
     if (!faces) return faces.error();
     const auto positions =
-        positions_of(change.add().positions(), float32_, body.value().vertex_count, "add.positions");
+        positions_of(message.positions(), float32_, body.value().vertex_count, where + ".positions");
     if (!positions) return positions.error();
-    auto edges = edges_of(change.add().edges(), "add.edges");
+    auto edges = edges_of(message.edges(), where + ".edges");
     if (!edges) return edges.error();
     AddBody add{{std::move(body).value(), std::move(faces).value(), std::move(edges).value()}, {}};
+    const std::string& thickness = message.thickness();
+    if (thickness.size() % sizeof(double) != 0)
+      return invalid_argument(where + ".thickness: is no whole number of float64");
+    add.addition.thickness.resize(thickness.size() / sizeof(double));
+    if (!thickness.empty()) std::memcpy(add.addition.thickness.data(), thickness.data(), thickness.size());
     std::visit([&](const auto& values) { add.positions.assign(values.begin(), values.end()); },
                positions.value());
-    return SceneChange(std::move(add));
+    return add;
   }
 
   Collider collider_;

@@ -44,8 +44,9 @@ def continuity(earlier: Optional[Contacts], now: Contacts) -> Continuity:
 
     Rows are the same where their kind and vertices are; status, time and fields do not count. Of two reduced answers, where the
     vertices of their closest pairs are, whichever row stands for these. None for the earlier one: all are new. It is a function
-    of the two answers alone, so that no resume changes it. A change of the scene keeps the numbers of what was there: rows of
-    changed bodies are compared as all others. ValueError where one is reduced and the other is not.
+    of the two answers alone, so that no resume changes it. Bodies that are added or described otherwise leave the numbers of what
+    was there; where elements or bodies are replaced, numbers are others, and an answer from before says nothing of one after:
+    give None for it then. ValueError where one is reduced and the other is not.
     """
     if earlier is None:
         return Continuity(np.full(len(now), -1, np.int64), np.empty(0, np.int64))

@@ -25,6 +25,12 @@ def raw(array: npt.NDArray[Any]) -> memoryview:
     return array.reshape(-1).view(np.uint8).data
 
 
+def _given_thickness(thickness: Any, count: int) -> npt.NDArray[np.float64]:
+    """One for each of a body's vertices, also where all are 0: so it is said that they have none."""
+    given = thickness_of(thickness, count)
+    return np.zeros(count) if given is None else given
+
+
 class SceneState:
     """The scene, and its positions after the last answered frame."""
 
@@ -221,6 +227,77 @@ class SceneState:
             self.thickness = np.concatenate([self.thickness, np.zeros(len(rows))])
         self._topology = None
         self._poses.append(None)
+
+    def encode_elements(self, index: int, faces: Any, edges: Any = None) -> session_pb2.SceneChange:
+        if self.bodies:  # else index 0 is the whole scene, of which the daemon tells
+            self._body(index, "index")
+        change = session_pb2.SceneChange()
+        change.replace_elements.index = index
+        change.replace_elements.faces = faces_of(faces).tobytes()
+        change.replace_elements.edges = edges_of(edges).tobytes()
+        return change
+
+    def take_elements(self, index: int, faces: Any, edges: Any = None) -> None:
+        self._topology = None
+        if not self.bodies:
+            self.faces, self.edges = faces_of(faces).copy(), edges_of(edges).copy()
+        else:
+            self._replace_mesh(index, self.bodies[index].vertex_count, faces_of(faces), edges_of(edges))
+
+    def replacing(self, index: int, positions: Any, body: Optional[Body]) -> Body:
+        """The description of what takes a body's place: another one, or its own with as many vertices as are given."""
+        if body is not None:
+            return replace(body, first_vertex=0)
+        old = self._body(index, "index")
+        return replace(old, first_vertex=0, vertex_count=len(positions_of(positions, None, self.dtype)))
+
+    def encode_replacement(self, index: int, body: Body, faces: Any, positions: Any, edges: Any,
+                           thickness: Any) -> session_pb2.SceneChange:
+        """`body` as replacing() returned."""
+        if self.bodies:  # else the daemon says what to do
+            self._body(index, "index")
+        change = session_pb2.SceneChange()
+        change.replace_body.index = index
+        to = getattr(change.replace_body, "with")
+        body.put_into(to.body, index)
+        to.faces = faces_of(faces).tobytes()
+        to.edges = edges_of(edges).tobytes()
+        to.positions = positions_of(positions, body.vertex_count, self.dtype).tobytes()
+        if thickness is not None:
+            to.thickness = _given_thickness(thickness, body.vertex_count).tobytes()
+        return change
+
+    def take_replacement(self, index: int, body: Body, faces: Any, positions: Any, edges: Any, thickness: Any) -> None:
+        old = self.bodies[index]
+        first, count = old.first_vertex, body.vertex_count
+        assert first is not None
+        end = first + old.vertex_count
+        self._replace_mesh(index, count, faces_of(faces), edges_of(edges))
+        rows = positions_of(positions, count, self.dtype)
+        self._rows = np.concatenate([self._writable()[:first], rows, self._rows[end:]])
+        self.filters = self.filters.with_replaced(first, end, rows)
+        if self.thickness is not None or thickness is not None:
+            before = self.thickness if self.thickness is not None else np.zeros(len(self._rows) - count + old.vertex_count)
+            given = np.zeros(count) if thickness is None else _given_thickness(thickness, count)
+            self.thickness = np.concatenate([before[:first], given, before[end:]])
+        self.bodies[index] = body
+        self.bodies = placed([replace(each, first_vertex=None) for each in self.bodies])
+        self._topology = None
+        self._poses[index] = None
+
+    def _replace_mesh(self, index: int, count: int, faces: npt.NDArray[np.int32], edges: npt.NDArray[np.int32]) -> None:
+        """Faces and edges are of bodies in their order; one body has these, and `count` vertices, from now on."""
+        body = self.bodies[index]
+        assert body.first_vertex is not None
+        first, last = body.first_vertex, body.first_vertex + body.vertex_count
+        ends = np.array([each.first_vertex + each.vertex_count for each in self.bodies if each.first_vertex is not None])
+
+        def replaced(all_of: npt.NDArray[np.int32], these: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+            all_of = all_of[np.argsort(np.searchsorted(ends, all_of[:, 0], side="right"), kind="stable")]
+            before, after = all_of[all_of[:, 0] < first], all_of[all_of[:, 0] >= last]
+            return np.concatenate([before, these + np.int32(first), after + np.int32(count - body.vertex_count)])
+
+        self.faces, self.edges = replaced(self.faces, faces), replaced(self.edges, edges)
 
     def encode_filters(self, filters: PairFilters) -> session_pb2.SceneChange:
         """Of what PairFilters.copied() made."""

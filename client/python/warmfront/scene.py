@@ -21,7 +21,8 @@ _KINDS = ("deformable", "rigid", "static", "removed")
 class Body:
     """A range of vertices that form a body, and what need not be tested of it; or a half-space, a body without vertices.
 
-    vertex_count: at least 1; 0 of a half-space. first_vertex: None: the end of the previous body.
+    vertex_count: at least 1; 0 of a half-space, and of a body that is removed for good. first_vertex: None: the end of the
+        previous body.
     kind: "deformable"; "rigid": moves as a whole, not tested against itself; "static": does not move, nor is it tested
         against itself or another static body; "removed": tested against nothing.
     self_collision: of a deformable body.
@@ -152,6 +153,19 @@ class PairFilters:
         if self.near_at_rest > 0:
             rest = np.concatenate([rest, positions.astype("<f8")])
         return replace(self, patches=patches, rest_positions=rest)
+
+    def with_replaced(self, first: int, end: int, positions: npt.NDArray[Any]) -> PairFilters:
+        """Of what copied() made, where vertices [first, end) make way for others, as with_body(), at `positions`. No pair of
+        vertices names those that go."""
+        patches, rest, pairs = self.patches, self.rest_positions, self.excluded_vertex_pairs
+        if patches is not None and len(patches) > 0:
+            patches = np.concatenate([patches[:first], np.zeros(len(positions), "<u4"), patches[end:]])
+        if self.near_at_rest > 0:
+            rest = np.concatenate([rest[:first], positions.astype("<f8"), rest[end:]])
+        if pairs is not None:
+            pairs = pairs.copy()
+            pairs[pairs >= end] += np.uint32((len(positions) - (end - first)) % 2**32)
+        return replace(self, patches=patches, rest_positions=rest, excluded_vertex_pairs=pairs)
 
 
 def filters_of(filters: Any) -> PairFilters:

@@ -498,6 +498,52 @@ class Session:
 
             self._change(encode, lambda: state.take_change(index, body))
 
+    def replace_elements(self, index: int, faces: Any, edges: Any = None) -> None:
+        """Other faces (m, 3) and edges (k, 2), which number its own vertices from 0, for the same vertices of a body, which stay
+        where they are: what is cut, torn, or has edges flipped. Index 0 of a session that declared no bodies is all of it.
+
+        Vertices, faces and edges then have the numbers of a session that is created with the bodies that there are, in
+        their order: each body's come after those of the bodies before it. What is answered since is what such a session would
+        answer, to the bit. FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed
+        body, and indices out of range; UnimplementedError where the daemon is older than this.
+        """
+        with self._turn:
+            state = self._alive().state
+
+            def encode() -> session_pb2.SceneChange:
+                change = state.encode_elements(index, faces, edges)
+                self._need(session_pb2.FEATURE_REPLACE)
+                return change
+
+            self._change(encode, lambda: state.take_elements(index, faces, edges))
+
+    def replace_body(self, index: int, positions: Any, faces: Any = None, edges: Any = None, thickness: Any = None,
+                     body: Optional[Body] = None) -> None:
+        """Another body with this index, at rest at `positions` (k, 3), of the session's dtype: remeshed, refined, or in place of
+        one that was removed. Faces and edges as in `add_body()`; thickness (k), of each vertex. Without `body` the description
+        stays. `body=Body(vertex_count=0, kind="removed")` with positions of shape (0, 3) removes it and frees what it took.
+
+        Numbers change, and errors are raised, as `replace_elements()` says; also FailedPreconditionError where filters name
+        pairs of its vertices (change the filters first), where these have a thickness of their own and none is given (zeros for
+        none), and in a session that declared no bodies.
+        """
+        with self._turn:
+            state = self._alive().state
+            other = Body(vertex_count=0)
+
+            def encode() -> session_pb2.SceneChange:
+                nonlocal other
+                other = state.replacing(index, positions, body)
+                change = state.encode_replacement(index, other, faces, positions, edges, thickness)
+                self._need(session_pb2.FEATURE_REPLACE)
+                to = getattr(change.replace_body, "with")
+                self._need_features(to.body)
+                if to.edges:
+                    self._need(session_pb2.FEATURE_EDGES)
+                return change
+
+            self._change(encode, lambda: state.take_replacement(index, other, faces, positions, edges, thickness))
+
     def _need_features(self, body: session_pb2.Body) -> None:
         if body.thickness != 0:
             self._need(session_pb2.FEATURE_THICKNESS)

@@ -42,6 +42,36 @@ TEST(Place, MeetsNothingOnTheWayAndEverythingFromThere) {
   }
 }
 
+// What trials made for where bodies were holds no more.
+TEST(Place, ByPosesAfterTrials) {
+  const Falling falling;
+  SceneDescription description{
+      .vertex_count = 6,
+      .faces = {{0, 1, 2}, {3, 4, 5}},
+      .bodies = {{"below", 0, 3, BodyKind::kDeformable}, {"above", 3, 3, BodyKind::kRigid}}};
+  const std::vector<double> x = falling.at(1);
+  for (const bool separates : {false, true}) {
+    Collider collider =
+        Collider::create(std::make_shared<const Scene>(Scene::create(description).value()), Doubles(x),
+                         {.min_separation = 1.5, .separate_parts = separates}, std::make_shared<Workers>(1))
+            .value();
+    ASSERT_TRUE(collider.trial(Doubles(x)).ok());
+    std::vector<double> to = x;
+    for (const int z : {2, 5, 8}) to[z] += 0.05;
+    const QuestionOptions touching{.min_separation = 0};
+    ASSERT_TRUE(collider.trial(Doubles(to), touching).ok());
+    Pose down;
+    down.matrix[11] = -0.98;
+    const std::vector<BodyPose> poses{{1, down}};
+    ASSERT_TRUE(collider.place(poses).ok());
+    const std::vector<BodyPositions> below{{0, Doubles(to).first(9)}};
+    Frame frame;
+    frame.bodies = below;
+    EXPECT_EQ(collider.step(frame, nullptr, {}, touching).value().vf, 3U);
+    EXPECT_TRUE(collider.self_check().ok());
+  }
+}
+
 TEST(Place, OfSomeBodiesAndPoses) {
   const Falling falling;
   SceneDescription description{

@@ -65,8 +65,10 @@ std::optional<Fault> change_twice(const server::Limits& limits) {
 /// A body that is added and removed again and again, until the session refuses: how often it was added.
 struct Churn {
   static constexpr int kThreads = 2;
-  explicit Churn(std::size_t session_bytes, std::uint32_t window = server::Limits().window) {
+  explicit Churn(std::size_t session_bytes, std::uint32_t window = server::Limits().window,
+                 std::uint64_t max_vertices = server::Limits().max_vertices) {
     limits.window = window;
+    limits.max_vertices = max_vertices;
     scene.vertex_count = 6;
     scene.faces = testing::octahedron();
     scene.bodies = {{"", 0, 6}};
@@ -86,7 +88,13 @@ struct Churn {
     });
     return done.get_future().get();
   }
-  std::optional<Fault> add(std::uint32_t octahedra) {
+  std::optional<Fault> add(std::uint32_t octahedra) { return change(many(octahedra)); }
+  std::optional<Fault> replace(std::uint32_t index, std::uint32_t octahedra) {
+    server::AddBody with = many(octahedra);
+    if (octahedra == 0) with.addition.body.kind = BodyKind::kRemoved;
+    return change(server::ReplaceBody{index, std::move(with.addition), std::move(with.positions)});
+  }
+  static server::AddBody many(std::uint32_t octahedra) {
     server::AddBody body;
     for (std::uint32_t i = 0; i < octahedra; ++i) {
       server::AddBody one = octahedron();
@@ -98,7 +106,7 @@ struct Churn {
         body.positions.push_back(one.positions[k] + (k % 3 == 0 ? 10.0 * (i + 1) : 0));
     }
     body.addition.body.vertex_count = 6 * octahedra;
-    return change(std::move(body));
+    return body;
   }
   std::optional<Fault> remove(std::uint32_t index) {
     server::ChangeBody removed{index, {}};
@@ -134,6 +142,36 @@ TEST(SceneChangesTest, ASceneFullOfRemovedBodiesIsReported) {
   EXPECT_THAT(fault->message, HasSubstr(std::to_string(bodies - 1) + " removed bodies"));
   EXPECT_THAT(fault->message, HasSubstr("creating the session again"));
   EXPECT_GE(bodies, 3u);
+}
+
+// What churning fills, replacing does not: room of what went is used again, and given back.
+TEST(SceneChangesTest, ABodyThatIsReplacedTakesTheRoomOfTheOneBefore) {
+  Churn churn(8 << 20);
+  ASSERT_FALSE(churn.add(100));
+  ASSERT_FALSE(churn.replace(1, 90));
+  const std::size_t held = churn.account->held();
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const std::optional<Fault> fault = churn.replace(1, i % 2 == 0 ? 100 : 90);
+    ASSERT_FALSE(fault) << fault->message;
+  }
+  EXPECT_EQ(churn.session->scene()->vertex_count(), 6u + 540u);
+  EXPECT_LE(churn.account->held(), held + held / 20);
+  ASSERT_FALSE(churn.replace(1, 0));
+  EXPECT_EQ(churn.session->scene()->vertex_count(), 6u);
+  EXPECT_LT(churn.account->held(), held / 2);
+  EXPECT_FALSE(churn.replace(1, 100)) << "its index waits for another body";
+}
+
+// The scene that would be there counts, not what is there beside it meanwhile.
+TEST(SceneChangesTest, AReplacementIsLimitedByTheSceneThatItLeaves) {
+  Churn limited(64 << 20, server::Limits().window, 1000);
+  ASSERT_FALSE(limited.add(100));
+  EXPECT_FALSE(limited.replace(1, 150)) << "906 vertices instead of 606";
+  const std::optional<Fault> fault = limited.replace(1, 170);
+  ASSERT_TRUE(fault);
+  EXPECT_STREQ(fault->limit, "max-vertices");
+  EXPECT_THAT(fault->message, HasSubstr("changes[0]: "));
+  EXPECT_EQ(limited.session->scene()->vertex_count(), 906u);
 }
 
 TEST(SceneChangesTest, ABodyThatDoesNotFitIsRefusedBeforeAnythingIsBuilt) {

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame costs of which a part of a cloth is remeshed, beside the same frame without: a rippling cloth
+// over a ball, in tiles that are a body each, of which one gets another mesh in every frame; and the same
+// cloth as one body, of which one face in a hundred is flipped. Prints ratios of medians within one run, what
+// a session made anew takes, and what memory_bytes() becomes over many changes; passes no verdict.
+//   remesh_bench [SIDE [TILES [FRAMES [THREADS [CHANGES]]]]]   a cloth of SIDE x SIDE quads in TILES x TILES
+//   tiles; 210 quads, 10 tiles, 30 frames, 1 thread and 10,000 changes unless given
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/collider.h"
+#include "tests/bench/timing.h"
+#include "tests/support/cloth_over_ball.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront::testing {
+namespace {
+
+std::span<const double> doubles(const std::vector<double>& values) {
+  return values;
+}
+
+struct Settings {
+  int side = 210;
+  int tiles = 10;
+  int frames = 30;
+  int threads = 1;
+  int changes = 10'000;
+};
+
+// A cloth's frames, at any place between its vertices; as slow as a simulation's.
+class Cloth {
+ public:
+  Cloth(int side, int frames) : side_(side), over_ball_(cloth_over_ball(side, frames / kSlower + 2)) {
+    std::vector<std::vector<double>> slow;
+    for (int f = 0; f < frames; ++f) {
+      const std::vector<double>& from = over_ball_.frames[static_cast<std::size_t>(f / kSlower)];
+      const std::vector<double>& to = over_ball_.frames[static_cast<std::size_t>(f / kSlower + 1)];
+      const double share = static_cast<double>(f % kSlower) / kSlower;
+      std::vector<double>& at = slow.emplace_back(from);
+      for (std::size_t i = 0; i < at.size(); ++i) at[i] += share * (to[i] - from[i]);
+    }
+    over_ball_.frames = std::move(slow);
+  }
+
+  const ClothOverBall& over_ball() const { return over_ball_; }
+  std::size_t cloth_vertices() const { return static_cast<std::size_t>(side_ + 1) * (side_ + 1); }
+
+  // Tile (i, j) with quads x quads quads, a little apart from its neighbours.
+  std::vector<double> tile(int frame, int i, int j, double width, int quads) const {
+    constexpr double kApart = 0.3;
+    std::vector<double> positions;
+    for (int a = 0; a <= quads; ++a) {
+      for (int b = 0; b <= quads; ++b) {
+        const double u = i * width + kApart + (width - 2 * kApart) * a / quads;
+        const double v = j * width + kApart + (width - 2 * kApart) * b / quads;
+        for (int axis = 0; axis < 3; ++axis) positions.push_back(at(frame, u, v, axis));
+      }
+    }
+    return positions;
+  }
+
+ private:
+  static constexpr int kSlower = 32;
+
+  double at(int frame, double u, double v, int axis) const {
+    const int i = std::min(static_cast<int>(u), side_ - 1);
+    const int j = std::min(static_cast<int>(v), side_ - 1);
+    const auto x = [&](int row, int column) {
+      return over_ball_.frames[static_cast<std::size_t>(frame)]
+                              [static_cast<std::size_t>(3 * (row * (side_ + 1) + column) + axis)];
+    };
+    const double s = u - i, t = v - j;
+    return (1 - s) * ((1 - t) * x(i, j) + t * x(i, j + 1)) +
+           s * ((1 - t) * x(i + 1, j) + t * x(i + 1, j + 1));
+  }
+
+  int side_;
+  ClothOverBall over_ball_;
+};
+
+BodyAddition sheet_of(int quads) {
+  BodyAddition body;
+  body.faces = grid(quads);
+  body.body.vertex_count = static_cast<std::uint32_t>((quads + 1) * (quads + 1));
+  return body;
+}
+
+// The scene of tiles, and the ball as the last body.
+class Tiles {
+ public:
+  Tiles(const Cloth& cloth, const Settings& settings)
+      : cloth_(cloth),
+        count_(settings.tiles),
+        width_(static_cast<double>(settings.side) / settings.tiles),
+        quads_(static_cast<std::size_t>(count_) * count_, static_cast<int>(width_)) {}
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(quads_.size()); }
+  BodyAddition body(std::uint32_t tile) const { return sheet_of(quads_[tile]); }
+  std::vector<double> positions_of(int frame, std::uint32_t tile) const {
+    return cloth_.tile(frame, static_cast<int>(tile) / count_, static_cast<int>(tile) % count_, width_,
+                       quads_[tile]);
+  }
+  // Another mesh, of about as many faces.
+  void remesh(std::uint32_t tile) { quads_[tile] = static_cast<int>(width_) + (quads_[tile] + 2) % 3 - 1; }
+
+  std::vector<double> positions(int frame) const {
+    std::vector<double> all;
+    const auto append = [&](auto first, auto last) { all.insert(all.end(), first, last); };
+    for (std::uint32_t t = 0; t < count(); ++t) {
+      const std::vector<double> of = positions_of(frame, t);
+      append(of.begin(), of.end());
+    }
+    const std::vector<double>& whole = cloth_.over_ball().frames[static_cast<std::size_t>(frame)];
+    append(whole.begin() + static_cast<std::ptrdiff_t>(3 * cloth_.cloth_vertices()), whole.end());
+    return all;
+  }
+  SceneDescription scene() const {
+    SceneDescription scene;
+    const auto append = [&](const BodyAddition& body, std::int32_t less) {
+      const auto first = static_cast<std::int32_t>(scene.vertex_count) - less;
+      for (const auto& [a, b, c] : body.faces) scene.faces.push_back({a + first, b + first, c + first});
+      scene.bodies.push_back(body.body);
+      scene.bodies.back().first_vertex = scene.vertex_count;
+      scene.vertex_count += body.body.vertex_count;
+    };
+    for (std::uint32_t t = 0; t < count(); ++t) append(body(t), 0);
+    const SceneDescription& whole = cloth_.over_ball().description;
+    const auto cloth_vertices = static_cast<std::int32_t>(cloth_.cloth_vertices());
+    BodyAddition ball;
+    for (const auto& face : whole.faces) {
+      if (face[0] >= cloth_vertices) ball.faces.push_back(face);
+    }
+    ball.body.vertex_count = whole.vertex_count - static_cast<std::uint32_t>(cloth_vertices);
+    append(ball, cloth_vertices);
+    return scene;
+  }
+
+ private:
+  const Cloth& cloth_;
+  const int count_;
+  const double width_;
+  std::vector<int> quads_;
+};
+
+Collider make(SceneDescription scene, const std::vector<double>& positions,
+              const std::shared_ptr<Workers>& workers) {
+  return Collider::create(std::make_shared<const Scene>(Scene::create(std::move(scene)).value()),
+                          doubles(positions), {}, workers)
+      .value();
+}
+
+void print(const char* what, const std::vector<double>& without, const std::vector<double>& change,
+           const std::vector<double>& with, const std::vector<double>& anew) {
+  const double base = median(without);
+  std::vector<double> sums(change.size());
+  std::ranges::transform(change, with, sums.begin(), std::plus<>());
+  std::printf(
+      "%-34s step %.2f ms; change %.2f + step %.2f ms: %.2f of it; a session made anew %.1f ms: %.1f\n", what,
+      base, median(change), median(with), median(sums) / base, median(anew), median(anew) / base);
+}
+
+bool remesh_tiles(const Cloth& cloth, const Settings& settings, const std::shared_ptr<Workers>& workers) {
+  Tiles still(cloth, settings), remeshed(cloth, settings);
+  Collider without = make(still.scene(), still.positions(0), workers);
+  Collider with = make(remeshed.scene(), remeshed.positions(0), workers);
+  std::printf("%u faces in %u bodies\n", with.scene().face_count(), with.scene().body_count());
+  std::vector<double> base, change, step, anew;
+  bool same = true;
+  for (int f = 1; f < settings.frames; ++f) {
+    const std::vector<double> to = still.positions(f);
+    timed(base, [&] { return without.step(doubles(to)).value(); });
+    const auto tile = static_cast<std::uint32_t>(37 * f) % remeshed.count();
+    remeshed.remesh(tile);
+    BodyAddition body = remeshed.body(tile);
+    const std::vector<double> at = remeshed.positions_of(f - 1, tile);
+    same &= timed(change, [&] { return with.replace_body(tile, std::move(body), doubles(at)).ok(); });
+    const std::vector<double> other = remeshed.positions(f);
+    const StepResult found = timed(step, [&] { return with.step(doubles(other)).value(); });
+    if (f % 5 != 0) continue;
+    const std::vector<double> before = remeshed.positions(f - 1);
+    std::vector<Contact> fresh_found;
+    timed(anew, [&] {
+      Collider fresh = make(remeshed.scene(), before, workers);
+      const StepResult result = fresh.step(doubles(other)).value();
+      fresh_found.assign(result.contacts.begin(), result.contacts.end());
+      return 0;
+    });
+    same &= std::ranges::equal(found.contacts, fresh_found);
+  }
+  print("one tile of them remeshed:", base, change, step, anew);
+  return same;
+}
+
+bool flip_one_body(const Cloth& cloth, const Settings& settings, const std::shared_ptr<Workers>& workers) {
+  const auto scene = [&] {
+    SceneDescription scene = cloth.over_ball().description;
+    const auto cloth_vertices = static_cast<std::uint32_t>(cloth.cloth_vertices());
+    scene.bodies = {{"", 0, cloth_vertices}, {"", cloth_vertices, scene.vertex_count - cloth_vertices}};
+    return scene;
+  };
+  const auto& frames = cloth.over_ball().frames;
+  Collider without = make(scene(), frames[0], workers), with = make(scene(), frames[0], workers);
+  Faces faces = grid(settings.side);
+  std::vector<double> base, change, step, anew;
+  bool same = true;
+  for (int f = 1; f < settings.frames; ++f) {
+    const std::vector<double>& to = frames[static_cast<std::size_t>(f)];
+    timed(base, [&] { return without.step(doubles(to)).value(); });
+    for (std::size_t face = static_cast<std::size_t>(f) % 100; face < faces.size(); face += 100)
+      std::swap(faces[face][1], faces[face][2]);
+    Faces other = faces;
+    same &= timed(change, [&] { return with.replace_elements(0, std::move(other)).ok(); });
+    timed(step, [&] { return with.step(doubles(to)).value(); });
+    if (f % 10 == 0)
+      timed(anew, [&] {
+        return make(scene(), frames[static_cast<std::size_t>(f - 1)], workers).step(doubles(to)).value().ee;
+      });
+  }
+  print("as one body, 1% of faces turned:", base, change, step, anew);
+  return same;
+}
+
+// A small body beside another one, which has another mesh again and again.
+bool memory(const Settings& settings, const std::shared_ptr<Workers>& workers) {
+  const auto sheet = [](int quads, double height) {
+    std::vector<double> positions;
+    for (int i = 0; i <= quads; ++i) {
+      for (int j = 0; j <= quads; ++j) {
+        positions.push_back(static_cast<double>(i) / quads);
+        positions.push_back(static_cast<double>(j) / quads);
+        positions.push_back(height);
+      }
+    }
+    return positions;
+  };
+  SceneDescription scene{98, grid(6), {{"", 0, 49}, {"", 49, 49}}};
+  for (const auto& face : grid(6)) scene.faces.push_back({face[0] + 49, face[1] + 49, face[2] + 49});
+  std::vector<double> positions = sheet(6, 0);
+  const std::vector<double> above = sheet(6, 0.02);
+  positions.insert(positions.end(), above.begin(), above.end());
+  Collider collider = make(scene, positions, workers);
+  std::size_t after_ten = 0;
+  bool done = true;
+  for (int i = 1; i <= settings.changes; ++i) {
+    const int quads = 5 + i % 3;
+    BodyAddition body = sheet_of(quads);
+    const std::vector<double> at = sheet(quads, 0.01 * (1 + i % 2));
+    done &= collider.replace_body(1, std::move(body), doubles(at)).ok();
+    std::vector<double> to = collider.positions();
+    for (std::size_t z = 2; z < to.size(); z += 3) to[z] += z < 147 ? 0.001 : -0.001;
+    done &= collider.step(doubles(to)).ok();
+    if (i == 10) after_ten = collider.memory_bytes();
+    if (i == 10 || i == settings.changes)
+      std::printf("%d changes of a body of about 49 vertices: %u vertices, %zu bytes\n", i,
+                  collider.scene().vertex_count(), collider.memory_bytes());
+  }
+  return done && after_ten > 0;
+}
+
+int run(const Settings& settings) {
+  const auto workers = std::make_shared<Workers>(settings.threads);
+  const Cloth cloth(settings.side, settings.frames);
+  const bool tiles = remesh_tiles(cloth, settings, workers);
+  const bool flips = flip_one_body(cloth, settings, workers);
+  const bool kept = memory(settings, workers);
+  if (!tiles || !flips || !kept)
+    std::printf("a change failed, or a step found other contacts than one anew\n");
+  return tiles && flips && kept ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace warmfront::testing
+
+int main(int count, char** values) {
+  warmfront::testing::Settings settings;
+  int* const fields[] = {&settings.side, &settings.tiles, &settings.frames, &settings.threads,
+                         &settings.changes};
+  for (int i = 1; i < count && i <= 5; ++i) *fields[i - 1] = std::atoi(values[i]);
+  return warmfront::testing::run(settings);
+}
