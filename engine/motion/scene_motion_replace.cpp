@@ -23,7 +23,7 @@ SceneMotion::Replacement SceneMotion::replaced(std::span<const PartAfter> parts,
       part.end = end;
       if (kind != BodyKind::kRigid) continue;
       AtPose at{std::make_shared<const ReferenceShape>(motion.vertices(), motion.frame(), stop), {}};
-      part.range.reach = part.reach_at_start = reach_at(*at.shape, at.pose);
+      part.range.reach = part.reach_at_start = reach_at(part, *at.shape, at.pose);
       part.start = at;
       part.now = std::move(at);
     } else {

@@ -25,6 +25,7 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
   for (const MeshRange& range : topology_.ranges()) ranges.push_back(range.features);
   filter_ =
       Core::make_filter(scene.filters(), model_, ranges, topology_.numbering(), topology_.scene(), stop);
+  worlds_ = Worlds(scene, stop);
   thickness_ = Core::make_thickness(scene, ranges, topology_.numbering(), stop);
   make_orphans(stop);
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p) {
@@ -134,7 +135,7 @@ void CoreReplacement::take(const Scene& scene) noexcept {
     core_.rigid_parts.forget(p);
     core_.orphans[p].reset();
   }
-  core_.take({std::move(model_), std::move(filter_), std::move(thickness_), excluded_pairs_,
+  core_.take({std::move(model_), std::move(filter_), std::move(thickness_), std::move(worlds_), excluded_pairs_,
               std::move(orphans_), topology_checksum(scene, *core_.topology, {}), orphans_sum_});
 }
 

@@ -49,6 +49,7 @@ class CoreReplacement {
   std::optional<SceneMotion::Replacement> motion_;  // where vertices are others
   PairFilter filter_;
   Thickness thickness_;
+  Worlds worlds_;
   std::uint64_t excluded_pairs_ = 0;
   std::vector<std::unique_ptr<OrphanBlocks>> orphans_;  // of parts that need others
   std::uint64_t orphans_sum_ = 0;
