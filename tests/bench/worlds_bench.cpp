@@ -68,7 +68,7 @@ void run(const Motion& motion, std::uint32_t worlds) {
   constexpr std::size_t kSteps = 12;
   const std::size_t frames = motion.frames.size();
   const auto frame_of = [&](std::uint32_t world, std::size_t step) -> const std::vector<double>& {
-    return motion.frames[(7 * world + step) % (frames - kSteps - 1) + step % 1];
+    return motion.frames[(7 * world) % (frames - kSteps) + step];
   };
   const auto all_at = [&](std::size_t step) {
     std::vector<double> all;

@@ -16,7 +16,7 @@ from ._frame import Part
 from ._question import question_of
 from ._state import raw
 from ._stencils import RowsByVertex
-from .answer import Committed, Contacts, MaxStep
+from .answer import Committed, Contacts, Kind, MaxStep
 from .errors import InvalidArgumentError
 from .scene import Body, edges_of, faces_of, indices_of, numbers_of, positions_of
 from .session import Motion, Session
@@ -40,8 +40,8 @@ class Copies:
             raise InvalidArgumentError("bodies: world is each copy's own, 1 and up; leave it out")
         if sum(body.vertex_count for body in self.bodies) != self.vertices:
             raise InvalidArgumentError(f"bodies: cover {sum(body.vertex_count for body in self.bodies)} of {self.vertices} vertices")
-        self.shared_rows = [positions_of(p, body.vertex_count, rows.dtype, f"shared[{k}].positions")
-                            for k, (body, _, p) in enumerate(shared)]
+        self.shared_rows = [positions_of(np.empty((0, 3), rows.dtype) if p is None else p, body.vertex_count, rows.dtype,
+                                         f"shared[{k}].positions") for k, (body, _, p) in enumerate(shared)]
         self.shared_bodies = [replace(body, first_vertex=None) for body, _, _ in shared]
         if any(body.world != 0 for body in self.shared_bodies):
             raise InvalidArgumentError("shared: a body that is in all copies has no world; leave it out")
@@ -91,9 +91,9 @@ class Copies:
         """(n): those of deformable bodies."""
         return np.repeat([body.kind == "deformable" for body in self.bodies], [body.vertex_count for body in self.bodies])
 
-    def bodies_in(self, worlds: npt.NDArray[np.int64], kinds: Sequence[str]) -> npt.NDArray[np.uint32]:
-        """The numbers of these copies' bodies of these kinds."""
-        of_one = np.flatnonzero([body.kind in kinds for body in self.bodies])
+    def bodies_in(self, worlds: npt.NDArray[np.int64], kinds: Sequence[str], meshes: bool = False) -> npt.NDArray[np.uint32]:
+        """The numbers of these copies' bodies of these kinds; of meshes, those that are no half-spaces."""
+        of_one = np.flatnonzero([body.kind in kinds and not (meshes and body.half_space is not None) for body in self.bodies])
         return (self.first_body + worlds[:, None] * len(self.bodies) + of_one).reshape(-1).astype("<u4")
 
 
@@ -101,7 +101,8 @@ class BatchContacts:
     """An answer of a batch: `contacts`, and which copy each row is of. Computed on first use.
 
     contacts: `Contacts` of the whole session. world (k) int64: the copy, 0 to n - 1; -1 where both are shared. v (k, 4)
-    int64: the copy's own vertices, 0 to vertices - 1; of a shared body -1 - its vertex among all that are shared.
+    int64: the copy's own vertices, 0 to vertices - 1; of a shared body -1 - its vertex among all that are shared. Of a vertex
+    and a half-space v[:, 3] is the copy's own body, or -1 - a shared one.
     counts (n) int64: rows of each copy. tois (n) float64: the least toi of each, infinity without a contact; None of report
     "count". `rows(world)` are the rows of one copy.
     """
@@ -126,7 +127,15 @@ class BatchContacts:
         """(k): see `BatchContacts`."""
         first, second = self._from_first[:, 0], self._from_first[:, 2]
         worlds: npt.NDArray[np.int64] = np.maximum(first, second) // self._copies.vertices
+        half_spaces, bodies = self._half_spaces
+        worlds[half_spaces] = np.maximum(worlds[half_spaces], bodies // len(self._copies.bodies))
         return np.maximum(worlds, -1)
+
+    @cached_property
+    def _half_spaces(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Rows with one, and its body, counted from the first that is a copy's."""
+        rows = np.flatnonzero(self.contacts.kind == Kind.VERTEX_HALF_SPACE)
+        return rows, self.contacts.v[rows, 3].astype(np.int64) - self._copies.first_body
 
     @cached_property
     def v(self) -> npt.NDArray[np.int64]:
@@ -134,6 +143,8 @@ class BatchContacts:
         rows = self._from_first
         shared = -1 - (rows + self._copies.first_vertex)
         result: npt.NDArray[np.int64] = np.where(rows < 0, shared, rows % self._copies.vertices)
+        half_spaces, bodies = self._half_spaces
+        result[half_spaces, 3] = np.where(bodies < 0, -1 - (bodies + self._copies.first_body), bodies % len(self._copies.bodies))
         return result
 
     @cached_property
@@ -264,7 +275,7 @@ class Batch:
             if poses is None and copies.is_static.any():
                 rows = self._without_static(rows, chosen)
             kinds = ("deformable",) if poses is not None else ("deformable", "rigid")
-            parts += [(_frame.BODIES, copies.bodies_in(chosen, kinds).tobytes()), (_frame.BODY_POSITIONS, raw(rows))]
+            parts += [(_frame.BODIES, copies.bodies_in(chosen, kinds, meshes=True).tobytes()), (_frame.BODY_POSITIONS, raw(rows))]
         if poses is not None:
             rigid = sum(body.kind == "rigid" for body in copies.bodies)
             matrices = numbers_of(poses, None, "poses")

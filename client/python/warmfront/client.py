@@ -121,7 +121,7 @@ class Client:
 
         positions (n, 3), of every copy alike, or (count, n, 3); faces, edges, bodies and excluded_pairs as in `session()`, of
         one copy; without bodies each copy is one, deformable. shared: bodies that are there for all copies, a ground say:
-        (`Body`, faces, positions) each, numbered from 0; they come first among the session's bodies and vertices.
+        (`Body`, faces, positions) each, numbered from 0, None and None of a half-space; they come first among the session's bodies and vertices.
 
         Errors as of `session()`; UnimplementedError where the daemon is older than worlds.
         """

@@ -106,6 +106,21 @@ def test_rigid_bodies_of_a_batch_go_by_poses(client):
             batch.step(poses=np.stack([down] * 3))
 
 
+def test_half_spaces_are_shared_or_each_copys_own(client):
+    plane = lambda z, **more: Body(kind="static", half_space=((0, 0, z), (0, 0, 1)), **more)
+    with client.batch(3, BEFORE, FACES, bodies=[*PAIR, plane(-0.75)], shared=[(plane(-1.5), None, None), GROUND]) as batch:
+        target = at_fractions([0.75, 0.95, 1.5])  # down to -0.5, -0.9 and -2
+        told = batch.trial(target)
+        half = told.contacts.kind == warmfront.Kind.VERTEX_HALF_SPACE
+        rows = [(int(world), v[0] == v[2], int(v[3])) for world, v in zip(told.world[half], told.v[half])]
+        assert sorted(rows) == sorted([(1, True, 2)] * 3 + [(2, True, 2)] * 3 + [(2, True, -1)] * 3)
+        assert set(told.v[half][:, 0].tolist()) == {3, 4, 5}
+        limits = batch.max_step(target)
+        assert limits.tolist() == [told.tois[world] for world in range(3)]
+        with pytest.raises(InvalidArgumentError, match=r"shared\[0\].positions"):
+            client.batch(3, BEFORE, FACES, shared=[(Body(3), [[0, 1, 2]], None)])
+
+
 def test_it_comes_again_with_the_session(daemon, client):
     def play(disturb):
         answers = []
