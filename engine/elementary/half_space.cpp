@@ -171,15 +171,19 @@ Verdict half_space_test(const VertexMotion& vertex, const HalfSpaceMotion& half_
     return until(exactly(vertex, half_space, options.min_separation, counts), options.latest);
   const Verdict verdict = until(pair.search(), options.latest);
   if (options.tier == Tier::kFast && verdict.contact) return Verdict::at(verdict.toi, ContactStatus::kHit);
-  if (options.tier != Tier::kExact || !verdict.contact) return verdict;
-  return until(exactly(vertex, half_space, options.min_separation, counts), options.latest);
+  const bool open = verdict.contact && verdict.status == ContactStatus::kPossible;
+  if (!verdict.contact || (options.tier == Tier::kCertified && !open)) return verdict;
+  const Verdict exact = exactly(vertex, half_space, options.min_separation, counts);
+  if (options.tier == Tier::kExact) return until(exact, options.latest);
+  return exact.contact ? Verdict::at(verdict.toi, ContactStatus::kHit) : Verdict{};
 }
 
 Verdict half_space_candidate(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                              const ElementaryOptions& options, ElementaryCounts& counts) {
-  ElementaryOptions certified = options;
-  certified.tier = Tier::kCertified;
-  Verdict verdict = half_space_test(vertex, half_space, certified, counts);
+  const InDoubles pair(vertex, half_space, options.min_separation, true);
+  Verdict verdict =
+      until(pair.serves() ? pair.search() : exactly(vertex, half_space, options.min_separation, counts),
+            options.latest);
   verdict.status = ContactStatus::kBudget;
   return verdict;
 }
@@ -194,7 +198,6 @@ Verdict half_space_proximity(const VertexMotion& vertex, const HalfSpaceMotion& 
     const double excess = pair.at_start();
     if (excess > pair.error()) return {};
     if (excess <= -pair.error()) return {true, ContactStatus::kHit, toi};
-    if (options.tier != Tier::kExact) return {true, ContactStatus::kPossible, toi};
   }
   if (!exactly(x, then, options.min_separation, counts).contact) return {};
   return {true, ContactStatus::kHit, toi};

@@ -37,16 +37,18 @@ struct HalfSpaceMotion {
 ///   separation
 ///     by more than 2^-41 times its length L: the largest coordinate of x - p, at either end, and the
 ///     separation. What leaves out vertices by a larger margin leaves out none that is reported.
+///     What doubles leave open after the start, integers decide: status kHit or kOverlapAtStart.
 ///   - Tier fast does the same without error bounds.
 /// Beyond doubles' comfortable range every tier is exact. What is not finite counts as overlapping.
 Verdict half_space_test(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                         const ElementaryOptions& options, ElementaryCounts& counts);
 
-/// Of Report::kCandidates: what doubles cannot exclude, as tier certified; status kBudget.
+/// Of Report::kCandidates: what doubles cannot exclude; status kBudget.
 Verdict half_space_candidate(const VertexMotion& vertex, const HalfSpaceMotion& half_space,
                              const ElementaryOptions& options, ElementaryCounts& counts);
 
-/// Is the vertex within options.min_separation at one instant? As proximity_test().
+/// Is the vertex within options.min_separation at one instant? As proximity_test(), exactly in every tier:
+/// kHit.
 Verdict half_space_proximity(const VertexMotion& vertex, const HalfSpaceMotion& half_space, Instant at,
                              const ElementaryOptions& options, ElementaryCounts& counts);
 

@@ -80,7 +80,9 @@ constexpr std::string_view kInfo =
     R"({"name": "n", "triangles": 2, "vertices": 7, "frames": 3, "fps": 24, "generator": "g", "other": [1],
     "bodies": [{"name": "a", "first_vertex": 0, "vertex_count": 4, "kind": "rigid", "thickness": 0.25},
                {"name": "b", "first_vertex": 4, "vertex_count": 3, "kind": "static", "group": 6, "mask": 5,
-                "self_collision": false}],
+                "self_collision": false},
+               {"name": "c", "first_vertex": 7, "vertex_count": 0, "kind": "static",
+                "half_space": {"point": [0, 0.1, -2], "normal": [0, 0, 3]}}],
     "excluded_pairs": [[1, 0]],
     "filters": {"within_edges": 2, "near_at_rest": 0.5, "excluded_vertex_pairs": [[6, 0], [1, 2]],
                 "patches": [1, 1, 1, 0, 2, 2, 2]},
@@ -97,7 +99,9 @@ TEST(InfoJson, RoundTrips) {
     EXPECT_EQ(i.frames, 3U);
     EXPECT_EQ(i.fps, 24);
     EXPECT_EQ(i.generator, "g");
-    ASSERT_EQ(i.bodies.size(), 2U);
+    ASSERT_EQ(i.bodies.size(), 3U);
+    EXPECT_EQ(i.bodies[2].half_space, (HalfSpace{{0, 0.1, -2}, {0, 0, 3}}));
+    EXPECT_FALSE(i.bodies[1].half_space);
     EXPECT_EQ(i.bodies[1].name, "b");
     EXPECT_EQ(i.bodies[1].first_vertex, 4U);
     EXPECT_EQ(i.bodies[1].kind, BodyKind::kStatic);
@@ -141,6 +145,16 @@ TEST(InfoJson, ErrorsNameTheField) {
               HasSubstr("'vertex_count'"));
   EXPECT_THAT(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 1, "kind": "soft"}]})"),
               HasSubstr("'soft'"));
+  const auto of_half_space = [&](const std::string& said) {
+    return error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 0, "half_space": )" + said + "}]}");
+  };
+  EXPECT_THAT(of_half_space("1"), HasSubstr("body 0: 'half_space' must be an object"));
+  EXPECT_THAT(of_half_space(R"({"normal": [0, 0, 1]})"),
+              HasSubstr("half_space: 'point' must hold 3 numbers"));
+  EXPECT_THAT(of_half_space(R"({"point": [0, 0, 0], "normal": [0, "z", 1]})"),
+              HasSubstr("'normal' must hold 3 numbers"));
+  EXPECT_THAT(of_half_space(R"({"point": [0, 0, 0], "normal": [0, 0, 1], "radius": 1})"),
+              HasSubstr("half_space: unknown key 'radius'"));
   EXPECT_THAT(error(std::string(100'000, '[')), HasSubstr("too deeply"));
 }
 

@@ -49,6 +49,23 @@ TEST(ContactWriter, CsvHasTheColumnsThatToolsRead) {
             "13,vf,5,1,2,3,0.10000000000000001,hit\n");
 }
 
+// It is a body, and there may be more bodies than vertices.
+TEST(ContactWriter, TheNumberOfAHalfSpaceIsNoVertex) {
+  const TemporaryFolder folder;
+  const std::vector<ContactRecord> rows{
+      {ContactKind::kVertexHalfSpace, ContactStatus::kHit, {5, 5, 5, 1'000'000}, 0.5}};
+  for (const char* name : {"c.csv", "c.jsonl", "c.vtp"}) {
+    auto writer = open_contact_writer(folder.file(name));
+    ASSERT_TRUE(writer.ok()) << writer.error().message;
+    ASSERT_TRUE(writer.value()->write(1, std::span(kStart), std::span(kEnd), rows, {}).ok());
+    ASSERT_TRUE(writer.value()->close().ok());
+  }
+  EXPECT_EQ(folder.read("c.csv"),
+            "frame,type,v0,v1,v2,v3,toi,status\n"
+            "1,vh,5,5,5,1000000,0.5,hit\n");
+  EXPECT_THAT(folder.read("c.jsonl"), HasSubstr("\"type\":\"vh\",\"v0\":5,\"v1\":5,\"v2\":5,\"v3\":1000000"));
+}
+
 TEST(ContactWriter, JsonLinesAreObjectsOfTheSameFieldsAndTheStatus) {
   const TemporaryFolder folder;
   write_two_frames(folder.file("c.jsonl"));

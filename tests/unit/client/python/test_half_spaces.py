@@ -25,7 +25,8 @@ def shift(z):
 
 
 def test_vertices_meet_it(client):
-    with client.session(TRIANGLE, FACES, bodies=[GROUND, Body(3)], fields=["weights", "normal", "points"]) as session:
+    with client.session(TRIANGLE, FACES, bodies=[GROUND, Body(3)],
+                        options=warmfront.Options(fields=["weights", "normal", "points"])) as session:
         assert not session.step(lowered(0.5))
         contacts = session.step(lowered(1.5))
         assert contacts and (contacts.vf, contacts.ee, contacts.vh) == (0, 0, 3)
