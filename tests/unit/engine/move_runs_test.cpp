@@ -14,7 +14,7 @@ namespace {
 TEST(MoveRuns, KeepsWhatTheyHold) {
   testing::Draws draws(5);
   for (int trial = 0; trial < 5000; ++trial) {
-    std::vector<Run> runs;
+    std::vector<warmfront::Run> runs;
     std::size_t from = 0, to = 0;
     for (int i = draws.below(6); i > 0; --i) {
       from += static_cast<std::size_t>(draws.below(4));
@@ -31,7 +31,7 @@ TEST(MoveRuns, KeepsWhatTheyHold) {
     move_runs(list, runs, size);
     ASSERT_EQ(list.size(), size);
     EXPECT_LE(list.capacity(), 2 * size + 16);
-    for (const Run& run : runs) {
+    for (const warmfront::Run& run : runs) {
       for (std::size_t i = 0; i < run.count; ++i) ASSERT_EQ(list[run.to + i], static_cast<int>(run.from + i));
     }
   }
