@@ -10,19 +10,22 @@
 namespace warmfront {
 namespace {
 
-// Appends items [first, end) of a list, with `shift` added to every number in them.
+// Appends items [first, end) of a list, with `shift` added to every number in them. Each piece is made longer
+// and then written, so that the loop is one of lanes.
 template <class T>
 void append_shifted(std::vector<T>& to, const std::vector<T>& from, std::size_t first, std::size_t end,
                     std::uint32_t shift, StopSignal stop) {
-  in_pieces(first, end, stop, [&](std::size_t begin, std::size_t stop_at) {
-    for (std::size_t i = begin; i < stop_at; ++i) {
-      T item = from[i];
-      if constexpr (requires { item[0]; }) {
-        for (std::uint32_t& number : item) number += shift;
+  in_pieces(first, end, stop, [&](std::size_t begin, std::size_t piece_end) {
+    const std::size_t at = to.size();
+    to.resize(at + piece_end - begin);
+    const T* read = from.data() + begin;
+    T* write = to.data() + at;
+    for (std::size_t i = 0; i < piece_end - begin; ++i) {
+      if constexpr (requires { read[i][0]; }) {
+        for (std::size_t k = 0; k < read[i].size(); ++k) write[i][k] = read[i][k] + shift;
       } else {
-        item += shift;
+        write[i] = read[i] + shift;
       }
-      to.push_back(item);
     }
   });
 }
