@@ -47,6 +47,8 @@ class Copies:
             raise InvalidArgumentError("shared: a body that is in all copies has no world; leave it out")
         self.first_vertex = sum(len(rows) for rows in self.shared_rows)
         self.first_body = len(self.shared_bodies)
+        if self.first_vertex + self.vertices * self.count >= 1 << 31:
+            raise InvalidArgumentError(f"count: {self.count} copies of {self.vertices} vertices are 2^31 or more")
         self._faces, self._edges = faces_of(faces), edges_of(edges)
         self._shared_faces = [faces_of(f, f"shared[{k}].faces") for k, (_, f, _) in enumerate(shared)]
         self._rows = rows
@@ -77,8 +79,6 @@ class Copies:
     def _copied(self, elements: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
         """Of the template's vertices, once for each copy."""
         firsts = self.first_vertex + self.vertices * np.arange(self.count, dtype=np.int64)
-        if self.first_vertex + self.vertices * self.count >= 1 << 31:
-            raise InvalidArgumentError(f"count: {self.count} copies of {self.vertices} vertices are 2^31 or more")
         return (elements[None].astype(np.int64) + firsts[:, None, None]).reshape(-1, elements.shape[1]).astype(np.int32)
 
     @cached_property

@@ -37,10 +37,10 @@ def test_the_earliest_of_each_world_is_told(client):
     bodies = [Body(3, world=world) for world in (5, 5, 9, 9, 7, 7)]
     faces = np.concatenate([FACES + 6 * k for k in range(3)])
     with client.session(positions, faces, bodies=bodies) as session:
-        told = session.trial(target, report="earliest")
+        told = session.trial(target, report="earliest", tier="exact")
         assert told.worlds.tolist() == [5, 7, 9] and told.world_tois.tolist() == [0.5, 0.125, np.inf]
         assert told.earliest_toi == 0.125 and set(told.toi) == {0.5, 0.125} and not told.worlds.flags.writeable
-        limit = session.max_step(target)
+        limit = session.max_step(target, tier="exact")
         assert limit.fraction == 0.125 and limit.worlds.tolist() == [5, 7, 9]
         assert limit.world_fractions.tolist() == [0.5, 0.125, 1]
         assert len(session.trial(target).worlds) == 0, "of report earliest alone"
@@ -74,10 +74,9 @@ def test_a_batch_answers_as_each_copy_alone(client, shared, dtype):
                 assert limits[world] == (whole.earliest_toi if whole else 1)
                 assert np.array_equal(near.contacts.v[near.rows(world)] * 0, alone.proximity(1.5).v * 0)
                 assert np.array_equal(room[world], alone.vertex_distances(0.75).distances[first:])
-        assert told.world.tolist() == sorted(told.world.tolist()) or shared
         assert batch.step(target).counts.tolist() == told.counts.tolist()
         assert (batch.positions == target).all()
-        assert batch.step(target, report="count").tois is None
+        assert batch.trial(np.stack([start] * 5), report="count").tois is None
         # Some copies are reset, and go again; the others stay.
         batch.place(np.stack([start, start]), worlds=[3, 0])
         expected = target.copy()
@@ -95,7 +94,7 @@ def test_rigid_bodies_of_a_batch_go_by_poses(client):
     down = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -2]], float)
     stay = np.eye(3, 4)
     with client.batch(3, BEFORE, FACES, bodies=[Body(3), Body(3, "rigid")]) as batch:
-        told = batch.trial(poses=np.stack([down, stay, down])[:, None])
+        told = batch.trial(poses=np.stack([down, stay, down])[:, None], tier="exact")
         assert (told.counts > 0).tolist() == [True, False, True] and told.tois[0] == 0.5
         moved = np.broadcast_to(BEFORE[:3] - [0, 0, 5], (3, 3, 3))
         both = batch.step(moved, poses=np.stack([down, stay, down])[:, None])
