@@ -114,7 +114,7 @@ TEST(RemoteEdgesTest, AnUploadIsWhatItsHeaderAnnounces) {
   limits.max_triangles = 2;
   EXPECT_THAT(outcome({head}), HasSubstr("face_count and edge_count"));
   limits.max_triangles = 3;
-  EXPECT_THAT(outcome({head, pieces[0]}), HasSubstr("edges: the upload ended after 7 of 24 bytes"));
+  EXPECT_THAT(outcome({head, positions, pieces[0]}), HasSubstr("edges: the upload ended after 7 of 24 bytes"));
   head.mutable_header()->set_edge_count(0);
   EXPECT_THAT(outcome({head, pieces[0]}), HasSubstr("edges: 7 bytes, but 0 are announced"));
 }
