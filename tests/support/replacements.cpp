@@ -117,6 +117,21 @@ ReplaceElements draw_elements(Draws& draws, std::uint32_t index, std::uint32_t v
   return {index, std::move(faces), std::move(edges)};
 }
 
+// Half-spaces are not replaced, and replace nothing.
+AddOperation draw_mesh(Draws& draws, const AcceptedState& state) {
+  AddOperation mesh = draw_addition(draws, state);
+  while (mesh.addition.body.half_space) mesh = draw_addition(draws, state);
+  return mesh;
+}
+
+// Of this body.
+SceneChange draw_change_of(Draws& draws, const AcceptedState& state, std::uint32_t index) {
+  ChangeOperation change = draw_change(draws, state);
+  while (change.body != index) change = draw_change(draws, state);
+  change.as.vertex_count = state.scene.bodies[index].vertex_count;
+  return ChangeBody{index, change.as};
+}
+
 SceneChange draw_body_replacement(Draws& draws, const AcceptedState& state, std::uint32_t index) {
   const Body& body = state.scene.bodies[index];
   if (draws.below(5) == 0 && body.vertex_count < state.scene.vertex_count) {
@@ -124,7 +139,7 @@ SceneChange draw_body_replacement(Draws& draws, const AcceptedState& state, std:
     gone.addition.body.kind = BodyKind::kRemoved;
     return gone;
   }
-  AddOperation other = draw_addition(draws, state);
+  AddOperation other = draw_mesh(draws, state);
   ReplaceBody change{index, std::move(other.addition), std::move(other.positions)};
   if (!state.scene.thickness.empty()) {
     for (std::uint32_t v = 0; v < change.addition.body.vertex_count; ++v)
@@ -144,12 +159,8 @@ SceneChange draw_change_of_any_kind(Draws& draws, const AcceptedState& state) {
     AddOperation add = draw_addition(draws, state);
     return AddBody{std::move(add.addition), std::move(add.positions)};
   }
-  if (kind <= 2 && !removed) {
-    ChangeOperation change = draw_change(draws, state);
-    change.body = index;
-    change.as.vertex_count = body.vertex_count;
-    return ChangeBody{index, change.as};
-  }
+  if (kind <= 2 && !removed) return draw_change_of(draws, state, index);
+  if (body.half_space) return ChangeFilters{state.scene.filters};
   if ((kind <= 5 || filters_name(state, body)) && !removed) {
     const Alone alone = take_apart(state)[index];
     return draw_elements(draws, index, body.vertex_count, alone.faces, alone.edges);
@@ -225,7 +236,7 @@ ChangesOperation draw_wrong_replacements(Draws& draws, const AcceptedState& stat
           ReplaceElements{index, {{0, 0, static_cast<std::int32_t>(vertices)}}, {}});
     return operation;
   }
-  AddOperation other = draw_addition(draws, after);
+  AddOperation other = draw_mesh(draws, after);
   ReplaceBody change{index, std::move(other.addition), std::move(other.positions)};
   switch (draws.below(4)) {
     case 0:

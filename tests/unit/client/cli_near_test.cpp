@@ -35,7 +35,7 @@ TEST(CliNear, HasTheSameAnswersInThisProcessAndBehindADaemon) {
     EXPECT_EQ(here["contacts_hash"], there["contacts_hash"]) << how;
     ASSERT_EQ(here["frames"].size(), 9U);
     for (std::size_t k = 0; k < 9; ++k)
-      for (const char* what : {"frame", "vf", "ee", "possible", "least_distance"})
+      for (const char* what : {"frame", "vf", "ee", "vh", "possible", "least_distance"})
         EXPECT_EQ(here["frames"][k][what], there["frames"][k][what]) << how;
   }
 }
@@ -44,7 +44,7 @@ TEST(CliNear, JsonHasTheFieldsThatToolsRead) {
   const Json json = report("--distance 0.05");
   EXPECT_THAT(keys(json),
               ElementsAre("tier", "distance", "contacts_hash", "filters", "most_thickness", "frames"));
-  EXPECT_THAT(keys(json["frames"][0]), ElementsAre("frame", "vf", "ee", "possible", "least_distance", "ms"));
+  EXPECT_THAT(keys(json["frames"][0]), ElementsAre("frame", "vf", "ee", "vh", "possible", "least_distance", "ms"));
   const Json counted = report("--distance 0.05 --count");
   EXPECT_THAT(keys(counted), ElementsAre("tier", "distance", "filters", "most_thickness", "frames"));
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(json["frames"][k]["vf"], counted["frames"][k]["vf"]);
@@ -58,10 +58,10 @@ TEST(CliNear, ListsEachClosestPairOnce) {
   EXPECT_EQ(here["contacts_hash"], there["contacts_hash"]);
   EXPECT_NE(here["contacts_hash"], all["contacts_hash"]);
   EXPECT_THAT(keys(here["frames"][0]),
-              ElementsAre("frame", "vf", "ee", "possible", "rows", "least_distance", "ms"));
+              ElementsAre("frame", "vf", "ee", "vh", "possible", "rows", "least_distance", "ms"));
   std::uint64_t rows = 0;
   for (std::size_t k = 0; k < 9; ++k) {
-    for (const char* what : {"vf", "ee", "possible", "least_distance"})
+    for (const char* what : {"vf", "ee", "vh", "possible", "least_distance"})
       EXPECT_EQ(here["frames"][k][what], all["frames"][k][what]);
     EXPECT_EQ(here["frames"][k]["rows"], there["frames"][k]["rows"]);
     rows += here["frames"][k]["rows"].get<std::uint64_t>();

@@ -155,7 +155,7 @@ TEST(AnswerChunksTest, ReducedRowsComeWithWhatTheyStandForInChunksOfAnySize) {
   EXPECT_FALSE(malformed([](v1::ContactColumns&) {}));
   EXPECT_TRUE(malformed([](v1::ContactColumns& bad) { bad.clear_stencil(); }));
   EXPECT_TRUE(malformed([](v1::ContactColumns& bad) { bad.mutable_multiplicity()->pop_back(); }));
-  for (const char stencil : {0, 1, 8, 16, 127, -1})
+  for (const char stencil : {0, 2, 8, 16, 127, -1})
     EXPECT_TRUE(malformed([&](v1::ContactColumns& bad) { bad.mutable_stencil()->back() = stencil; }));
 }
 
