@@ -48,7 +48,7 @@ class PartTrees {
   /// After forget_bounds_of_moved(): the same of a part that a motion moved, or stopped, which no question
   /// looked at.
   void forget_bounds(std::uint32_t part) {
-    if (part >= refit_in_.size()) return;  // none are there
+    if (part >= unseen_.size()) return;  // no question has begun since it was added
     refit_in_[part] = kNever;
     unseen_[part] = kChanged;
   }

@@ -239,7 +239,8 @@ void RigidParts::lose_track() noexcept {
 
 void RigidParts::lose_track(std::span<const std::uint8_t> marked) noexcept {
   lose_track();
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
+  const std::size_t parts = std::min(parts_.size(), marked.size());  // there may be room for more
+  for (std::size_t p = 0; p < parts; ++p) {
     if (marked[p] != 0) parts_[p].rigid = false;
   }
 }
