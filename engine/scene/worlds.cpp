@@ -21,7 +21,6 @@ Worlds::Worlds(const Scene& scene, StopSignal stop) {
   };
   std::ranges::sort(numbers_, ascending);
   numbers_.erase(std::unique(numbers_.begin(), numbers_.end()), numbers_.end());
-  numbers_.shrink_to_fit();
   of_body_.reserve(bodies.size());
   for (const Body& body : bodies) {
     const auto at = std::ranges::lower_bound(numbers_, body.world, ascending);

@@ -65,7 +65,8 @@ json told(const Body& body) {
           {"self_collision", body.self_collision},
           {"group", body.group},
           {"mask", body.mask},
-          {"thickness", body.thickness}};
+          {"thickness", body.thickness},
+          {"world", body.world}};
 }
 
 json told(const StepOperation& step) {

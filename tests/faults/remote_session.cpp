@@ -24,7 +24,8 @@ std::string difference(const client::Answer& answer, const Outcome& expected, co
                        const ContactFields& fields) {
   if (answer.vf != expected.vf || answer.ee != expected.ee || answer.ef != expected.ef ||
       answer.vh != expected.vh || answer.possible != expected.possible)
-    return "vf " + std::to_string(answer.vf) + ", ee " + std::to_string(answer.ee) + ", possible " +
+    return "vf " + std::to_string(answer.vf) + ", ee " + std::to_string(answer.ee) + ", vh " +
+           std::to_string(answer.vh) + ", possible " +
            std::to_string(answer.possible) + " where " + to_string(expected) + " is expected";
   if (answer.earliest_toi != expected.earliest_toi) return "another earliest_toi";
   client::ContactTable table;
