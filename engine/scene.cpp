@@ -75,7 +75,7 @@ std::size_t world_count(std::span<const Body> bodies) {
     if (body.kind != BodyKind::kRemoved && body.world != 0) worlds.push_back(body.world);
   }
   std::ranges::sort(worlds);
-  return worlds.size() - std::ranges::unique(worlds).size();
+  return static_cast<std::size_t>(std::unique(worlds.begin(), worlds.end()) - worlds.begin());
 }
 
 double Scene::most_thickness() const {

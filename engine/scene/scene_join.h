@@ -22,7 +22,6 @@ struct MeshRange {
   std::uint32_t vertex_count() const { return features.end_vertex - features.first_vertex; }
   std::uint32_t face_count() const { return end_face - first_face; }
   std::uint32_t edge_count() const { return features.end_edge - features.first_edge; }
-  friend bool operator==(const MeshRange&, const MeshRange&) = default;
 };
 
 inline MeshRange all_of(const Scene& scene) {

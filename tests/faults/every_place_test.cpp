@@ -738,5 +738,35 @@ TEST_P(EveryPlace, OnTwoThreads) {
   }
 }
 
+// A question that ran out of memory as it began knows of some of the parts that were added, and not of others.
+TEST(PlaceAfterAFailure, LooksAtNoPartThatNoQuestionKnows) {
+  Script script{"placed after a failure",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+                {},
+                {}};
+  const Body body{"a", 0, 9, BodyKind::kDeformable};
+  const AddOperation added{{body, grid(2)}, sheet(2, 0.4)};
+  const std::vector<double> low = joined(joined(sheet(2, 0), sheet(2, 0.2)), sheet(2, 0.1));
+  const StepOperation step = everything(low);
+  StepOperation place = everything(joined(joined(sheet(2, 0), sheet(2, 0.3)), sheet(2, 0.5)));
+  place.as = StepOperation::As::kPlace;
+  bool failed = true;
+  for (long n = 0; failed; ++n) {
+    SCOPED_TRACE("allocation " + std::to_string(n));
+    Collider collider = script.start.fresh(script.options, one_thread());
+    AcceptedState state = script.start;
+    const auto take = [&](const Operation& operation) {
+      ASSERT_TRUE(carry_out(collider, operation).done());
+      state.accept(operation);
+    };
+    ASSERT_NO_FATAL_FAILURE(take(everything(joined(sheet(2, 0.1), sheet(2, 0.35)))));
+    ASSERT_NO_FATAL_FAILURE(take(added));
+    failed = !carry_out(collider, step, {Fault::Kind::kAllocation, n}).done();
+    if (!failed) break;
+    ASSERT_NO_FATAL_FAILURE(take(place));
+    ASSERT_EQ(difference(carry_out(collider, step), state.brute_force(step, script.options)), "");
+  }
+}
+
 }  // namespace
 }  // namespace warmfront::testing
