@@ -185,7 +185,9 @@ Result<MaxStep> Collider::max_step(const Frame& frame, bool leave_out_overlaps,
   const StepResult& answer = result.value();
   MaxStep step;
   step.fraction = answer.earliest_toi.value_or(1);
-  if (!answer.contacts.empty()) step.first = answer.contacts.front();
+  // With worlds, the earliest of each are listed.
+  const auto first = std::ranges::find(answer.contacts, step.fraction, &Contact::toi);
+  if (answer.earliest_toi && first != answer.contacts.end()) step.first = *first;
   step.overlaps_at_start = leave_out_overlaps
                                ? answer.overlaps_at_start
                                : static_cast<std::uint64_t>(std::ranges::count(

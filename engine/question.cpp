@@ -52,6 +52,10 @@ Status validate(QuestionKind kind, const QuestionOptions& options) {
     return invalid_argument("reduced: it is of proximity alone; leave it out");
   if (kind == QuestionKind::kPlace && options != QuestionOptions())
     return invalid_argument("place: it tests nothing, and has no options; leave them out");
+  if (kind == QuestionKind::kMaxStep && options.report)
+    return invalid_argument("report: max_step reports the earliest contacts; leave it out");
+  if (kind == QuestionKind::kMaxStep && options.fields)
+    return invalid_argument("fields: max_step tells of times alone; leave them out");
   if (kind != QuestionKind::kIntersections) return {};
   const std::array<std::pair<bool, const char*>, 4> others{
       {{options.tier.has_value(), "tier"},

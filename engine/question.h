@@ -90,7 +90,7 @@ ColliderOptions merged(ColliderOptions options, const Question& question);
 
 /// kInvalidArgument, naming the field, for options that a question of its kind does not have: of
 /// kIntersections, which is exact and tells of features alone, all but report and max_contacts; of kPlace,
-/// which tests nothing, all.
+/// which tests nothing, all; of kMaxStep, which reports the earliest contacts, report and fields.
 Status validate(QuestionKind kind, const QuestionOptions& options);
 
 /// How the positions that a commit makes are rounded: see part_way().

@@ -129,15 +129,14 @@ std::string parse_half_space(const Json& item, const std::string& where, HalfSpa
   return fields.problem();
 }
 
-std::string parse_body(const Json& item, std::size_t index, Body& body) {
+// `first`: where the body before it ends.
+std::string parse_body(const Json& item, std::size_t index, std::uint64_t first, Body& body) {
   const std::string where = "body " + std::to_string(index) + ": ";
   if (!item.is_object()) return where + "must be an object";
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   Fields fields(item, where);
-  std::uint64_t first = 0;
   std::uint64_t count = 0;
   std::string kind = "deformable";
-  fields.require("first_vertex");
   fields.require("vertex_count");
   fields.text("name", body.name);
   fields.count("first_vertex", kMost, first);
@@ -266,7 +265,10 @@ Result<SceneInfo> parse_info_json(std::string_view bytes, std::string_view file)
     if (!bodies->is_array()) return invalid_argument(prefix + "'bodies' must be a list");
     for (std::size_t i = 0; i < bodies->size(); ++i) {
       Body body;
-      if (const std::string problem = parse_body((*bodies)[i], i, body); !problem.empty())
+      const std::uint64_t first =
+          info.bodies.empty() ? 0
+                              : std::uint64_t{info.bodies.back().first_vertex} + info.bodies.back().vertex_count;
+      if (const std::string problem = parse_body((*bodies)[i], i, first, body); !problem.empty())
         return invalid_argument(prefix + problem);
       info.bodies.push_back(std::move(body));
     }

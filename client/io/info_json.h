@@ -30,8 +30,8 @@ struct SceneInfo {
 std::string_view to_string(BodyKind kind);
 
 /// Reads an object with any of the fields "name", "triangles", "vertices", "frames", "fps", "generator" and
-/// "bodies", a list of {"name", "first_vertex", "vertex_count", "kind", "self_collision", "group", "mask",
-/// "thickness", "world", "half_space": {"point": [x, y, z], "normal": [x, y, z]}}, "excluded_pairs", a list of
+/// "bodies", a list of {"name", "first_vertex" (where the body before ends, if it is not given), "vertex_count",
+/// "kind", "self_collision", "group", "mask", "thickness", "world", "half_space": {"point": [x, y, z], "normal": [x, y, z]}}, "excluded_pairs", a list of
 /// pairs of indices of bodies, and "filters", an object with any of
 /// "within_edges", "near_at_rest", "excluded_vertex_pairs" and "patches", as PairFilters has them, and
 /// "vertex_thickness", a length for each vertex. Other fields are ignored, but not within a body or the

@@ -41,7 +41,7 @@ struct ClientOptions {
   std::chrono::milliseconds answer_timeout =
       std::chrono::minutes(5);  ///< one frame; then the session is resumed
   std::chrono::milliseconds resume_timeout =
-      std::chrono::minutes(1);  ///< finding a daemon again after losing it
+      std::chrono::minutes(1);  ///< finding a daemon again after losing it; the last try may take a call_timeout more
   /// A session fails after this many consecutive resumes without an answer, so that a frame that crashes
   /// every daemon is not sent forever.
   int max_resumes_without_answer = 5;

@@ -81,6 +81,24 @@ class OwnFrame {
   Frame frame_;
 };
 
+// As a daemon's: one kind of positions for all of a session.
+Status check_kind(const Frame& frame, bool float32) {
+  const auto check = [&](const Positions& positions, const std::string& where) -> Status {
+    const bool given = std::holds_alternative<std::span<const float>>(positions);
+    const bool any = std::visit([](auto rows) { return !rows.empty(); }, positions);
+    if (!any || given == float32) return {};
+    return invalid_argument(where + ": the session was created with " + (float32 ? "float32" : "float64") +
+                            " positions; give every frame the same kind");
+  };
+  if (frame.positions) {
+    if (Status fits = check(*frame.positions, "positions"); !fits) return fits;
+  }
+  for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
+    if (Status fits = check(frame.bodies[i].positions, "bodies[" + std::to_string(i) + "]"); !fits) return fits;
+  }
+  return check(frame.vertex_positions, "vertex_positions");
+}
+
 Error at_frame(std::uint64_t number, const Error& error) {
   return {error.code, "frame " + std::to_string(number) + ": " + error.message};
 }
@@ -216,7 +234,7 @@ void LocalSession::compute_all() {
 Result<Answer> LocalSession::compute(const Request& request, const std::atomic<bool>* stop) {
   if (trial_lost_ && request.needs_trial())
     return Error{ErrorCode::kFailedPrecondition,
-                 "the last trial was given up before its turn; ask for a trial first"};
+                 "the last motion was given up or refused before its turn; ask for a trial first"};
   Answer answer;
   answer.frame = frame_ + 1;
   if (request.commit) {
@@ -225,7 +243,12 @@ Result<Answer> LocalSession::compute(const Request& request, const std::atomic<b
     answer.commit = taken.value();
     return answer;
   }
-  if (request.moves()) trial_lost_ = false;
+  if (request.moves()) {
+    trial_lost_ = true;
+    if (Status fits = check_kind(request.frame, rounding_ == Rounding::kFloat32); !fits)
+      return at_frame(frame_ + 1, fits.error());
+    trial_lost_ = false;
+  }
   const Result<StepResult> result = collider_.ask(request.frame, request.question, stop);
   if (!result) return result.error();
   const StepResult& step = result.value();

@@ -17,7 +17,8 @@
 namespace warmfront::client {
 
 /// How long an answer is waited for. A question that is given up does not count: the session is where it was,
-/// and is used as before. An answer that is there already is taken.
+/// and is used as before; but where it was a motion whose turn had come, no trial before it can be committed.
+/// An answer that is there already is taken.
 struct WaitOptions {
   /// As Collider's: gives the question up when it is true, kCancelled. Any thread may set it. It must outlive
   /// the question. Null: never.

@@ -92,21 +92,53 @@ Status Session::Impl::check_may_submit() const {
           " frames are unanswered, which is the daemon's window; take an answer before sending more"};
 }
 
+/// Refused at once, as a step, place or commit or behind one. What is asked before somebody has waited for any of
+/// these was meant to begin where that one would have ended.
+class Session::Impl::Refused final : public PendingAnswer {
+ public:
+  Refused(Error why, std::shared_ptr<bool> seen) : PendingAnswer(std::move(why)), seen_(std::move(seen)) {}
+  bool wait_until(Time /*until*/) override { return *seen_ = true; }
+
+ private:
+  const std::shared_ptr<bool> seen_;
+};
+
+std::shared_ptr<PendingAnswer> Session::Impl::refused(Error why, bool counts, bool handed_out) {
+  if (!counts || !handed_out) return std::make_shared<PendingAnswer>(std::move(why));
+  refusal_seen_ = std::make_shared<bool>(false);
+  return std::make_shared<Refused>(std::move(why), refusal_seen_);
+}
+
+// A question whose caller waits for its answer is told of it once.
+std::shared_ptr<PendingAnswer> Session::Impl::behind_refused(bool handed_out) {
+  const std::shared_ptr<bool> seen = handed_out ? refusal_seen_ : std::exchange(refusal_seen_, nullptr);
+  if (seen == nullptr || *seen) return nullptr;
+  return std::make_shared<Refused>(
+      Error{ErrorCode::kFailedPrecondition,
+            "a frame before it failed, and frame " + std::to_string(next_number()) + " is the next one"},
+      seen);
+}
+
 std::shared_ptr<PendingAnswer> Session::Impl::ask(const Frame& frame, const Question& question,
                                                   const WaitOptions& wait, bool handed_out) {
   if (Status may = check_may_ask(wait); !may) return std::make_shared<PendingAnswer>(may.error());
+  if (std::shared_ptr<PendingAnswer> behind = behind_refused(handed_out)) {
+    if (!question.of_state()) may_commit_ = false;
+    return behind;
+  }
   std::shared_ptr<PendingAnswer> answer = asked(wait, handed_out);
   if (Result<std::uint64_t> number = encode_and_send(frame, question, answer); !number)
-    return std::make_shared<PendingAnswer>(number.error());
+    return refused(number.error(), question.counts(), handed_out);
   return answer;
 }
 
 std::shared_ptr<PendingAnswer> Session::Impl::ask_commit(double fraction, const WaitOptions& wait,
                                                          bool handed_out) {
   if (Status may = check_may_ask(wait); !may) return std::make_shared<PendingAnswer>(may.error());
+  if (std::shared_ptr<PendingAnswer> behind = behind_refused(handed_out)) return behind;
   std::shared_ptr<PendingAnswer> answer = asked(wait, handed_out);
   if (Result<std::uint64_t> number = send_commit(fraction, answer); !number)
-    return std::make_shared<PendingAnswer>(number.error());
+    return refused(number.error(), true, handed_out);
   return answer;
 }
 

@@ -51,6 +51,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
 
  private:
   class Asked;
+  class Refused;
   /// Thrown by look(): the oldest question is to be given up, ...
   struct GivenUp {
     Error why;
@@ -59,6 +60,10 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   struct WaitedEnough {};
 
   std::shared_ptr<PendingAnswer> asked(const WaitOptions& wait, bool handed_out);
+  /// The answer to what is refused at once.
+  std::shared_ptr<PendingAnswer> refused(Error why, bool counts, bool handed_out);
+  /// The answer to what is asked behind a step, place or commit that was, while nobody knows of that; else null.
+  std::shared_ptr<PendingAnswer> behind_refused(bool handed_out);
   /// kFailedPrecondition when the window is full.
   Status check_may_submit() const;
   /// kFailedPrecondition while answers to what was submitted are not taken; as PendingAnswer::check().
@@ -152,6 +157,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
     CommitResult up_to(double fraction) const;
   };
   std::optional<Trial> last_trial_;
+  std::shared_ptr<bool> refusal_seen_;  ///< of the last step, place or commit that was refused at once
   bool may_commit_ = false;    ///< what was submitted last was a trial, and is answered or on its way
   std::size_t sent_ = 0;       ///< of these, on the present stream
   bool frame_failed_ = false;  ///< and answers to frames after it are outstanding

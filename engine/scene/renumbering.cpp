@@ -65,7 +65,10 @@ Renumbering Renumbering::join(std::span<const Slice> slices, StopSignal stop) {
   result.new_vertex_.reserve(vertices);
   result.given_face_.reserve(faces);
   lengthen(result.new_face_, faces, kNoFace, stop);
-  for (const auto& [numbering, range, rank] : slices) {
+  for (const Slice& slice : slices) {
+    const auto* const numbering = slice.numbering;
+    const auto& range = slice.range;
+    const auto& rank = slice.face_rank;
     const std::uint32_t vertex =
         static_cast<std::uint32_t>(result.given_vertex_.size()) - range.features.first_vertex;
     const std::uint32_t face = static_cast<std::uint32_t>(result.given_face_.size()) - range.first_face;

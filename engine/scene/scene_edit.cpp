@@ -129,7 +129,8 @@ Status SceneEdit::carry_out(ChangeFilters& change, std::size_t /*at*/) {
 Status SceneEdit::carry_out(ChangeBody& change, std::size_t /*at*/) {
   auto& [index, body] = change;
   if (index < scene_.bodies_.size() && scene_.bodies_[index].kind == BodyKind::kRemoved)
-    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one, or replace it");
+    return invalid_argument("body " + std::to_string(index) + " was removed; add a new one" +
+                            (scene_.bodies_[index].half_space ? "" : ", or replace it"));
   return scene_.change(index, std::move(body));
 }
 

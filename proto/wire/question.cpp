@@ -49,10 +49,6 @@ Result<Question> question_from(const v1::Question& message) {
     if (question.leave_out_overlaps)
       return invalid_argument("question.leave_out_overlaps: it is of KIND_MAX_STEP only");
     if (options.keep_distance) return invalid_argument("question.keep_distance: it is of KIND_MAX_STEP only");
-  } else if (options.report) {
-    return invalid_argument("question.report: KIND_MAX_STEP reports the earliest contacts; leave it out");
-  } else if (options.fields) {
-    return invalid_argument("question.fields: KIND_MAX_STEP tells of times alone; leave them out");
   }
   if (Status valid = validate(question.kind, options); !valid)
     return Error{valid.error().code, "question." + valid.error().message};

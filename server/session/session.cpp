@@ -297,8 +297,10 @@ Outcome<std::shared_ptr<const Answer>> Session::compute_guarded(Request& request
     if (request.before) request.before();
     return compute(request);
   });
-  // A question that failed is followed by no commit of the one before it.
-  if (!outcome && std::holds_alternative<Asked>(request.content)) trial_.reset();
+  // A motion that failed is followed by no commit of the one before it; a question about a state leaves that
+  // as it is, as Collider does.
+  const auto* asked = std::get_if<Asked>(&request.content);
+  if (!outcome && asked != nullptr && !asked->question.of_state()) trial_.reset();
   return outcome;
 }
 
@@ -596,6 +598,12 @@ Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& ask
     fault.message = name_of(frame) + ": " + fault.message;
     return fault;
   }
+  // The collider may have an older one, where a later one failed before it came there.
+  if (asked.question.where == Where::kTrialEnd && !trial_)
+    return Fault{ErrorCode::kFailedPrecondition, Reason::kInvalidInput,
+                 name_of(frame) +
+                     ": question.where: no trial of this frame was answered since the last frame or change of the "
+                     "scene, or a motion failed since; send the trial again"};
   const bool counts = asked.question.counts();
   const ContactFields fields = merged(options_, question.value()).fields;
   if (Status complete = contents.complete(scene); !complete)
@@ -667,7 +675,7 @@ Outcome<std::shared_ptr<const Answer>> Session::take_trial(const Request& reques
         ErrorCode::kFailedPrecondition, Reason::kInvalidInput,
         name +
             ": no trial of this frame was answered since the last frame or change of the scene, or a "
-            "question failed since; send the trial again, then the commit"};
+            "motion failed since; send the trial again, then the commit"};
   auto answer = std::make_shared<Answer>();
   const Result<CommitResult> result =
       collider_.commit(fraction, dtype_ == Dtype::kFloat32 ? Rounding::kFloat32 : Rounding::kFloat64);

@@ -9,6 +9,7 @@
 
 #include "proto/wire/filters.h"
 #include "proto/wire/options.h"
+#include "proto/wire/enums.h"
 #include "proto/wire/question.h"
 #include "proto/wire/scene.h"
 #include "proto/wire/statistics.h"
@@ -48,6 +49,14 @@ Outcome<Question> question_from(const Message& message) {
   Result<Question> question = wire::question_from(message.question());
   if (!question) return fault_from(question.error(), "frame " + std::to_string(message.frame()) + ": ");
   return std::move(question).value();
+}
+
+/// Of a message whose question is refused: its kind alone, where that can be told.
+template <class Message>
+Question refused_question(const Message& message) {
+  Question question;
+  static_cast<void>(wire::read(message.question().kind(), "question.kind", question.kind));
+  return question;
 }
 
 /// Appends a message of a frame (v1::StepFrame or v1::StepRequest). What is too much is kept in the buffer as

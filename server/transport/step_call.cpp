@@ -75,7 +75,7 @@ void StepCall::step(Session& session, const v1::StepRequest& request) {
                  });
                });
   session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
-               std::move(done), std::move(before), question ? std::move(question).value() : Question());
+               std::move(done), std::move(before), question ? std::move(question).value() : refused_question(request));
 }
 
 void StepCall::respond(const Answer& answer) {

@@ -191,7 +191,7 @@ void StepStream::take(const StreamRequest& request) {
     // As what is too much is, it is answered in the frame's turn.
     Outcome<Question> question = question_from(part);
     if (!question && !pass.refused) pass.refused = question.fault();
-    assembly_.emplace(Assembly{part.frame(), question ? std::move(question).value() : Question(),
+    assembly_.emplace(Assembly{part.frame(), question ? std::move(question).value() : refused_question(part),
                                std::move(contents), std::move(pass), RecordedParts(session->account())});
   } else if (part.has_question()) {
     return end(out_of_place("a question in a later part of frame " + std::to_string(part.frame()) +

@@ -569,7 +569,10 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
   Outcome outcome = answer_of(std::move(contacts), scene, made, options);
   if (max_step) {  // which tells of the first alone
     outcome.vf = outcome.ee = outcome.vh = outcome.possible = 0;
-    outcome.contacts.resize(std::min<std::size_t>(outcome.contacts.size(), 1));
+    if (outcome.earliest_toi) {
+      std::erase_if(outcome.contacts, [&](const Contact& c) { return c.toi > *outcome.earliest_toi; });
+      outcome.contacts.resize(1);
+    }
     for (double& toi : outcome.world_tois) toi = std::min(toi, 1.0);
   }
   if (options.fields.any()) describe(outcome, made, vertices, half_spaces);

@@ -187,8 +187,10 @@ def max_step_of(contacts: Contacts, summary: Any) -> MaxStep:
     """Of the earliest contacts of a motion, and their v1.StepSummary."""
     first = None
     if len(contacts) > 0:
-        a, b, c, d = (int(vertex) for vertex in contacts.v[0])
-        first = Contact(Kind(int(contacts.kind[0])), Status(int(contacts.status[0])), (a, b, c, d), float(contacts.toi[0]))
+        row = int(np.argmin(contacts.toi))  # with worlds, the earliest of each are listed
+        a, b, c, d = (int(vertex) for vertex in contacts.v[row])
+        first = Contact(Kind(int(contacts.kind[row])), Status(int(contacts.status[row])), (a, b, c, d),
+                        float(contacts.toi[row]))
     fraction = 1.0 if contacts.earliest_toi is None else contacts.earliest_toi
     return MaxStep(fraction, first, summary.overlaps_at_start, contacts.statistics, contacts.worlds,
                    np.minimum(contacts.world_tois, 1.0))

@@ -49,6 +49,7 @@ class SceneState:
         self.filters = filters.copied(len(self._rows), lambda: self._rows)
         self.thickness = thickness_of(thickness, len(self._rows))
         self._topology: Optional[Topology] = None
+        self.layout = object()  # another one where vertices or bodies have other numbers
         self._poses: list[Optional[npt.NDArray[np.float64]]] = [None] * len(self.bodies)
 
     @property
@@ -226,6 +227,7 @@ class SceneState:
         if self.thickness is not None:
             self.thickness = np.concatenate([self.thickness, np.zeros(len(rows))])
         self._topology = None
+        self.layout = object()
         self._poses.append(None)
 
     def encode_elements(self, index: int, faces: Any, edges: Any = None) -> session_pb2.SceneChange:
@@ -248,6 +250,9 @@ class SceneState:
         """The description of what takes a body's place: another one, or its own with as many vertices as are given."""
         if body is not None:
             return replace(body, first_vertex=0)
+        if not self.bodies:
+            raise FailedPreconditionError("bodies: the session declares none; declare its bodies to replace one, or replace the "
+                                          "elements of all of it as body 0")
         old = self._body(index, "index")
         return replace(old, first_vertex=0, vertex_count=len(positions_of(positions, None, self.dtype)))
 
@@ -283,6 +288,7 @@ class SceneState:
         self.bodies[index] = body
         self.bodies = placed([replace(each, first_vertex=None) for each in self.bodies])
         self._topology = None
+        self.layout = object()
         self._poses[index] = None
 
     def _replace_mesh(self, index: int, count: int, faces: npt.NDArray[np.int32], edges: npt.NDArray[np.int32]) -> None:

@@ -17,7 +17,7 @@ from ._question import question_of
 from ._state import raw
 from ._stencils import RowsByVertex
 from .answer import Committed, Contacts, Kind, MaxStep
-from .errors import InvalidArgumentError
+from .errors import FailedPreconditionError, InvalidArgumentError
 from .scene import Body, edges_of, faces_of, indices_of, numbers_of, positions_of
 from .session import Motion, Session
 
@@ -103,8 +103,8 @@ class BatchContacts:
     contacts: `Contacts` of the whole session. world (k) int64: the copy, 0 to n - 1; -1 where both are shared. v (k, 4)
     int64: the copy's own vertices, 0 to vertices - 1; of a shared body -1 - its vertex among all that are shared. Of a vertex
     and a half-space v[:, 3] is the copy's own body, or -1 - a shared one.
-    counts (n) int64: rows of each copy. tois (n) float64: the least toi of each, infinity without a contact; None of report
-    "count". `rows(world)` are the rows of one copy.
+    counts (n) int64: rows of each copy. tois (n) float64: the least toi of each, infinity without a contact. Both are None of
+    report "count", which lists nothing to tell copies by. `rows(world)` are the rows of one copy.
     """
 
     def __init__(self, contacts: Contacts, copies: Copies) -> None:
@@ -147,16 +147,24 @@ class BatchContacts:
         result[half_spaces, 3] = np.where(bodies < 0, -1 - (bodies + self._copies.first_body), bodies % len(self._copies.bodies))
         return result
 
+    @property
+    def _only_counted(self) -> bool:
+        return len(self.contacts) == 0 and bool(self.contacts)
+
     @cached_property
-    def counts(self) -> npt.NDArray[np.int64]:
+    def counts(self) -> Optional[npt.NDArray[np.int64]]:
         """(n): see `BatchContacts`."""
+        return None if self._only_counted else self._rows_of_each
+
+    @cached_property
+    def _rows_of_each(self) -> npt.NDArray[np.int64]:
         return np.bincount(self.world[self.world >= 0], minlength=self._copies.count)
 
     @cached_property
     def tois(self) -> Optional[npt.NDArray[np.float64]]:
         """(n): see `BatchContacts`."""
-        if len(self.contacts) == 0 and self.contacts:
-            return None  # counted
+        if self._only_counted:
+            return None
         tois = np.full(self._copies.count, np.inf)
         within = self.world >= 0
         np.minimum.at(tois, self.world[within], self.contacts.toi[within])
@@ -166,7 +174,7 @@ class BatchContacts:
     def _by_world(self) -> RowsByVertex:
         order = np.argsort(self.world, kind="stable")
         order = order[np.count_nonzero(self.world < 0):]
-        begin = np.concatenate([[0], np.cumsum(self.counts)])
+        begin = np.concatenate([[0], np.cumsum(self._rows_of_each)])
         return RowsByVertex(begin, order)
 
     def rows(self, world: int) -> npt.NDArray[np.int64]:
@@ -181,16 +189,24 @@ class Batch:
     """Created by `Client.batch()`: n copies of one scene, each in a world of its own, as one session, one frame, one answer.
 
     Positions are (n, vertices, 3), as the template numbers its vertices; with worlds=[...], (k), of these copies alone, and
-    all others stay. Rigid bodies may be given by poses= (n, rigid bodies, 3, 4) instead; positions= then are of the deformable
-    bodies' vertices alone. What does not move may be left out of neither: rows of static bodies have to be as they are.
-    `session` is the session beneath, for everything else: shared bodies that move, changes of bodies, futures. It and the
-    batch may be used in turn.
+    all others stay. Rigid bodies may be given by poses= (n, rigid bodies, 3, 4) instead, of their rest shapes, which are the
+    positions last given of them; positions= then are of the deformable bodies' vertices alone. What does not move may be left
+    out of neither: rows of static bodies have to be as they are. A commit takes one fraction for all copies.
+    `session` is the session beneath, for everything else: shared bodies that move, filters, futures, descriptions of bodies
+    (body b of copy i has the number shared + i * bodies + b there). It and the batch may be used in turn, as long as no
+    vertices are added or replaced there: FailedPreconditionError then.
     """
 
     def __init__(self, session: Session, copies: Copies) -> None:
         """Internal: use `Client.batch()`."""
         self.session = session
         self._copies = copies
+        self._layout = session.layout()
+
+    def _check_layout(self) -> None:
+        if self.session.layout() is not self._layout:
+            raise FailedPreconditionError("batch: vertices of the session beneath were added or replaced, and copies are not "
+                                          "where they were; go on with the session, or make another batch")
 
     @property
     def count(self) -> int:
@@ -200,6 +216,7 @@ class Batch:
     @property
     def positions(self) -> npt.NDArray[Any]:
         """(n, vertices, 3): where everything is. A copy."""
+        self._check_layout()
         return self.session.positions[self._copies.first_vertex:].reshape(self.count, self._copies.vertices, 3)
 
     def step(self, positions: Any = None, *, poses: Any = None, worlds: Any = None, timeout: Optional[float] = None,
@@ -233,10 +250,12 @@ class Batch:
 
     def proximity(self, distance: float, **arguments: Any) -> BatchContacts:
         """`Session.proximity()`."""
+        self._check_layout()
         return self._contacts(self.session.proximity(distance, **arguments))
 
     def vertex_distances(self, distance: float, **arguments: Any) -> npt.NDArray[np.float64]:
         """(n, vertices): `Session.vertex_distances()`, of the copies' vertices; a view of the answer, read-only."""
+        self._check_layout()
         distances = self.session.vertex_distances(distance, **arguments).distances
         return distances[self._copies.first_vertex:].reshape(self.count, self._copies.vertices)
 
@@ -260,6 +279,7 @@ class Batch:
         return self.session._ask(self._motion(positions, poses, worlds), question, timeout)
 
     def _motion(self, positions: Any, poses: Any, worlds: Any) -> Motion:
+        self._check_layout()
         copies = self._copies
         if positions is None and poses is None:
             raise InvalidArgumentError("positions: give where the copies go, or poses")

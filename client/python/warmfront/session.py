@@ -107,6 +107,10 @@ class Session:
             state = self._link.state
             return state.placed().astype(state.dtype)
 
+    def layout(self) -> object:
+        """Another object once bodies were added or replaced, so that vertices, faces or bodies have other numbers."""
+        return self._link.state.layout
+
     @property
     def positions_dtype(self) -> np.dtype[Any]:
         """float32 or float64: of all positions of the session."""

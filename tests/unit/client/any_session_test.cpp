@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -116,6 +117,89 @@ class AnySessionTest : public ::testing::Test {
 TEST_F(AnySessionTest, AnswersAreTheSameBits) {
   expect_the_same<double>();
   expect_the_same<float>();
+}
+
+TEST_F(AnySessionTest, AfterATrialThatIsRefusedThereIsNone) {
+  const std::vector<double> there = at<double>(1);
+  const Frame frame{std::span<const double>(there)};
+  for (AnySession& session : open(at<double>(0), {})) {
+    const std::vector<QuestionOptions> wrong{{.tolerance = 0.0},
+                                             {.report = Report::kAny},
+                                             {.keep_distance = 0.5},
+                                             {.reduced = true},
+                                             {.max_contacts = 0}};
+    for (const QuestionOptions& options : wrong) {
+      ASSERT_TRUE(session.trial(frame).ok());
+      Pending<Answer> refused = session.trial_async(frame, options);
+      Pending<Answer> near = session.proximity_async(0.1, Where::kTrialEnd);
+      Pending<Answer> tangled = session.intersections_async(Where::kTrialEnd);
+      EXPECT_FALSE(refused.get().ok());
+      for (Pending<Answer>* question : {&near, &tangled}) {
+        const Result<Answer> answer = question->get();
+        ASSERT_FALSE(answer.ok()) << session.is_remote();
+        EXPECT_EQ(answer.error().code, ErrorCode::kFailedPrecondition) << answer.error().message;
+      }
+      EXPECT_FALSE(session.commit(1).ok());
+    }
+  }
+}
+
+TEST_F(AnySessionTest, AQuestionAboutAStateThatFailsLeavesTheTrial) {
+  const std::vector<double> there = at<double>(1), start = at<double>(0);
+  const Frame frame{std::span<const double>(there)};
+  Session remote = client_.create_session(grids_.scene(), std::span<const double>(start)).value();
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_TRUE(remote.trial(frame).ok());
+    EXPECT_FALSE(remote.proximity(std::nan("")).ok());
+    EXPECT_FALSE(remote.proximity(0.5, Where::kTrialEnd, {.max_contacts = 0}).ok());
+    EXPECT_FALSE(remote.proximity(0.5, Where::kTrialEnd, {.max_contacts = 1}).ok());
+    EXPECT_TRUE(remote.commit(0.5).ok());
+  }
+  EXPECT_EQ(remote.resumes(), 0U);
+}
+
+TEST_F(AnySessionTest, WhatIsAskedBehindAStepThatIsRefusedFails) {
+  const std::vector<double> there = at<double>(1), few{0, 0, 0};
+  const Frame frame{std::span<const double>(there)}, wrong{std::span<const double>(few)};
+  for (AnySession& session : open(at<double>(0), {})) {
+    const auto behind = [&](auto&& refused) {
+      Pending<Answer> step = session.step_async(frame), trial = session.trial_async(frame);
+      EXPECT_FALSE(refused.get().ok());
+      for (Pending<Answer>* question : {&step, &trial}) {
+        const Result<Answer> answer = question->get();
+        ASSERT_FALSE(answer.ok()) << session.is_remote();
+        EXPECT_EQ(answer.error().code, ErrorCode::kFailedPrecondition);
+      }
+    };
+    behind(session.commit_async(0.5));
+    behind(session.step_async(wrong));
+    behind(session.place_async(wrong));
+    EXPECT_EQ(session.step(frame).value().frame, 1U) << session.is_remote();
+    {
+      Pending<Answer> nobody_waits = session.step_async(wrong);
+    }
+    Pending<Answer> told = session.step_async(frame);
+    EXPECT_FALSE(told.get().ok());
+    EXPECT_EQ(session.step(frame).value().frame, 2U) << session.is_remote();
+  }
+}
+
+TEST_F(AnySessionTest, WhatOneOfThemRefusesSoDoesTheOther) {
+  const std::vector<double> there = at<double>(1);
+  const std::vector<float> in_float = at<float>(1);
+  const Frame frame{std::span<const double>(there)}, other{std::span<const float>(in_float)};
+  for (AnySession& session : open(at<double>(0), {})) {
+    const auto invalid = [&](const auto& answer, const char* words) {
+      ASSERT_FALSE(answer.ok()) << session.is_remote() << words;
+      EXPECT_EQ(answer.error().code, ErrorCode::kInvalidArgument);
+      EXPECT_THAT(answer.error().message, HasSubstr(words));
+    };
+    invalid(session.max_step(frame, false, {.report = Report::kAll}), "report: max_step reports the earliest");
+    invalid(session.max_step(frame, false, {.fields = ContactFields{.normal = true}}),
+            "fields: max_step tells of times");
+    invalid(session.step(other), "positions: the session was created with float64 positions");
+    EXPECT_TRUE(session.step(frame).ok());
+  }
 }
 
 TEST_F(AnySessionTest, ErrorsHaveTheSameCodesAndChangeNothing) {

@@ -97,6 +97,8 @@ TEST(WorldsTest, TheEarliestOfEachIsTold) {
   EXPECT_THAT(tois, ElementsAre(0.125, 0.25, 0.5));
   const MaxStep limit = collider.max_step(std::span<const double>(end), false, {.tier = Tier::kExact}).value();
   EXPECT_EQ(limit.fraction, 0.125);
+  ASSERT_TRUE(limit.first);
+  EXPECT_EQ(limit.first->toi, 0.125);
   EXPECT_THAT(limit.worlds, ElementsAre(5, 7, 9, 0xffffffff));
   EXPECT_THAT(limit.world_fractions, ElementsAre(0.5, 1, 0.125, 0.25));
   const StepResult all = collider.step(std::span<const double>(end)).value();

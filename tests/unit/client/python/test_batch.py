@@ -6,7 +6,7 @@ from fake_daemon import FakeDaemon
 from support import bits, triangle_through_triangle
 
 import warmfront
-from warmfront import Body, InvalidArgumentError, UnimplementedError
+from warmfront import Body, FailedPreconditionError, InvalidArgumentError, UnimplementedError
 
 BEFORE, AFTER, FACES = triangle_through_triangle()
 PAIR = [Body(3), Body(3)]
@@ -76,7 +76,8 @@ def test_a_batch_answers_as_each_copy_alone(client, shared, dtype):
                 assert np.array_equal(room[world], alone.vertex_distances(0.75).distances[first:])
         assert batch.step(target).counts.tolist() == told.counts.tolist()
         assert (batch.positions == target).all()
-        assert batch.trial(np.stack([start] * 5), report="count").tois is None
+        counted = batch.trial(np.stack([start] * 5), report="count")
+        assert counted and counted.tois is None and counted.counts is None
         # Some copies are reset, and go again; the others stay.
         batch.place(np.stack([start, start]), worlds=[3, 0])
         expected = target.copy()
@@ -118,6 +119,27 @@ def test_half_spaces_are_shared_or_each_copys_own(client):
         assert limits.tolist() == [told.tois[world] for world in range(3)]
         with pytest.raises(InvalidArgumentError, match=r"shared\[0\].positions"):
             client.batch(3, BEFORE, FACES, shared=[(Body(3), [[0, 1, 2]], None)])
+
+
+def test_the_first_contact_is_that_of_the_least_time(client):
+    for tier in ("certified", "exact"):
+        with client.batch(3, BEFORE, FACES, bodies=PAIR) as batch:
+            poses = at_fractions([0.75, 0.25, 4])
+            limit = batch.session.max_step(poses.reshape(-1, 3), tier=tier)
+            assert limit.fraction == limit.first.toi == limit.world_fractions.min() and set(limit.first.v) <= set(range(12, 18))
+
+
+def test_a_batch_ends_where_the_session_is_laid_out_otherwise(client):
+    with client.batch(2, BEFORE, FACES, bodies=PAIR) as batch:
+        batch.session.change_filters({"within_edges": 1})
+        batch.session.change_body(0, Body(3, name="renamed", world=1))
+        batch.session.replace_elements(0, [[2, 1, 0]])
+        assert batch.step(at_fractions([1, 0.25])).counts.tolist()[0] > 0
+        batch.session.replace_body(0, BEFORE[:4], [[0, 1, 2], [1, 2, 3]])
+        for ask in (lambda: batch.step(at_fractions([0, 0])), lambda: batch.positions, lambda: batch.proximity(1),
+                    lambda: batch.vertex_distances(1), lambda: batch.max_step(at_fractions([0, 0]))):
+            with pytest.raises(FailedPreconditionError, match="batch: vertices of the session beneath"):
+                ask()
 
 
 def test_it_comes_again_with_the_session(daemon, client):
