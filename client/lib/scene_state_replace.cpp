@@ -26,7 +26,8 @@ void replace_elements(std::vector<Element>& elements, const SceneDescription& be
     return static_cast<std::uint32_t>(next - bodies.begin()) - 1;
   };
   std::ranges::stable_sort(elements, {}, body_of);
-  const auto [from, to] = std::ranges::equal_range(elements, index, {}, body_of);
+  const auto from = std::ranges::lower_bound(elements, index, {}, body_of);
+  const auto to = std::ranges::upper_bound(elements, index, {}, body_of);
   std::vector<Element> result(elements.begin(), from);
   result.reserve(elements.size() + others.size());
   const auto append = [&](Element element, std::int32_t by) {
