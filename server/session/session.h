@@ -151,7 +151,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   /// Makes `frame` of the last trial, up to `fraction` of its way, as Collider::commit() does, by the rule of
   /// frames: the same fraction is answered again, another one is ABORTED. FAILED_PRECONDITION where no trial
-  /// was answered since the last frame or change, or where a question failed since. `done` as in step(), with
+  /// was answered since the last frame or change, or where a motion failed since. `done` as in step(), with
   /// kAlways.
   void commit(std::uint64_t frame, double fraction, AdmittedFrame pass, StepDone done, Before before = {});
 
