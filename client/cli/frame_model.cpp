@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "client/cli/model_summary.h"
 #include "client/cli/pose_fit.h"
 
 namespace warmfront::client {
@@ -27,7 +28,7 @@ Result<BodiesMode> parse_bodies_mode(std::string_view name) {
 
 Result<SceneDescription> with_bodies(SceneDescription description, BodiesMode mode) {
   if (mode == BodiesMode::kDeclared) return description;
-  if (std::ranges::any_of(description.bodies, [](const Body& body) { return body.half_space.has_value(); }))
+  if (has_half_spaces(description))
     return invalid_argument("--bodies: the scene's half-spaces are bodies, and would be lost; use declared");
   if (std::ranges::any_of(description.bodies, [](const Body& body) { return body.thickness != 0; })) {
     // How thick bodies are is no matter of the model.

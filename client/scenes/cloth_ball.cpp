@@ -14,15 +14,7 @@ constexpr double kClothSide = 2.2;
 constexpr Vec3 kBallCenter{0, 0, 0.75};
 constexpr int kSubsteps = 8;
 
-/// How the triangles are shared out.
-struct Size {
-  explicit Size(std::uint32_t triangles)
-      : ball(cube_cells(0.06 * triangles, 4)), cloth(rounded_root((triangles - 12.0 * ball * ball) / 2, 4)) {}
-  int ball;
-  int cloth;
-};
-
-Shapes make_shapes(Size size) {
+Shapes make_shapes(ClothOverBall size) {
   Shapes shapes;
   const double cell = kClothSide / size.cloth;
   const double height = kBallCenter.z + kBallRadius + 0.05;
@@ -37,7 +29,7 @@ Shapes make_shapes(Size size) {
 
 class ClothBall final : public Model {
  public:
-  explicit ClothBall(Size size)
+  explicit ClothBall(ClothOverBall size)
       : Model(make_shapes(size)),
         cloth_(std::span(shapes_.vertices).first(scene().bodies[0].vertex_count)),
         cell_(kClothSide / size.cloth) {
@@ -70,7 +62,7 @@ class ClothBall final : public Model {
 }  // namespace
 
 std::unique_ptr<Model> make_cloth_ball(std::uint32_t triangles) {
-  return std::make_unique<ClothBall>(Size(triangles));
+  return std::make_unique<ClothBall>(ClothOverBall(triangles));
 }
 
 }  // namespace warmfront::client::scenes

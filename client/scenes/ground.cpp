@@ -14,15 +14,7 @@ constexpr double kClothSide = 2.2;
 constexpr Vec3 kBallCenter{0, 0, kBallRadius};
 constexpr int kSubsteps = 8;
 
-/// How the triangles are shared out.
-struct Size {
-  explicit Size(std::uint32_t triangles)
-      : ball(cube_cells(0.06 * triangles, 4)), cloth(rounded_root((triangles - 12.0 * ball * ball) / 2, 4)) {}
-  int ball;
-  int cloth;
-};
-
-Shapes make_shapes(Size size) {
+Shapes make_shapes(ClothOverBall size) {
   Shapes shapes;
   const double cell = kClothSide / size.cloth;
   const double height = 2 * kBallRadius + 0.2;
@@ -38,7 +30,7 @@ Shapes make_shapes(Size size) {
 
 class Ground final : public Model {
  public:
-  explicit Ground(Size size)
+  explicit Ground(ClothOverBall size)
       : Model(make_shapes(size)),
         cloth_(std::span(shapes_.vertices).first(scene().bodies[0].vertex_count)),
         cell_(kClothSide / size.cloth) {
@@ -62,7 +54,7 @@ class Ground final : public Model {
 }  // namespace
 
 std::unique_ptr<Model> make_ground(std::uint32_t triangles) {
-  return std::make_unique<Ground>(Size(triangles));
+  return std::make_unique<Ground>(ClothOverBall(triangles));
 }
 
 }  // namespace warmfront::client::scenes

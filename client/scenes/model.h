@@ -46,6 +46,14 @@ int cube_cells(double triangles, int least);
 /// The nearest whole number to the square root, at least `least`.
 int rounded_root(double square, int least);
 
+/// How triangles are shared out between a square cloth and a ball that it falls on: cells along a side of each.
+struct ClothOverBall {
+  explicit ClothOverBall(std::uint32_t triangles)
+      : ball(cube_cells(0.06 * triangles, 4)), cloth(rounded_root((triangles - 12.0 * ball * ball) / 2, 4)) {}
+  int ball;
+  int cloth;
+};
+
 /// Frame after frame of a scene.
 class Model {
  public:

@@ -250,8 +250,7 @@ float PairTester::until_in(std::uint32_t world) const {
 
 std::uint32_t PairTester::world_around(std::uint32_t vertex_a, std::uint32_t vertex_b) const {
   if (!input_->worlds.any()) return 0;
-  const std::span<const std::uint32_t> bodies = input_->scene.body_of_vertex();
-  return input_->worlds.place(bodies[vertex_a], bodies[vertex_b]);
+  return world_of_bodies(vertex_a, input_->scene.body_of_vertex()[vertex_b]);
 }
 
 std::uint32_t PairTester::world_of_bodies(std::uint32_t vertex, std::uint32_t body) const {
@@ -358,12 +357,10 @@ void PairTester::report(const Contact& contact) {
 // Ties with the earliest are kept; later contacts kept before it was found are dropped at the end, or here
 // before the list grows.
 void PairTester::keep_earliest(const Contact& contact) {
-  const bool worlds = input_->worlds.any();
-  const std::uint32_t world =
-      worlds ? world_of(contact, input_->scene, input_->numbering, input_->worlds) : 0;
+  const std::uint32_t world = world_of(contact, input_->scene, input_->numbering, input_->worlds);
   if (contact.toi > shared_->earliest.lower(world, contact.toi)) return;
   const std::size_t most = input_->options.max_contacts;
-  if (worlds) {
+  if (input_->worlds.any()) {
     if (contacts_.size() > most_kept_) drop_later();
   } else {
     if (!contacts_.empty() && contact.toi < contacts_.back().toi) contacts_.clear();
