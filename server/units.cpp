@@ -15,7 +15,7 @@ constexpr std::array<Unit, 4> kBytes{{{"GiB", 1 << 30}, {"MiB", 1 << 20}, {"KiB"
 constexpr std::array<Unit, 4> kTimes{{{"h", 3'600'000}, {"m", 60'000}, {"s", 1000}, {"ms", 1}}};
 
 Error out_of_range(std::string_view text, const std::string& expected) {
-  return invalid_argument("\"" + std::string(text) + "\": " + expected + " is expected");
+  return invalid_argument('"' + std::string(text) + "\": " + expected + " is expected");
 }
 
 /// The number with one of the units, in the smallest unit; in [least, most].

@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The arguments as given.
-struct Arguments {
+struct AccuracyArguments {
   std::vector<std::string> paths;
   std::vector<std::string> tiers;  ///< empty: all that apply
   std::vector<double> tolerances{1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12};
@@ -48,7 +48,7 @@ struct Arguments {
 };
 
 /// All combinations; tolerances only for the tier that uses them.
-Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
+Result<std::vector<TradeSetting>> settings_of(const AccuracyArguments& arguments) {
   std::vector<TradeSetting> settings;
   std::vector<std::string> tiers = arguments.tiers;
   if (tiers.empty()) tiers = {"certified", "exact"};
@@ -82,7 +82,7 @@ Result<std::vector<TradeSetting>> settings_of(const Arguments& arguments) {
   return settings;
 }
 
-std::string set_name(const Arguments& arguments, const std::string& path) {
+std::string set_name(const AccuracyArguments& arguments, const std::string& path) {
   if (arguments.min_separation == 0) return short_name(path);
   return short_name(path) + print(", separation %g", arguments.min_separation);
 }
@@ -97,7 +97,7 @@ std::string file_name_of(const TradeRow& row) {
   return svg_file_name(row.set + (row.scene ? "-scene" : "-queries"));
 }
 
-Result<SceneTrade> measure_query_set(const Arguments& arguments, const std::string& path,
+Result<SceneTrade> measure_query_set(const AccuracyArguments& arguments, const std::string& path,
                                      std::span<const TradeSetting> settings) {
   std::optional<ContactKind> kind;
   if (!arguments.type.empty())
@@ -126,7 +126,7 @@ Result<std::optional<KnownPairs>> read_known(const std::string& path, const Inpu
   return std::optional(std::move(known).value());
 }
 
-Result<SceneTrade> measure_input(const Arguments& arguments, const std::vector<std::string>& paths,
+Result<SceneTrade> measure_input(const AccuracyArguments& arguments, const std::vector<std::string>& paths,
                                  std::span<const TradeSetting> settings) {
   const std::string& path = paths.front();
   const Result<std::unique_ptr<Input>> opened = open_input(paths);
@@ -174,7 +174,7 @@ Status write_plots(const std::string& folder, std::span<const TradeRow> rows) {
   return {};
 }
 
-int accuracy(const Arguments& arguments) {
+int accuracy(const AccuracyArguments& arguments) {
   const Result<std::vector<TradeSetting>> settings = settings_of(arguments);
   if (!settings) {
     // A tier that this build lacks is not a usage error.
@@ -231,8 +231,8 @@ int accuracy(const Arguments& arguments) {
 }  // namespace
 
 Verb add_accuracy(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<AccuracyArguments>();
+  AccuracyArguments& a = *arguments;
   app.add_option("PATH", a.paths,
                  "Scenes (a folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; builtin:NAME; "
                  "mesh files, which are the frames of one) and query sets (a query file, or a folder with "

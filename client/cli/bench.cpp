@@ -24,7 +24,7 @@ namespace warmfront::client {
 namespace {
 
 /// The arguments as given.
-struct Arguments {
+struct BenchArguments {
   std::vector<std::string> inputs;
   std::string tier{to_string(ColliderOptions{}.tier)};
   std::string report{to_string(ColliderOptions{}.report)};
@@ -59,7 +59,7 @@ Result<Ablations> read_ablations(const std::vector<std::string>& names) {
                    .tier = all || has("tier")};
 }
 
-Result<std::vector<BenchSetting>> read_settings(const Arguments& arguments, int cores) {
+Result<std::vector<BenchSetting>> read_settings(const BenchArguments& arguments, int cores) {
   ColliderOptions options = arguments.options;
   options.bounds = BoundsKind::kKDop18;  // else the trial of bounds would be timed too
   const Result<Tier> tier = parse_tier(arguments.tier);
@@ -75,7 +75,7 @@ Result<std::vector<BenchSetting>> read_settings(const Arguments& arguments, int 
                         ablations.value());
 }
 
-Result<FrameRange> read_range(const Arguments& arguments, const Input& input) {
+Result<FrameRange> read_range(const BenchArguments& arguments, const Input& input) {
   if (arguments.frames.empty()) return FrameRange{0, input.frame_count() - 1};
   return parse_frame_range(arguments.frames, input.frame_count());
 }
@@ -90,7 +90,7 @@ Status write_plots(const std::string& folder, std::span<const BenchReport> repor
   return {};
 }
 
-int bench(const Arguments& arguments) {
+int bench(const BenchArguments& arguments) {
   const BenchContext context{this_machine(), this_build(), arguments.rounds};
   const Result<std::vector<BenchSetting>> settings = read_settings(arguments, context.machine.cores);
   if (!settings) return usage_error(settings.error().message);
@@ -154,8 +154,8 @@ int bench(const Arguments& arguments) {
 }  // namespace
 
 Verb add_bench(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<BenchArguments>();
+  BenchArguments& a = *arguments;
   app.add_option("INPUT", a.inputs,
                  "Scenes: a folder with mesh.ply and frames.pc2, or with t0.ply, t1.ply, ...; or "
                  "builtin:NAME[?triangles=N&frames=N]; measured one after the other. Mesh files of one "

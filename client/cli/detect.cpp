@@ -36,7 +36,7 @@ namespace warmfront::client {
 namespace {
 
 /// The arguments as given.
-struct Arguments {
+struct DetectArguments {
   std::vector<std::string> inputs;
   std::string server;
   ClientSecurity security;
@@ -64,7 +64,7 @@ struct Arguments {
 };
 
 /// Parses the names into options; fails for the first invalid one.
-Status read_names(Arguments& arguments) {
+Status read_names(DetectArguments& arguments) {
   const auto take = [](auto parsed, auto& field) -> Status {
     if (!parsed) return parsed.error();
     field = parsed.value();
@@ -85,7 +85,7 @@ Status read_names(Arguments& arguments) {
 }
 
 /// Checks the arguments without opening anything.
-Status check_usage(Arguments& arguments) {
+Status check_usage(DetectArguments& arguments) {
   if (Status status = check_input_arguments(arguments.inputs); !status) return status;
   if (Status status = read_names(arguments); !status) return status;
   if (Result<BodiesMode> bodies = parse_bodies_mode(arguments.bodies); !bodies) return bodies.error();
@@ -103,7 +103,7 @@ Status check_usage(Arguments& arguments) {
 }
 
 /// Is one of the outputs stdout, which must then carry nothing else?
-bool takes_stdout(const Arguments& arguments) {
+bool takes_stdout(const DetectArguments& arguments) {
   return arguments.json_file == "-" || arguments.files.contacts == "-" || arguments.files.html.file == "-";
 }
 
@@ -155,7 +155,7 @@ std::span<const double> widen(const Positions& positions, std::vector<double>& w
 }
 
 /// Steps through everything; fills in the report.
-Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& frames, Stepper& stepper,
+Status step_through(const DetectArguments& arguments, FrameSteps& steps, FrameModel& frames, Stepper& stepper,
                     Explanation* explanation, DetectOutputs& outputs, DetectReport& report) {
   const bool with_contacts = arguments.options.report != Report::kCount;
   const bool table = arguments.json_file.empty() && !takes_stdout(arguments);
@@ -213,7 +213,7 @@ Status step_through(const Arguments& arguments, FrameSteps& steps, FrameModel& f
   return {};
 }
 
-int detect(Arguments arguments) {
+int detect(DetectArguments arguments) {
   if (Status status = check_usage(arguments); !status) {
     // A tier that this build lacks is not a usage error.
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
@@ -300,8 +300,8 @@ int detect(Arguments arguments) {
 }  // namespace
 
 Verb add_detect(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<DetectArguments>();
+  DetectArguments& a = *arguments;
   app.add_option(
          "INPUT", a.inputs,
          "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or two "

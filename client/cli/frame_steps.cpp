@@ -9,7 +9,7 @@
 namespace warmfront::client {
 namespace {
 
-bool parse_index(std::string_view text, std::uint32_t& index) {
+bool parse_frame(std::string_view text, std::uint32_t& index) {
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), index);
   return code == std::errc() && end == text.data() + text.size();
 }
@@ -35,8 +35,8 @@ Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_
   const std::string_view first = text.substr(0, colon);
   const std::string_view last = colon == std::string_view::npos ? std::string_view() : text.substr(colon + 1);
   const bool readable = colon != std::string_view::npos &&
-                        (first.empty() || parse_index(first, range.first)) &&
-                        (last.empty() || parse_index(last, range.last));
+                        (first.empty() || parse_frame(first, range.first)) &&
+                        (last.empty() || parse_frame(last, range.last));
   if (!readable) return invalid_argument("--frames takes FIRST:LAST, not '" + std::string(text) + "'");
   if (range.last >= frame_count || std::uint64_t{range.first} + least_frames > std::uint64_t{range.last} + 1)
     return invalid_argument("--frames " + std::string(text) + ": FIRST must be " +

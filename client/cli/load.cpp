@@ -30,7 +30,7 @@ namespace {
 
 using namespace load;  // NOLINT: this file is the front of that folder
 
-struct Arguments {
+struct LoadArguments {
   Plan plan;
   std::vector<std::string> scene{"builtin:cloth-ball?triangles=4000"};
   std::string sessions = "1";
@@ -56,7 +56,7 @@ struct Series {
 };
 
 /// `options` with the values from the command line.
-Result<ColliderOptions> options_with(const Arguments& a, ColliderOptions options) {
+Result<ColliderOptions> options_with(const LoadArguments& a, ColliderOptions options) {
   if (!a.tier.empty()) {
     const auto tier = parse_tier(a.tier);
     if (!tier) return tier.error();
@@ -72,7 +72,7 @@ Result<ColliderOptions> options_with(const Arguments& a, ColliderOptions options
 }
 
 /// The scene to stream, and its options. A recording has its own.
-Result<RecordedScene> open_scene(const Arguments& a) {
+Result<RecordedScene> open_scene(const LoadArguments& a) {
   RecordedScene scene;
   if (a.scene.size() == 1 && is_recording_name(a.scene.front())) {
     Result<RecordedScene> recorded = open_recorded_scene(a.scene.front());
@@ -89,7 +89,7 @@ Result<RecordedScene> open_scene(const Arguments& a) {
   return scene;
 }
 
-Result<Series> read(Arguments& a) {
+Result<Series> read(LoadArguments& a) {
   if (Status status = check_input_arguments(a.scene); !status) return status.error();
   if (Status status =
           check_one_stdout({{"--json", a.json_file}, {"--csv", a.csv_file}, {"--html", a.html_file}});
@@ -195,7 +195,7 @@ int exit_code(const Report& report) {
   return kExitOk;
 }
 
-Status write_reports(const Arguments& a, const Report& report) {
+Status write_reports(const LoadArguments& a, const Report& report) {
   const auto write = [](const std::string& path, std::string (*format)(const Report&), const Report& r) {
     return path.empty() ? Status{} : write_text(path, format(r));
   };
@@ -207,7 +207,7 @@ Status write_reports(const Arguments& a, const Report& report) {
   return {};
 }
 
-int load_verb(Arguments a) {
+int load_verb(LoadArguments a) {
   Result<Series> series = read(a);
   if (!series) return usage_error(series.error().message);
   std::error_code ignored;
@@ -262,8 +262,8 @@ int load_verb(Arguments a) {
 }  // namespace
 
 Verb add_load(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<LoadArguments>();
+  LoadArguments& a = *arguments;
   add_server_options(app, a.plan.server, a.plan.security, "Daemon to stream to (HOST:PORT or unix:PATH)",
                      true);
   take_list(app.add_option("--scene", a.scene,

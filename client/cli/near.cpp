@@ -32,7 +32,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// The arguments as given.
-struct Arguments {
+struct NearArguments {
   StateArguments states;
   double distance = 0;
   bool of_diagonal = false;
@@ -58,7 +58,7 @@ struct NearFrame {
   double ms;
 };
 
-Status check_usage(const Arguments& arguments) {
+Status check_usage(const NearArguments& arguments) {
   if (!(arguments.distance >= 0 && std::isfinite(arguments.distance)))
     return invalid_argument("--distance: give a finite length >= 0");
   if (arguments.count && !arguments.contacts_file.empty())
@@ -100,7 +100,7 @@ double diagonal(const Positions& positions) {
 /// Asks the session about every frame, and writes what it answers.
 class Listing {
  public:
-  Listing(const Arguments& arguments, double distance, ContactFields fields,
+  Listing(const NearArguments& arguments, double distance, ContactFields fields,
           std::unique_ptr<ContactWriter> writer, StatesPage* page)
       : distance_(distance), wanted_(fields), writer_(std::move(writer)), page_(page) {
     question_.tier = parse_tier(arguments.tier).value();
@@ -202,7 +202,7 @@ class DistanceFile {
   OutputFile file_;
 };
 
-Json format_json(const Arguments& arguments, const ModelSummary& model, double distance,
+Json format_json(const NearArguments& arguments, const ModelSummary& model, double distance,
                  const Listing& listing) {
   Json frames = Json::array();
   for (const NearFrame& frame : listing.frames()) {
@@ -234,7 +234,7 @@ void print_frame(const NearFrame& frame, bool reduced, bool half_spaces) {
   std::fflush(stdout);
 }
 
-int near(const Arguments& arguments) {
+int near(const NearArguments& arguments) {
   if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
   if (Status status = check_writable(std::array{arguments.json_file, arguments.html.file}); !status)
     return failure(status.error().message);
@@ -308,8 +308,8 @@ int near(const Arguments& arguments) {
 }  // namespace
 
 Verb add_near(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<NearArguments>();
+  NearArguments& a = *arguments;
   add_state_arguments(app, a.states);
   app.add_option("--distance", a.distance, "List the pairs within this distance, in the scene's unit")
       ->required();

@@ -27,7 +27,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// The arguments as given.
-struct Arguments {
+struct QueriesArguments {
   std::vector<std::string> paths;
   std::string tier{to_string(ElementaryOptions{}.tier)};
   std::string type;
@@ -43,7 +43,7 @@ struct KindResult {
   std::vector<double> nanoseconds;
 };
 
-Status check_usage(Arguments& arguments) {
+Status check_usage(QueriesArguments& arguments) {
   const Result<Tier> tier = parse_tier(arguments.tier);
   if (!tier) return tier.error();
   ElementaryOptions& options = arguments.options;
@@ -63,7 +63,7 @@ void append_row(std::string& csv, const QueryFile& file, std::size_t index, cons
 }
 
 /// Runs all queries through the tier; `kinds` by ContactKind, `csv` one line per query if requested.
-void run_all(const Arguments& arguments, const std::vector<QueryFile>& files, KindResult (&kinds)[2],
+void run_all(const QueriesArguments& arguments, const std::vector<QueryFile>& files, KindResult (&kinds)[2],
              std::string* csv) {
   const std::vector<TypedQuery> queries = all_queries(files);
   Progress progress("test", arguments.repeat * queries.size());
@@ -110,7 +110,7 @@ void print_table(const KindResult (&kinds)[2]) {
 
 /// "no" when the tier broke its guarantee: nothing missed (certified), nothing wrong (exact, of which a
 /// separation finds more than the files' truth, touching).
-int exit_code(const Arguments& arguments, const KindResult (&kinds)[2]) {
+int exit_code(const QueriesArguments& arguments, const KindResult (&kinds)[2]) {
   QueryTally all = kinds[0].tally;
   all += kinds[1].tally;
   const Tier tier = arguments.options.tier;
@@ -120,7 +120,7 @@ int exit_code(const Arguments& arguments, const KindResult (&kinds)[2]) {
   return kExitOk;
 }
 
-int queries(Arguments arguments) {
+int queries(QueriesArguments arguments) {
   if (Status status = check_usage(arguments); !status) {
     // A tier that this build lacks is not a usage error.
     const bool missing = status.error().code == ErrorCode::kUnimplemented;
@@ -156,8 +156,8 @@ int queries(Arguments arguments) {
 }  // namespace
 
 Verb add_queries(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<QueriesArguments>();
+  QueriesArguments& a = *arguments;
   app.add_option("PATH", a.paths,
                  "Query files, or folders with .csv files anywhere below: eight rows a query, "
                  "x_num,x_den,y_num,y_den,z_num,z_den,truth")

@@ -16,7 +16,7 @@
 namespace warmfront::client {
 namespace {
 
-struct Arguments {
+struct ReplayArguments {
   std::string file;
   std::string server;
   ClientSecurity security;
@@ -42,7 +42,7 @@ std::string to_json(const RecordedSession& recorded, const ReplayResult& result)
   return json.dump(1) + "\n";
 }
 
-int replay_verb(const Arguments& a) {
+int replay_verb(const ReplayArguments& a) {
   if (a.in_process == !a.server.empty()) return usage_error("give either --in-process or --server ADDR");
   Result<RecordedSession> recorded = RecordedSession::open(a.file);
   if (!recorded) return failure(recorded.error().message);
@@ -74,8 +74,8 @@ int replay_verb(const Arguments& a) {
 }  // namespace
 
 Verb add_replay(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<ReplayArguments>();
+  ReplayArguments& a = *arguments;
   app.add_option("FILE", a.file,
                  "A recording (.wfrec) of 'detect --record', 'load --record' or a daemon's --record-dir")
       ->required();

@@ -21,7 +21,7 @@
 namespace warmfront::client {
 namespace {
 
-struct Arguments {
+struct SceneArguments {
   std::string name;
   std::string folder;
   std::string triangles;
@@ -73,7 +73,7 @@ Status write_scene(const scenes::SceneSpec& spec, scenes::Animation& animation, 
   return write_file((folder / "info.json").string(), format_info_json(info));
 }
 
-int scene(const Arguments& arguments) {
+int scene(const SceneArguments& arguments) {
   if (arguments.list) return list_scenes();
   if (arguments.name.empty())
     return usage_error("scene: a NAME is needed; 'warmfront scene --list' lists them");
@@ -107,8 +107,8 @@ int scene(const Arguments& arguments) {
 }  // namespace
 
 Verb add_scene(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<SceneArguments>();
+  SceneArguments& a = *arguments;
   app.add_option("NAME", a.name, "A built-in scene (see --list)");
   app.add_option("--out", a.folder, "Folder for mesh.ply, frames.pc2 and info.json; created if missing")
       ->type_name("DIR");

@@ -23,7 +23,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct SessionsArguments {
   std::string server;
   ClientSecurity security;
   bool all = false;
@@ -83,7 +83,7 @@ void print_all(const SessionInfo& info) {
 }
 
 /// Prints for people, unless JSON goes to stdout.
-int show(const Arguments& arguments, const std::vector<SessionInfo>& sessions) {
+int show(const SessionsArguments& arguments, const std::vector<SessionInfo>& sessions) {
   const bool one = arguments.action == "show";
   if (!arguments.json_file.empty()) {
     Json json;
@@ -107,7 +107,7 @@ int show(const Arguments& arguments, const std::vector<SessionInfo>& sessions) {
   return finish_output();
 }
 
-int close_session(const Arguments& arguments, Client& client) {
+int close_session(const SessionsArguments& arguments, Client& client) {
   if (const Status closed = arguments.all ? client.delete_any_session(arguments.id, arguments.principal)
                                           : client.delete_session(arguments.id);
       !closed)
@@ -121,7 +121,7 @@ int close_session(const Arguments& arguments, Client& client) {
   return finish_output();
 }
 
-int check_session(const Arguments& arguments, Client& client) {
+int check_session(const SessionsArguments& arguments, Client& client) {
   const Result<std::string> found = client.check_session(arguments.id);
   if (!found) return failure(found.error().message);
   const bool sound = found.value().empty();
@@ -136,7 +136,7 @@ int check_session(const Arguments& arguments, Client& client) {
   return written == kExitOk && !sound ? kExitNo : written;
 }
 
-int sessions(const Arguments& arguments) {
+int sessions(const SessionsArguments& arguments) {
   if (!arguments.principal.empty() && !(arguments.action == "close" && arguments.all))
     return usage_error(
         "--principal selects the owner of the session to close: sessions close ID --all --principal P");
@@ -168,8 +168,8 @@ int sessions(const Arguments& arguments) {
 }  // namespace
 
 Verb add_sessions(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<SessionsArguments>();
+  SessionsArguments& a = *arguments;
   app.add_option("ACTION", a.action,
                  "Action; a client that is still streaming creates a closed session again")
       ->check(CLI::IsMember({"list", "show", "check", "close"}))

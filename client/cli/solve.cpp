@@ -35,7 +35,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// The arguments as given.
-struct Arguments {
+struct SolveArguments {
   std::vector<std::string> inputs;
   SessionPlace place;
   std::string tier{to_string(ColliderOptions{}.tier)};
@@ -69,7 +69,7 @@ struct SolveFrame {
   std::optional<double> step_ms;  ///< with --compare: of a session that steps to where this one commits
 };
 
-Status check_usage(Arguments& arguments) {
+Status check_usage(SolveArguments& arguments) {
   if (Status status = check_input_arguments(arguments.inputs); !status) return status;
   const Result<Tier> tier = parse_tier(arguments.tier);
   if (!tier) return tier.error();
@@ -100,7 +100,7 @@ auto timed(double& ms, Work work) {
 template <class Number>
 class LineSearch {
  public:
-  LineSearch(const Arguments& arguments, AnySession session, std::optional<AnySession> beside,
+  LineSearch(const SolveArguments& arguments, AnySession session, std::optional<AnySession> beside,
              std::span<const Number> start)
       : arguments_(arguments),
         session_(std::move(session)),
@@ -158,7 +158,7 @@ class LineSearch {
       hash_.add(contacts.kind[i], contacts.status[i], contacts.vertices[i], contacts.toi[i]);
   }
 
-  const Arguments& arguments_;
+  const SolveArguments& arguments_;
   AnySession session_;
   std::optional<AnySession> beside_;
   std::vector<Number> at_;     // where the session stands
@@ -186,7 +186,7 @@ Medians medians_of(const std::vector<SolveFrame>& frames) {
   return {median(max_step), median(first), median(further), median(commit), median(all), median(step)};
 }
 
-Json format_json(const Arguments& arguments, const ModelSummary& model, const std::vector<SolveFrame>& frames,
+Json format_json(const SolveArguments& arguments, const ModelSummary& model, const std::vector<SolveFrame>& frames,
                  const std::string& hash) {
   Json list = Json::array();
   for (const SolveFrame& frame : frames) {
@@ -235,7 +235,7 @@ void print_frame(const SolveFrame& frame) {
   std::fflush(stdout);
 }
 
-void print_summary(const Arguments& arguments, const std::vector<SolveFrame>& frames,
+void print_summary(const SolveArguments& arguments, const std::vector<SolveFrame>& frames,
                    const std::string& hash) {
   const Medians m = medians_of(frames);
   std::printf(
@@ -254,7 +254,7 @@ void print_summary(const Arguments& arguments, const std::vector<SolveFrame>& fr
 }
 
 template <class Number>
-int play(const Arguments& arguments, FrameSteps& steps, const SceneDescription& scene,
+int play(const SolveArguments& arguments, FrameSteps& steps, const SceneDescription& scene,
          std::span<const Number> start) {
   Result<AnySession> session = open_session(arguments.place, scene, start, arguments.options);
   if (!session) return failure(session.error().message);
@@ -292,7 +292,7 @@ int play(const Arguments& arguments, FrameSteps& steps, const SceneDescription& 
   return finish_output();
 }
 
-int solve(Arguments arguments) {
+int solve(SolveArguments arguments) {
   if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
   if (Status status = check_writable(std::array{arguments.json_file}); !status)
     return failure(status.error().message);
@@ -319,8 +319,8 @@ int solve(Arguments arguments) {
 }  // namespace
 
 Verb add_solve(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<SolveArguments>();
+  SolveArguments& a = *arguments;
   app.add_option(
          "INPUT", a.inputs,
          "A folder with mesh.ply and frames.pc2, or t0.ply, t1.ply, ..., and perhaps info.json; or two "

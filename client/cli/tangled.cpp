@@ -29,7 +29,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// The arguments as given.
-struct Arguments {
+struct TangledArguments {
   StateArguments states;
   bool any = false;
   std::string pairs_file;
@@ -45,7 +45,7 @@ struct TangledFrame {
   double ms;
 };
 
-Status check_usage(const Arguments& arguments) {
+Status check_usage(const TangledArguments& arguments) {
   if (arguments.any && !arguments.pairs_file.empty())
     return invalid_argument("--any lists no pairs for --pairs; leave one of them out");
   if (arguments.any && !arguments.html.file.empty())
@@ -92,7 +92,7 @@ void print_frame(const TangledFrame& frame, const Positions& at) {
   std::fflush(stdout);
 }
 
-int tangled(const Arguments& arguments) {
+int tangled(const TangledArguments& arguments) {
   if (Status status = check_usage(arguments); !status) return usage_error(status.error().message);
   const std::array written_files{arguments.json_file, arguments.pairs_file, arguments.html.file};
   if (Status status = check_writable(written_files); !status) return failure(status.error().message);
@@ -145,8 +145,8 @@ int tangled(const Arguments& arguments) {
 }  // namespace
 
 Verb add_tangled(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<TangledArguments>();
+  TangledArguments& a = *arguments;
   add_state_arguments(app, a.states);
   app.add_flag("--any", a.any, "Only whether there are any in a frame: stop at the first");
   app.add_option("--pairs", a.pairs_file,

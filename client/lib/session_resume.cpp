@@ -9,7 +9,7 @@
 namespace warmfront::client {
 namespace {
 
-using Clock = std::chrono::system_clock;
+using WallClock = std::chrono::system_clock;
 
 constexpr std::chrono::milliseconds kFirstBackoff{50};
 constexpr std::chrono::milliseconds kLongestBackoff{2000};
@@ -28,7 +28,7 @@ Error Session::Impl::fail(Error error) {
 }
 
 RemoteError Session::Impl::ended() {
-  RemoteError remote = remote_error_from(stream_->finish(Clock::now() + connection_->options().call_timeout));
+  RemoteError remote = remote_error_from(stream_->finish(WallClock::now() + connection_->options().call_timeout));
   // A stream ends with OK only after a detach, which was not sent.
   if (remote.error.message.empty())
     remote.error = {ErrorCode::kUnavailable, "the stream ended before its answers"};
@@ -68,13 +68,13 @@ Status Session::Impl::resume(const RemoteError& why) {
 }
 
 void Session::Impl::sleep(std::chrono::milliseconds time) {
-  const Clock::time_point end = Clock::now() + time;
-  for (Clock::time_point now = Clock::now(); now < end; now = Clock::now())
+  const WallClock::time_point end = WallClock::now() + time;
+  for (WallClock::time_point now = WallClock::now(); now < end; now = WallClock::now())
     std::this_thread::sleep_for(std::min(end, look()) - now);
 }
 
 Status Session::Impl::establish(Full full) {
-  const Clock::time_point deadline = Clock::now() + connection_->options().resume_timeout;
+  const WallClock::time_point deadline = WallClock::now() + connection_->options().resume_timeout;
   for (std::chrono::milliseconds backoff = kFirstBackoff;; backoff = std::min(2 * backoff, kLongestBackoff)) {
     const std::optional<RemoteError> error = try_establish(deadline);
     if (!error) return {};
@@ -82,7 +82,7 @@ Status Session::Impl::establish(Full full) {
     if (!error->may_resume() || (error->retry_after && full == Full::kFails)) return fail(error->error);
     const std::chrono::milliseconds wait =
         std::max(backoff, error->retry_after.value_or(std::chrono::milliseconds(0)));
-    if (Clock::now() + wait >= deadline)
+    if (WallClock::now() + wait >= deadline)
       return fail(
           {ErrorCode::kUnavailable,
            "session " + id() + " could not be resumed within the resume timeout: " + error->error.message});
@@ -109,7 +109,7 @@ void Session::Impl::put_trial_before() {
   trial.question.options.report = Report::kCount;
 }
 
-std::optional<RemoteError> Session::Impl::try_establish(Clock::time_point deadline) {
+std::optional<RemoteError> Session::Impl::try_establish(WallClock::time_point deadline) {
   drop_trial_sent_again();
   // A daemon that was started again may allow fewer calls on a connection, and a stream too many would wait
   // there without a word.
@@ -184,7 +184,7 @@ std::optional<RemoteError> Session::Impl::create() {
   return error;
 }
 
-std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
+std::optional<RemoteError> Session::Impl::attach(WallClock::time_point deadline) {
   const RemoteError timeout{{ErrorCode::kUnavailable, "no daemon answers"}};
   // The session's own once it is attached.
   auto stream = std::make_unique<StepStream>(*connection_, id(), looking());
@@ -193,12 +193,12 @@ std::optional<RemoteError> Session::Impl::attach(Clock::time_point deadline) {
   request.mutable_attach()->set_session_id(id());
   // The daemon may not have noticed yet that the previous stream is dead.
   request.mutable_attach()->set_takeover(true);
-  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - WallClock::now());
   const StepStream::Event written = stream->write(request, std::max(left, std::chrono::milliseconds(0)));
   if (written == StepStream::Event::kTimeout) return timeout;
   v1::StreamStepsResponse response;
   // Frames of the previous stream may still be in progress: the answer comes after them.
-  const StepStream::Event read = stream->read(response, Clock::now() + connection_->options().answer_timeout);
+  const StepStream::Event read = stream->read(response, WallClock::now() + connection_->options().answer_timeout);
   if (read == StepStream::Event::kTimeout) return timeout;
   if (read == StepStream::Event::kDone || read == StepStream::Event::kEnded) stream_ = std::move(stream);
   if (read == StepStream::Event::kEnded) return ended();

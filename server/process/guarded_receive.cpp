@@ -151,7 +151,7 @@ class Places {
 };
 
 // So many bytes of RST_STREAM at once: 256 calls. The others follow at the next read.
-constexpr std::size_t kResetBytes = std::size_t{256} * 13;
+constexpr std::size_t kMostResetBytes = std::size_t{256} * 13;
 
 /// Takes less than came, or puts RST_STREAM before it, where the guard wants that: to gRPC it is as if the
 /// client had sent these just before what it did send. `put` is how many bytes of what it returns are those.
@@ -161,7 +161,7 @@ ssize_t receive_beside_silent_calls(Http2Guard& guard, int file, msghdr* message
                                     std::size_t& put) {
   Places places(*message), rest = places;
   const Http2Guard::NextRead next = guard.next_read(std::min(places.space(), SIZE_MAX / 2));
-  const std::size_t resets = std::min(next.resets, kResetBytes);
+  const std::size_t resets = std::min(next.resets, kMostResetBytes);
   rest.skip(resets);
   if (next.resets == 0) rest.keep(next.most);
   iovec* const original = std::exchange(message->msg_iov, rest.data());
@@ -170,7 +170,7 @@ ssize_t receive_beside_silent_calls(Http2Guard& guard, int file, msghdr* message
   message->msg_iov = original;
   errno = error;
   if (came <= 0 || resets == 0) return came;
-  std::array<std::uint8_t, kResetBytes> frames;
+  std::array<std::uint8_t, kMostResetBytes> frames;
   guard.write_resets(std::span(frames).first(resets));
   places.write(std::span(frames).first(resets));
   put = resets;

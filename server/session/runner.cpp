@@ -29,8 +29,12 @@ void step_back(pid_t thread) {
 
 }  // namespace
 
-Runner::Runner(int threads, int guests, std::optional<Overrun> overrun)
-    : lane_threads_(static_cast<std::size_t>(threads)), most_guests_(guests), overrun_(overrun) {
+Runner::Runner(int threads, int guests, std::optional<Overrun> overrun, Clock clock)
+    : lane_threads_(static_cast<std::size_t>(threads)),
+      most_guests_(guests),
+      overrun_(overrun),
+      clock_(std::move(clock)),
+      epoch_(clock_()) {
   {
     const MutexLock lock(mutex_);
     for (const Lane lane : {Lane::kShort, Lane::kLong})
@@ -51,7 +55,7 @@ Runner::~Runner() {
 }
 
 double Runner::now_ms() const {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - epoch_).count();
+  return std::chrono::duration<double, std::milli>(clock_() - epoch_).count();
 }
 
 void Runner::start(Lane lane) {

@@ -33,9 +33,13 @@ class Runner {
     int most = 32;  ///< threads beyond those of the lanes
   };
 
+  /// Tells the time that tasks are charged by. Called from any thread.
+  using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
   /// `threads` >= 1, for each lane. At most `guests` tasks run on threads of others at a time. Without
   /// `overrun` no task is relieved, and none gives way to others.
-  explicit Runner(int threads, int guests = 0, std::optional<Overrun> overrun = std::nullopt);
+  explicit Runner(int threads, int guests = 0, std::optional<Overrun> overrun = std::nullopt,
+                  Clock clock = std::chrono::steady_clock::now);
   /// Runs what was posted, then joins.
   ~Runner();
   Runner(const Runner&) = delete;
@@ -106,7 +110,8 @@ class Runner {
   const std::size_t lane_threads_;
   const int most_guests_;
   const std::optional<Overrun> overrun_;
-  const std::chrono::steady_clock::time_point epoch_ = std::chrono::steady_clock::now();
+  const Clock clock_;
+  const std::chrono::steady_clock::time_point epoch_;
   const std::shared_ptr<Share> own_ = std::make_shared<Share>();
 
   // Protected by mutex_.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tests/support/distance.h"
+#include "tests/support/draws.h"
 #include "tests/support/torture.h"
 
 namespace warmfront::testing {
@@ -14,16 +15,6 @@ namespace {
 
 using Random = std::mt19937_64;
 using Point = std::array<double, 3>;
-
-int below(Random& random, int n) {
-  return static_cast<int>(random() % static_cast<std::uint64_t>(n));
-}
-bool one_in(Random& random, int n) {
-  return below(random, n) == 0;
-}
-int between(Random& random, int lo, int hi) {
-  return lo + below(random, hi - lo + 1);
-}
 
 Point operator+(const Point& a, const Point& b) {
   return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
@@ -69,14 +60,14 @@ struct Frame {
 };
 
 // The primitives at one eighth of the step, and how vertex 0 (or the edge 0, 1) moves relative to the other.
-struct Instant {
+struct Moment {
   std::array<Point, 4> at;
   Point velocity;  // per eighth of the step
 };
 
 // All vertices in motion with the instant at `eighth`; of the pairs made, some are pushed off by an ulp, some
 // scaled.
-NearCase moved(Random& random, ContactKind kind, const Instant& instant, double separation) {
+NearCase moved(Random& random, ContactKind kind, const Moment& instant, double separation) {
   const int eighth = between(random, 0, 8);
   const Point common{between(random, -3, 3) * 1.0, between(random, -3, 3) * 1.0,
                      between(random, -3, 3) * 1.0};
@@ -132,7 +123,7 @@ Point somewhere(Random& random) {
 NearCase vertex_vertex(Random& random, ContactKind kind) {
   const Frame frame(random);
   const Point at = somewhere(random);
-  Instant made{{at + frame.apart, at, at + behind(random, frame), at + behind(random, frame)},
+  Moment made{{at + frame.apart, at, at + behind(random, frame), at + behind(random, frame)},
                velocity(random, frame)};
   if (kind == ContactKind::kEdgeEdge) {
     made.at = {at + frame.apart, at + frame.apart + -1 * behind(random, frame), at,
@@ -148,7 +139,7 @@ NearCase vertex_edge(Random& random, ContactKind kind) {
   const Point at = somewhere(random);
   const Point a = at + between(random, -3, 1) * frame.along;
   const Point b = at + between(random, 0, 3) * frame.along;
-  Instant made{{at + frame.apart, a, b, at + behind(random, frame)}, velocity(random, frame)};
+  Moment made{{at + frame.apart, a, b, at + behind(random, frame)}, velocity(random, frame)};
   if (kind == ContactKind::kEdgeEdge)
     made.at = {at + frame.apart, at + frame.apart + -1 * behind(random, frame), a, b};
   return moved(random, kind, made, frame.length);
@@ -159,7 +150,7 @@ NearCase interiors(Random& random, ContactKind kind) {
   const Frame frame(random);
   const Point at = somewhere(random);
   const auto in_plane = [&](int s, int r) { return at + s * frame.along + r * frame.across; };
-  Instant made{{at + frame.apart, in_plane(-between(random, 0, 2), -between(random, 0, 2)),
+  Moment made{{at + frame.apart, in_plane(-between(random, 0, 2), -between(random, 0, 2)),
                 in_plane(between(random, 0, 3), between(random, -1, 1)),
                 in_plane(between(random, -1, 1), between(random, 0, 3))},
                velocity(random, frame)};
@@ -177,7 +168,7 @@ NearCase parallel(Random& random, ContactKind kind) {
   const Frame frame(random);
   const Point at = somewhere(random);
   const auto on_line = [&](int lo, int hi) { return at + between(random, lo, hi) * frame.along; };
-  Instant made{{at + frame.apart, on_line(-3, 3), on_line(-3, 3), on_line(-3, 3)}, velocity(random, frame)};
+  Moment made{{at + frame.apart, on_line(-3, 3), on_line(-3, 3), on_line(-3, 3)}, velocity(random, frame)};
   if (kind == ContactKind::kEdgeEdge) made.at[1] = frame.apart + made.at[1];
   if (one_in(random, 2)) made.velocity = between(random, -2, 2) * frame.along;
   return moved(random, kind, made, frame.length);

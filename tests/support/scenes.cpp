@@ -4,15 +4,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tests/support/draws.h"
+
 namespace warmfront::testing {
 namespace {
 
 double uniform(std::mt19937_64& random, double lo, double hi) {
   return lo + (hi - lo) * (static_cast<double>(random() >> 11) * 0x1p-53);
-}
-
-int below(std::mt19937_64& random, int n) {
-  return static_cast<int>(random() % static_cast<std::uint64_t>(n));
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <limits>
 #include <string>
 
+#include "tests/support/draws.h"
+
 namespace warmfront::testing {
 namespace {
 
@@ -34,15 +36,6 @@ FeatureCase query_of(ContactKind kind, const Ends& ends) {
   return {kind, ends.t0, ends.t1};
 }
 
-int below(Random& random, int n) {
-  return static_cast<int>(random() % static_cast<std::uint64_t>(n));
-}
-bool one_in(Random& random, int n) {
-  return below(random, n) == 0;
-}
-int between(Random& random, int lo, int hi) {
-  return lo + below(random, hi - lo + 1);
-}
 double integer(Random& random, int bound) {
   return between(random, -bound, bound);
 }

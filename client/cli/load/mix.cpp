@@ -20,7 +20,7 @@ std::size_t& count_of(Counts& counts, Asked asked) {
   return counts[static_cast<std::size_t>(asked)];
 }
 
-Error malformed(std::string_view item, const std::string& why) {
+Error malformed_item(std::string_view item, const std::string& why) {
   return invalid_argument(in_quotes(item) + ": " + why +
                           "; give NAME=COUNT, like trial=3,commit=1, where NAME " +
                           "is one of step, trial, commit, max_step, proximity, intersections");
@@ -31,11 +31,11 @@ Result<std::pair<Asked, std::size_t>> parse_item(std::string_view item) {
   const std::size_t equals = item.find('=');
   const std::string_view name = item.substr(0, equals);
   const auto* found = std::ranges::find(kAskedNames, name);
-  if (found == kAskedNames.end()) return malformed(item, "no question has that name");
-  if (equals == std::string_view::npos) return malformed(item, "its count is missing");
+  if (found == kAskedNames.end()) return malformed_item(item, "no question has that name");
+  if (equals == std::string_view::npos) return malformed_item(item, "its count is missing");
   std::uint64_t count = 0;
   if (!parse_number(item.substr(equals + 1), count) || count < 1 || count > kMostOfAKind)
-    return malformed(item, "COUNT is a whole number from 1 to " + std::to_string(kMostOfAKind));
+    return malformed_item(item, "COUNT is a whole number from 1 to " + std::to_string(kMostOfAKind));
   return std::pair{static_cast<Asked>(found - kAskedNames.begin()), std::size_t{count}};
 }
 
@@ -80,13 +80,13 @@ Result<Mix> parse_mix(std::span<const std::string> items) {
     const auto parsed = parse_item(item);
     if (!parsed) return parsed.error();
     const auto [asked, count] = parsed.value();
-    if (std::exchange(count_of(counts, asked), count) > 0) return malformed(item, "it is given twice");
+    if (std::exchange(count_of(counts, asked), count) > 0) return malformed_item(item, "it is given twice");
     mix.text += (mix.text.empty() ? "" : ",") + item;
   }
   const std::size_t asks = count_of(counts, Asked::kTrial) + count_of(counts, Asked::kMaxStep);
   const std::size_t commits = count_of(counts, Asked::kCommit);
   if (commits > asks)
-    return malformed(
+    return malformed_item(
         "commit=" + std::to_string(commits),
         "each commit takes a trial or max_step before it, of which there are " + std::to_string(asks));
   if (!items.empty()) mix.cycle = cycle_of(counts);

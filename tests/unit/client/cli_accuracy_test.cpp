@@ -21,7 +21,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kScene = "'builtin:bart?triangles=1000' --frames 0:3";
+constexpr const char* kMeasuredScene = "'builtin:bart?triangles=1000' --frames 0:3";
 
 class CliAccuracy : public ::testing::Test {
  protected:
@@ -79,8 +79,8 @@ TEST_F(CliAccuracy, QuerySetsUnderEverySetting) {
 
 // The exact tier says what is within the separation: more than touches, and no setting may miss it.
 TEST_F(CliAccuracy, WithASeparation) {
-  const Json touching = measure(std::string(kScene) + " --bounds kdop18 --tiers exact --positions float64");
-  for (const std::string& input : {set(), std::string(kScene) + " --bounds kdop18"}) {
+  const Json touching = measure(std::string(kMeasuredScene) + " --bounds kdop18 --tiers exact --positions float64");
+  for (const std::string& input : {set(), std::string(kMeasuredScene) + " --bounds kdop18"}) {
     const Json rows = measure(input + " --min-separation 0.05 --positions float64");
     ASSERT_EQ(rows.size(), 7U) << "six tolerances and exact: fast tests touching";
     for (const Json& row : rows) {
@@ -96,7 +96,7 @@ TEST_F(CliAccuracy, WithASeparation) {
 }
 
 TEST_F(CliAccuracy, ScenesUnderEverySetting) {
-  const Json rows = measure(std::string(kScene) + " --substeps 2 --tolerances 1e-3,1e-6");
+  const Json rows = measure(std::string(kMeasuredScene) + " --substeps 2 --tolerances 1e-3,1e-6");
   ASSERT_EQ(rows.size(), 16U);  // (fast, two tolerances, exact), both precisions, both bounds
   for (const Json& row : rows) {
     EXPECT_EQ(row["kind"], "scene");
@@ -118,7 +118,7 @@ TEST_F(CliAccuracy, ScenesUnderEverySetting) {
 }
 
 TEST_F(CliAccuracy, TableCsvAndPlots) {
-  const Outcome outcome = run("accuracy --rounds 1 --tolerances 1e-6 " + set() + " " + kScene + " --csv " +
+  const Outcome outcome = run("accuracy --rounds 1 --tolerances 1e-6 " + set() + " " + kMeasuredScene + " --csv " +
                               folder_.file("trade.csv") + " --svg " + folder_.file("plots/here"));
   ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
   EXPECT_THAT(outcome.out, HasSubstr("hard: 6 queries, 3 contacts in truth"));

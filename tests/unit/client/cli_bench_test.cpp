@@ -20,12 +20,12 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kScene = "'builtin:bart?triangles=1000' --frames 0:4 --rounds 2 --threads-list 1,2";
+constexpr const char* kBenchScene = "'builtin:bart?triangles=1000' --frames 0:4 --rounds 2 --threads-list 1,2";
 
 class CliBench : public ::testing::Test {
  protected:
   static Json measure(const std::string& arguments) {
-    const Outcome outcome = run(std::string("bench --json - ") + kScene + " " + arguments, "2>/dev/null");
+    const Outcome outcome = run(std::string("bench --json - ") + kBenchScene + " " + arguments, "2>/dev/null");
     EXPECT_EQ(outcome.code, kExitOk);
     return Json::parse(outcome.out);
   }
@@ -142,7 +142,7 @@ TEST_F(CliBench, AnInputOfOneStep) {
 
 TEST_F(CliBench, TablesAndCsv) {
   const Outcome outcome =
-      run(std::string("bench ") + kScene + " 'builtin:bart?triangles=1001' --ablations front,tier --csv " +
+      run(std::string("bench ") + kBenchScene + " 'builtin:bart?triangles=1001' --ablations front,tier --csv " +
           folder_.file("bench.csv"));
   ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
   EXPECT_THAT(outcome.out, StartsWith("machine: "));
@@ -179,14 +179,14 @@ TEST_F(CliBench, MisuseAndFailures) {
   }
   EXPECT_EQ(run("bench").code, kExitUsage);
   EXPECT_EQ(run("bench " + folder_.file("none")).code, kExitFailed);
-  const Outcome spaced = run(std::string("bench ") + kScene + " --ablations front cones");
+  const Outcome spaced = run(std::string("bench ") + kBenchScene + " --ablations front cones");
   EXPECT_EQ(spaced.code, kExitFailed);
   EXPECT_EQ(spaced.out,
             "warmfront: cones: no such file or folder; a list is given with commas, as in one,two\n")
       << "before anything is measured";
-  EXPECT_EQ(run(std::string("bench ") + kScene + " --csv - --json -").code, kExitUsage);
+  EXPECT_EQ(run(std::string("bench ") + kBenchScene + " --csv - --json -").code, kExitUsage);
   EXPECT_EQ(run("bench builtin:nothing").code, kExitUsage) << "as detect";
-  EXPECT_EQ(run(std::string("bench ") + kScene + " --ablations none --csv " + folder_.file("no/b.csv")).code,
+  EXPECT_EQ(run(std::string("bench ") + kBenchScene + " --ablations none --csv " + folder_.file("no/b.csv")).code,
             kExitFailed);
 }
 

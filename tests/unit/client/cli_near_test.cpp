@@ -20,10 +20,10 @@ using Json = nlohmann::ordered_json;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr const char* kScene = "'builtin:cloth-ball?triangles=1000&frames=9'";
+constexpr const char* kNearScene = "'builtin:cloth-ball?triangles=1000&frames=9'";
 
 Json report(const std::string& arguments) {
-  const Outcome outcome = run(std::string("near ") + kScene + " --json - " + arguments, "2>/dev/null");
+  const Outcome outcome = run(std::string("near ") + kNearScene + " --json - " + arguments, "2>/dev/null");
   EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
   return Json::parse(outcome.out);
 }
@@ -74,7 +74,7 @@ TEST(CliNear, ListsEachClosestPairOnce) {
 
   const auto written = [&](const std::string& name) {
     const Outcome outcome =
-        run(std::string("near ") + kScene + " --distance 0.05 --reduced --fields closest --contacts " +
+        run(std::string("near ") + kNearScene + " --distance 0.05 --reduced --fields closest --contacts " +
             folder.file(name));
     EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
     EXPECT_THAT(outcome.out, HasSubstr("rows"));
@@ -93,9 +93,9 @@ TEST(CliNear, ListsEachClosestPairOnce) {
   EXPECT_EQ(listed, rows);
   EXPECT_EQ(multiplicities, pairs);
   EXPECT_THAT(written("near.jsonl"), HasSubstr(",\"multiplicity\":1,\"stencil\":15}"));
-  run(std::string("near ") + kScene + " --distance 0.05 --reduced --contacts " + folder.file("near.vtp"));
+  run(std::string("near ") + kNearScene + " --distance 0.05 --reduced --contacts " + folder.file("near.vtp"));
   EXPECT_THAT(folder.read("near_000001.vtp"), HasSubstr("Name=\"multiplicity\""));
-  EXPECT_EQ(run(std::string("near ") + kScene + " --distance 0.05 --reduced --count", "2>&1").code,
+  EXPECT_EQ(run(std::string("near ") + kNearScene + " --distance 0.05 --reduced --count", "2>&1").code,
             kExitUsage);
 }
 
@@ -165,7 +165,7 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   EXPECT_THAT(beyond.out, HasSubstr("vertex_count"));
 
   const auto misuse = [&](const std::string& filters) {
-    return run(std::string("near ") + kScene + " --distance 0.2 " + filters, "2>&1");
+    return run(std::string("near ") + kNearScene + " --distance 0.2 " + filters, "2>&1");
   };
   EXPECT_EQ(misuse("--filter-edges 4").code, kExitUsage);
   EXPECT_EQ(misuse("--filter-near-at-rest -1").code, kExitUsage);
@@ -185,7 +185,7 @@ TEST(CliNear, WritesHowFarEachVertexIsFromAnything) {
   test::LocalDaemon daemon;
   const TemporaryFolder folder;
   const auto written = [&](const std::string& name, const std::string& arguments) {
-    const Outcome outcome = run(std::string("near ") + kScene + " --distance 0.05 --frames 4:6 --count " +
+    const Outcome outcome = run(std::string("near ") + kNearScene + " --distance 0.05 --frames 4:6 --count " +
                                 arguments + " --vertex-distances " + folder.file(name));
     EXPECT_EQ(outcome.code, kExitOk) << outcome.out;
     return folder.read(name);
@@ -205,14 +205,14 @@ TEST(CliNear, WritesHowFarEachVertexIsFromAnything) {
   EXPECT_GT(near, 100);
   EXPECT_GT(far, 100);
   const Outcome twice =
-      run(std::string("near ") + kScene + " --distance 0.05 --json - --vertex-distances -", "2>&1");
+      run(std::string("near ") + kNearScene + " --distance 0.05 --json - --vertex-distances -", "2>&1");
   EXPECT_EQ(twice.code, kExitUsage) << twice.out;
 }
 
 TEST(CliNear, ListsThePairsWithTheirDistances) {
   const TemporaryFolder folder;
   const Outcome outcome =
-      run(std::string("near ") + kScene + " --distance 0.05 --frames 4:8 --contacts " + folder.file("c.csv") +
+      run(std::string("near ") + kNearScene + " --distance 0.05 --frames 4:8 --contacts " + folder.file("c.csv") +
           " --fields squared_distance,closest --json " + folder.file("c.json"));
   ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
   std::istringstream lines(folder.read("c.csv"));
@@ -247,7 +247,7 @@ std::string page_of(const std::string& command) {
 
 TEST(CliNear, WritesTheSamePageInThisProcessAndBehindADaemon) {
   test::LocalDaemon daemon;
-  const std::string scene = kScene;
+  const std::string scene = kNearScene;
   for (const std::string& command :
        {"near " + scene + " --distance 0.05", "near " + scene + " --distance 0.05 --reduced",
         "near " + scene + " --distance 0.02 --of-diagonal --tier exact", "tangled " + scene}) {
@@ -273,7 +273,7 @@ TEST(CliNear, MisuseIsSaidInOneLine) {
         "--distance 1 --contacts - --json -", "--distance 1 --count --html p.html",
         "--distance 1 --html - --json -", "--distance 1 --html-limit 1MiB",
         "--distance 1 --threads 2 --server unix:/tmp/none"}) {
-    const Outcome outcome = run(std::string("near ") + kScene + " " + wrong);
+    const Outcome outcome = run(std::string("near ") + kNearScene + " " + wrong);
     EXPECT_EQ(outcome.code, kExitUsage) << wrong << outcome.out;
     EXPECT_THAT(outcome.out, HasSubstr("warmfront: ")) << wrong;
   }
@@ -324,7 +324,7 @@ TEST_F(CliTangled, OneFrameMayBeChosen) {
   const Outcome step = run("detect " + two + " --frames 1:1");
   EXPECT_EQ(step.code, kExitUsage);
   EXPECT_THAT(step.out, HasSubstr("FIRST must be below LAST"));
-  EXPECT_EQ(run(std::string("near ") + kScene + " --distance 0.05 --frames 4:4 --count", "2>&1").code,
+  EXPECT_EQ(run(std::string("near ") + kNearScene + " --distance 0.05 --frames 4:4 --count", "2>&1").code,
             kExitOk);
 }
 

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 const std::string kHeader = "type,v0,v1,v2,v3,collides\n";
 
-std::string message_for(const std::string& text) {
+std::string message_of_truth(const std::string& text) {
   const auto parsed = parse_known_pairs(text, "truth.csv", 100);
   return parsed ? "" : parsed.error().message;
 }
@@ -32,17 +32,17 @@ TEST(TruthFile, PairsHaveOneOrder) {
 }
 
 TEST(TruthFile, SaysWhatIsWrongAndWhere) {
-  EXPECT_THAT(message_for(""), HasSubstr("truth.csv: line 1: the header"));
-  EXPECT_THAT(message_for("vf,1,2,3,4,1\n"), HasSubstr("line 1: the header"));
-  EXPECT_THAT(message_for(kHeader + "fv,1,2,3,4,1\n"), HasSubstr("line 2: 'fv' is neither"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,3,100,1\n"), HasSubstr("line 2: '100' is no vertex"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,-3,4,1\n"), HasSubstr("line 2: '-3'"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,3,4,yes\n"), HasSubstr("line 2: collides is 'yes'"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,3,4\n"), HasSubstr("line 2"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,3,4,1,1\n"), HasSubstr("line 2"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,3,4,1\n\n"), HasSubstr("line 3"));
-  EXPECT_THAT(message_for(kHeader + "vf,1,2,3,4,1\nvf,1,4,3,2,0\n"), HasSubstr("1 pairs have both answers"));
-  EXPECT_EQ(message_for(kHeader), "");
+  EXPECT_THAT(message_of_truth(""), HasSubstr("truth.csv: line 1: the header"));
+  EXPECT_THAT(message_of_truth("vf,1,2,3,4,1\n"), HasSubstr("line 1: the header"));
+  EXPECT_THAT(message_of_truth(kHeader + "fv,1,2,3,4,1\n"), HasSubstr("line 2: 'fv' is neither"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,100,1\n"), HasSubstr("line 2: '100' is no vertex"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,-3,4,1\n"), HasSubstr("line 2: '-3'"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,yes\n"), HasSubstr("line 2: collides is 'yes'"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4\n"), HasSubstr("line 2"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1,1\n"), HasSubstr("line 2"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1\n\n"), HasSubstr("line 3"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1\nvf,1,4,3,2,0\n"), HasSubstr("1 pairs have both answers"));
+  EXPECT_EQ(message_of_truth(kHeader), "");
 }
 
 RC_GTEST_PROP(TruthFile, TakesAnyBytes, (const std::string& bytes)) {

@@ -15,44 +15,18 @@
 #include "engine/contact_hash.h"
 #include "engine/front/front.h"
 #include "tests/support/hierarchy.h"
+#include "tests/support/real_collider.h"
 #include "tests/support/real_scene.h"
 
 namespace warmfront {
 namespace {
 
 using testing::FrameSequence;
+using testing::real_collider;
+using testing::real_contact;
+using testing::RealContact;
 using testing::RealMesh;
-
-std::shared_ptr<const Scene> scene_of(const RealMesh& mesh) {
-  SceneDescription description;
-  description.vertex_count = static_cast<std::uint32_t>(mesh.positions.size() / 3);
-  description.faces = mesh.faces;
-  return std::make_shared<const Scene>(std::move(Scene::create(std::move(description))).value());
-}
-
-Collider collider(const std::shared_ptr<const Scene>& scene, const std::vector<float>& positions,
-                  const ColliderOptions& options, int threads) {
-  auto made =
-      Collider::create(scene, std::span<const float>(positions), options, std::make_shared<Workers>(threads));
-  EXPECT_TRUE(made.ok());
-  return std::move(made).value();
-}
-
-// A contact, for any order of vertices in its file.
-using Key = std::array<std::uint32_t, 5>;
-Key key(bool edge_edge, std::array<std::uint32_t, 4> v) {
-  if (edge_edge) {
-    if (v[1] < v[0]) std::swap(v[0], v[1]);
-    if (v[3] < v[2]) std::swap(v[2], v[3]);
-    if (std::tie(v[2], v[3]) < std::tie(v[0], v[1])) {
-      std::swap(v[0], v[2]);
-      std::swap(v[1], v[3]);
-    }
-  } else {
-    std::sort(v.begin() + 1, v.end());
-  }
-  return {edge_edge ? 1U : 0U, v[0], v[1], v[2], v[3]};
-}
+using testing::scene_of;
 
 class Frames : public ::testing::TestWithParam<const char*> {};
 
@@ -62,12 +36,12 @@ TEST_P(Frames, NoTrueContactIsMissingAndAtMostOnePercentIsExtra) {
   const RealMesh t0 = testing::read_mesh(folder / "t0.ply");
   const RealMesh t1 = testing::read_mesh(folder / "t1.ply");
   const auto scene = scene_of(t0);
-  Collider engine = collider(scene, t0.positions, {}, 2);
+  Collider engine = real_collider(scene, t0.positions, {}, 2);
   const auto result = engine.step(std::span<const float>(t1.positions));
   ASSERT_TRUE(result.ok());
-  std::set<Key> reported;
+  std::set<RealContact> reported;
   for (const Contact& contact : result.value().contacts) {
-    reported.insert(key(contact.kind == ContactKind::kEdgeEdge, scene->vertices_of(contact)));
+    reported.insert(real_contact(contact.kind == ContactKind::kEdgeEdge, scene->vertices_of(contact)));
   }
   std::size_t truth = 0;
   std::size_t missing = 0;
@@ -82,7 +56,7 @@ TEST_P(Frames, NoTrueContactIsMissingAndAtMostOnePercentIsExtra) {
     int collides = 0;
     fields >> v[0] >> v[1] >> v[2] >> v[3] >> collides;
     truth += collides == 1;
-    missing += collides == 1 && !reported.contains(key(edge_edge, v));
+    missing += collides == 1 && !reported.contains(real_contact(edge_edge, v));
   }
   std::cout << GetParam() << ": " << truth << " true contacts, " << missing << " missing, " << reported.size()
             << " reported\n";
@@ -107,7 +81,7 @@ struct Answers {
 Answers step_through(FrameSequence& frames, const Way& way, double separation, int first, int count) {
   const auto scene = scene_of(frames.mesh());
   Collider engine =
-      collider(scene, frames.read(first),
+      real_collider(scene, frames.read(first),
                {.min_separation = separation, .front = way.front, .bounds = way.bounds}, way.threads);
   ContactHash hash;
   Answers answers;

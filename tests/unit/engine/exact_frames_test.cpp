@@ -14,50 +14,24 @@
 #include "tests/support/data.h"
 #include "tests/support/exact_oracle.h"
 #include "tests/support/feature_case.h"
+#include "tests/support/real_collider.h"
 #include "tests/support/real_scene.h"
 
 namespace warmfront {
 namespace {
 
+using testing::real_collider;
+using testing::real_contact;
+using testing::RealContact;
 using testing::RealMesh;
-
-std::shared_ptr<const Scene> scene_of(const RealMesh& mesh) {
-  SceneDescription description;
-  description.vertex_count = static_cast<std::uint32_t>(mesh.positions.size() / 3);
-  description.faces = mesh.faces;
-  return std::make_shared<const Scene>(std::move(Scene::create(std::move(description))).value());
-}
-
-Collider collider(const std::shared_ptr<const Scene>& scene, const std::vector<float>& positions,
-                  const ColliderOptions& options, int threads) {
-  auto made =
-      Collider::create(scene, std::span<const float>(positions), options, std::make_shared<Workers>(threads));
-  EXPECT_TRUE(made.ok());
-  return std::move(made).value();
-}
-
-// A contact, for any order of vertices in its file.
-using Key = std::array<std::uint32_t, 5>;
-Key key(bool edge_edge, std::array<std::uint32_t, 4> v) {
-  if (edge_edge) {
-    if (v[1] < v[0]) std::swap(v[0], v[1]);
-    if (v[3] < v[2]) std::swap(v[2], v[3]);
-    if (std::tie(v[2], v[3]) < std::tie(v[0], v[1])) {
-      std::swap(v[0], v[2]);
-      std::swap(v[1], v[3]);
-    }
-  } else {
-    std::sort(v.begin() + 1, v.end());
-  }
-  return {edge_edge ? 1U : 0U, v[0], v[1], v[2], v[3]};
-}
+using testing::scene_of;
 
 // A real step, and the pairs that collide in it by symbolic truth.
 struct RealStep {
   RealMesh t0;
   RealMesh t1;
   std::shared_ptr<const Scene> scene;
-  std::set<Key> truth;
+  std::set<RealContact> truth;
 
   explicit RealStep(const std::filesystem::path& folder)
       : t0(testing::read_mesh(folder / "t0.ply")),
@@ -73,14 +47,14 @@ struct RealStep {
       std::array<std::uint32_t, 4> v{};
       int collides = 0;
       fields >> v[0] >> v[1] >> v[2] >> v[3] >> collides;
-      if (collides == 1) truth.insert(key(edge_edge, v));
+      if (collides == 1) truth.insert(real_contact(edge_edge, v));
     }
   }
 
-  std::set<Key> keys(std::span<const Contact> contacts) const {
-    std::set<Key> all;
+  std::set<RealContact> keys(std::span<const Contact> contacts) const {
+    std::set<RealContact> all;
     for (const Contact& contact : contacts)
-      all.insert(key(contact.kind == ContactKind::kEdgeEdge, scene->vertices_of(contact)));
+      all.insert(real_contact(contact.kind == ContactKind::kEdgeEdge, scene->vertices_of(contact)));
     return all;
   }
 
@@ -105,7 +79,7 @@ class ExactFrames : public ::testing::TestWithParam<const char*> {
 TEST_P(ExactFrames, ReportTheTrueContactsAndHardlyNeedGmp) {
   WARMFRONT_NEED_DATA("frames");
   const RealStep real = step();
-  Collider engine = collider(real.scene, real.t0.positions, {.tier = Tier::kExact}, 2);
+  Collider engine = real_collider(real.scene, real.t0.positions, {.tier = Tier::kExact}, 2);
   const auto result = engine.step(std::span<const float>(real.t1.positions));
   ASSERT_TRUE(result.ok());
   const StepResult& answer = result.value();
@@ -113,7 +87,7 @@ TEST_P(ExactFrames, ReportTheTrueContactsAndHardlyNeedGmp) {
   std::size_t beyond = 0;  // the file lists what one conservative method flagged
   for (const Contact& contact : answer.contacts) {
     EXPECT_TRUE(contact.status == ContactStatus::kHit || contact.toi == 0);
-    if (real.truth.contains(key(contact.kind == ContactKind::kEdgeEdge, real.scene->vertices_of(contact))))
+    if (real.truth.contains(real_contact(contact.kind == ContactKind::kEdgeEdge, real.scene->vertices_of(contact))))
       continue;
     ++beyond;
     EXPECT_TRUE(real.confirmed(contact)) << contact.a << " " << contact.b;
@@ -133,7 +107,7 @@ TEST_P(ExactFrames, GiveTheSameBitsAllWays) {
   for (const auto& [front, bounds, threads] : {std::tuple(FrontMode::kNone, BoundsKind::kKDop18, 1),
                                                std::tuple(FrontMode::kWarm, BoundsKind::kKDop18, 8),
                                                std::tuple(FrontMode::kPaper, BoundsKind::kAabb, 2)}) {
-    Collider engine = collider(real.scene, real.t0.positions,
+    Collider engine = real_collider(real.scene, real.t0.positions,
                                {.tier = Tier::kExact, .front = front, .bounds = bounds}, threads);
     ContactHash hash;
     for (const RealMesh* mesh : {&real.t1, &real.t0}) {

@@ -16,18 +16,18 @@ namespace {
 
 using Doubles = std::span<const double>;
 
-constexpr std::uint32_t kSide = 12;
-constexpr std::uint32_t kEach = kSide * kSide;
+constexpr std::uint32_t kGridSide = 12;
+constexpr std::uint32_t kEach = kGridSide * kGridSide;
 
-/// Sheets of kSide by kSide vertices above each other, which swing through each other with time.
+/// Sheets of kGridSide by kGridSide vertices above each other, which swing through each other with time.
 SceneDescription sheets(int count, bool bodies) {
   SceneDescription scene;
   scene.vertex_count = kEach * static_cast<std::uint32_t>(count);
   for (std::uint32_t b = 0; b < static_cast<std::uint32_t>(count); ++b) {
-    for (std::uint32_t y = 0; y + 1 < kSide; ++y) {
-      for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
-        const auto v = static_cast<std::int32_t>(b * kEach + y * kSide + x);
-        const auto s = static_cast<std::int32_t>(kSide);
+    for (std::uint32_t y = 0; y + 1 < kGridSide; ++y) {
+      for (std::uint32_t x = 0; x + 1 < kGridSide; ++x) {
+        const auto v = static_cast<std::int32_t>(b * kEach + y * kGridSide + x);
+        const auto s = static_cast<std::int32_t>(kGridSide);
         scene.faces.push_back({v, v + 1, v + s});
         scene.faces.push_back({v + 1, v + s + 1, v + s});
       }
@@ -44,8 +44,8 @@ SceneDescription sheets(int count, bool bodies) {
 std::vector<double> at(int count, double time, double offset = 0) {
   std::vector<double> positions;
   for (int b = 0; b < count; ++b) {
-    for (std::uint32_t y = 0; y < kSide; ++y) {
-      for (std::uint32_t x = 0; x < kSide; ++x) {
+    for (std::uint32_t y = 0; y < kGridSide; ++y) {
+      for (std::uint32_t x = 0; x < kGridSide; ++x) {
         positions.push_back(offset + x + 0.17 * b + 0.1 * std::sin(time + y));
         positions.push_back(y + 0.23 * b);
         positions.push_back(0.4 * b * std::cos(1.3 * time + 0.2 * x) +

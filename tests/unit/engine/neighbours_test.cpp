@@ -26,13 +26,13 @@
 namespace warmfront {
 namespace {
 
-constexpr int kSide = 24;  // more than a subtree
-constexpr std::size_t kVertices = (kSide + 1) * (kSide + 1);
+constexpr int kCells = 24;  // more than a subtree
+constexpr std::size_t kCellVertices = (kCells + 1) * (kCells + 1);
 
 std::vector<double> flat() {
   std::vector<double> positions;
-  for (int i = 0; i <= kSide; ++i) {
-    for (int j = 0; j <= kSide; ++j) positions.insert(positions.end(), {i * 0.1, j * 0.1, 0.0});
+  for (int i = 0; i <= kCells; ++i) {
+    for (int j = 0; j <= kCells; ++j) positions.insert(positions.end(), {i * 0.1, j * 0.1, 0.0});
   }
   return positions;
 }
@@ -45,7 +45,7 @@ void shake(std::mt19937_64& random, double most, std::vector<double>& positions)
 
 template <class Bounds>
 struct Sheet {
-  std::shared_ptr<const Scene> scene = testing::make_scene(kVertices, testing::grid(kSide));
+  std::shared_ptr<const Scene> scene = testing::make_scene(kCellVertices, testing::grid(kCells));
   testing::Hierarchy<Bounds> hierarchy{scene, flat(), 32};
 };
 
@@ -360,14 +360,14 @@ TEST_P(Crumpled, SheetsMeetThemselvesInEveryStepAsEver) {
   for (const auto& [max_bytes, begin] :
        {std::pair(kRoom, 0), std::pair(std::size_t{30000}, 0), std::pair(std::size_t{8000}, 0),
         std::pair(std::size_t{1000}, 0), std::pair(kRoom, 5)})
-    expect_same(testing::grid(kSide), positions, max_bytes, begin);
+    expect_same(testing::grid(kCells), positions, max_bytes, begin);
 }
 
 // Deforming, stiff for so long that it need not be tested against itself, crumpled, cancelled.
 TEST_P(Crumpled, WhateverHappensMeanwhile) {
   std::mt19937_64 random(47);
   std::vector<double> positions = flat();
-  Both both(testing::grid(kSide), positions);
+  Both both(testing::grid(kCells), positions);
   std::uint64_t stiff = 0;
   int stopped = 0;
   std::uint64_t met = 0;
@@ -398,7 +398,7 @@ TEST_P(Crumpled, WhateverHappensMeanwhile) {
 TEST_P(Crumpled, TrialsAnswerAsStepsAndLeaveNoTrace) {
   std::mt19937_64 random(83);
   std::vector<double> positions = flat();
-  Both both(testing::grid(kSide), positions);
+  Both both(testing::grid(kCells), positions);
   std::uint64_t met = 0, skipped = 0;
   for (int step = 0; step < 40; ++step) {
     for (int trial = 0; trial < 4; ++trial) {
@@ -434,7 +434,7 @@ TEST_P(Crumpled, TrialsAnswerAsStepsAndLeaveNoTrace) {
 TEST_P(Crumpled, StoppedAtAnyMoment) {
   std::mt19937_64 random(61);
   std::vector<double> positions = flat();
-  Both both(testing::grid(kSide), positions);
+  Both both(testing::grid(kCells), positions);
   int stopped = 0;
   long looks = 1;  // of a step at the flag
   for (int step = 0; step < 120; ++step) {
@@ -458,7 +458,7 @@ TEST_P(Crumpled, RefusedForTooManyContacts) {
   std::vector<double> positions = flat();
   ColliderOptions few = options();
   few.max_contacts = 1000;
-  Both both(testing::grid(kSide), positions, few);
+  Both both(testing::grid(kCells), positions, few);
   int refused = 0;
   for (int step = 0; step < 24; ++step) {
     std::vector<double> next = positions;
@@ -482,7 +482,7 @@ TEST_P(Crumpled, RefusedForTooManyContacts) {
 TEST_P(Crumpled, BeyondRecognition) {
   std::mt19937_64 random(59);
   std::vector<double> positions = flat();
-  Both both(testing::grid(kSide), positions);
+  Both both(testing::grid(kCells), positions);
   int decayed = 0;
   for (int step = 0; step < 16; ++step) {
     shake(random, step == 4 ? 3.0 : 0.001, positions);
@@ -503,7 +503,7 @@ TEST_P(Crumpled, IsNotDroppedAgainAndAgain) {
     ColliderOptions kept = options();
     kept.max_front_bytes = max_bytes;
     std::vector<double> positions = start;
-    Collider collider = make(testing::grid(kSide), positions, kept);
+    Collider collider = make(testing::grid(kCells), positions, kept);
     std::vector<FrontState> states;
     for (int step = 0; step < 6; ++step) {
       shake(random, 1e-4, positions);
@@ -532,7 +532,7 @@ TEST_P(Crumpled, IsBuiltAgainWhereAnswersDidNotFit) {
   kept.max_front_bytes = 60000;
   kept.min_separation = 0.2;
   kept.find_rigid = false;
-  Both both(testing::grid(kSide), positions, kept);
+  Both both(testing::grid(kCells), positions, kept);
   const auto move_some = [&] {
     std::uniform_real_distribution<double> by(-1e-4, 1e-4);
     for (std::size_t k = 0; k < positions.size() / 8; ++k) positions[k] += by(random);

@@ -21,27 +21,27 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kSide = 12;
-constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1);  // of each grid
+constexpr int kGridCells = 12;
+constexpr std::uint32_t kGridVertices = (kGridCells + 1) * (kGridCells + 1);  // of each grid
 
 /// Two grids, one in the other's way.
 SceneDescription two_grids() {
   SceneDescription scene;
-  scene.vertex_count = 2 * kVertices;
-  scene.faces = testing::grid(kSide);
-  for (auto face : testing::grid(kSide)) {
-    for (auto& v : face) v += kVertices;
+  scene.vertex_count = 2 * kGridVertices;
+  scene.faces = testing::grid(kGridCells);
+  for (auto face : testing::grid(kGridCells)) {
+    for (auto& v : face) v += kGridVertices;
     scene.faces.push_back(face);
   }
-  scene.bodies = {{"", 0, kVertices}, {"", kVertices, kVertices}};
+  scene.bodies = {{"", 0, kGridVertices}, {"", kGridVertices, kGridVertices}};
   return scene;
 }
 
 std::vector<double> wavy(double at) {
   std::vector<double> positions;
   for (int grid = 0; grid < 2; ++grid) {
-    for (int i = 0; i <= kSide; ++i) {
-      for (int j = 0; j <= kSide; ++j) {
+    for (int i = 0; i <= kGridCells; ++i) {
+      for (int j = 0; j <= kGridCells; ++j) {
         positions.push_back(i + 0.3 * grid);
         positions.push_back(j + 0.2 * grid);
         positions.push_back(at * grid + std::sin(0.9 * i + 0.5 * j + grid));
@@ -56,7 +56,7 @@ SceneDescription filtered_grids() {
   scene.filters = {.within_edges = 1,
                    .near_at_rest = 1e-9,
                    .rest_positions = wavy(0.5),
-                   .excluded_vertex_pairs = {{0, kVertices}},
+                   .excluded_vertex_pairs = {{0, kGridVertices}},
                    .patches = std::vector<std::uint32_t>(scene.vertex_count, 0)};
   return scene;
 }

@@ -13,9 +13,7 @@
 namespace warmfront::test {
 namespace {
 
-using client::Answer;
 using client::Client;
-using client::Session;
 using testing::ClothOverBall;
 using testing::placed;
 using Doubles = std::span<const double>;
@@ -33,9 +31,9 @@ Outcome through_daemon(Client& client, const ClothOverBall& cloth, int exponent,
   ContactHash hash;
   Outcome outcome;
   for (std::size_t k = 1; k < cloth.frames.size(); ++k) {
-    const Result<Answer> step = session.value().step(Doubles(placed(cloth.frames[k], exponent, offset)));
+    const Result<client::Answer> step = session.value().step(Doubles(placed(cloth.frames[k], exponent, offset)));
     EXPECT_TRUE(step.ok()) << step.error().message;
-    const Answer& answer = step.value();
+    const client::Answer& answer = step.value();
     add_to(hash, answer);
     outcome.contacts += answer.contacts.size();
     outcome.front_bytes = std::max(outcome.front_bytes, answer.statistics.counts.front_bytes);

@@ -19,9 +19,9 @@ using server::Bucket;
 using server::Peers;
 using std::chrono::seconds;
 
-Bucket::Clock::time_point time_now;
-Bucket::Clock::time_point standing_clock() {
-  return time_now;
+Bucket::Clock::time_point peers_now;
+Bucket::Clock::time_point peers_clock() {
+  return peers_now;
 }
 
 std::optional<Peers::Place> enter(Peers& peers, const std::string& address) {
@@ -44,7 +44,7 @@ std::vector<Peers::Place> enter_all(Peers& peers, const std::string& address, in
 }
 
 TEST(Peers, AnAddressHasSoManyAndOthersHaveTheirOwn) {
-  Peers peers(10, &standing_clock);
+  Peers peers(10, &peers_clock);
   const auto mine = enter_all(peers, "192.0.2.1", 30);
   EXPECT_EQ(mine.size(), 10U);
   EXPECT_EQ(enter_all(peers, "192.0.2.2", 30).size(), 10U);
@@ -52,17 +52,17 @@ TEST(Peers, AnAddressHasSoManyAndOthersHaveTheirOwn) {
 }
 
 TEST(Peers, PlacesAreFreeAgainAndBeginAtABoundedRate) {
-  Peers peers(10, &standing_clock);
+  Peers peers(10, &peers_clock);
   EXPECT_EQ(enter_all(peers, "192.0.2.1", 30).size(), 10U);
   EXPECT_FALSE(enter(peers, "192.0.2.1")) << "all have begun just now";
-  time_now += seconds(3);
+  peers_now += seconds(3);
   EXPECT_EQ(enter_all(peers, "192.0.2.1", 30).size(), 3U) << "a tenth a second";
-  time_now += seconds(1000);
+  peers_now += seconds(1000);
   EXPECT_LE(enter_all(peers, "192.0.2.1", 100).size(), 20U) << "what was not begun is not saved up";
 }
 
 TEST(Peers, OfIpv6TheOwnersBitsAreOneAddress) {
-  Peers peers(10, &standing_clock);
+  Peers peers(10, &peers_clock);
   const auto first = enter_all(peers, "2001:db8::1", 6);
   const auto second = enter_all(peers, "2001:db8::ffff:2", 6);
   EXPECT_EQ(first.size() + second.size(), 10U);
@@ -70,7 +70,7 @@ TEST(Peers, OfIpv6TheOwnersBitsAreOneAddress) {
 }
 
 TEST(Peers, UnixSocketsAndNoBoundAreNotCounted) {
-  Peers peers(1, &standing_clock);
+  Peers peers(1, &peers_clock);
   sockaddr_un name{};
   name.sun_family = AF_UNIX;
   std::vector<Peers::Place> places;
@@ -79,7 +79,7 @@ TEST(Peers, UnixSocketsAndNoBoundAreNotCounted) {
     ASSERT_TRUE(place);
     places.push_back(std::move(*place));
   }
-  Peers unbounded(0, &standing_clock);
+  Peers unbounded(0, &peers_clock);
   EXPECT_EQ(enter_all(unbounded, "192.0.2.1", 100).size(), 100U);
   EXPECT_EQ(peers.size() + unbounded.size(), 0U);
 }
@@ -87,19 +87,19 @@ TEST(Peers, UnixSocketsAndNoBoundAreNotCounted) {
 // Whoever has many addresses does not fill the table: those that are gone are forgotten once they could begin
 // as many as at first.
 TEST(Peers, AddressesThatAreGoneAreForgotten) {
-  Peers peers(10, &standing_clock);
+  Peers peers(10, &peers_clock);
   const auto kept = enter(peers, "198.51.100.1");
   for (int round = 0; round < 20; ++round) {
     for (int i = 0; i < 2000; ++i)
       EXPECT_TRUE(enter(peers, "10.0." + std::to_string(i / 250) + "." + std::to_string(i % 250)));
-    time_now += seconds(60);
+    peers_now += seconds(60);
   }
   EXPECT_LE(peers.size(), 5000U);
   EXPECT_EQ(enter_all(peers, "198.51.100.1", 30).size(), 9U) << "who has a connection is remembered";
 }
 
 TEST(Peers, ThreadsTakeNoMoreThanThereAre) {
-  Peers peers(50, &standing_clock);
+  Peers peers(50, &peers_clock);
   std::vector<std::vector<Peers::Place>> taken(4);
   std::vector<std::thread> threads;
   for (auto& mine : taken) threads.emplace_back([&] { mine = enter_all(peers, "192.0.2.9", 40); });
