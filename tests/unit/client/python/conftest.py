@@ -22,6 +22,8 @@ class Daemon:
     def __init__(self, folder, flags=()):
         self._log = folder / "log"
         self._flags = list(flags)
+        if "--threads" not in self._flags:
+            self._flags += ["--threads", "2"]
         self.address = f"unix:{folder}/d.sock"
         self.process = None
         self.start()
@@ -29,8 +31,8 @@ class Daemon:
     def start(self):
         with open(self._log, "ab") as log:
             self.process = subprocess.Popen(
-                [BIN / "warmfrontd", "--listen", self.address, "--listen", "127.0.0.1:0", "--log-format", "json", "--threads",
-                 "2", *self._flags], stderr=log)
+                [BIN / "warmfrontd", "--listen", self.address, "--listen", "127.0.0.1:0", "--log-format", "json",
+                 *self._flags], stderr=log)
 
     def tcp(self):
         """The other address; the daemon logs the port that it was given."""

@@ -66,9 +66,11 @@ def bits_of_fresh(client, here):
         return bits(answer)[1:]
 
 
-def test_bodies_come_and_go_at_one_index(client):
+def test_bodies_come_and_go_at_one_index(start_daemon):
+    # One thread: a second one has buffers of its own from whenever it first helps.
+    daemon = start_daemon("--threads", "1")
     before, faces, bodies = three([3, 3])
-    with client.session(before, faces, bodies=bodies) as session:
+    with warmfront.connect(daemon.address) as client, client.session(before, faces, bodies=bodies) as session:
         at = []
         for k in range(30):
             session.replace_body(1, np.zeros((0, 3)), body=Body(0, kind="removed"))
@@ -76,7 +78,7 @@ def test_bodies_come_and_go_at_one_index(client):
             session.replace_body(1, sheet(4, 0.2), grid(4), body=Body(25, name=f"sheet {k}"))
             session.step(squeezed(session.positions, 0.99))
             at.append(client.get_session(session.id).memory_bytes)
-        assert at[-1] < 1.1 * at[5]
+        assert at[-1] < 1.02 * at[5]
 
 
 def test_faces_in_turns_are_ordered(daemon, client):
