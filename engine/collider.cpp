@@ -23,6 +23,10 @@ Error was_cancelled() {
   return {ErrorCode::kCancelled, "the call was cancelled; it may be made again"};
 }
 
+Error keep_distance_is_of_max_step() {
+  return invalid_argument("keep_distance: it is of max_step alone; give it with that question");
+}
+
 }  // namespace
 
 struct Collider::Impl {
@@ -89,8 +93,7 @@ Collider& Collider::operator=(Collider&&) noexcept = default;
 Result<Collider> Collider::create(std::shared_ptr<const Scene> scene, const Positions& positions,
                                   const ColliderOptions& options, std::shared_ptr<Workers> workers,
                                   const std::atomic<bool>* cancelled) try {
-  if (options.keep_distance)
-    return invalid_argument("keep_distance: it is of max_step alone; give it with that question");
+  if (options.keep_distance) return keep_distance_is_of_max_step();
   Result<WarmScene> made =
       WarmScene::create(std::move(scene), positions, options, std::move(workers), StopSignal(cancelled));
   if (!made) return made.error();
@@ -315,6 +318,17 @@ Status Collider::change_filters(PairFilters filters, const std::atomic<bool>* ca
   return change(std::move(changes), cancelled);
 }
 
+Status Collider::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs,
+                                       const std::atomic<bool>* cancelled) {
+  std::vector<SceneChange> changes;
+  changes.emplace_back(ChangeExcludedPairs{std::move(pairs)});
+  return change(std::move(changes), cancelled);
+}
+
+Status Collider::change_options(const ColliderOptions& options) {
+  return change({}, nullptr, nullptr, options);
+}
+
 Status Collider::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
                                   std::vector<std::array<std::int32_t, 2>> edges,
                                   const std::atomic<bool>* cancelled) {
@@ -335,14 +349,34 @@ Status Collider::replace_body(std::uint32_t index, BodyAddition addition, const 
 }
 
 Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled,
-                        std::size_t* failed) try {
+                        std::size_t* failed, const std::optional<ColliderOptions>& options) try {
   impl_->forget_answers();
-  std::size_t at = 0;
-  Status status = change_scene(impl_->warm, changes, StopSignal(cancelled), at);
-  if (!status) {
+  std::size_t at = changes.size();
+  const auto failed_with = [&](Status status) {
     if (failed != nullptr) *failed = at;
     return status;
+  };
+  WarmScene& warm = impl_->warm;
+  // The new ones hold while the scene is changed, and stay with it.
+  struct Options {
+    ColliderOptions& held;
+    ColliderOptions before;
+    bool kept = false;
+    ~Options() {
+      if (!kept) held = before;
+    }
+  } in_force{warm.core.options, warm.core.options};
+  if (options) {
+    if (Status status = check_may_become(in_force.before, *options); !status) return failed_with(status);
+    if (options->keep_distance) return failed_with(keep_distance_is_of_max_step());
+    if (Status status = check_thickness(changes.empty() ? warm.core.scene->most_thickness() : 0, *options); !status)
+      return failed_with(status);
+    if (!keep_alike(in_force.before, *options)) warm.pipeline->forget(warm.core);
+    in_force.held = *options;
   }
+  if (Status status = change_scene(warm, changes, StopSignal(cancelled), at); !status)
+    return failed_with(status);
+  in_force.kept = true;
   impl_->restart_comparison();
   return {};
 } catch (const Stopped&) {

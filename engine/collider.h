@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -133,6 +134,18 @@ class Collider {
   /// as create(); an error or an exception leaves the collider as it was. O(scene).
   Status change_filters(PairFilters filters, const std::atomic<bool>* cancelled = nullptr);
 
+  /// Other pairs of bodies that are not tested against each other, from the next step on, in place of all
+  /// that there are. Equal ones change nothing; what was known of bodies and of pairs that stay holds.
+  /// kInvalidArgument as Scene::create(); an error or an exception leaves the collider as it was. O(bodies).
+  Status change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs,
+                               const std::atomic<bool>* cancelled = nullptr);
+  /// Other options from the next question on. Those that say what is kept between steps (front, lazy_front,
+  /// find_rigid, separate_parts, rebuild_..., max_front_bytes) make the next step a cold one; all others cost
+  /// nothing by themselves. kInvalidArgument as create(), and where `bounds`, `find_bodies`, `leaf_size`,
+  /// `normal_cones` or `explain`, which are fixed, differ. An error or an exception leaves the collider as it
+  /// was, but for its warmth.
+  Status change_options(const ColliderOptions& options);
+
   /// Other faces and edges for the vertices of a body, which stay where they are, from the next step on;
   /// index 0 of a scene without declared bodies is all of it. Numbers are then as ReplaceElements and
   /// ReplaceBody say: those of a collider created from the bodies that there are. Contacts are those of such
@@ -151,9 +164,10 @@ class Collider {
   /// Carries out changes as the functions above do, one after the other, all of
   /// them or none: as one, so that O(scene) is paid once however many bodies are added or replaced. Looks at
   /// `cancelled` between the changes and within each. With an error, `failed`, unless it is null, is the
-  /// change that it is of.
+  /// change that it is of. `options`: with change_options(), in the same transaction; an error of these is of
+  /// change number changes.size().
   Status change(std::vector<SceneChange> changes, const std::atomic<bool>* cancelled = nullptr,
-                std::size_t* failed = nullptr);
+                std::size_t* failed = nullptr, const std::optional<ColliderOptions>& options = std::nullopt);
 
   /// Checks what is kept between steps: kDataLoss or kInternal as self_check() in self_check.h says,
   /// kCancelled as create().

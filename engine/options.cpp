@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace warmfront {
@@ -126,6 +127,26 @@ Status validate(const ColliderOptions& options) {
           "\"exact\"");
   }
   return {};
+}
+
+Status check_may_become(const ColliderOptions& options, const ColliderOptions& others) {
+  const auto fixed = [](std::string_view field) {
+    return invalid_argument(std::string(field) + ": is fixed when a collider is created; leave it as it is");
+  };
+  if (options.bounds != others.bounds) return fixed("bounds");
+  if (options.find_bodies != others.find_bodies) return fixed("find_bodies");
+  if (options.leaf_size != others.leaf_size) return fixed("leaf_size");
+  if (options.normal_cones != others.normal_cones) return fixed("normal_cones");
+  if (options.explain != others.explain) return fixed("explain");
+  return validate(others);
+}
+
+bool keep_alike(const ColliderOptions& options, const ColliderOptions& others) {
+  const auto of = [](const ColliderOptions& o) {
+    return std::tie(o.front, o.lazy_front, o.find_rigid, o.separate_parts, o.rebuild_after_stalled_steps,
+                    o.rebuild_every_steps, o.max_front_bytes);
+  };
+  return of(options) == of(others);
 }
 
 }  // namespace warmfront

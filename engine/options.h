@@ -150,6 +150,13 @@ inline bool reports_by_distance(const ColliderOptions& options) {
 /// Checks the ranges stated above and names the first field out of range.
 Status validate(const ColliderOptions& options);
 
+/// May a collider with these options have the others from now on? Which hierarchies it has is decided when it
+/// is created: kInvalidArgument, naming the field, where `bounds`, `find_bodies`, `leaf_size`, `normal_cones`
+/// or `explain` differ.
+Status check_may_become(const ColliderOptions& options, const ColliderOptions& others);
+/// Do they keep the same between steps?
+bool keep_alike(const ColliderOptions& options, const ColliderOptions& others);
+
 /// The names used on command lines, on the wire's text forms and in JSON: "certified", "warm", "kdop18",
 /// "all", ...
 std::string_view to_string(Tier tier);

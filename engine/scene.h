@@ -120,6 +120,11 @@ struct ChangeBody {
 struct ChangeFilters {
   PairFilters filters;  ///< of all vertices, as earlier changes of the same list number them
 };
+/// Other pairs of bodies that are not tested against each other, in place of all that there are. A pair of
+/// which one body is removed stays, and has no effect.
+struct ChangeExcludedPairs {
+  std::vector<std::array<std::uint32_t, 2>> pairs;  ///< may name bodies added by earlier changes of the list
+};
 /// Other faces and edges for the same vertices of a body, which stay where they are: what is cut, torn, or
 /// has edges flipped. Its description stays. Index 0 of a scene without declared bodies is all of it.
 struct ReplaceElements {
@@ -141,7 +146,8 @@ struct ReplaceBody {
   BodyAddition addition;
   std::vector<double> positions;  ///< (k, 3)
 };
-using SceneChange = std::variant<AddBody, ChangeBody, ChangeFilters, ReplaceElements, ReplaceBody>;
+using SceneChange =
+    std::variant<AddBody, ChangeBody, ChangeFilters, ChangeExcludedPairs, ReplaceElements, ReplaceBody>;
 struct ReplacedBodies;
 
 using Face = std::array<std::uint32_t, 3>;

@@ -7,6 +7,7 @@
 
 #include "client/cli/bench_report.h"
 #include "client/cli/markdown.h"
+#include "client/cli/print.h"
 
 namespace warmfront::client {
 namespace {
@@ -21,13 +22,6 @@ constexpr std::array<std::pair<int, double>, 9> kPaperRunningTime{{{1, 100},
                                                                    {12, 21.27},
                                                                    {14, 20.04},
                                                                    {16, 18.94}}};
-
-template <class... Values>
-std::string print(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 std::string ms(const Spread& spread) {
   return print("%.2f", spread.median);

@@ -73,4 +73,18 @@ Status AnySession::change_filters(PairFilters filters) {
   return local.collider().change_filters(std::move(filters));
 }
 
+Status AnySession::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->change_excluded_pairs(std::move(pairs));
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle;
+  return local.collider().change_excluded_pairs(std::move(pairs));
+}
+
+Status AnySession::change_options(const ColliderOptions& options) {
+  if (auto* remote = std::get_if<Session>(&held_)) return remote->change_options(options);
+  LocalSession& local = *std::get<std::shared_ptr<LocalSession>>(held_);
+  if (Status idle = local.check_idle(); !idle) return idle;
+  return local.collider().change_options(options);
+}
+
 }  // namespace warmfront::client

@@ -39,6 +39,8 @@ class AnySession final : public Questions {
   Status replace_body(std::uint32_t index, BodyAddition with, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Status change_filters(PairFilters filters);
+  Status change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
+  Status change_options(const ColliderOptions& options);
 
  private:
   explicit AnySession(std::shared_ptr<LocalSession> local);

@@ -141,6 +141,12 @@ Status Session::change_body(std::uint32_t index, Body body) {
 Status Session::change_filters(PairFilters filters) {
   return impl_->change_filters(std::move(filters));
 }
+Status Session::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
+  return impl_->change_excluded_pairs(std::move(pairs));
+}
+Status Session::change_options(const ColliderOptions& options) {
+  return impl_->change_options(options);
+}
 Result<Answer> Session::next_answer() {
   return impl_->next_answer();
 }

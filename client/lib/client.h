@@ -108,6 +108,13 @@ class Session final : public Questions {
   /// add_body(). kFailedPrecondition while frames are unanswered, kUnimplemented where the daemon is older
   /// than filters.
   Status change_filters(PairFilters filters);
+  /// Other pairs of bodies that are not tested against each other, in place of all that there are, see
+  /// Collider::change_excluded_pairs(); exactly once, like add_body(). kFailedPrecondition while frames are
+  /// unanswered, kUnimplemented where the daemon is older than this.
+  Status change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
+  /// Other options from the next question on, see Collider::change_options(); otherwise as
+  /// change_excluded_pairs().
+  Status change_options(const ColliderOptions& options);
 
   /// Waits for the answer to the oldest unanswered frame, trials and commits among them. An error in the
   /// frame itself (kInvalidArgument, kResourceExhausted) does not count as a step: frames sent after it fail

@@ -58,6 +58,9 @@ RemoteError too_old_for(v1::Feature feature) {
       : feature == v1::FEATURE_REPLACE ? "the daemon is older than replacing elements and bodies, and "
                                          "thickness of vertices that are added; "
                                          "update it, or create the session again with the other scene"
+      : feature == v1::FEATURE_OPTION_CHANGES
+          ? "the daemon is older than changes of options and excluded pairs; update it, or create the session "
+            "again with the others"
       : feature == v1::FEATURE_THICKNESS
           ? "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out"
           : "filters: the daemon is older than they are, and would count what they leave out; update it, or "

@@ -59,18 +59,13 @@ void SceneState::describe(v1::SessionHeader& header) const {
   header.set_edge_count(static_cast<std::uint32_t>(scene_.edges.size()));
   header.set_dtype(float32_ ? v1::DTYPE_FLOAT32 : v1::DTYPE_FLOAT64);
   header.clear_bodies();
-  header.clear_excluded_pairs();
   header.clear_pose_bodies();
   header.clear_poses();
   header.clear_filters();
   header.set_vertex_thickness(!scene_.thickness.empty());
   if (!(scene_.filters == PairFilters())) *header.mutable_filters() = wire::header_of(scene_.filters);
   for (const Body& body : scene_.bodies) *header.add_bodies() = to_proto(body);
-  for (const auto& [a, b] : scene_.excluded_pairs) {
-    v1::BodyPair& pair = *header.add_excluded_pairs();
-    pair.set_a(a);
-    pair.set_b(b);
-  }
+  wire::set_body_pairs(*header.mutable_excluded_pairs(), scene_.excluded_pairs);
   for (std::uint32_t b = 0; b < poses_.size(); ++b) {
     if (!poses_[b]) continue;
     append_value(*header.mutable_pose_bodies(), b);

@@ -75,6 +75,9 @@ class SceneState {
   Status check_change(std::uint32_t index, const Body& body) const;
   void take(std::uint32_t index, Body body);
   void take(PairFilters filters) { scene_.filters = std::move(filters); }
+  void take_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
+    scene_.excluded_pairs = std::move(pairs);
+  }
   Result<v1::SceneChange> encode(const ReplaceElements& replacement) const;
   void take(ReplaceElements replacement);
   Result<v1::SceneChange> encode(std::uint32_t index, const BodyAddition& with,

@@ -283,12 +283,16 @@ bool Session::Impl::send_frame(SentFrame& frame) {
 }
 
 Status Session::Impl::change(v1::SceneChange change, const std::function<void()>& taken) {
+  v1::ChangeSceneRequest request;
+  *request.add_changes() = std::move(change);
+  return this->change(std::move(request), taken);
+}
+
+Status Session::Impl::change(v1::ChangeSceneRequest request, const std::function<void()>& taken) {
   if (failed_) return *failed_;
   if (Status idle = check_idle(); !idle) return idle;
-  v1::ChangeSceneRequest request;
   request.set_session_id(id());
   request.set_next_frame(header_.first_frame() + 1);
-  *request.add_changes() = std::move(change);
   request.set_key(random_uuid());
   changing_ = true;
   for (;;) {
@@ -396,6 +400,22 @@ Status Session::Impl::change_filters(PairFilters filters) {
   v1::SceneChange encoded;
   *encoded.mutable_change_filters() = to_proto(filters);
   return change(std::move(encoded), [&] { state_.take(std::move(filters)); });
+}
+
+Status Session::Impl::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
+  may_commit_ = false;
+  if (Status known = need(v1::FEATURE_OPTION_CHANGES); !known) return known;
+  v1::SceneChange encoded;
+  wire::set_body_pairs(*encoded.mutable_change_excluded_pairs()->mutable_pairs(), pairs);
+  return change(std::move(encoded), [&] { state_.take_excluded_pairs(std::move(pairs)); });
+}
+
+Status Session::Impl::change_options(const ColliderOptions& options) {
+  may_commit_ = false;
+  if (Status known = need(v1::FEATURE_OPTION_CHANGES); !known) return known;
+  v1::ChangeSceneRequest request;
+  *request.mutable_options() = to_proto(options);
+  return change(std::move(request), [&] { *header_.mutable_options() = to_proto(options); });
 }
 
 Result<Answer> Session::Impl::next_answer() {

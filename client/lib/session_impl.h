@@ -42,6 +42,8 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   Status replace_body(std::uint32_t index, BodyAddition with, const Positions& positions);
   Status change_body(std::uint32_t index, Body body);
   Status change_filters(PairFilters filters);
+  Status change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
+  Status change_options(const ColliderOptions& options);
   Result<Answer> next_answer();
   Status close();
 
@@ -121,8 +123,9 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   /// to its end first.
   void send_frames();
   bool send_frame(SentFrame& frame);
-  /// Has the daemon carry out a change, then calls `taken`. If the daemon is lost, the session is resumed in
-  /// the state before the change, which is sent again with its key: it is carried out once.
+  /// Has the daemon carry out changes, then calls `taken`. If the daemon is lost, the session is resumed in
+  /// the state before them, and they are sent again with their key: they are carried out once.
+  Status change(v1::ChangeSceneRequest request, const std::function<void()>& taken);
   Status change(v1::SceneChange change, const std::function<void()>& taken);
   Status need_for(const BodyAddition& body);
   /// Settles the oldest question when the message completes its answer.

@@ -37,13 +37,20 @@ endfunction()
 # file is compiled alone, as the fuzz targets are, so that each includes what it uses.
 option(WARMFRONT_UNITY "Compile several source files at a time" ON)
 
-# warmfront_compile_together(NAME [COUNT]): so many files at a time. Not for the engine's kernels and what tests their code.
-function(warmfront_compile_together name)
-  set(count 6)
-  if(ARGC GREATER 1)
-    set(count ${ARGV1})
-  endif()
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${WARMFRONT_UNITY} UNITY_BUILD_BATCH_SIZE ${count})
+# warmfront_compile_together(NAME COUNT): the target's files in so many groups. Which one a file is in depends on its own
+# path alone, so that names that meet are those of a new file and of few others. Not for the engine's kernels and what
+# tests their code.
+function(warmfront_compile_together name groups)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${WARMFRONT_UNITY} UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${name} SOURCES)
+  foreach(source ${sources})
+    cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)
+    cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+    string(MD5 hash "${path}")
+    string(SUBSTRING "${hash}" 0 4 start)
+    math(EXPR group "0x${start} % ${groups}")
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${group}")
+  endforeach()
   # An unnamed namespace's types are as local as in a file of their own, which GCC cannot see.
   target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()

@@ -141,6 +141,23 @@ Status check_half_spaces(std::span<const Body> bodies) {
                           std::to_string(kMostHalfSpaces) + "; give a mesh instead");
 }
 
+Status check_excluded_pairs(std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t bodies,
+                            StopSignal stop) {
+  PacedStop paced(stop);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    paced.check();
+    const auto [a, b] = pairs[i];
+    const auto where = [i] { return "excluded_pairs[" + std::to_string(i) + "]: body "; };
+    if (std::max(a, b) >= bodies)
+      return invalid_argument(where() + std::to_string(std::max(a, b)) + " is not in [0, " +
+                              std::to_string(bodies) + ")");
+    if (a == b)
+      return invalid_argument(where() + std::to_string(a) +
+                              " with itself; switch its self_collision off instead");
+  }
+  return {};
+}
+
 Status check_bodies(const SceneDescription& description, StopSignal stop) {
   PacedStop paced(stop);
   std::uint64_t next = 0;
@@ -166,18 +183,7 @@ Status check_bodies(const SceneDescription& description, StopSignal stop) {
     return invalid_argument("bodies: cover " + std::to_string(next) + " of " +
                             std::to_string(description.vertex_count) + " vertices; add a body for the rest");
   }
-  for (std::size_t i = 0; i < description.excluded_pairs.size(); ++i) {
-    paced.check();
-    const auto [a, b] = description.excluded_pairs[i];
-    const std::string where = "excluded_pairs[" + std::to_string(i) + "]";
-    if (std::max(a, b) >= description.bodies.size())
-      return invalid_argument(where + ": body " + std::to_string(std::max(a, b)) + " is not in [0, " +
-                              std::to_string(description.bodies.size()) + ")");
-    if (a == b)
-      return invalid_argument(where + ": body " + std::to_string(a) +
-                              " with itself; switch its self_collision off instead");
-  }
-  return {};
+  return check_excluded_pairs(description.excluded_pairs, description.bodies.size(), stop);
 }
 
 Status check_filters(const PairFilters& filters, std::uint32_t vertex_count, StopSignal stop) {

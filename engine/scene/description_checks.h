@@ -39,6 +39,10 @@ inline constexpr std::size_t kMostHalfSpaces = 1024;
 /// No more half-spaces than that, but for those that are removed.
 Status check_half_spaces(std::span<const Body> bodies);
 
+/// Each of two different bodies that there are.
+Status check_excluded_pairs(std::span<const std::array<std::uint32_t, 2>> pairs, std::size_t bodies,
+                            StopSignal stop);
+
 /// All bodies, with their ranges, and the excluded pairs.
 Status check_bodies(const SceneDescription& description, StopSignal stop);
 

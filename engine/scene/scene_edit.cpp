@@ -126,6 +126,13 @@ Status SceneEdit::carry_out(ChangeFilters& change, std::size_t /*at*/) {
   return {};
 }
 
+Status SceneEdit::carry_out(ChangeExcludedPairs& change, std::size_t /*at*/) {
+  if (Status status = check_excluded_pairs(change.pairs, scene_.bodies_.size(), stop_); !status)
+    return status.error();
+  scene_.excluded_pairs_ = std::move(change.pairs);
+  return {};
+}
+
 Status SceneEdit::carry_out(ChangeBody& change, std::size_t /*at*/) {
   auto& [index, body] = change;
   if (index < scene_.bodies_.size() && scene_.bodies_[index].kind == BodyKind::kRemoved)

@@ -28,6 +28,7 @@ class SceneEdit {
   Status carry_out(AddBody& change, std::size_t at);
   Status carry_out(ChangeBody& change, std::size_t at);
   Status carry_out(ChangeFilters& change, std::size_t at);
+  Status carry_out(ChangeExcludedPairs& change, std::size_t at);
   Status carry_out(ReplaceElements& change, std::size_t at);
   Status carry_out(ReplaceBody& change, std::size_t at);
 

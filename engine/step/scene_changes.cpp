@@ -141,7 +141,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   }
 
   if (Status status = check_thickness(scene->most_thickness(), core.options); !status) {
-    at = changes.size() - 1;
+    at = changes.empty() ? 0 : changes.size() - 1;
     return status;
   }
   if (replaced.whole_scene) {
@@ -153,9 +153,11 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   bool thickness_changes = false;
   const bool filters_change =
       std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
+  const bool pairs_change =
+      !std::ranges::equal(core.scene->excluded_pairs(), scene->excluded_pairs());
   const bool patches_change = filters_change && core.scene->filters().patches != scene->filters().patches;
   bool tests_more = extended || replaced.any();
-  bool names_alone = !tests_more && !filters_change;
+  bool names_alone = !tests_more && !filters_change && !pairs_change;
   std::erase_if(others, [&](Redescribed& other) {
     const Body& from = core.scene->bodies()[other.index];
     const Body& to = scene->bodies()[other.index];
@@ -190,7 +192,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     }
   }
 
-  if (!extended && !replaced.any() && others.empty()) {  // and so a scene without declared bodies
+  if (!extended && !replaced.any() && !pairs_change && others.empty()) {  // and so a scene without declared bodies
     core.workers->run([&] { core.filter = core.make_filter(scene->filters(), core.model, stop); });
     core.scene = std::move(scene);
     filters_changed(warm, patches_change);

@@ -55,6 +55,24 @@ Result<Body> body_from(const v1::Body& message, const std::string& where) {
   return body;
 }
 
+std::vector<std::array<std::uint32_t, 2>> body_pairs_from(
+    const google::protobuf::RepeatedPtrField<v1::BodyPair>& pairs) {
+  std::vector<std::array<std::uint32_t, 2>> read;
+  read.reserve(static_cast<std::size_t>(pairs.size()));
+  for (const v1::BodyPair& pair : pairs) read.push_back({pair.a(), pair.b()});
+  return read;
+}
+
+void set_body_pairs(google::protobuf::RepeatedPtrField<v1::BodyPair>& message,
+                    std::span<const std::array<std::uint32_t, 2>> pairs) {
+  message.Clear();
+  for (const auto& [a, b] : pairs) {
+    v1::BodyPair& pair = *message.Add();
+    pair.set_a(a);
+    pair.set_b(b);
+  }
+}
+
 bool has_half_spaces(const v1::SessionHeader& header) {
   return std::ranges::any_of(header.bodies(), [](const v1::Body& body) { return body.has_half_space(); });
 }

@@ -2,7 +2,10 @@
 // Bodies on the wire. Thread-safe.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +22,11 @@ v1::Body to_proto(const Body& body);
 /// Omitted fields get their default. kInvalidArgument, with a message that begins with `where`, for a kind
 /// unknown to this build, a name that is too long, or a half-space of other than 3 coordinates.
 Result<Body> body_from(const v1::Body& message, const std::string& where);
+
+std::vector<std::array<std::uint32_t, 2>> body_pairs_from(
+    const google::protobuf::RepeatedPtrField<v1::BodyPair>& pairs);
+void set_body_pairs(google::protobuf::RepeatedPtrField<v1::BodyPair>& message,
+                    std::span<const std::array<std::uint32_t, 2>> pairs);
 
 /// Calls `send` with each message of an upload that brings these, as upload() of filters.h does.
 template <class Send>

@@ -131,7 +131,6 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       owner_(std::move(host.owner)),
       observer_(host.observer),
       dtype_(spec.dtype),
-      options_(collider.options()),
       created_(std::chrono::system_clock::now()),
       lost_(std::move(host.lost)),
       rebuilt_(std::move(host.rebuilt)),
@@ -149,6 +148,7 @@ Session::Session(SessionSpec&& spec, std::uint64_t digest, std::shared_ptr<const
       standing_{{spec.first_frame, spec.first_revision, digest}, std::nullopt},
       next_ms_(step_cost_ms(scene->element_count(), {})),
       scene_(std::move(scene)),
+      options_(collider_.options()),
       last_request_(std::chrono::steady_clock::now()) {
   snapshot_.state = standing_.now;
 }
@@ -184,6 +184,11 @@ std::optional<Fault> Session::closed() const {
 std::shared_ptr<const Scene> Session::scene() const {
   const MutexLock lock(mutex_);
   return scene_;
+}
+
+ColliderOptions Session::options() const {
+  const MutexLock lock(mutex_);
+  return options_;
 }
 
 void Session::step(std::uint64_t frame, FrameBuffer contents, AdmittedFrame pass, Admission admission,
@@ -430,10 +435,10 @@ std::size_t Session::growth_with(std::span<const SceneChange> changes) const {
     }
   }
   const auto estimate = [&](std::uint64_t v, std::uint64_t e, bool thick) {
-    return estimate_bytes(v, e, size_of(dtype_), options_.explain, thick, limits_);
+    return estimate_bytes(v, e, size_of(dtype_), collider_.options().explain, thick, limits_);
   };
   const auto of_filters = [&](const PairFilters& filters, std::uint64_t v) {
-    return estimate_filter_bytes(FilterSize::of(filters), v, options_.explain);
+    return estimate_filter_bytes(FilterSize::of(filters), v, collider_.options().explain);
   };
   // Other filters are made beside those that there are; these grow with the bodies that are added.
   const PairFilters& present = collider_.scene().filters();
@@ -511,9 +516,13 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
   // Charged before it grows, so that others who ask meanwhile see it; take_stock() knows what it became.
   const Holding growth(account_, more_with(order));
   std::size_t failed = 0;
-  if (Status status = collider_.change(std::move(order.changes), running.stop(), &failed); !status) {
+  const std::size_t count = order.changes.size();
+  if (Status status = collider_.change(std::move(order.changes), running.stop(), &failed, order.options);
+      !status) {
     if (status.error().code == ErrorCode::kCancelled) return given_up("ChangeScene");
-    return fault_from(status.error(), "changes[" + std::to_string(failed) + "]: ", kAdjacentFaces);
+    return fault_from(status.error(),
+                      failed < count ? "changes[" + std::to_string(failed) + "]: " : "options.",
+                      kAdjacentFaces);
   }
   std::shared_ptr<const Scene> scene = collider_.shared_scene();  // nothing after the changes may fail
   StateDigest digest(standing_.now.digest);
@@ -524,6 +533,7 @@ Outcome<SessionState> Session::apply(ChangeOrder& order, const Before& before) {
   if (!order.key.empty()) done_order_ = {std::move(order.key), order.digest, standing_.now};
   const MutexLock lock(mutex_);
   scene_ = std::move(scene);
+  options_ = collider_.options();
   return standing_.now;
 }
 
@@ -575,16 +585,16 @@ Outcome<Question> Session::within_limits(Question question) const {
   const auto invalid = [](std::string message) {
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput, std::move(message)};
   };
-  if (options.max_contacts && *options.max_contacts > options_.max_contacts)
+  if (options.max_contacts && *options.max_contacts > collider_.options().max_contacts)
     return invalid("question.max_contacts: " + std::to_string(*options.max_contacts) +
-                   " is above the session's " + std::to_string(options_.max_contacts));
-  const ColliderOptions asked = merged(options_, question);
+                   " is above the session's " + std::to_string(collider_.options().max_contacts));
+  const ColliderOptions asked = merged(collider_.options(), question);
   if (Status valid = validate(asked); !valid) return fault_from(valid.error(), "question.");
   // With more fields than the session's, or what reducing takes, fewer contacts have room.
   if (options.fields || options.reduced)
     question.options.max_contacts =
         std::min(asked.max_contacts,
-                 most_contacts(limits_.max_session_bytes, options_.explain, asked.fields, options.reduced));
+                 most_contacts(limits_.max_session_bytes, collider_.options().explain, asked.fields, options.reduced));
   return question;
 }
 
@@ -605,7 +615,7 @@ Outcome<std::shared_ptr<const Answer>> Session::ask(Request& request, Asked& ask
                      ": question.where: no trial of this frame was answered since the last frame or change of the "
                      "scene, or a motion failed since; send the trial again"};
   const bool counts = asked.question.counts();
-  const ContactFields fields = merged(options_, question.value()).fields;
+  const ContactFields fields = merged(collider_.options(), question.value()).fields;
   if (Status complete = contents.complete(scene); !complete)
     return fault_from(complete.error(), name_of(frame) + ": ");
   request.pass.hold(contents.memory_bytes());

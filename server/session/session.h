@@ -45,6 +45,7 @@ struct SessionSpec {
 
 using warmfront::AddBody;
 using warmfront::ChangeBody;
+using warmfront::ChangeExcludedPairs;
 using warmfront::ChangeFilters;
 using warmfront::ReplaceBody;
 using warmfront::ReplaceElements;
@@ -60,6 +61,7 @@ struct ChangeOrder {
   /// Set when the client has given up; null for one that cannot.
   std::shared_ptr<std::atomic<bool>> given_up = nullptr;
   Holding memory = {};  ///< the changes, on the session's account
+  std::optional<ColliderOptions> options = std::nullopt;  ///< of the session from then on; none: they stay
 
   /// The changes are carried out, or never will be.
   void give_back() {
@@ -122,7 +124,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Dtype dtype() const { return dtype_; }
   /// As it is now.
   std::shared_ptr<const Scene> scene() const;
-  const ColliderOptions& options() const { return options_; }
+  ColliderOptions options() const;
   const std::shared_ptr<Account>& account() const { return account_; }
   const std::shared_ptr<SessionCompanion>& companion() const { return companion_; }
   SessionSnapshot snapshot() const;
@@ -263,7 +265,6 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string owner_;
   SessionObserver* const observer_;
   const Dtype dtype_;
-  const ColliderOptions options_;
   const std::chrono::system_clock::time_point created_;
   const Lost lost_;
   const Rebuilt rebuilt_;
@@ -305,6 +306,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // Protected by mutex_.
   mutable Mutex mutex_;
   std::shared_ptr<const Scene> scene_ WARMFRONT_GUARDED_BY(mutex_);
+  ColliderOptions options_ WARMFRONT_GUARDED_BY(mutex_);
   SessionSnapshot snapshot_ WARMFRONT_GUARDED_BY(mutex_);
   std::chrono::steady_clock::time_point last_request_ WARMFRONT_GUARDED_BY(mutex_);
   std::uint32_t in_hand_ WARMFRONT_GUARDED_BY(mutex_) = 0;  // requests

@@ -40,42 +40,6 @@ Outcome<std::vector<BodyPose>> poses_from(const v1::SessionHeader& header) {
   return poses;
 }
 
-// Elements of `N` vertices each, from row-major bytes.
-template <std::size_t N>
-Outcome<std::vector<std::array<std::int32_t, N>>> elements_from(const std::string& bytes,
-                                                                const std::string& where, const char* what) {
-  constexpr std::size_t kEach = N * sizeof(std::int32_t);
-  if (bytes.size() % kEach != 0)
-    return bad_bytes(where, bytes.size(), bytes.size() / kEach * kEach,
-                     std::string("a whole number of ") + what);
-  std::vector<std::array<std::int32_t, N>> elements(bytes.size() / kEach);
-  if (!elements.empty()) std::memcpy(elements.data(), bytes.data(), bytes.size());
-  return elements;
-}
-
-Outcome<AddBody> addition_from(const v1::BodyAddition& message, Dtype dtype, const std::string& where) {
-  Result<Body> body = wire::body_from(message.body(), where + ".body");
-  if (!body) return fault_from(body.error());
-  auto faces = elements_from<3>(message.faces(), where + ".faces", "faces");
-  if (!faces) return faces.fault();
-  auto edges = elements_from<2>(message.edges(), where + ".edges", "edges");
-  if (!edges) return edges.fault();
-  AddBody add{{std::move(body).value(), std::move(faces).value(), std::move(edges).value()}, {}};
-  std::vector<double>& thickness = add.addition.thickness;
-  if (message.thickness().size() % sizeof(double) != 0)
-    return bad_bytes(where + ".thickness", message.thickness().size(),
-                     message.thickness().size() / sizeof(double) * sizeof(double),
-                     "a whole number of float64");
-  thickness.resize(message.thickness().size() / sizeof(double));
-  if (!thickness.empty())
-    std::memcpy(thickness.data(), message.thickness().data(), message.thickness().size());
-  PositionBuffer positions(dtype, add.addition.body.vertex_count);
-  static_cast<void>(positions.append(message.positions()));
-  if (Status complete = positions.complete(); !complete) return fault_from(complete.error(), where + ".");
-  std::visit([&](auto values) { add.positions.assign(values.begin(), values.end()); }, positions.view());
-  return add;
-}
-
 /// At least what change_order_from() makes of the changes: vectors that are as long as what they are made of.
 std::size_t bytes_of_changes(const v1::ChangeSceneRequest& request, Dtype dtype) {
   constexpr std::size_t kAllocator = 32;  // adds no more to each
@@ -100,6 +64,9 @@ std::size_t bytes_of_changes(const v1::ChangeSceneRequest& request, Dtype dtype)
       const v1::PairFilters& filters = change.change_filters();
       bytes += array(filters.rest_positions().size()) + array(filters.excluded_vertex_pairs().size()) +
                array(filters.patches().size());
+    } else if (change.has_change_excluded_pairs()) {
+      bytes += array(static_cast<std::size_t>(change.change_excluded_pairs().pairs_size()) *
+                     sizeof(std::array<std::uint32_t, 2>));
     }
   }
   return bytes;
@@ -165,8 +132,7 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
     if (!body) return fault_from(body.error());
     spec.scene.bodies.push_back(std::move(body).value());
   }
-  for (const v1::BodyPair& pair : header.excluded_pairs())
-    spec.scene.excluded_pairs.push_back({pair.a(), pair.b()});
+  spec.scene.excluded_pairs = wire::body_pairs_from(header.excluded_pairs());
   Outcome<std::vector<BodyPose>> poses = poses_from(header);
   if (!poses) return poses.fault();
   spec.poses = std::move(poses).value();
@@ -180,7 +146,7 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
 }
 
 Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype,
-                                       std::shared_ptr<Account> account) {
+                                       const Limits& limits, std::shared_ptr<Account> account) {
   constexpr std::size_t kLongestKey = 64;
   if (request.key().size() > kLongestKey)
     return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
@@ -203,43 +169,20 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
                                   request.expected_state().digest()};
   StateDigest digest(0);
   for (const v1::SceneChange& change : request.changes()) digest.add(change.SerializeAsString());
+  if (request.has_options()) {
+    Outcome<ColliderOptions> options = options_from(request.options(), limits);
+    if (!options) return options.fault();
+    order.options = options.value();
+    digest.add(request.options().SerializeAsString());
+  }
   order.digest = digest.value();
   std::vector<SceneChange>& changes = order.changes;
   changes.reserve(static_cast<std::size_t>(request.changes_size()));
   for (int i = 0; i < request.changes_size(); ++i) {
-    const v1::SceneChange& message = request.changes(i);
-    const std::string where = "changes[" + std::to_string(i) + "]";
-    if (message.has_add()) {
-      Outcome<AddBody> add = addition_from(message.add(), dtype, where + ".add");
-      if (!add) return add.fault();
-      changes.emplace_back(std::move(add).value());
-    } else if (message.has_change()) {
-      Result<Body> body = wire::body_from(message.change().body(), where + ".change.body");
-      if (!body) return fault_from(body.error());
-      changes.emplace_back(ChangeBody{message.change().index(), std::move(body).value()});
-    } else if (message.has_change_filters()) {
-      Result<PairFilters> filters = wire::filters_from(message.change_filters(), where + ".change_filters");
-      if (!filters) return fault_from(filters.error());
-      changes.emplace_back(ChangeFilters{std::move(filters).value()});
-    } else if (message.has_replace_elements()) {
-      const v1::ElementsReplacement& replacement = message.replace_elements();
-      auto faces = elements_from<3>(replacement.faces(), where + ".replace_elements.faces", "faces");
-      if (!faces) return faces.fault();
-      auto edges = elements_from<2>(replacement.edges(), where + ".replace_elements.edges", "edges");
-      if (!edges) return edges.fault();
-      changes.emplace_back(
-          ReplaceElements{replacement.index(), std::move(faces).value(), std::move(edges).value()});
-    } else if (message.has_replace_body()) {
-      Outcome<AddBody> with =
-          addition_from(message.replace_body().with(), dtype, where + ".replace_body.with");
-      if (!with) return with.fault();
-      changes.emplace_back(ReplaceBody{message.replace_body().index(), std::move(with.value().addition),
-                                       std::move(with.value().positions)});
-    } else {
-      return Fault{
-          ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-          where + ": carries none of add, change, change_filters, replace_elements and replace_body"};
-    }
+    Result<SceneChange> change =
+        wire::change_from(request.changes(i), dtype == Dtype::kFloat32, "changes[" + std::to_string(i) + "]");
+    if (!change) return fault_from(change.error());
+    changes.push_back(std::move(change).value());
   }
   return order;
 }

@@ -91,7 +91,7 @@ class CollisionService final : public Base {
         [this, response](CancellableCall& reactor, std::shared_ptr<Session> session, const auto& message) {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
           if (!begun) return finish_call(reactor, context_.refuse(begun.fault()));
-          Outcome<ChangeOrder> order = change_order_from(message, session->dtype(), session->account());
+          Outcome<ChangeOrder> order = change_order_from(message, session->dtype(), context_.limits, session->account());
           if (!order) return finish_call(reactor, context_.refuse(order.fault()));
           // Shared, because a std::function must be copyable; released after the reactor was finished.
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
@@ -183,6 +183,7 @@ class CollisionService final : public Base {
           reply.add_features(v1::FEATURE_PLACE);
           reply.add_features(v1::FEATURE_HALF_SPACES);
           reply.add_features(v1::FEATURE_REPLACE);
+          reply.add_features(v1::FEATURE_OPTION_CHANGES);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
           reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));

@@ -96,6 +96,10 @@ class CppDriver final : public SessionDriver {
     return session_->change_body(index, body);
   }
   Status change_filters(const PairFilters& filters) override { return session_->change_filters(filters); }
+  Status change_excluded_pairs(const std::vector<std::array<std::uint32_t, 2>>& pairs) override {
+    return session_->change_excluded_pairs(pairs);
+  }
+  Status change_options(const ColliderOptions& options) override { return session_->change_options(options); }
   Status replace(const ReplaceElements& change) override {
     return session_->replace_elements(change.index, change.faces, change.edges);
   }

@@ -55,6 +55,12 @@ struct Step {
   AcceptedState after;
 };
 
+// Those that hold after the operation.
+ColliderOptions options_after(const Operation& operation, const ColliderOptions& before) {
+  const auto* changes = std::get_if<ChangesOperation>(&operation);
+  return changes != nullptr && changes->options ? *changes->options : before;
+}
+
 std::vector<Step> draw_steps(std::uint64_t seed, const AcceptedState& from, const ColliderOptions& options) {
   Draws draws(seed);
   std::vector<Step> steps;
@@ -73,12 +79,15 @@ std::vector<Step> draw_steps(std::uint64_t seed, const AcceptedState& from, cons
 class Place {
  public:
   Place(const Script& script, std::size_t at, std::shared_ptr<Workers> workers = one_thread())
-      : script_(script), at_(at), workers_(std::move(workers)), before_(script.start) {
-    for (std::size_t i = 0; i < at; ++i) before_.accept(script.operations[i]);
+      : script_(script), at_(at), workers_(std::move(workers)), before_(script.start), options_(script.options) {
+    for (std::size_t i = 0; i < at; ++i) {
+      before_.accept(script.operations[i]);
+      options_ = options_after(script.operations[i], options_);
+    }
     after_ = before_;
     after_.accept(operation());
-    steps_before_ = draw_steps(2 * at, before_, script.options);
-    steps_after_ = draw_steps(2 * at + 1, after_, script.options);
+    steps_before_ = draw_steps(2 * at, before_, options_);
+    steps_after_ = draw_steps(2 * at + 1, after_, options_after(operation(), options_));
   }
 
   const Operation& operation() const { return script_.operations[at_]; }
@@ -92,7 +101,7 @@ class Place {
     Collider control = arrive();
     expect_as_before(control);
     go_on(control, steps_before_, "control");
-    Collider fresh = before_.fresh(script_.options, workers_);
+    Collider fresh = before_.fresh(options_, workers_);
     go_on(fresh, steps_before_, "fresh");
     Collider through = arrive();
     expected_ = carry_out(through, operation());
@@ -162,6 +171,7 @@ class Place {
   }
   void expect_as_before(Collider& collider) const {
     EXPECT_EQ(before_.difference(collider), "");
+    EXPECT_TRUE(collider.options() == options_);
     const Status sound = collider.self_check();
     EXPECT_TRUE(sound.ok()) << sound.error().message;
   }
@@ -179,6 +189,7 @@ class Place {
   const std::size_t at_;
   const std::shared_ptr<Workers> workers_;
   AcceptedState before_, after_;
+  ColliderOptions options_;  // before it
   std::vector<Step> steps_before_, steps_after_;
   Outcome expected_;
 };
@@ -413,6 +424,30 @@ Script filters() {
   return script;
 }
 
+// Options and excluded pairs, alone and with other changes.
+Script options() {
+  Script script{"options",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.3))},
+                {},
+                {}};
+  const Body soft{"soft", 0, 9, BodyKind::kDeformable};
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.6)));
+  script.operations.emplace_back(ChangesOperation{{ChangeExcludedPairs{{{0, 1}}}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0.1)));
+  ColliderOptions other;
+  other.min_separation = 0.1;
+  other.front = FrontMode::kNone;
+  script.operations.emplace_back(ChangesOperation{{ChangeExcludedPairs{}}, other});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.3)));
+  other.tier = Tier::kExact;
+  script.operations.emplace_back(ChangesOperation{
+      {AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ChangeExcludedPairs{{{1, 2}}}}, other});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0)));
+  script.operations.emplace_back(ChangesOperation{{}, ColliderOptions{}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.2)));
+  return script;
+}
+
 // Elements and bodies that are replaced, alone and with other changes, beside bodies at poses.
 Script replacements() {
   Script script{"replacements",
@@ -554,6 +589,7 @@ std::vector<Script> scripts() {
                           changes_together(),
                           trials(),
                           filters(),
+                          options(),
                           replacements(),
                           replaced_whole(),
                           placed(),
@@ -617,6 +653,8 @@ class KnownAnswers {
     AcceptedState after = state;
     after.accept(step);
     std::vector<double> key = state.positions;
+    key.insert(key.end(), {options.min_separation, static_cast<double>(options.tier)});
+    for (const auto& [a, b] : state.scene.excluded_pairs) key.insert(key.end(), {1.0 * a, 1.0 * b});
     key.insert(key.end(), after.positions.begin(), after.positions.end());
     for (const Body& body : state.scene.bodies) key.push_back(static_cast<double>(body.kind));
     for (const auto& face : state.scene.faces) key.insert(key.end(), face.begin(), face.end());
@@ -704,10 +742,15 @@ TEST_P(EveryPlace, MoreContactsThanAllowed) {
       refused |= !outcome.done();
       if (!outcome.done() && near == nullptr) state.trial.reset();
       refusals += outcome.done() ? 0 : 1;
-      if (outcome.done()) state.accept(operation);
+      if (outcome.done()) {
+        state.accept(operation);
+        options = options_after(operation, options);
+      }
       ASSERT_EQ(state.difference(collider), "");
     };
-    for (const Operation& operation : script.operations) {
+    for (Operation operation : script.operations) {
+      auto* changes = std::get_if<ChangesOperation>(&operation);
+      if (changes != nullptr && changes->options) changes->options->max_contacts = k;
       // What moved a body in a frame that was refused here does not lead to where the script has it, static.
       const auto* step = std::get_if<StepOperation>(&operation);
       if (step != nullptr && moves_static_body(state, *step)) break;

@@ -285,6 +285,12 @@ class PythonDriver final : public SessionDriver {
                                        {"excluded_vertex_pairs", hex(filters.excluded_vertex_pairs)},
                                        {"patches", hex(filters.patches)}}));
   }
+  Status change_excluded_pairs(const std::vector<std::array<std::uint32_t, 2>>& pairs) override {
+    return done(ask("change_excluded_pairs", {{"pairs", pairs}}));
+  }
+  Status change_options(const ColliderOptions& options) override {
+    return done(ask("change_options", {{"options", told(options)}}));
+  }
   Status replace(const ReplaceElements& change) override {
     return done(ask("replace_elements",
                     {{"index", change.index}, {"faces", hex(change.faces)}, {"edges", hex(change.edges)}}));

@@ -154,6 +154,14 @@ class Driver:
             **{name: values for name, values in given.items() if values.size > 0}))
         return {}
 
+    def change_excluded_pairs(self, request):
+        self.session.change_excluded_pairs([tuple(pair) for pair in request["pairs"]])
+        return {}
+
+    def change_options(self, request):
+        self.session.change_options(warmfront.Options(**request["options"]))
+        return {}
+
     def replace_elements(self, request):
         self.session.replace_elements(request["index"], array(request["faces"], "<i4", -1, 3),
                                       array(request["edges"], "<i4", -1, 2))

@@ -51,6 +51,9 @@ struct Command {
     kWrongFilters,
     kReplace,
     kWrongReplacement,
+    kExcludedPairs,
+    kOptions,
+    kWrongOptions,
     kKinds
   };
   Kind kind = kFrame;
@@ -80,7 +83,10 @@ std::ostream& operator<<(std::ostream& out, const Command& command) {
                                     "filters",
                                     "wrong filters",
                                     "replace",
-                                    "wrong replacement"};
+                                    "wrong replacement",
+                                    "excluded pairs",
+                                    "options",
+                                    "wrong options"};
   return out << kNames[command.kind] << " drawn by " << command.draw
              << (command.lose_answer ? ", the answer is lost" : "") << "\n";
 }
@@ -240,6 +246,13 @@ class RemoteHistory {
         if (change) expect_right(session_.replace(*change, around));
         return;
       }
+      case Command::kExcludedPairs:
+        return expect_right(
+            session_.change_excluded_pairs(testing::draw_excluded_pairs(draws, state), around));
+      case Command::kOptions:
+        return expect_right(session_.change_options(draw_other_options(draws), around));
+      case Command::kWrongOptions:
+        return expect_right(session_.wrong_options());
       case Command::kWrongReplacement:
         return expect_right(session_.wrong_replacement());
       case Command::kWrongFilters:
@@ -289,6 +302,16 @@ class RemoteHistory {
 
   PairFilters draw_filters(Draws& draws) const {
     return std::get<ChangeFilters>(testing::draw_filters(draws, session_.state()).changes.front()).filters;
+  }
+
+  // The daemons allow different numbers of rows of different fields.
+  ColliderOptions draw_other_options(Draws& draws) const {
+    const ColliderOptions& options = session_.options();
+    ColliderOptions other = testing::draw_other_options(draws, options, session_.state().unit);
+    other.lazy_front = options.lazy_front;
+    other.separate_parts = options.separate_parts;
+    other.find_rigid = options.find_rigid;
+    return other;
   }
 
   static double draw_fraction(Draws& draws) {

@@ -236,6 +236,33 @@ std::string RemoteSession::change_filters(const PairFilters& filters, const Arou
   return "";
 }
 
+std::string RemoteSession::change_excluded_pairs(const ChangeExcludedPairs& other, const Around& around) {
+  state_.trial.reset();
+  Status changed;
+  around([&] { changed = driver_.change_excluded_pairs(other.pairs); });
+  if (!changed.ok()) return "change_excluded_pairs: " + changed.error().message;
+  state_.accept(testing::ChangesOperation{{other}});
+  return "";
+}
+
+std::string RemoteSession::change_options(const ColliderOptions& options, const Around& around) {
+  state_.trial.reset();
+  Status changed;
+  around([&] { changed = driver_.change_options(options); });
+  if (!changed.ok()) return "change_options: " + changed.error().message;
+  options_ = options;
+  return "";
+}
+
+std::string RemoteSession::wrong_options() {
+  ColliderOptions options = options_;
+  options.find_bodies = !options.find_bodies;
+  const Status changed = driver_.change_options(options);
+  state_.trial.reset();
+  if (!changed.ok() && changed.error().code == ErrorCode::kInvalidArgument) return "";
+  return "wrong options: " + (changed.ok() ? "taken" : changed.error().message);
+}
+
 std::string RemoteSession::replace(const SceneChange& change, const Around& around) {
   state_.trial.reset();
   Status changed;

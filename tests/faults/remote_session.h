@@ -40,6 +40,8 @@ class RemoteSession {
   std::string add(const testing::AddOperation& add, const Around& around = as_it_is);
   std::string change(const testing::ChangeOperation& change, const Around& around = as_it_is);
   std::string change_filters(const PairFilters& filters, const Around& around = as_it_is);
+  std::string change_excluded_pairs(const ChangeExcludedPairs& other, const Around& around = as_it_is);
+  std::string change_options(const ColliderOptions& options, const Around& around = as_it_is);
   /// Elements or a body that is replaced.
   std::string replace(const SceneChange& change, const Around& around = as_it_is);
   /// Of which the daemon, or the client itself, must say kInvalidArgument.
@@ -47,9 +49,11 @@ class RemoteSession {
   std::string wrong_change();
   std::string wrong_filters();
   std::string wrong_replacement();
+  std::string wrong_options();
   std::string close();
 
   const testing::AcceptedState& state() const { return state_; }
+  const ColliderOptions& options() const { return options_; }
 
  private:
   std::string check(const testing::StepOperation& operation, const Result<client::Answer>& answer,
@@ -59,7 +63,7 @@ class RemoteSession {
 
   SessionDriver& driver_;
   testing::AcceptedState state_;
-  const ColliderOptions options_;
+  ColliderOptions options_;
   const std::size_t few_;
 };
 

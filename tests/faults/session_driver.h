@@ -2,8 +2,11 @@
 // A session of either client library, driven by operations. Used by one thread at a time.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/lib/answer.h"
 #include "engine/result.h"
@@ -37,6 +40,8 @@ class SessionDriver {
   virtual Result<std::uint32_t> add_body(const testing::AddOperation& add) = 0;
   virtual Status change_body(std::uint32_t index, const Body& body) = 0;
   virtual Status change_filters(const PairFilters& filters) = 0;
+  virtual Status change_excluded_pairs(const std::vector<std::array<std::uint32_t, 2>>& pairs) = 0;
+  virtual Status change_options(const ColliderOptions& options) = 0;
   virtual Status replace(const ReplaceElements& change) = 0;
   virtual Status replace(const ReplaceBody& change) = 0;
   virtual Status close() = 0;

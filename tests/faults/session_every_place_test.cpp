@@ -376,6 +376,12 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
                                                     : all_filters(session_->scene()->vertex_count() +
                                                                   3 * static_cast<std::uint32_t>(added))});
           }
+          if (below(3) == 0) order.changes.emplace_back(server::ChangeExcludedPairs{{{0, 1}}});
+          if (below(3) == 0) {
+            order.options = session_->options();
+            order.options->min_separation = static_cast<double>(below(3));
+            order.options->front = static_cast<FrontMode>(below(3));
+          }
           if (below(2) == 0) {
             Body removed;
             removed.kind = BodyKind::kRemoved;

@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const auto scene = std::make_shared<const Scene>(Scene::create(fuzz::tiny_scene()).value());
   v1::ChangeSceneRequest request;
   if (!request.ParseFromArray(data, static_cast<int>(size))) return 0;
-  auto order = server::change_order_from(request, server::Dtype::kFloat64, nullptr);
+  auto order = server::change_order_from(request, server::Dtype::kFloat64, {}, nullptr);
   if (!order) {
     expect(order.fault().code == ErrorCode::kInvalidArgument && !order.fault().message.empty(),
            "refused changes have a reason");
@@ -36,6 +36,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (auto* body = std::get_if<server::ReplaceBody>(&change))
         return collider.replace_body(body->index, std::move(body->addition),
                                      std::span<const double>(body->positions));
+      if (auto* pairs = std::get_if<server::ChangeExcludedPairs>(&change))
+        return collider.change_excluded_pairs(std::move(pairs->pairs));
       auto& changed = std::get<server::ChangeBody>(change);
       return collider.change_body(changed.index, std::move(changed.body));
     };
@@ -44,6 +46,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     expect(status.ok() || !status.error().message.empty(), "a refused change has words");
     expect(collider.scene().body_count() == bodies + (adds && status.ok() ? 1 : 0),
            "and leaves the scene as it was");
+  }
+  if (order.value().options) {
+    const ColliderOptions before = collider.options();
+    const Status status = collider.change_options(*order.value().options);
+    expect(status.ok() || !status.error().message.empty(), "refused options have words");
+    expect(collider.options() == (status.ok() ? *order.value().options : before), "and leave those that there are");
   }
   expect(collider.self_check().ok(), "and all that is kept of it holds");
   const std::vector<double> now = collider.positions();

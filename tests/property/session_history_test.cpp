@@ -49,6 +49,9 @@ struct Command {
     kWrongFilters,
     kReplace,
     kWrongReplacement,
+    kExcludedPairs,
+    kOptions,
+    kWrongOptions,
     kKinds
   };
   Kind kind = kFrame;
@@ -61,7 +64,8 @@ std::ostream& operator<<(std::ostream& out, const Command& command) {
       "frame",        "nothing moves", "glide",   "add",           "change",       "place",
       "self_check",   "forget",        "resume",  "wrong frame",   "wrong change", "wrong addition",
       "wrong place",  "outlier",       "trial",   "line search",   "max_step",     "commit",
-      "wrong commit", "near",          "filters", "wrong filters", "replace",      "wrong replacement"};
+      "wrong commit", "near",          "filters", "wrong filters", "replace",      "wrong replacement",
+      "excluded pairs", "options",     "wrong options"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }
@@ -176,6 +180,12 @@ class History {
         return refuse(
             ChangesOperation{{ChangeFilters{{.excluded_vertex_pairs = {{0, state_.scene.vertex_count}}}}}},
             command.fault);
+      case Command::kExcludedPairs:
+        return carry(ChangesOperation{{draw_excluded_pairs(draws, state_)}}, command.fault);
+      case Command::kOptions:
+        return change_options(draws, command.fault);
+      case Command::kWrongOptions:
+        return wrong_options(draws, command.fault);
       case Command::kReplace:
         return carry(draw_replacements(draws, state_), command.fault);
       case Command::kWrongReplacement:
@@ -289,13 +299,55 @@ class History {
       if (const std::string differs = difference(outcome, expected); !differs.empty())
         fail(operation, differs);
       if (expected.done())
-        state_.accept(operation);
+        accept(operation);
       else
         forget_trial(operation);
     } else {
       forget_trial(operation);
     }
     expect_accepted_state(operation);
+  }
+
+  void accept(const Operation& operation) {
+    state_.accept(operation);
+    const auto* changes = std::get_if<ChangesOperation>(&operation);
+    if (changes != nullptr && changes->options) options_ = *changes->options;
+  }
+
+  // Alone, or with changes of the scene.
+  void change_options(Draws& draws, const Fault& fault) {
+    ChangesOperation changes;
+    if (draws.below(3) == 0) changes = draw_filters(draws, state_);
+    if (draws.below(3) == 0) changes.changes.emplace_back(draw_excluded_pairs(draws, state_));
+    changes.options = draw_other_options(draws, options_, state_.unit);
+    if (draws.below(4) == 0) changes.options->max_contacts = static_cast<std::size_t>(draws.below(30));
+    if (draws.below(4) == 0) changes.options->max_front_bytes = static_cast<std::size_t>(draws.below(4096));
+    carry(changes, fault);
+  }
+
+  // Changes that are right, with options that are not, and the other way round.
+  void wrong_options(Draws& draws, const Fault& fault) {
+    ChangesOperation changes = draw_filters(draws, state_);
+    changes.options = draw_other_options(draws, options_, state_.unit);
+    const auto body = static_cast<std::uint32_t>(state_.scene.bodies.size());
+    switch (draws.below(5)) {
+      case 0:
+        changes.options->leaf_size = options_.leaf_size == 8 ? 4 : 8;
+        break;
+      case 1:
+        changes.options->explain = !options_.explain;
+        break;
+      case 2:
+        changes.options->tolerance = 0;
+        break;
+      case 3:
+        changes.options->keep_distance = 0.5;
+        break;
+      default:
+        changes.changes.emplace_back(ChangeExcludedPairs{{{body, body + 1}}});
+        break;
+    }
+    refuse(changes, fault);
   }
 
   void refuse(const Operation& operation, const Fault& fault, ErrorCode code = ErrorCode::kInvalidArgument) {
@@ -339,6 +391,7 @@ class History {
   void expect_accepted_state(const Operation& after) {
     if (const std::string differs = state_.difference(*collider_); !differs.empty())
       fail(after, "after it, " + differs);
+    if (!(collider_->options() == options_)) fail(after, "after it, options() differ");
     if (const Status sound = collider_->self_check(); !sound)
       fail(after, "after it, the self-check: " + sound.error().message);
   }
@@ -442,7 +495,7 @@ class History {
   const std::shared_ptr<Workers> workers_;
   Draws draws_;
   AcceptedState state_;
-  const ColliderOptions options_;
+  ColliderOptions options_;
   std::unique_ptr<Collider> collider_;
 };
 

@@ -331,6 +331,8 @@ void AcceptedState::accept(const Operation& operation) {
         accept_addition(*this, {add->addition, add->positions});
       } else if (const auto* other = std::get_if<ChangeFilters>(&one)) {
         scene.filters = other->filters;
+      } else if (const auto* pairs = std::get_if<ChangeExcludedPairs>(&one)) {
+        scene.excluded_pairs = pairs->pairs;
       } else if (const auto* elements = std::get_if<ReplaceElements>(&one)) {
         accept_replacement(*this, *elements);
       } else if (const auto* replaced = std::get_if<ReplaceBody>(&one)) {
@@ -806,6 +808,40 @@ ChangesOperation draw_filters(Draws& draws, const AcceptedState& state) {
       filters.patches.push_back(static_cast<std::uint32_t>(draws.below(6) == 0 ? 0 : 1 + 2 * v / vertices));
   }
   return {{ChangeFilters{filters}}};
+}
+
+ChangeExcludedPairs draw_excluded_pairs(Draws& draws, const AcceptedState& state) {
+  ChangeExcludedPairs other;
+  const auto bodies = static_cast<int>(state.scene.bodies.size());
+  for (int i = draws.below(4); bodies > 1 && i > 0; --i) {
+    const auto a = static_cast<std::uint32_t>(draws.below(bodies));
+    const auto b = static_cast<std::uint32_t>(draws.below(bodies));
+    if (a != b) other.pairs.push_back({a, b});
+  }
+  return other;
+}
+
+ColliderOptions draw_other_options(Draws& draws, ColliderOptions options, double unit) {
+  switch (draws.below(4)) {
+    case 0:
+      options.front = static_cast<FrontMode>(draws.below(3));
+      options.lazy_front = draws.below(2) == 0;
+      break;
+    case 1:
+      options.separate_parts = draws.below(2) == 0;
+      options.find_rigid = draws.below(2) == 0;
+      break;
+    case 2:
+      options.fields = {.weights = draws.below(2) == 0, .direction = draws.below(2) == 0};
+      break;
+    default:
+      break;
+  }
+  if (draws.below(2) == 0) options.tier = draws.below(3) == 0 ? Tier::kExact : Tier::kCertified;
+  if (draws.below(2) == 0) options.min_separation = 0.03 * draws.below(4) * unit;
+  if (draws.below(3) == 0) options.tolerance = 1e-4;
+  if (draws.below(3) == 0) options.report = static_cast<Report>(draws.below(3));
+  return options;
 }
 
 PlaceOperation draw_place(Draws& draws, const AcceptedState& state) {

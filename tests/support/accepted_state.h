@@ -66,6 +66,10 @@ AddOperation draw_addition(Draws& draws, const AcceptedState& state);
 ChangeOperation draw_change(Draws& draws, const AcceptedState& state);
 /// Other filters, or none, as the only change.
 ChangesOperation draw_filters(Draws& draws, const AcceptedState& state);
+/// Other excluded pairs, or none.
+ChangeExcludedPairs draw_excluded_pairs(Draws& draws, const AcceptedState& state);
+/// Other options, which a session with these may have: tiers certified and exact.
+ColliderOptions draw_other_options(Draws& draws, ColliderOptions options, double unit);
 /// Poses for some of the rigid bodies.
 PlaceOperation draw_place(Draws& draws, const AcceptedState& state);
 /// The step with one error, for which it must be refused as invalid.

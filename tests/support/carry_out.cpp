@@ -59,7 +59,9 @@ class Call {
             [&](const ChangeOperation& change) {
               return of(collider.change_body(change.body, change.as, flag));
             },
-            [&](const ChangesOperation&) { return of(collider.change(std::move(changes_), flag)); },
+            [&](const ChangesOperation& several) {
+              return of(collider.change(std::move(changes_), flag, nullptr, several.options));
+            },
             [&](const CommitOperation& commit) {
               return of(collider.commit(commit.fraction, commit.rounding));
             },

@@ -80,14 +80,15 @@ std::string to_string(const Operation& operation) {
           [](const ChangesOperation& several) {
             std::string said = "change(";
             for (const SceneChange& change : several.changes) {
-              constexpr const char* kKinds[] = {"add", "describe", "filters", "replace elements of ",
-                                                "replace body "};
+              constexpr const char* kKinds[] = {
+                  "add", "describe", "filters", "excluded pairs", "replace elements of ", "replace body "};
               said += (said.back() == '(' ? "" : ", ") + std::string(kKinds[change.index()]);
               if (const auto* elements = std::get_if<ReplaceElements>(&change))
                 said += std::to_string(elements->index);
               if (const auto* replaced = std::get_if<ReplaceBody>(&change))
                 said += std::to_string(replaced->index);
             }
+            if (several.options) said += said.back() == '(' ? "options" : ", options";
             return said + ")";
           },
           [](const CommitOperation& commit) { return "commit(" + std::to_string(commit.fraction) + ")"; },

@@ -40,9 +40,10 @@ struct ChangeOperation {
   std::uint32_t body;
   Body as;
 };
-/// Several additions and changes as one operation.
+/// Several additions and changes as one operation, perhaps with other options.
 struct ChangesOperation {
   std::vector<SceneChange> changes;
+  std::optional<ColliderOptions> options = std::nullopt;
 };
 struct CommitOperation {
   double fraction = 1;

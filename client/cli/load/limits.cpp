@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits: see limits.h.
 #include "client/cli/load/limits.h"
+#include "client/cli/print.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,10 +51,8 @@ const char* unit_of(const Limited& what) {
   return what.unit == Unit::kMilliseconds ? "ms" : "";
 }
 
-std::string print(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+std::string digits_of(double value) {
+  return print("%.6g", value);
 }
 
 }  // namespace
@@ -65,7 +64,7 @@ std::string limit_names() {
 }
 
 std::string Limit::text() const {
-  return std::string(what->name) + "=" + print(value) + unit_of(*what);
+  return std::string(what->name) + "=" + digits_of(value) + unit_of(*what);
 }
 
 Result<Limit> parse_limit(std::string_view text) {
@@ -99,9 +98,9 @@ Result<Limit> parse_limit(std::string_view text) {
 
 std::string Verdict::text() const {
   const std::string unit = limit.what->unit == Unit::kMilliseconds ? " ms" : "";
-  const std::string value = " (" + print(measured) + unit + ")";
+  const std::string value = " (" + digits_of(measured) + unit + ")";
   if (kept) return "kept " + limit.text() + value;
-  return "missed " + limit.text() + " by " + print(std::fabs(measured - limit.value)) + unit + value;
+  return "missed " + limit.text() + " by " + digits_of(std::fabs(measured - limit.value)) + unit + value;
 }
 
 Verdict judge(const Limit& limit, const Measured& measured) {

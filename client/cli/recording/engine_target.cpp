@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replaying through the engine itself. Thread safety as stated in replay_target.h.
-#include <cstring>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "client/cli/recording/from_wire.h"
 #include "client/cli/recording/replay_target.h"
 #include "engine/contact_hash.h"
-#include "proto/wire/filters.h"
 #include "proto/wire/question.h"
-#include "proto/wire/scene.h"
+#include "proto/wire/scene_change.h"
 
 namespace warmfront::client {
 namespace {
@@ -39,12 +40,19 @@ class EngineTarget final : public ReplayTarget {
 
   Status change(const v1::ChangeSceneRequest& request) override {
     std::vector<SceneChange> changes;
-    for (const v1::SceneChange& message : request.changes()) {
-      Result<SceneChange> change = change_of(message);
+    for (int i = 0; i < request.changes_size(); ++i) {
+      Result<SceneChange> change =
+          wire::change_from(request.changes(i), float32_, "changes[" + std::to_string(i) + "]");
       if (!change) return change.error();
       changes.push_back(std::move(change).value());
     }
-    return collider_.change(std::move(changes));  // all of them or none
+    std::optional<ColliderOptions> options;
+    if (request.has_options()) {
+      Result<ColliderOptions> read = options_of(request.options());
+      if (!read) return read.error();
+      options = read.value();
+    }
+    return collider_.change(std::move(changes), nullptr, nullptr, options);  // all of them or none
   }
 
  private:
@@ -60,58 +68,6 @@ class EngineTarget final : public ReplayTarget {
                         result.value().earliest_toi,
                         nothing.value(),
                         result.value().vh.value_or(0)};
-  }
-
-  Result<SceneChange> change_of(const v1::SceneChange& change) const {
-    if (change.has_change_filters()) {
-      Result<PairFilters> filters = wire::filters_from(change.change_filters(), "change_filters");
-      if (!filters) return filters.error();
-      return SceneChange(ChangeFilters{std::move(filters).value()});
-    }
-    if (change.has_replace_elements()) {
-      auto faces = faces_of(change.replace_elements().faces(), "replace_elements.faces");
-      if (!faces) return faces.error();
-      auto edges = edges_of(change.replace_elements().edges(), "replace_elements.edges");
-      if (!edges) return edges.error();
-      return SceneChange(ReplaceElements{change.replace_elements().index(), std::move(faces).value(),
-                                         std::move(edges).value()});
-    }
-    if (change.has_replace_body()) {
-      Result<AddBody> with = body_of(change.replace_body().with(), "replace_body.with");
-      if (!with) return with.error();
-      return SceneChange(ReplaceBody{change.replace_body().index(), std::move(with.value().addition),
-                                     std::move(with.value().positions)});
-    }
-    if (change.has_change()) {
-      Result<Body> body = wire::body_from(change.change().body(), "body");
-      if (!body) return body.error();
-      return SceneChange(ChangeBody{change.change().index(), std::move(body).value()});
-    }
-    if (!change.has_add()) return invalid_argument("a change of a kind that this program does not know");
-    Result<AddBody> add = body_of(change.add(), "add");
-    if (!add) return add.error();
-    return SceneChange(std::move(add).value());
-  }
-
-  Result<AddBody> body_of(const v1::BodyAddition& message, const std::string& where) const {
-    Result<Body> body = wire::body_from(message.body(), where + ".body");
-    if (!body) return body.error();
-    auto faces = faces_of(message.faces(), where + ".faces");
-    if (!faces) return faces.error();
-    const auto positions =
-        positions_of(message.positions(), float32_, body.value().vertex_count, where + ".positions");
-    if (!positions) return positions.error();
-    auto edges = edges_of(message.edges(), where + ".edges");
-    if (!edges) return edges.error();
-    AddBody add{{std::move(body).value(), std::move(faces).value(), std::move(edges).value()}, {}};
-    const std::string& thickness = message.thickness();
-    if (thickness.size() % sizeof(double) != 0)
-      return invalid_argument(where + ".thickness: is no whole number of float64");
-    add.addition.thickness.resize(thickness.size() / sizeof(double));
-    if (!thickness.empty()) std::memcpy(add.addition.thickness.data(), thickness.data(), thickness.size());
-    std::visit([&](const auto& values) { add.positions.assign(values.begin(), values.end()); },
-               positions.value());
-    return add;
   }
 
   Collider collider_;

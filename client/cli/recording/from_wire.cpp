@@ -68,8 +68,7 @@ Result<SceneDescription> scene_of(const v1::SessionHeader& header) {
     if (!body) return body.error();
     scene.bodies.push_back(std::move(body).value());
   }
-  for (const v1::BodyPair& pair : header.excluded_pairs())
-    scene.excluded_pairs.push_back({pair.a(), pair.b()});
+  scene.excluded_pairs = wire::body_pairs_from(header.excluded_pairs());
   return scene;
 }
 

@@ -15,6 +15,7 @@ from ._stream import StepStream
 from .answer import Contacts
 from .errors import (AbortedError, DeadlineExceededError, ResourceExhaustedError, UnavailableError, WarmfrontError, may_resume,
                      other_state)
+from .options import Options
 from .v1 import session_pb2, step_pb2
 
 _FIRST_BACKOFF = 0.05
@@ -34,8 +35,9 @@ class Link:
     """A session's stream, and everything needed to create the session again: the scene, the positions last answered, the
     requests unanswered. One leaves `unanswered` only when its answer is complete, so that each gets exactly one."""
 
-    def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState) -> None:
+    def __init__(self, connection: Connection, header: session_pb2.SessionHeader, state: SceneState, options: Options) -> None:
         self.connection = connection
+        self.options = options  # as given; as they travel, in the header
         self.header = header  # first_frame: the last answered frame; first_revision: changes made
         self.state = state  # at that frame
         # The session's state as the daemon last reported it (v1.SessionState); with `state`, its whole identity. None

@@ -31,6 +31,17 @@ def _given_thickness(thickness: Any, count: int) -> npt.NDArray[np.float64]:
     return np.zeros(count) if given is None else given
 
 
+def _set_pairs(message: Any, pairs: Sequence[tuple[int, int]]) -> None:
+    """Into repeated v1.BodyPair."""
+    del message[:]
+    for k, pair in enumerate(pairs):
+        try:
+            a, b = pair
+            message.add(a=a, b=b)
+        except (TypeError, ValueError):
+            raise InvalidArgumentError(f"excluded_pairs[{k}]: {pair!r} are no two indices of bodies") from None
+
+
 class SceneState:
     """The scene, and its positions after the last answered frame."""
 
@@ -75,12 +86,7 @@ class SceneState:
         del header.bodies[:]
         for index, body in enumerate(self.bodies):
             body.put_into(header.bodies.add(), index)
-        del header.excluded_pairs[:]
-        for k, (a, b) in enumerate(self.excluded_pairs):
-            try:
-                header.excluded_pairs.add(a=a, b=b)
-            except (TypeError, ValueError):
-                raise InvalidArgumentError(f"excluded_pairs[{k}]: ({a!r}, {b!r}) are no body indices") from None
+        _set_pairs(header.excluded_pairs, self.excluded_pairs)
         header.vertex_thickness = self.thickness is not None
         header.ClearField("filters")
         if self.filters.given:
@@ -314,6 +320,15 @@ class SceneState:
 
     def take_filters(self, filters: PairFilters) -> None:
         self.filters = filters
+
+    def encode_excluded_pairs(self, pairs: Sequence[tuple[int, int]]) -> session_pb2.SceneChange:
+        change = session_pb2.SceneChange()
+        change.change_excluded_pairs.SetInParent()
+        _set_pairs(change.change_excluded_pairs.pairs, pairs)
+        return change
+
+    def take_excluded_pairs(self, pairs: Sequence[tuple[int, int]]) -> None:
+        self.excluded_pairs = list(pairs)
 
     def encode_change(self, index: int, body: Body) -> session_pb2.SceneChange:
         """FailedPreconditionError for a body that is at a pose and would be rigid no more, in a session of float32: where its

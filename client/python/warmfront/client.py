@@ -99,7 +99,7 @@ class Client:
         state = SceneState(positions, faces, bodies, excluded_pairs, filters_of(filters), thickness, edges)
         header = session_pb2.SessionHeader(session_id=id or str(uuid.uuid4()), first_frame=first_frame)
         options.put_into(header.options)
-        link = Link(self._connection, header, state)
+        link = Link(self._connection, header, state, options)
         link.open()
         return Session(link)
 

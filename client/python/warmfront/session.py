@@ -30,7 +30,7 @@ from .answer import Committed, Contacts, Intersections, MaxStep, VertexDistances
 from .errors import (AbortedError, DeadlineExceededError, FailedPreconditionError, InvalidArgumentError, UnimplementedError,
                      WarmfrontError, may_resume)
 from .info import SessionInfo
-from .options import ContactField, Report, Tier
+from .options import ContactField, Options, Report, Tier
 from .scene import Body, PairFilters, filters_of
 from .v1 import session_pb2
 
@@ -582,6 +582,55 @@ class Session:
 
             self._change(encode, lambda: link.state.take_filters(other))
 
+    def change_excluded_pairs(self, pairs: Sequence[tuple[int, int]]) -> None:
+        """Does not test other pairs of bodies (indices) against each other, from the next question on, in place of all that were
+        left out: `[]` for none.
+
+        FailedPreconditionError while frames are unanswered; InvalidArgumentError for a body that there is not, or with itself;
+        UnimplementedError where the daemon is older than this.
+        """
+        with self._turn:
+            state = self._alive().state
+            other = list(pairs)
+
+            def encode() -> session_pb2.SceneChange:
+                change = state.encode_excluded_pairs(other)
+                self._need(session_pb2.FEATURE_OPTION_CHANGES)
+                return change
+
+            self._change(encode, lambda: state.take_excluded_pairs(other))
+
+    @property
+    def options(self) -> Options:
+        """As given when the session was created or its options were changed; None where the daemon's default is taken.
+        `info().options` has the values in force."""
+        return self._link.options
+
+    def change_options(self, options: Options) -> None:
+        """Other options from the next question on, in place of all that were given: `change_options(dataclasses.replace(
+        session.options, tier="exact"))` changes one. `front`, `lazy_front`, `find_rigid`, `separate_parts`, `rebuild_...` and
+        `max_front_bytes` make the next step a cold one; all others cost nothing by themselves.
+
+        FailedPreconditionError while frames are unanswered; InvalidArgumentError for what the daemon does not take, and where
+        `bounds`, `find_bodies`, `leaf_size`, `normal_cones` or `explain`, which are fixed when the session is created, differ;
+        UnimplementedError where the daemon is older than this.
+        """
+        with self._turn:
+            link = self._alive()
+            request = session_pb2.ChangeSceneRequest()
+
+            def make() -> session_pb2.ChangeSceneRequest:
+                request.options.SetInParent()
+                options.put_into(request.options)
+                self._need(session_pb2.FEATURE_OPTION_CHANGES)
+                return request
+
+            def taken() -> None:
+                link.options = options
+                link.header.options.CopyFrom(request.options)
+
+            self._request_change(make, taken)
+
     def close(self) -> None:
         """Deletes the session in the daemon; unanswered frames are given up, and further calls fail. Closing again does
         nothing. May be called from any thread: a step that another one waits for is stopped in the daemon, and raises
@@ -673,16 +722,19 @@ class Session:
                 link.deadline = None
 
     def _change(self, change: Callable[[], session_pb2.SceneChange], taken: Callable[[], None]) -> None:
-        """Has the daemon carry out a change, after which `taken` holds. When the daemon is lost on the way, the session is
-        resumed as it was before the change, which is sent again: it is carried out once."""
+        self._request_change(lambda: session_pb2.ChangeSceneRequest(changes=[change()]), taken)
+
+    def _request_change(self, make: Callable[[], session_pb2.ChangeSceneRequest], taken: Callable[[], None]) -> None:
+        """Has the daemon carry out changes, after which `taken` holds. When the daemon is lost on the way, the session is
+        resumed as it was before the changes, which are sent again: they are carried out once."""
         link = self._link
         if link.unanswered:
             raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
         # Whether or not the change is carried out.
         link.trial = None
         link.may_commit = False
-        request = session_pb2.ChangeSceneRequest(session_id=self.id, next_frame=self.last_frame + 1, changes=[change()],
-                                                 key=str(uuid.uuid4()))
+        request = make()
+        request.session_id, request.next_frame, request.key = self.id, self.last_frame + 1, str(uuid.uuid4())
         link.changing = True
         try:
             response = self._sent_change(request)

@@ -258,6 +258,12 @@ TEST_P(AnySessionWaitsTest, TheSceneChangesWhenNothingIsOnItsWay) {
   const std::size_t before = near.get().value().contacts.size();
   ASSERT_TRUE(session.change_filters({.within_edges = 2}).ok());
   EXPECT_LT(session.proximity(0.9).value().contacts.size(), before);
+  ASSERT_TRUE(session.change_filters({}).ok());
+  ASSERT_TRUE(session.change_options({.report = Report::kCount}).ok());
+  EXPECT_EQ(session.proximity(0.9).value().contacts.size(), 0U);
+  expect_error(session.change_options({.leaf_size = 2}), ErrorCode::kInvalidArgument, "leaf_size: is fixed");
+  expect_error(session.change_excluded_pairs({{0, 99}}), ErrorCode::kInvalidArgument, "body 99 is not in");
+  EXPECT_GT(session.proximity(0.9).value().vf, 0U);
 }
 
 TEST_P(AnySessionWaitsTest, ASessionEndsWithWhatItWasAsked) {

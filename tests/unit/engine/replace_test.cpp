@@ -30,12 +30,12 @@ BodyAddition body_of(int n) {
   return body;
 }
 
-// Sheets above each other, of n[i] x n[i] quads each.
-struct Sheets {
+// SheetStack above each other, of n[i] x n[i] quads each.
+struct SheetStack {
   SceneDescription scene;
   std::vector<double> positions;
 
-  explicit Sheets(const std::vector<int>& quads) {
+  explicit SheetStack(const std::vector<int>& quads) {
     for (const int n : quads) {
       BodyAddition body = body_of(n);
       const auto first = static_cast<std::int32_t>(scene.vertex_count);
@@ -49,14 +49,14 @@ struct Sheets {
   }
 };
 
-const std::shared_ptr<Workers>& workers() {
+const std::shared_ptr<Workers>& one_worker() {
   static const auto one = std::make_shared<Workers>(1);
   return one;
 }
-Collider make(SceneDescription scene, const std::vector<double>& positions,
+Collider stacked_collider(SceneDescription scene, const std::vector<double>& positions,
               const ColliderOptions& options = {}) {
   return Collider::create(std::make_shared<const Scene>(Scene::create(std::move(scene)).value()),
-                          std::span<const double>(positions), options, workers())
+                          std::span<const double>(positions), options, one_worker())
       .value();
 }
 
@@ -91,8 +91,8 @@ void expect_same_contacts(Collider& warm, Collider& fresh, double factor) {
 }
 
 TEST(Replace, ABodyShiftsTheNumbersOfThoseAfterIt) {
-  const Sheets before({3, 4, 5}), after({3, 6, 5});
-  Collider collider = make(before.scene, before.positions);
+  const SheetStack before({3, 4, 5}), after({3, 6, 5});
+  Collider collider = stacked_collider(before.scene, before.positions);
   const std::vector<double> moved = squeezed(before.positions, 0.9);
   ASSERT_TRUE(collider.step(std::span<const double>(moved)).ok());
   const std::vector<double> at = squeezed(sheet(6, 0.1), 0.9);
@@ -100,28 +100,28 @@ TEST(Replace, ABodyShiftsTheNumbersOfThoseAfterIt) {
   EXPECT_EQ(collider.scene().bodies()[1].first_vertex, 16u);
   EXPECT_EQ(collider.scene().bodies()[1].vertex_count, 49u);
   EXPECT_EQ(collider.scene().bodies()[2].first_vertex, 65u);
-  Collider fresh = make(after.scene, squeezed(after.positions, 0.9));
+  Collider fresh = stacked_collider(after.scene, squeezed(after.positions, 0.9));
   expect_same_scene(collider.scene(), fresh.scene());
   expect_same_contacts(collider, fresh, -1);
 }
 
 TEST(Replace, FacesInTurnsAreOrderedByBody) {
-  Sheets mixed({2, 3});
-  const Sheets ordered({2, 3});
+  SheetStack mixed({2, 3});
+  const SheetStack ordered({2, 3});
   std::ranges::reverse(mixed.scene.faces);
   std::rotate(mixed.scene.faces.begin(), mixed.scene.faces.begin() + 5, mixed.scene.faces.end());
-  Collider collider = make(mixed.scene, mixed.positions);
+  Collider collider = stacked_collider(mixed.scene, mixed.positions);
   ASSERT_TRUE(collider.replace_elements(0, grid(2)).ok());
   std::ranges::stable_sort(mixed.scene.faces, {}, [](const auto& face) { return face[0] >= 9; });
   std::ranges::copy(grid(2), mixed.scene.faces.begin());
-  Collider fresh = make(mixed.scene, mixed.positions);
+  Collider fresh = stacked_collider(mixed.scene, mixed.positions);
   expect_same_scene(collider.scene(), fresh.scene());
   expect_same_contacts(collider, fresh, -1);
 }
 
 TEST(Replace, ElementsLeaveVerticesWhereTheyAre) {
-  const Sheets sheets({3, 3});
-  Collider collider = make(sheets.scene, sheets.positions);
+  const SheetStack sheets({3, 3});
+  Collider collider = stacked_collider(sheets.scene, sheets.positions);
   const std::vector<double> moved = squeezed(sheets.positions, 0.5);
   ASSERT_TRUE(collider.step(std::span<const double>(moved)).ok());
   testing::Faces torn = grid(3);
@@ -133,20 +133,20 @@ TEST(Replace, ElementsLeaveVerticesWhereTheyAre) {
   after.faces.resize(18);
   for (const auto& [a, b, c] : torn) after.faces.push_back({a + 16, b + 16, c + 16});
   after.edges = {{30, 31}, {16, 31}};
-  Collider fresh = make(after, moved);
+  Collider fresh = stacked_collider(after, moved);
   expect_same_scene(collider.scene(), fresh.scene());
   expect_same_contacts(collider, fresh, -1);
 }
 
 TEST(Replace, WithoutDeclaredBodiesAllOfIt) {
-  Sheets sheets({3, 3});
+  SheetStack sheets({3, 3});
   sheets.scene.bodies.clear();
-  Collider collider = make(sheets.scene, sheets.positions);
+  Collider collider = stacked_collider(sheets.scene, sheets.positions);
   sheets.scene.faces.erase(sheets.scene.faces.begin(), sheets.scene.faces.begin() + 4);
   EXPECT_THAT(collider.replace_elements(1, sheets.scene.faces).error().message,
               HasSubstr("index 0 is all of it"));
   ASSERT_TRUE(collider.replace_elements(0, sheets.scene.faces).ok());
-  Collider fresh = make(sheets.scene, sheets.positions);
+  Collider fresh = stacked_collider(sheets.scene, sheets.positions);
   expect_same_scene(collider.scene(), fresh.scene());
   expect_same_contacts(collider, fresh, -1);
   const std::vector<double> at = sheet(2, 0);
@@ -155,8 +155,8 @@ TEST(Replace, WithoutDeclaredBodiesAllOfIt) {
 }
 
 TEST(Replace, ARemovedBodyLeavesNothingAndItsIndexIsUsedAgain) {
-  const Sheets sheets({3, 4, 5});
-  Collider collider = make(sheets.scene, sheets.positions);
+  const SheetStack sheets({3, 4, 5});
+  Collider collider = stacked_collider(sheets.scene, sheets.positions);
   BodyAddition gone;
   gone.body.kind = BodyKind::kRemoved;
   ASSERT_TRUE(collider.replace_body(1, gone, std::span<const double>()).ok());
@@ -170,17 +170,17 @@ TEST(Replace, ARemovedBodyLeavesNothingAndItsIndexIsUsedAgain) {
   const std::vector<double> at = sheet(4, -0.1);
   ASSERT_TRUE(collider.replace_body(1, body_of(4), std::span<const double>(at)).ok());
   EXPECT_EQ(collider.scene().vertex_count(), sheets.scene.vertex_count);
-  Collider fresh = make(sheets.scene, collider.positions());
+  Collider fresh = stacked_collider(sheets.scene, collider.positions());
   expect_same_scene(collider.scene(), fresh.scene());
   expect_same_contacts(collider, fresh, -1);
 }
 
 TEST(Replace, WhatDoesNotFitIsRefusedAndNothingChanges) {
-  Sheets sheets({3, 4});
+  SheetStack sheets({3, 4});
   sheets.scene.thickness.assign(sheets.scene.vertex_count, 0.0);
   sheets.scene.thickness[20] = 0.01;
   sheets.scene.filters.excluded_vertex_pairs = {{0, 17}};
-  Collider collider = make(sheets.scene, sheets.positions);
+  Collider collider = stacked_collider(sheets.scene, sheets.positions);
   const std::vector<double> at = sheet(2, 0), wrong = sheet(3, 0);
   const auto refused = [&](const Status& status, ErrorCode code, const char* says) {
     ASSERT_FALSE(status.ok()) << says;
@@ -216,11 +216,11 @@ TEST(Replace, WhatDoesNotFitIsRefusedAndNothingChanges) {
 }
 
 TEST(Replace, OthersStayWarm) {
-  const Sheets sheets(std::vector<int>(12, 8));
+  const SheetStack sheets(std::vector<int>(12, 8));
   ColliderOptions options;
   options.lazy_front = false;
   options.min_separation = 0.05;
-  Collider collider = make(sheets.scene, sheets.positions, options);
+  Collider collider = stacked_collider(sheets.scene, sheets.positions, options);
   std::vector<double> to = squeezed(sheets.positions, 0.99);
   ASSERT_TRUE(collider.step(std::span<const double>(to)).ok());
   const std::vector<double> at = squeezed(sheet(7, 0.3), 0.99);
@@ -232,8 +232,8 @@ TEST(Replace, OthersStayWarm) {
 }
 
 TEST(Replace, TenThousandTimesLeavesASceneAsLargeAsTen) {
-  const Sheets sheets({6, 6});
-  Collider collider = make(sheets.scene, sheets.positions);
+  const SheetStack sheets({6, 6});
+  Collider collider = stacked_collider(sheets.scene, sheets.positions);
   std::size_t after_ten = 0;
   for (int i = 1; i <= 10'000; ++i) {
     const int n = 5 + i % 3;

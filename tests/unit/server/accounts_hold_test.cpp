@@ -18,8 +18,6 @@
 namespace warmfront::test {
 namespace {
 
-using server::Answer;
-using server::Session;
 
 std::size_t allocated() {
   const struct mallinfo2 all = mallinfo2();
@@ -42,14 +40,14 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
     options_.front = FrontMode::kNone;  // which would keep contacts of its own, within its own bound
     if (GetParam()) options_.fields = {true, true, true};
   }
-  std::shared_ptr<Session> make() {
+  std::shared_ptr<server::Session> make() {
     SceneDescription scene;
     scene.vertex_count = 3 * kTriangles;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(kTriangles); ++i)
       scene.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     server::PositionBuffer positions(server::Dtype::kFloat64, scene.vertex_count);
     EXPECT_TRUE(positions.append(bytes_of(apart_)).ok());
-    return Session::create({server::SessionId::parse(kId).value(),
+    return server::Session::create({server::SessionId::parse(kId).value(),
                             std::move(scene),
                             options_,
                             server::Dtype::kFloat64,
@@ -60,19 +58,19 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
                             .runner = runner_,
                             .limits = limits_,
                             .account = account_,
-                            .lost = [](Session&, const server::Fault&) {}})
+                            .lost = [](server::Session&, const server::Fault&) {}})
         .value();
   }
-  std::shared_ptr<const Answer> step(Session& session, std::uint64_t frame,
+  std::shared_ptr<const server::Answer> step(server::Session& session, std::uint64_t frame,
                                      const std::vector<double>& positions) {
     server::FrameBuffer contents(server::Dtype::kFloat64, *session.scene());
     static_cast<void>(contents.append(bytes_of(positions)));
     server::AdmittedFrame pass;
     pass.memory = server::Holding(account_, contents.expected_bytes());
-    std::promise<server::Outcome<std::shared_ptr<const Answer>>> done;
+    std::promise<server::Outcome<std::shared_ptr<const server::Answer>>> done;
     session.step(
-        frame, std::move(contents), std::move(pass), Session::Admission::kBounded,
-        [&](const server::Outcome<std::shared_ptr<const Answer>>& outcome) { done.set_value(outcome); });
+        frame, std::move(contents), std::move(pass), server::Session::Admission::kBounded,
+        [&](const server::Outcome<std::shared_ptr<const server::Answer>>& outcome) { done.set_value(outcome); });
     auto outcome = done.get_future().get();
     EXPECT_TRUE(outcome.ok()) << outcome.fault().message;
     // Its job has ended, and the session has updated its account.
@@ -114,7 +112,7 @@ TEST_P(AccountsHoldTest, ChargesAtLeastWhatTheAllocatorHolds) {
   static_cast<void>(step(*session, 1, apart_));
   expect_enough(before, "stepped");
   const std::size_t idle = account_->held();
-  std::shared_ptr<const Answer> answer = step(*session, 2, through_);
+  std::shared_ptr<const server::Answer> answer = step(*session, 2, through_);
   ASSERT_TRUE(answer);
   ASSERT_GT(answer->rows(), 20'000u);
   expect_enough(before, "answered");
@@ -125,7 +123,7 @@ TEST_P(AccountsHoldTest, ChargesAtLeastWhatTheAllocatorHolds) {
               server::held_per_contact(options_.fields));
   constexpr double kNotOfContacts = 8;  // what else of a session grows with such a step
   EXPECT_LE(each, static_cast<double>(server::held_per_contact(options_.fields)) + kNotOfContacts);
-  std::shared_ptr<const Answer> waiting = step(*session, 3, apart_);
+  std::shared_ptr<const server::Answer> waiting = step(*session, 3, apart_);
   expect_enough(before, "with an answer that waits");
   answer.reset();
   waiting.reset();

@@ -24,9 +24,7 @@ namespace warmfront::test {
 namespace {
 
 using grpc::StatusCode;
-using server::Answer;
 using server::Lane;
-using server::Session;
 template <class T>
 using Outcome = server::Outcome<T>;
 
@@ -34,7 +32,7 @@ using Outcome = server::Outcome<T>;
 class WhereAStepRunsTest : public ::testing::Test {
  protected:
   struct Made {
-    std::shared_ptr<Session> session;
+    std::shared_ptr<server::Session> session;
     std::vector<double> start;
     std::uint64_t steps = 0;
   };
@@ -46,14 +44,14 @@ class WhereAStepRunsTest : public ::testing::Test {
     server::PositionBuffer positions(server::Dtype::kFloat64, grids.vertex_count());
     std::vector<double> start = grids.positions(0);
     EXPECT_TRUE(positions.append(bytes_of(start)).ok());
-    auto session = Session::create(
+    auto session = server::Session::create(
         {server::SessionId::parse(kId).value(), std::move(scene), options, server::Dtype::kFloat64, 0, {}},
         positions,
         {.workers = workers_,
          .runner = runner_,
          .limits = limits_,
          .account = server::Account::open(budget_, 1 << 30, 0).value(),
-         .lost = [](Session&, const server::Fault&) {},
+         .lost = [](server::Session&, const server::Fault&) {},
          .companion = std::move(recording)});
     return {session.value(), std::move(start)};
   }
@@ -64,8 +62,8 @@ class WhereAStepRunsTest : public ::testing::Test {
     std::thread::id ran;
     std::promise<void> done;
     made.session->step(
-        frame, std::move(contents), {}, Session::Admission::kAlways,
-        [&](const Outcome<std::shared_ptr<const Answer>>&) { done.set_value(); },
+        frame, std::move(contents), {}, server::Session::Admission::kAlways,
+        [&](const Outcome<std::shared_ptr<const server::Answer>>&) { done.set_value(); },
         [&] { ran = std::this_thread::get_id(); });
     done.get_future().wait();
     settle();

@@ -25,7 +25,7 @@ using server::HealthService;
 
 constexpr int kServing = 1, kNotServing = 2, kServiceUnknown = 3;
 
-grpc::ByteBuffer bytes_of(const std::string& text) {
+grpc::ByteBuffer buffer_of(const std::string& text) {
   const grpc::Slice slice(text);
   return {&slice, 1};
 }
@@ -49,7 +49,7 @@ class Call {
     call_ = stub_.PrepareCall(&context_, "/grpc.health.v1.Health/" + method, &queue_);
     call_->StartCall(nullptr);
     wait();
-    call_->WriteLast(bytes_of(request), {}, nullptr);
+    call_->WriteLast(buffer_of(request), {}, nullptr);
     wait();
   }
   /// The next answer; -1 when there is none.

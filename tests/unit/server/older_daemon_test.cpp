@@ -156,6 +156,8 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     // What it does not know is not asked of it.
     const Status filtered = session.change_filters({.within_edges = 1});
     EXPECT_EQ(filtered.error().code, ErrorCode::kUnimplemented) << filtered.error().message;
+    EXPECT_EQ(session.change_options({}).error().code, ErrorCode::kUnimplemented);
+    EXPECT_EQ(session.change_excluded_pairs({{0, 1}}).error().code, ErrorCode::kUnimplemented);
     Body thick = scene.bodies[1];
     thick.thickness = 0.1;
     EXPECT_EQ(session.change_body(1, thick).error().code, ErrorCode::kUnimplemented);

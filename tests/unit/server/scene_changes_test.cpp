@@ -266,7 +266,7 @@ Reply reply_to(
 class WaitingChangesTest : public ::testing::Test {
  protected:
   server::ChangeOrder order() {
-    auto made = server::change_order_from(three_changes(), server::Dtype::kFloat64, churn_.account);
+    auto made = server::change_order_from(three_changes(), server::Dtype::kFloat64, {}, churn_.account);
     EXPECT_TRUE(made.ok());
     EXPECT_GT(churn_.account->held(), before_);
     return std::move(made).value();
@@ -282,7 +282,7 @@ TEST_F(WaitingChangesTest, AreChargedBeforeTheyAreMade) {
   v1::ChangeSceneRequest large = three_changes();
   large.mutable_changes(2)->mutable_change_filters()->set_patches(std::string(4 << 20, '\1'));
   const std::size_t charged = churn_.account->held();
-  const auto refused = server::change_order_from(large, server::Dtype::kFloat64, churn_.account);
+  const auto refused = server::change_order_from(large, server::Dtype::kFloat64, {}, churn_.account);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.fault().code, ErrorCode::kResourceExhausted);
   EXPECT_STREQ(refused.fault().limit, "max-session-bytes");
@@ -324,7 +324,7 @@ TEST_F(WaitingChangesTest, AreChargedUntilTheSessionIsClosed) {
 TEST_F(WaitingChangesTest, AreNotChargedWhereTooManyWait) {
   Churn full(4 << 20, 0);
   const std::size_t before = full.account->held();
-  auto made = server::change_order_from(three_changes(), server::Dtype::kFloat64, full.account);
+  auto made = server::change_order_from(three_changes(), server::Dtype::kFloat64, {}, full.account);
   ASSERT_TRUE(made.ok());
   const Reply reply = reply_to(full, std::move(made).value());
   EXPECT_EQ(reply.code, ErrorCode::kResourceExhausted);

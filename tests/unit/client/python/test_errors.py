@@ -35,7 +35,7 @@ def nan_at(vertex):
     (r"body 'b': kind 'soft' is none of", dict(bodies=[Body(6, "soft", "b")])),
     (r"body 1: group -1 is not", dict(bodies=[Body(3), Body(3, group=-1)])),
     (r"excluded_pairs\[0\]", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, 2)])),
-    (r"excluded_pairs\[0\]: \(0, -1\) are no body indices", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, -1)])),
+    (r"excluded_pairs\[0\]: \(0, -1\) are no two indices of bodies", dict(bodies=[Body(3), Body(3)], excluded_pairs=[(0, -1)])),
     (r"options.tier: 'sure' is none of fast, certified, exact", dict(options=Options(tier="sure"))),
     (r"options.fields: 'depth' is none of", dict(options=Options(fields=["depth"]))),
     (r"options.leaf_size: -1 is not a number", dict(options=Options(leaf_size=-1))),
