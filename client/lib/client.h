@@ -96,9 +96,8 @@ class Session final : public Questions {
   /// kFailedPrecondition while frames are unanswered.
   Status change_body(std::uint32_t index, Body body);
   /// Other faces and edges for the vertices of a body, see Collider::replace_elements(), with which numbers
-  /// change as it says; exactly once, like add_body(), and in one message: kResourceExhausted where it is
-  /// larger than the daemon takes. kFailedPrecondition while frames are unanswered, kUnimplemented where the
-  /// daemon is older than this.
+  /// change as it says; exactly once, like add_body(), in pieces where it is large.
+  /// kFailedPrecondition while frames are unanswered, kUnimplemented where the daemon is older than this.
   Status replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
                           std::vector<std::array<std::int32_t, 2>> edges = {});
   /// Another body with this index, stationary at `positions`, (k, 3), of the session's type: see

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/lib/socket_buffer.h"
+#include "proto/wire/scene_change_pieces.h"
 
 namespace warmfront::client {
 namespace {
@@ -88,7 +89,7 @@ bool took(const v1::SessionInfo& info, v1::Feature feature) {
 }
 
 void set_deadline(grpc::ClientContext& context, std::chrono::milliseconds timeout) {
-  context.set_deadline(std::chrono::system_clock::now() + timeout);
+  context.set_deadline(deadline_after(timeout));
 }
 
 /// Of one call: its operations, begun and waited for one after the other. What they refer to must outlive it.
@@ -198,48 +199,60 @@ std::optional<RemoteError> Connection::need(std::span<const v1::Feature> feature
   return std::nullopt;
 }
 
-std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
-                                              std::string_view positions, v1::CreateSessionResponse& response,
-                                              const Look& look) {
-  const std::vector<v1::Feature> features = features_in(header);
-  if (std::optional<RemoteError> error = need(features, header.session_id(), look)) return error;
+template <class Request, class Response, class Pieces>
+std::optional<RemoteError> Connection::upload(UploadMethod<Request, Response> method,
+                                              const std::string& session_id, Response& response,
+                                              bool wait_for_ready, const Look& look, Pieces pieces) {
   grpc::ClientContext context;
   set_deadline(context, options_.create_timeout);
-  context.set_wait_for_ready(true);
-  prepare(context, header.session_id());
+  context.set_wait_for_ready(wait_for_ready);
+  prepare(context, session_id);
   const ChannelPool::Lease channel = channels_.take();
   grpc::Status status;
-  std::unique_ptr<grpc::ClientAsyncWriter<v1::CreateSessionRequest>> upload;
+  std::unique_ptr<grpc::ClientAsyncWriter<Request>> upload;
   Operations operations(context, look);
-  upload = channel->service->PrepareAsyncCreateSession(&context, &response, operations.queue());
+  upload = (*channel->service.*method)(&context, &response, operations.queue());
   upload->StartCall(nullptr);
   const bool started = operations.succeeded();
-
-  v1::CreateSessionRequest request;
-  *request.mutable_header() = header;
   // When a write fails, the status has the reason.
-  using Request = v1::CreateSessionRequest;
   const auto send = [&](const Request& piece) {
     upload->Write(piece, nullptr);
     return operations.succeeded();
   };
-  static_cast<void>(
-      started && send(request) &&
-      wire::send_chunks(wire::as_bytes(scene.faces), kUploadChunk, send,
-                        [](Request& to, std::string piece) { to.set_faces(std::move(piece)); }) &&
-      wire::send_chunks(wire::as_bytes(scene.edges), kUploadChunk, send,
-                        [](Request& to, std::string piece) { to.set_edges(std::move(piece)); }) &&
-      wire::send_chunks(positions, kUploadChunk, send,
-                        [](Request& to, std::string piece) { to.set_positions(std::move(piece)); }) &&
-      wire::upload_thickness(scene.thickness, kUploadChunk, send) &&
-      wire::upload(scene.filters, kUploadChunk, send));
   if (started) {
+    static_cast<void>(pieces(send));
     upload->WritesDone(nullptr);
     static_cast<void>(operations.succeeded());
   }
   upload->Finish(&status, nullptr);
   static_cast<void>(operations.succeeded());
   if (!status.ok()) return remote_error_from(status);
+  return std::nullopt;
+}
+
+std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, const SceneDescription& scene,
+                                              std::string_view positions, v1::CreateSessionResponse& response,
+                                              const Look& look) {
+  const std::vector<v1::Feature> features = features_in(header);
+  if (std::optional<RemoteError> error = need(features, header.session_id(), look)) return error;
+  v1::CreateSessionRequest request;
+  *request.mutable_header() = header;
+  using Request = v1::CreateSessionRequest;
+  const auto pieces = [&](const auto& send) {
+    return send(request) &&
+           wire::send_chunks(wire::as_bytes(scene.faces), kUploadChunk, send,
+                             [](Request& to, std::string piece) { to.set_faces(std::move(piece)); }) &&
+           wire::send_chunks(wire::as_bytes(scene.edges), kUploadChunk, send,
+                             [](Request& to, std::string piece) { to.set_edges(std::move(piece)); }) &&
+           wire::send_chunks(positions, kUploadChunk, send,
+                             [](Request& to, std::string piece) { to.set_positions(std::move(piece)); }) &&
+           wire::upload_thickness(scene.thickness, kUploadChunk, send) &&
+           wire::upload(scene.filters, kUploadChunk, send);
+  };
+  if (std::optional<RemoteError> error =
+          upload<Request>(&v1::CollisionService::Stub::PrepareAsyncCreateSession, header.session_id(), response,
+                          true, look, pieces))
+    return error;
   // Another daemon than the one that was asked, behind a proxy, would take the scene without what it does not
   // know of. Filters that leave nothing out are none.
   for (const v1::Feature feature : features) {
@@ -267,8 +280,19 @@ std::optional<RemoteError> Connection::call(UnaryMethod<Stub, Request, Response>
 
 std::optional<RemoteError> Connection::change(const v1::ChangeSceneRequest& request,
                                               v1::ChangeSceneResponse& response) {
+  // In pieces where it is large, unless the daemon is older than that.
+  const v1::Feature streamed = v1::FEATURE_STREAMED_CHANGES;
+  if (request.ByteSizeLong() > kUploadChunk && !need({&streamed, 1}, request.session_id()))
+    return change_in_pieces(request, response);
   return call(&v1::CollisionService::Stub::PrepareAsyncChangeScene, request, response, request.session_id(),
               options_.create_timeout);
+}
+
+std::optional<RemoteError> Connection::change_in_pieces(v1::ChangeSceneRequest request,
+                                                        v1::ChangeSceneResponse& response) {
+  return upload<v1::ChangeSceneRequest>(
+      &v1::CollisionService::Stub::PrepareAsyncStreamChangeScene, request.session_id(), response, false, {},
+      [&](const auto& send) { return wire::send_pieces(std::move(request), kUploadChunk, send); });
 }
 
 std::optional<RemoteError> Connection::list(v1::ListSessionsResponse& response) {

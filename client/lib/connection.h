@@ -61,6 +61,16 @@ class Connection {
   using UnaryMethod = std::unique_ptr<grpc::ClientAsyncResponseReader<Response>> (Stub::*)(
       grpc::ClientContext*, const Request&, grpc::CompletionQueue*);
 
+  template <class Request, class Response>
+  using UploadMethod = std::unique_ptr<grpc::ClientAsyncWriter<Request>> (v1::CollisionService::Stub::*)(
+      grpc::ClientContext*, Response*, grpc::CompletionQueue*);
+
+  // A call whose request is a stream: `pieces(send)` sends it, and stops where `send` returns false.
+  template <class Request, class Response, class Pieces>
+  std::optional<RemoteError> upload(UploadMethod<Request, Response> method, const std::string& session_id,
+                                    Response& response, bool wait_for_ready, const Look& look, Pieces pieces);
+  std::optional<RemoteError> change_in_pieces(v1::ChangeSceneRequest request, v1::ChangeSceneResponse& response);
+
   // gRPC's reason why no connection can be established; none if one can.
   std::optional<std::string> why_unreachable(const Look& look);
 

@@ -10,6 +10,17 @@
 
 namespace warmfront::client {
 
+/// Any time of waiting, however long.
+inline std::chrono::system_clock::time_point deadline_after(std::chrono::nanoseconds time) {
+  const auto now = std::chrono::system_clock::now();
+  return now + std::min(time, std::chrono::system_clock::time_point::max() - now);
+}
+inline std::chrono::system_clock::time_point deadline_after(std::chrono::milliseconds time) {
+  using std::chrono::nanoseconds;
+  const bool endless = time > std::chrono::duration_cast<std::chrono::milliseconds>(nanoseconds::max());
+  return deadline_after(endless ? nanoseconds::max() : nanoseconds(time));
+}
+
 /// Called while something is waited for. Returns when to be called again, and throws to end the waiting.
 using Look = std::function<std::chrono::system_clock::time_point()>;
 

@@ -28,10 +28,6 @@ double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-StepStream::Deadline after(std::chrono::milliseconds timeout) {
-  return std::chrono::system_clock::now() + timeout;
-}
-
 }  // namespace
 
 Session::Impl::Impl(std::shared_ptr<Connection> connection, v1::SessionHeader header, SceneState state)
@@ -453,7 +449,7 @@ StepStream::Deadline Session::Impl::look() {
   }
   if (now >= until_) throw WaitedEnough();
   if (next == PendingAnswer::Time::max()) return StepStream::Deadline::max();
-  return std::chrono::system_clock::now() + (next - now);
+  return deadline_after(next - now);
 }
 
 void Session::Impl::advance() {
@@ -465,7 +461,7 @@ void Session::Impl::advance() {
     lost = *std::exchange(lost_, std::nullopt);
   } else if (!(draining_ && sent_ == 0)) {
     v1::StreamStepsResponse response;
-    const StepStream::Event event = stream_->read(response, after(connection_->options().answer_timeout));
+    const StepStream::Event event = stream_->read(response, deadline_after(connection_->options().answer_timeout));
     if (event == StepStream::Event::kDone) return take(response);
     lost = event == StepStream::Event::kEnded
                ? ended()

@@ -28,7 +28,7 @@ Error Session::Impl::fail(Error error) {
 }
 
 RemoteError Session::Impl::ended() {
-  RemoteError remote = remote_error_from(stream_->finish(WallClock::now() + connection_->options().call_timeout));
+  RemoteError remote = remote_error_from(stream_->finish(deadline_after(connection_->options().call_timeout)));
   // A stream ends with OK only after a detach, which was not sent.
   if (remote.error.message.empty())
     remote.error = {ErrorCode::kUnavailable, "the stream ended before its answers"};
@@ -68,13 +68,13 @@ Status Session::Impl::resume(const RemoteError& why) {
 }
 
 void Session::Impl::sleep(std::chrono::milliseconds time) {
-  const WallClock::time_point end = WallClock::now() + time;
+  const WallClock::time_point end = deadline_after(time);
   for (WallClock::time_point now = WallClock::now(); now < end; now = WallClock::now())
     std::this_thread::sleep_for(std::min(end, look()) - now);
 }
 
 Status Session::Impl::establish(Full full) {
-  const WallClock::time_point deadline = WallClock::now() + connection_->options().resume_timeout;
+  const WallClock::time_point deadline = deadline_after(connection_->options().resume_timeout);
   for (std::chrono::milliseconds backoff = kFirstBackoff;; backoff = std::min(2 * backoff, kLongestBackoff)) {
     const std::optional<RemoteError> error = try_establish(deadline);
     if (!error) return {};
@@ -198,7 +198,7 @@ std::optional<RemoteError> Session::Impl::attach(WallClock::time_point deadline)
   if (written == StepStream::Event::kTimeout) return timeout;
   v1::StreamStepsResponse response;
   // Frames of the previous stream may still be in progress: the answer comes after them.
-  const StepStream::Event read = stream->read(response, WallClock::now() + connection_->options().answer_timeout);
+  const StepStream::Event read = stream->read(response, deadline_after(connection_->options().answer_timeout));
   if (read == StepStream::Event::kTimeout) return timeout;
   if (read == StepStream::Event::kDone || read == StepStream::Event::kEnded) stream_ = std::move(stream);
   if (read == StepStream::Event::kEnded) return ended();

@@ -65,7 +65,7 @@ StepStream::Event StepStream::write(const grpc::ByteBuffer& message, std::chrono
   call_->Write(message, tag(kWrite));
   while (completed_[kWrite] == State::kNone) {
     begin_read();
-    if (!await_any(std::chrono::system_clock::now() + timeout)) return Event::kTimeout;
+    if (!await_any(deadline_after(timeout))) return Event::kTimeout;
     keep_read();
   }
   whole_ = true;

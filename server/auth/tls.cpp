@@ -22,7 +22,7 @@ struct Free {
 };
 using X509Pointer = std::unique_ptr<X509, Free<X509, X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY, EVP_PKEY_free>>;
-using Context = std::unique_ptr<SSL_CTX, Free<SSL_CTX, SSL_CTX_free>>;
+using SslContext = std::unique_ptr<SSL_CTX, Free<SSL_CTX, SSL_CTX_free>>;
 using Bio = std::unique_ptr<BIO, Free<BIO, BIO_free_all>>;
 
 Error bad(const std::string& setting, const std::string& path, const std::string& what) {
@@ -81,7 +81,7 @@ Result<TlsPem> read_tls_files(const TlsFiles& files) {
   Result<std::string> key = read_pem("tls-key", files.key);
   if (!key) return key.error();
   ERR_clear_error();
-  const Context context(SSL_CTX_new(TLS_server_method()));
+  const SslContext context(SSL_CTX_new(TLS_server_method()));
   if (!context) return Error{ErrorCode::kInternal, "OpenSSL: no context"};
   std::vector<X509Pointer> certificates = certificates_in(certificate.value());
   if (certificates.empty() || SSL_CTX_use_certificate(context.get(), certificates.front().get()) != 1)

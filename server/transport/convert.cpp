@@ -179,6 +179,9 @@ Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dt
   std::vector<SceneChange>& changes = order.changes;
   changes.reserve(static_cast<std::size_t>(request.changes_size()));
   for (int i = 0; i < request.changes_size(); ++i) {
+    if (request.changes(i).continues())
+      return Fault{ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+                   "changes[" + std::to_string(i) + "].continues: is of StreamChangeScene alone"};
     Result<SceneChange> change =
         wire::change_from(request.changes(i), dtype == Dtype::kFloat32, "changes[" + std::to_string(i) + "]");
     if (!change) return fault_from(change.error());

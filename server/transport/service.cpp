@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proto/byte_buffer.h"
+#include "server/transport/change_call.h"
 #include "server/transport/convert.h"
 #include "server/transport/create_call.h"
 #include "server/transport/delete_session.h"
@@ -33,7 +34,8 @@ using Base = Raw::WithRawCallbackMethod_CreateSession<Raw::WithRawCallbackMethod
     Raw::WithRawCallbackMethod_ListSessions<Raw::WithRawCallbackMethod_DeleteSession<
         Raw::WithRawCallbackMethod_ChangeScene<Raw::WithRawCallbackMethod_CheckSession<
             Raw::WithRawCallbackMethod_Step<Raw::WithRawCallbackMethod_GetServerInfo<
-                Raw::WithRawCallbackMethod_StreamSteps<Raw::Service>>>>>>>>>;
+                Raw::WithRawCallbackMethod_StreamChangeScene<
+                    Raw::WithRawCallbackMethod_StreamSteps<Raw::Service>>>>>>>>>>;
 
 grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, grpc::Status status) {
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
@@ -112,6 +114,12 @@ class CollisionService final : public Base {
         });
   }
 
+  grpc::ServerReadReactor<grpc::ByteBuffer>* StreamChangeScene(grpc::CallbackServerContext* call,
+                                                               grpc::ByteBuffer* response) override {
+    return streaming<grpc::ServerReadReactor<grpc::ByteBuffer>>(
+        [&] { return ChangeCall::start(context_, *call, *response); });
+  }
+
   grpc::ServerUnaryReactor* CheckSession(grpc::CallbackServerContext* call, const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override {
     return found<v1::CheckSessionRequest>(
@@ -184,6 +192,7 @@ class CollisionService final : public Base {
           reply.add_features(v1::FEATURE_HALF_SPACES);
           reply.add_features(v1::FEATURE_REPLACE);
           reply.add_features(v1::FEATURE_OPTION_CHANGES);
+          reply.add_features(v1::FEATURE_STREAMED_CHANGES);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());
           reply.set_threads(static_cast<std::uint32_t>(context_.workers->threads()));
           reply.set_sessions(static_cast<std::uint32_t>(context_.store.size()));

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "proto/wire/filters.h"
+#include "proto/wire/scene_change_pieces.h"
 #include "tests/unit/server/service_fixture.h"
 
 namespace {
@@ -304,6 +305,31 @@ TEST_F(ReactionsTest, ChangingFilters) {
       Context context;
       v1::ChangeSceneResponse response;
       const grpc::Status changed = stub_->ChangeScene(&context, request, &response);
+      if (!changed.ok()) expect_refused(changed);
+    }
+    disarm();
+    goes_on(id(n), 1);
+    remove(id(n));
+  });
+  EXPECT_TRUE(daemon_->drain());
+}
+
+TEST_F(ReactionsTest, ChangingInPieces) {
+  at_every_allocation("StreamChangeScene", [&](long n) {
+    ASSERT_TRUE(create(id(n)).ok());
+    v1::ChangeSceneRequest request;
+    request.set_session_id(id(n));
+    request.set_next_frame(1);
+    request.set_key("key");
+    *request.add_changes()->mutable_change_filters() = wire::to_proto(nothing_left_out());
+    arm();
+    {
+      Context context;
+      v1::ChangeSceneResponse response;
+      const auto stream = stub_->StreamChangeScene(&context, &response);
+      wire::send_pieces(std::move(request), 100, [&](const v1::ChangeSceneRequest& piece) { return stream->Write(piece); });
+      stream->WritesDone();
+      const grpc::Status changed = stream->Finish();
       if (!changed.ok()) expect_refused(changed);
     }
     disarm();

@@ -116,5 +116,34 @@ TEST_P(RemoteEveryPlace, TheConnectionEnds) {
   EXPECT_GT(ends, 10);
 }
 
+// One that is sent in pieces.
+std::string live_large(SessionDriver& driver, SwitchProxy& proxy, SwitchProxy::Way way, long n) {
+  RemoteSession session(driver, two_squares(), {});
+  if (std::string wrong = session.create(); !wrong.empty()) return wrong;
+  proxy.end_before(way, n);
+  constexpr int kSide = 60;
+  ReplaceBody large{1, {{"large", 0, (kSide + 1) * (kSide + 1)}, testing::grid(kSide)}, {}};
+  for (int i = 0; i <= kSide; ++i)
+    for (int j = 0; j <= kSide; ++j) large.positions.insert(large.positions.end(), {1.0 * i, 1.0 * j, 9});
+  if (std::string wrong = session.replace(large); !wrong.empty()) return wrong;
+  return session.close();
+}
+
+TEST_P(RemoteEveryPlace, TheConnectionEndsInALargeChange) {
+  DaemonProcess daemon;
+  ASSERT_GE(daemon.port(), 0) << daemon.log();
+  SwitchProxy proxy({daemon.socket().substr(5)});
+  const auto driver = GetParam().drive(proxy.address());
+  const long stride = GetParam().way == SwitchProxy::Way::kToDaemon ? 9973 : 97;
+  long ends = 0;
+  for (long n = 0;; n += stride) {
+    ASSERT_EQ(live_large(*driver, proxy, GetParam().way, n), "") << "the connection ended before byte " << n;
+    if (!proxy.ended()) break;
+    ++ends;
+  }
+  std::printf("%ld connections ended\n", ends);
+  EXPECT_GT(ends, 3);
+}
+
 }  // namespace
 }  // namespace warmfront::test

@@ -27,6 +27,9 @@ class Channel:
         self.stream: Any = channel.stream_stream("/warmfront.v1.CollisionService/StreamSteps")
         self.upload: Any = channel.stream_unary("/warmfront.v1.CollisionService/CreateSession",
                                                 response_deserializer=session_pb2.CreateSessionResponse.FromString)
+        self.change: Any = channel.stream_unary("/warmfront.v1.CollisionService/StreamChangeScene",
+                                                request_serializer=session_pb2.ChangeSceneRequest.SerializeToString,
+                                                response_deserializer=session_pb2.ChangeSceneResponse.FromString)
         self.calls = 0  # running; protected by the pool's lock
 
 

@@ -12,6 +12,7 @@ import grpc
 
 from ._channels import Channel, ChannelPool
 from ._contacts import error_from
+from ._pieces import pieces_of
 from ._private_daemon import PrivateDaemon
 from ._wire import Bytes, field
 from .errors import (DeadlineExceededError, InvalidArgumentError, UnavailableError, UnimplementedError, WarmfrontError,
@@ -235,6 +236,13 @@ class Connection:
             if feature not in known:
                 raise UnimplementedError(_TOO_OLD_FOR[feature])
 
+    def _has(self, feature: session_pb2.Feature, session_id: str) -> bool:
+        """Where it cannot be asked, the call that needs it tells why."""
+        try:
+            return feature in self.server_info(None, session_id).features
+        except WarmfrontError:
+            return False
+
     def create(self, header: session_pb2.SessionHeader, arrays: Sequence[tuple[str, Bytes]],
                timeout: Optional[float] = None) -> Any:
         """Uploads a scene, with arrays by their names in v1.CreateSessionRequest; waits for a daemon that is not there yet,
@@ -258,7 +266,10 @@ class Connection:
         return response
 
     def change(self, request: session_pb2.ChangeSceneRequest) -> Any:
-        """v1.ChangeSceneResponse."""
+        """v1.ChangeSceneResponse. In pieces where it is large, unless the daemon is older than that."""
+        if request.ByteSize() > _UPLOAD_CHUNK and self._has(session_pb2.FEATURE_STREAMED_CHANGES, request.session_id):
+            return self._call(lambda channel: channel.change, pieces_of(request, _UPLOAD_CHUNK), request.session_id,
+                              self.timeouts.create)
         return self._call(lambda channel: channel.service.ChangeScene, request, request.session_id, self.timeouts.create)
 
     def get(self, session_id: str) -> Any:

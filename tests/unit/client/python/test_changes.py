@@ -62,6 +62,26 @@ def test_what_does_not_fit_is_refused(client, message, change):
         assert len(session.step(squares(-0.5))) > 0, "it is as it was"
 
 
+def test_what_is_larger_than_a_message_is_sent_in_pieces(start_daemon):
+    daemon = start_daemon("--max-message-bytes", "65536")
+    n = 120
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    sheet = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.2)], axis=1)
+    corner = np.arange(n * n) // n * (n + 1) + np.arange(n * n) % n
+    faces = np.stack([corner, corner + n + 1, corner + 1], axis=1)
+    with warmfront.connect(daemon.address) as client, client.session(squares(0.5), FACES, bodies=BODIES) as session:
+        session.replace_body(1, sheet, faces)
+        assert session.info().vertex_count == 4 + len(sheet)
+        session.change_filters({"patches": np.ones(4 + len(sheet), np.uint32)})
+        session.change_filters(None)
+        session.add_body(Body(len(sheet)), faces, sheet + [0, 0, 1])
+        session.replace_elements(2, faces[:-1])
+        daemon.restart()
+        answer = session.step(bodies={1: sheet - [0, 0, 0.5]})
+        assert len(answer) > 0 and session.resumes == 1
+        assert session.info().face_count == 2 + len(faces) + len(faces) - 1
+
+
 def test_not_while_frames_are_on_their_way(client):
     with client.session(squares(0.5), FACES, bodies=BODIES) as session:
         session.submit(squares(-0.5))
