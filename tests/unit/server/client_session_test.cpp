@@ -70,6 +70,22 @@ TEST(ClientConnectTest, SaysWhyNoDaemonAnswers) {
   EXPECT_THAT(client.error().message, HasSubstr("No such file or directory")) << "and not that time was up";
 }
 
+TEST(ClientTimes, AreWaitedForHoweverLong) {
+  LocalDaemon daemon;
+  const MovingGrids grids(3);
+  constexpr auto kEver = std::chrono::milliseconds::max();
+  Client client = Client::connect(daemon.address(), {.call_timeout = kEver,
+                                                     .create_timeout = kEver,
+                                                     .answer_timeout = kEver,
+                                                     .resume_timeout = kEver})
+                      .value();
+  const std::vector<double> start = grids.positions(0), next = grids.positions(1);
+  Session session = client.create_session(grids.scene(), Doubles(start)).value();
+  daemon.restart();
+  EXPECT_TRUE(session.step(Doubles(next)).ok());
+  EXPECT_EQ(session.resumes(), 1U);
+}
+
 TEST_F(ClientSessionTest, AUnixSocketTakesALargeFrameAtOnce) {
   const int fresh = socket(AF_UNIX, SOCK_STREAM, 0);
   const int usual = send_bytes(fresh);
