@@ -369,7 +369,8 @@ Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool
   if (options) {
     if (Status status = check_may_become(in_force.before, *options); !status) return failed_with(status);
     if (options->keep_distance) return failed_with(keep_distance_is_of_max_step());
-    if (Status status = check_thickness(changes.empty() ? warm.core.scene->most_thickness() : 0, *options); !status)
+    if (Status status = check_thickness(changes.empty() ? warm.core.scene->most_thickness() : 0, *options);
+        !status)
       return failed_with(status);
     if (!keep_alike(in_force.before, *options)) warm.pipeline->forget(warm.core);
     in_force.held = *options;

@@ -186,8 +186,8 @@ Medians medians_of(const std::vector<SolveFrame>& frames) {
   return {median(max_step), median(first), median(further), median(commit), median(all), median(step)};
 }
 
-Json format_json(const SolveArguments& arguments, const ModelSummary& model, const std::vector<SolveFrame>& frames,
-                 const std::string& hash) {
+Json format_json(const SolveArguments& arguments, const ModelSummary& model,
+                 const std::vector<SolveFrame>& frames, const std::string& hash) {
   Json list = Json::array();
   for (const SolveFrame& frame : frames) {
     Json trials = Json::array();

@@ -47,26 +47,32 @@ grpc::ChannelArguments channel_arguments(const std::string& server_name) {
   return arguments;
 }
 
+// What a daemon without the feature would make of input that needs it.
+const char* words_for(v1::Feature feature) {
+  switch (feature) {
+    case v1::FEATURE_EDGES:
+      return "edges: the daemon is older than they are, and would miss contacts; update it, or leave them out";
+    case v1::FEATURE_WORLDS:
+      return "worlds: the daemon is older than they are, and would count contacts between them; update it, or "
+             "give each world a session of its own";
+    case v1::FEATURE_HALF_SPACES:
+      return "half_space: the daemon is older than half-spaces; update it, or give a mesh instead";
+    case v1::FEATURE_REPLACE:
+      return "the daemon is older than replacing elements and bodies, and thickness of vertices that are added; "
+             "update it, or create the session again with the other scene";
+    case v1::FEATURE_OPTION_CHANGES:
+      return "the daemon is older than changes of options and excluded pairs; update it, or create the session "
+             "again with the others";
+    case v1::FEATURE_THICKNESS:
+      return "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out";
+    default:
+      return "filters: the daemon is older than they are, and would count what they leave out; update it, or "
+             "leave them out";
+  }
+}
+
 RemoteError too_old_for(v1::Feature feature) {
-  const char* const message =
-      feature == v1::FEATURE_EDGES
-          ? "edges: the daemon is older than they are, and would miss contacts; update it, or leave them out"
-      : feature == v1::FEATURE_WORLDS ? "worlds: the daemon is older than they are, and would count contacts "
-                                        "between them; update it, or give each "
-                                        "world a session of its own"
-      : feature == v1::FEATURE_HALF_SPACES
-          ? "half_space: the daemon is older than half-spaces; update it, or give a mesh instead"
-      : feature == v1::FEATURE_REPLACE ? "the daemon is older than replacing elements and bodies, and "
-                                         "thickness of vertices that are added; "
-                                         "update it, or create the session again with the other scene"
-      : feature == v1::FEATURE_OPTION_CHANGES
-          ? "the daemon is older than changes of options and excluded pairs; update it, or create the session "
-            "again with the others"
-      : feature == v1::FEATURE_THICKNESS
-          ? "thickness: the daemon is older than it is, and would miss contacts; update it, or leave it out"
-          : "filters: the daemon is older than they are, and would count what they leave out; update it, or "
-            "leave them out";
-  return {{ErrorCode::kUnimplemented, message}};
+  return {{ErrorCode::kUnimplemented, words_for(feature)}};
 }
 
 // What a daemon must know that takes a session.
@@ -250,8 +256,8 @@ std::optional<RemoteError> Connection::create(const v1::SessionHeader& header, c
            wire::upload(scene.filters, kUploadChunk, send);
   };
   if (std::optional<RemoteError> error =
-          upload<Request>(&v1::CollisionService::Stub::PrepareAsyncCreateSession, header.session_id(), response,
-                          true, look, pieces))
+          upload<Request>(&v1::CollisionService::Stub::PrepareAsyncCreateSession, header.session_id(),
+                          response, true, look, pieces))
     return error;
   // Another daemon than the one that was asked, behind a proxy, would take the scene without what it does not
   // know of. Filters that leave nothing out are none.

@@ -69,7 +69,8 @@ class Connection {
   template <class Request, class Response, class Pieces>
   std::optional<RemoteError> upload(UploadMethod<Request, Response> method, const std::string& session_id,
                                     Response& response, bool wait_for_ready, const Look& look, Pieces pieces);
-  std::optional<RemoteError> change_in_pieces(v1::ChangeSceneRequest request, v1::ChangeSceneResponse& response);
+  std::optional<RemoteError> change_in_pieces(v1::ChangeSceneRequest request,
+                                              v1::ChangeSceneResponse& response);
 
   // gRPC's reason why no connection can be established; none if one can.
   std::optional<std::string> why_unreachable(const Look& look);

@@ -461,7 +461,8 @@ void Session::Impl::advance() {
     lost = *std::exchange(lost_, std::nullopt);
   } else if (!(draining_ && sent_ == 0)) {
     v1::StreamStepsResponse response;
-    const StepStream::Event event = stream_->read(response, deadline_after(connection_->options().answer_timeout));
+    const StepStream::Event event =
+        stream_->read(response, deadline_after(connection_->options().answer_timeout));
     if (event == StepStream::Event::kDone) return take(response);
     lost = event == StepStream::Event::kEnded
                ? ended()

@@ -28,7 +28,8 @@ Error Session::Impl::fail(Error error) {
 }
 
 RemoteError Session::Impl::ended() {
-  RemoteError remote = remote_error_from(stream_->finish(deadline_after(connection_->options().call_timeout)));
+  RemoteError remote =
+      remote_error_from(stream_->finish(deadline_after(connection_->options().call_timeout)));
   // A stream ends with OK only after a detach, which was not sent.
   if (remote.error.message.empty())
     remote.error = {ErrorCode::kUnavailable, "the stream ended before its answers"};
@@ -198,7 +199,8 @@ std::optional<RemoteError> Session::Impl::attach(WallClock::time_point deadline)
   if (written == StepStream::Event::kTimeout) return timeout;
   v1::StreamStepsResponse response;
   // Frames of the previous stream may still be in progress: the answer comes after them.
-  const StepStream::Event read = stream->read(response, deadline_after(connection_->options().answer_timeout));
+  const StepStream::Event read =
+      stream->read(response, deadline_after(connection_->options().answer_timeout));
   if (read == StepStream::Event::kTimeout) return timeout;
   if (read == StepStream::Event::kDone || read == StepStream::Event::kEnded) stream_ = std::move(stream);
   if (read == StepStream::Event::kEnded) return ended();

@@ -153,8 +153,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   bool thickness_changes = false;
   const bool filters_change =
       std::ranges::any_of(changes, is_of_filters) && !(core.scene->filters() == scene->filters());
-  const bool pairs_change =
-      !std::ranges::equal(core.scene->excluded_pairs(), scene->excluded_pairs());
+  const bool pairs_change = !std::ranges::equal(core.scene->excluded_pairs(), scene->excluded_pairs());
   const bool patches_change = filters_change && core.scene->filters().patches != scene->filters().patches;
   bool tests_more = extended || replaced.any();
   bool names_alone = !tests_more && !filters_change && !pairs_change;
@@ -192,7 +191,8 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     }
   }
 
-  if (!extended && !replaced.any() && !pairs_change && others.empty()) {  // and so a scene without declared bodies
+  if (!extended && !replaced.any() && !pairs_change &&
+      others.empty()) {  // and so a scene without declared bodies
     core.workers->run([&] { core.filter = core.make_filter(scene->filters(), core.model, stop); });
     core.scene = std::move(scene);
     filters_changed(warm, patches_change);

@@ -31,9 +31,9 @@ std::vector<T> values_of(std::string_view bytes) {
 template <class T>
 Result<std::vector<T>> all_of(std::string_view bytes, const std::string& where, const char* what) {
   if (bytes.size() % sizeof(T) != 0)
-    return bad_bytes(where, bytes.size(),
-                     std::to_string(bytes.size() / sizeof(T) * sizeof(T)) +
-                         " are expected for a whole number of " + what);
+    return bad_bytes(
+        where, bytes.size(),
+        std::to_string(bytes.size() / sizeof(T) * sizeof(T)) + " are expected for a whole number of " + what);
   return values_of<T>(bytes);
 }
 
@@ -59,7 +59,8 @@ Result<AddBody> addition_from(const v1::BodyAddition& message, bool float32, con
   if (!faces) return faces.error();
   Result<Edges> edges = all_of<Edges::value_type>(message.edges(), where + ".edges", "edges");
   if (!edges) return edges.error();
-  Result<std::vector<double>> thickness = all_of<double>(message.thickness(), where + ".thickness", "float64");
+  Result<std::vector<double>> thickness =
+      all_of<double>(message.thickness(), where + ".thickness", "float64");
   if (!thickness) return thickness.error();
   Result<std::vector<double>> positions =
       positions_from(message.positions(), body.value().vertex_count, float32, where + ".positions");

@@ -55,7 +55,8 @@ Status append_piece(v1::SceneChange& to, v1::SceneChange&& piece, const std::str
   }
   piece.clear_continues();
   if (piece.ByteSizeLong() != piece_of(piece).ByteSizeLong())
-    return invalid_argument(where + ".continues: has more in it than arrays; say all else in the first piece");
+    return invalid_argument(where +
+                            ".continues: has more in it than arrays; say all else in the first piece");
   return {};
 }
 

@@ -592,9 +592,9 @@ Outcome<Question> Session::within_limits(Question question) const {
   if (Status valid = validate(asked); !valid) return fault_from(valid.error(), "question.");
   // With more fields than the session's, or what reducing takes, fewer contacts have room.
   if (options.fields || options.reduced)
-    question.options.max_contacts =
-        std::min(asked.max_contacts,
-                 most_contacts(limits_.max_session_bytes, collider_.options().explain, asked.fields, options.reduced));
+    question.options.max_contacts = std::min(
+        asked.max_contacts,
+        most_contacts(limits_.max_session_bytes, collider_.options().explain, asked.fields, options.reduced));
   return question;
 }
 

@@ -60,7 +60,8 @@ std::optional<Fault> ChangeCall::add(v1::ChangeSceneRequest message) {
     }
     const std::string where = "changes[" + std::to_string(request_.changes_size() - 1) + "]";
     if (request_.changes().empty()) return invalid("changes[0].continues: there is no change before it");
-    if (Status taken = wire::append_piece(*request_.mutable_changes()->rbegin(), std::move(change), where); !taken)
+    if (Status taken = wire::append_piece(*request_.mutable_changes()->rbegin(), std::move(change), where);
+        !taken)
       return fault_from(taken.error());
   }
   return std::nullopt;

@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
+#include "proto/wire/enums.h"
 #include "proto/wire/filters.h"
 #include "proto/wire/options.h"
-#include "proto/wire/enums.h"
 #include "proto/wire/question.h"
 #include "proto/wire/scene.h"
 #include "proto/wire/scene_change.h"
@@ -39,8 +39,8 @@ Outcome<SessionSpec> spec_from(const v1::SessionHeader& header, const Limits& li
 /// What a request asks for. INVALID_ARGUMENT as above; limits on the scene are for the session to look at, in
 /// its turn. What the changes take until then is charged to `account`, which may be null, before they are
 /// made: RESOURCE_EXHAUSTED where that refuses it.
-Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype, const Limits& limits,
-                                       std::shared_ptr<Account> account);
+Outcome<ChangeOrder> change_order_from(const v1::ChangeSceneRequest& request, Dtype dtype,
+                                       const Limits& limits, std::shared_ptr<Account> account);
 
 /// What a message of a frame (v1::StepFrame or v1::StepRequest) asks: a step where it says nothing.
 /// INVALID_ARGUMENT, in words that begin with the frame, as wire::question_from().

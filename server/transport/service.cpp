@@ -30,11 +30,11 @@ namespace {
 /// calls: gRPC parses typed ones on its own threads first, which memory that ends there takes the process
 /// down with.
 using Raw = v1::CollisionService;
-using Base = Raw::WithRawCallbackMethod_CreateSession<Raw::WithRawCallbackMethod_GetSession<
-    Raw::WithRawCallbackMethod_ListSessions<Raw::WithRawCallbackMethod_DeleteSession<
-        Raw::WithRawCallbackMethod_ChangeScene<Raw::WithRawCallbackMethod_CheckSession<
-            Raw::WithRawCallbackMethod_Step<Raw::WithRawCallbackMethod_GetServerInfo<
-                Raw::WithRawCallbackMethod_StreamChangeScene<
+using Base = Raw::WithRawCallbackMethod_CreateSession<
+    Raw::WithRawCallbackMethod_GetSession<Raw::WithRawCallbackMethod_ListSessions<
+        Raw::WithRawCallbackMethod_DeleteSession<Raw::WithRawCallbackMethod_ChangeScene<
+            Raw::WithRawCallbackMethod_CheckSession<Raw::WithRawCallbackMethod_Step<
+                Raw::WithRawCallbackMethod_GetServerInfo<Raw::WithRawCallbackMethod_StreamChangeScene<
                     Raw::WithRawCallbackMethod_StreamSteps<Raw::Service>>>>>>>>>>;
 
 grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, grpc::Status status) {
@@ -93,7 +93,8 @@ class CollisionService final : public Base {
         [this, response](CancellableCall& reactor, std::shared_ptr<Session> session, const auto& message) {
           Outcome<Lifecycle::Call> begun = context_.lifecycle.begin();
           if (!begun) return finish_call(reactor, context_.refuse(begun.fault()));
-          Outcome<ChangeOrder> order = change_order_from(message, session->dtype(), context_.limits, session->account());
+          Outcome<ChangeOrder> order =
+              change_order_from(message, session->dtype(), context_.limits, session->account());
           if (!order) return finish_call(reactor, context_.refuse(order.fault()));
           // Shared, because a std::function must be copyable; released after the reactor was finished.
           auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());

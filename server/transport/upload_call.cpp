@@ -37,9 +37,9 @@ void UploadCall<Message>::start(const std::shared_ptr<UploadCall>& call) {
         call->in_flight_.emplace(std::move(begun).value());
         call->ticket_ = call->tenant_->uploads.enter(call->tenant_);
         if (!call->ticket_)
-          return call->fail_locked(call->refused(gate_met(
-              call->tenant_->uploads, call->tenant_->uploads, std::string(call->method_) + ": ",
-              "uploads under way", "max-uploads-per-principal", "max-uploads-per-principal")));
+          return call->fail_locked(call->refused(
+              gate_met(call->tenant_->uploads, call->tenant_->uploads, std::string(call->method_) + ": ",
+                       "uploads under way", "max-uploads-per-principal", "max-uploads-per-principal")));
         call->StartRead(&call->incoming_);
       },
       [&](grpc::Status status) {
@@ -95,7 +95,8 @@ void UploadCall<Message>::take(Outcome<Parsed<Message>> parsed) {
   last_moved_ = std::chrono::steady_clock::now();
   if (state_ != State::kUploading) return;  // it was ended meanwhile
   if (!parsed) return fail_locked(refused(parsed.fault()));
-  if (std::optional<Fault> fault = add(std::move(parsed.value().message))) return fail_locked(refused(*fault));
+  if (std::optional<Fault> fault = add(std::move(parsed.value().message)))
+    return fail_locked(refused(*fault));
   StartRead(&incoming_);
 }
 
@@ -141,8 +142,7 @@ void UploadCall<Message>::enforce_timeouts(std::chrono::steady_clock::time_point
              "; send it faster, or raise --upload-timeout"});
   else if (stalled())
     end({ErrorCode::kDeadlineExceeded, Reason::kTimeout,
-         method + ": nothing of the upload came for " +
-             format_duration(context_.limits.write_stall_timeout) +
+         method + ": nothing of the upload came for " + format_duration(context_.limits.write_stall_timeout) +
              "; send it without a pause, or raise --write-stall-timeout"});
 }
 

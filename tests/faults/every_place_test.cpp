@@ -79,7 +79,11 @@ std::vector<Step> draw_steps(std::uint64_t seed, const AcceptedState& from, cons
 class Place {
  public:
   Place(const Script& script, std::size_t at, std::shared_ptr<Workers> workers = one_thread())
-      : script_(script), at_(at), workers_(std::move(workers)), before_(script.start), options_(script.options) {
+      : script_(script),
+        at_(at),
+        workers_(std::move(workers)),
+        before_(script.start),
+        options_(script.options) {
     for (std::size_t i = 0; i < at; ++i) {
       before_.accept(script.operations[i]);
       options_ = options_after(script.operations[i], options_);
@@ -440,8 +444,8 @@ Script options() {
   script.operations.emplace_back(ChangesOperation{{ChangeExcludedPairs{}}, other});
   script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.3)));
   other.tier = Tier::kExact;
-  script.operations.emplace_back(ChangesOperation{
-      {AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ChangeExcludedPairs{{{1, 2}}}}, other});
+  script.operations.emplace_back(
+      ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ChangeExcludedPairs{{{1, 2}}}}, other});
   script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0)));
   script.operations.emplace_back(ChangesOperation{{}, ColliderOptions{}});
   script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.2)));

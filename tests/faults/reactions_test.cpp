@@ -327,7 +327,8 @@ TEST_F(ReactionsTest, ChangingInPieces) {
       Context context;
       v1::ChangeSceneResponse response;
       const auto stream = stub_->StreamChangeScene(&context, &response);
-      wire::send_pieces(std::move(request), 100, [&](const v1::ChangeSceneRequest& piece) { return stream->Write(piece); });
+      wire::send_pieces(std::move(request), 100,
+                        [&](const v1::ChangeSceneRequest& piece) { return stream->Write(piece); });
       stream->WritesDone();
       const grpc::Status changed = stream->Finish();
       if (!changed.ok()) expect_refused(changed);

@@ -67,9 +67,12 @@ std::string live(SessionDriver& driver, SwitchProxy& proxy, SwitchProxy::Way way
       std::function([&] {
         return session.replace(ReplaceElements{2, {{0, 1, 3}}, {{0, 2}}});
       }),
-      std::function([&] { return session.change_options({.min_separation = 0.1, .fields = {.points = true}}); }),
+      std::function(
+          [&] { return session.change_options({.min_separation = 0.1, .fields = {.points = true}}); }),
       std::function([&] { return session.change_filters({}); }),
-      std::function([&] { return session.change_excluded_pairs({{{0, 2}}}); }),
+      std::function([&] {
+        return session.change_excluded_pairs({{{0, 2}}});
+      }),
       std::function([&] { return session.replace(larger); }),
       std::function([&] { return session.step({}); }),
   };

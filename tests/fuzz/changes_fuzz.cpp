@@ -51,7 +51,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const ColliderOptions before = collider.options();
     const Status status = collider.change_options(*order.value().options);
     expect(status.ok() || !status.error().message.empty(), "refused options have words");
-    expect(collider.options() == (status.ok() ? *order.value().options : before), "and leave those that there are");
+    expect(collider.options() == (status.ok() ? *order.value().options : before),
+           "and leave those that there are");
   }
   expect(collider.self_check().ok(), "and all that is kept of it holds");
   const std::vector<double> now = collider.positions();

@@ -61,11 +61,11 @@ struct Command {
 
 std::ostream& operator<<(std::ostream& out, const Command& command) {
   constexpr const char* kNames[] = {
-      "frame",        "nothing moves", "glide",   "add",           "change",       "place",
-      "self_check",   "forget",        "resume",  "wrong frame",   "wrong change", "wrong addition",
-      "wrong place",  "outlier",       "trial",   "line search",   "max_step",     "commit",
-      "wrong commit", "near",          "filters", "wrong filters", "replace",      "wrong replacement",
-      "excluded pairs", "options",     "wrong options"};
+      "frame",          "nothing moves", "glide",        "add",           "change",       "place",
+      "self_check",     "forget",        "resume",       "wrong frame",   "wrong change", "wrong addition",
+      "wrong place",    "outlier",       "trial",        "line search",   "max_step",     "commit",
+      "wrong commit",   "near",          "filters",      "wrong filters", "replace",      "wrong replacement",
+      "excluded pairs", "options",       "wrong options"};
   return out << kNames[command.kind] << " drawn by " << command.draw << ", " << to_string(command.fault)
              << "\n";
 }

@@ -124,7 +124,7 @@ NearCase vertex_vertex(Random& random, ContactKind kind) {
   const Frame frame(random);
   const Point at = somewhere(random);
   Moment made{{at + frame.apart, at, at + behind(random, frame), at + behind(random, frame)},
-               velocity(random, frame)};
+              velocity(random, frame)};
   if (kind == ContactKind::kEdgeEdge) {
     made.at = {at + frame.apart, at + frame.apart + -1 * behind(random, frame), at,
                at + behind(random, frame)};
@@ -151,9 +151,9 @@ NearCase interiors(Random& random, ContactKind kind) {
   const Point at = somewhere(random);
   const auto in_plane = [&](int s, int r) { return at + s * frame.along + r * frame.across; };
   Moment made{{at + frame.apart, in_plane(-between(random, 0, 2), -between(random, 0, 2)),
-                in_plane(between(random, 0, 3), between(random, -1, 1)),
-                in_plane(between(random, -1, 1), between(random, 0, 3))},
-               velocity(random, frame)};
+               in_plane(between(random, 0, 3), between(random, -1, 1)),
+               in_plane(between(random, -1, 1), between(random, 0, 3))},
+              velocity(random, frame)};
   if (kind == ContactKind::kEdgeEdge) {
     made.at = {at + frame.apart + -between(random, 0, 2) * frame.along,
                at + frame.apart + between(random, 0, 2) * frame.along, in_plane(0, -between(random, 0, 2)),

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits: see limits.h.
 #include "client/cli/load/limits.h"
-#include "client/cli/print.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "client/cli/print.h"
 #include "client/io/text.h"
 
 namespace warmfront::client::load {

@@ -42,7 +42,8 @@ Result<std::vector<double>> parse_sweep(std::string_view text, bool whole) {
   const bool times = step_text.starts_with('x');
   if (!times && !step_text.starts_with('+')) return malformed_range(text, "the step must begin with x or +");
   const std::optional<double> step = positive(step_text.substr(1));
-  if (!step || (times && *step <= 1)) return malformed_range(text, times ? "FACTOR must be above 1" : "bad STEP");
+  if (!step || (times && *step <= 1))
+    return malformed_range(text, times ? "FACTOR must be above 1" : "bad STEP");
 
   std::vector<double> values;
   // The slack lets a sum or product of rounded steps reach LAST itself.

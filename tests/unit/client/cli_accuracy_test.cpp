@@ -79,7 +79,8 @@ TEST_F(CliAccuracy, QuerySetsUnderEverySetting) {
 
 // The exact tier says what is within the separation: more than touches, and no setting may miss it.
 TEST_F(CliAccuracy, WithASeparation) {
-  const Json touching = measure(std::string(kMeasuredScene) + " --bounds kdop18 --tiers exact --positions float64");
+  const Json touching =
+      measure(std::string(kMeasuredScene) + " --bounds kdop18 --tiers exact --positions float64");
   for (const std::string& input : {set(), std::string(kMeasuredScene) + " --bounds kdop18"}) {
     const Json rows = measure(input + " --min-separation 0.05 --positions float64");
     ASSERT_EQ(rows.size(), 7U) << "six tolerances and exact: fast tests touching";
@@ -118,8 +119,8 @@ TEST_F(CliAccuracy, ScenesUnderEverySetting) {
 }
 
 TEST_F(CliAccuracy, TableCsvAndPlots) {
-  const Outcome outcome = run("accuracy --rounds 1 --tolerances 1e-6 " + set() + " " + kMeasuredScene + " --csv " +
-                              folder_.file("trade.csv") + " --svg " + folder_.file("plots/here"));
+  const Outcome outcome = run("accuracy --rounds 1 --tolerances 1e-6 " + set() + " " + kMeasuredScene +
+                              " --csv " + folder_.file("trade.csv") + " --svg " + folder_.file("plots/here"));
   ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
   EXPECT_THAT(outcome.out, HasSubstr("hard: 6 queries, 3 contacts in truth"));
   EXPECT_THAT(outcome.out, HasSubstr("| certified 1e-06 | float32 "));

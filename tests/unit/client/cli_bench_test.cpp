@@ -20,12 +20,14 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kBenchScene = "'builtin:bart?triangles=1000' --frames 0:4 --rounds 2 --threads-list 1,2";
+constexpr const char* kBenchScene =
+    "'builtin:bart?triangles=1000' --frames 0:4 --rounds 2 --threads-list 1,2";
 
 class CliBench : public ::testing::Test {
  protected:
   static Json measure(const std::string& arguments) {
-    const Outcome outcome = run(std::string("bench --json - ") + kBenchScene + " " + arguments, "2>/dev/null");
+    const Outcome outcome =
+        run(std::string("bench --json - ") + kBenchScene + " " + arguments, "2>/dev/null");
     EXPECT_EQ(outcome.code, kExitOk);
     return Json::parse(outcome.out);
   }
@@ -142,8 +144,8 @@ TEST_F(CliBench, AnInputOfOneStep) {
 
 TEST_F(CliBench, TablesAndCsv) {
   const Outcome outcome =
-      run(std::string("bench ") + kBenchScene + " 'builtin:bart?triangles=1001' --ablations front,tier --csv " +
-          folder_.file("bench.csv"));
+      run(std::string("bench ") + kBenchScene +
+          " 'builtin:bart?triangles=1001' --ablations front,tier --csv " + folder_.file("bench.csv"));
   ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
   EXPECT_THAT(outcome.out, StartsWith("machine: "));
   for (const char* part :
@@ -186,8 +188,9 @@ TEST_F(CliBench, MisuseAndFailures) {
       << "before anything is measured";
   EXPECT_EQ(run(std::string("bench ") + kBenchScene + " --csv - --json -").code, kExitUsage);
   EXPECT_EQ(run("bench builtin:nothing").code, kExitUsage) << "as detect";
-  EXPECT_EQ(run(std::string("bench ") + kBenchScene + " --ablations none --csv " + folder_.file("no/b.csv")).code,
-            kExitFailed);
+  EXPECT_EQ(
+      run(std::string("bench ") + kBenchScene + " --ablations none --csv " + folder_.file("no/b.csv")).code,
+      kExitFailed);
 }
 
 }  // namespace

@@ -212,8 +212,8 @@ TEST(CliNear, WritesHowFarEachVertexIsFromAnything) {
 TEST(CliNear, ListsThePairsWithTheirDistances) {
   const TemporaryFolder folder;
   const Outcome outcome =
-      run(std::string("near ") + kNearScene + " --distance 0.05 --frames 4:8 --contacts " + folder.file("c.csv") +
-          " --fields squared_distance,closest --json " + folder.file("c.json"));
+      run(std::string("near ") + kNearScene + " --distance 0.05 --frames 4:8 --contacts " +
+          folder.file("c.csv") + " --fields squared_distance,closest --json " + folder.file("c.json"));
   ASSERT_EQ(outcome.code, kExitOk) << outcome.out;
   std::istringstream lines(folder.read("c.csv"));
   std::string line;

@@ -41,7 +41,8 @@ TEST(TruthFile, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4\n"), HasSubstr("line 2"));
   EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1,1\n"), HasSubstr("line 2"));
   EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1\n\n"), HasSubstr("line 3"));
-  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1\nvf,1,4,3,2,0\n"), HasSubstr("1 pairs have both answers"));
+  EXPECT_THAT(message_of_truth(kHeader + "vf,1,2,3,4,1\nvf,1,4,3,2,0\n"),
+              HasSubstr("1 pairs have both answers"));
   EXPECT_EQ(message_of_truth(kHeader), "");
 }
 

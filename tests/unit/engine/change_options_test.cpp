@@ -94,9 +94,11 @@ TEST_F(ChangeOptionsTest, OfAThickSceneAreNotFast) {
   std::size_t failed = 0;
   Body thin = scene_.bodies[1];
   thin.thickness = 0;
-  EXPECT_TRUE(collider.change({ChangeBody{1, thin}}, nullptr, &failed, ColliderOptions{.tier = Tier::kFast}).ok())
+  EXPECT_TRUE(
+      collider.change({ChangeBody{1, thin}}, nullptr, &failed, ColliderOptions{.tier = Tier::kFast}).ok())
       << "together they fit";
-  expect_refused(collider.change({ChangeBody{1, scene_.bodies[1]}}, nullptr, &failed), "thickness: tier \"fast\"");
+  expect_refused(collider.change({ChangeBody{1, scene_.bodies[1]}}, nullptr, &failed),
+                 "thickness: tier \"fast\"");
   EXPECT_EQ(collider.scene().most_thickness(), 0);
 }
 
@@ -111,8 +113,9 @@ TEST_F(ChangeOptionsTest, AreTakenWithAllChangesOrWithNone) {
   EXPECT_EQ(failed, 1U);
   EXPECT_TRUE(collider.options() == ColliderOptions());
   EXPECT_TRUE(collider.scene().excluded_pairs().empty());
-  expect_refused(collider.change({ChangeExcludedPairs{{{0, 1}}}}, nullptr, &failed, ColliderOptions{.leaf_size = 4}),
-                 "leaf_size");
+  expect_refused(
+      collider.change({ChangeExcludedPairs{{{0, 1}}}}, nullptr, &failed, ColliderOptions{.leaf_size = 4}),
+      "leaf_size");
   EXPECT_EQ(failed, 1U) << "none of the changes";
   EXPECT_TRUE(collider.scene().excluded_pairs().empty());
   ASSERT_TRUE(collider.change({ChangeExcludedPairs{{{0, 1}}}}, nullptr, &failed, exact).ok());

@@ -82,7 +82,7 @@ Answers step_through(FrameSequence& frames, const Way& way, double separation, i
   const auto scene = scene_of(frames.mesh());
   Collider engine =
       real_collider(scene, frames.read(first),
-               {.min_separation = separation, .front = way.front, .bounds = way.bounds}, way.threads);
+                    {.min_separation = separation, .front = way.front, .bounds = way.bounds}, way.threads);
   ContactHash hash;
   Answers answers;
   for (int k = first + 1; k <= first + count; ++k) {

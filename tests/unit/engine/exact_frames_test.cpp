@@ -87,7 +87,8 @@ TEST_P(ExactFrames, ReportTheTrueContactsAndHardlyNeedGmp) {
   std::size_t beyond = 0;  // the file lists what one conservative method flagged
   for (const Contact& contact : answer.contacts) {
     EXPECT_TRUE(contact.status == ContactStatus::kHit || contact.toi == 0);
-    if (real.truth.contains(real_contact(contact.kind == ContactKind::kEdgeEdge, real.scene->vertices_of(contact))))
+    if (real.truth.contains(
+            real_contact(contact.kind == ContactKind::kEdgeEdge, real.scene->vertices_of(contact))))
       continue;
     ++beyond;
     EXPECT_TRUE(real.confirmed(contact)) << contact.a << " " << contact.b;
@@ -108,7 +109,7 @@ TEST_P(ExactFrames, GiveTheSameBitsAllWays) {
                                                std::tuple(FrontMode::kWarm, BoundsKind::kKDop18, 8),
                                                std::tuple(FrontMode::kPaper, BoundsKind::kAabb, 2)}) {
     Collider engine = real_collider(real.scene, real.t0.positions,
-                               {.tier = Tier::kExact, .front = front, .bounds = bounds}, threads);
+                                    {.tier = Tier::kExact, .front = front, .bounds = bounds}, threads);
     ContactHash hash;
     for (const RealMesh* mesh : {&real.t1, &real.t0}) {
       const auto result = engine.step(std::span<const float>(mesh->positions));

@@ -54,7 +54,7 @@ const std::shared_ptr<Workers>& one_worker() {
   return one;
 }
 Collider stacked_collider(SceneDescription scene, const std::vector<double>& positions,
-              const ColliderOptions& options = {}) {
+                          const ColliderOptions& options = {}) {
   return Collider::create(std::make_shared<const Scene>(Scene::create(std::move(scene)).value()),
                           std::span<const double>(positions), options, one_worker())
       .value();

@@ -18,7 +18,6 @@
 namespace warmfront::test {
 namespace {
 
-
 std::size_t allocated() {
   const struct mallinfo2 all = mallinfo2();
   return all.uordblks + all.hblkhd;
@@ -48,29 +47,30 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
     server::PositionBuffer positions(server::Dtype::kFloat64, scene.vertex_count);
     EXPECT_TRUE(positions.append(bytes_of(apart_)).ok());
     return server::Session::create({server::SessionId::parse(kId).value(),
-                            std::move(scene),
-                            options_,
-                            server::Dtype::kFloat64,
-                            0,
-                            {}},
-                           positions,
-                           {.workers = workers_,
-                            .runner = runner_,
-                            .limits = limits_,
-                            .account = account_,
-                            .lost = [](server::Session&, const server::Fault&) {}})
+                                    std::move(scene),
+                                    options_,
+                                    server::Dtype::kFloat64,
+                                    0,
+                                    {}},
+                                   positions,
+                                   {.workers = workers_,
+                                    .runner = runner_,
+                                    .limits = limits_,
+                                    .account = account_,
+                                    .lost = [](server::Session&, const server::Fault&) {}})
         .value();
   }
   std::shared_ptr<const server::Answer> step(server::Session& session, std::uint64_t frame,
-                                     const std::vector<double>& positions) {
+                                             const std::vector<double>& positions) {
     server::FrameBuffer contents(server::Dtype::kFloat64, *session.scene());
     static_cast<void>(contents.append(bytes_of(positions)));
     server::AdmittedFrame pass;
     pass.memory = server::Holding(account_, contents.expected_bytes());
     std::promise<server::Outcome<std::shared_ptr<const server::Answer>>> done;
-    session.step(
-        frame, std::move(contents), std::move(pass), server::Session::Admission::kBounded,
-        [&](const server::Outcome<std::shared_ptr<const server::Answer>>& outcome) { done.set_value(outcome); });
+    session.step(frame, std::move(contents), std::move(pass), server::Session::Admission::kBounded,
+                 [&](const server::Outcome<std::shared_ptr<const server::Answer>>& outcome) {
+                   done.set_value(outcome);
+                 });
     auto outcome = done.get_future().get();
     EXPECT_TRUE(outcome.ok()) << outcome.fault().message;
     // Its job has ended, and the session has updated its account.

@@ -74,11 +74,11 @@ TEST(ClientTimes, AreWaitedForHoweverLong) {
   LocalDaemon daemon;
   const MovingGrids grids(3);
   constexpr auto kEver = std::chrono::milliseconds::max();
-  Client client = Client::connect(daemon.address(), {.call_timeout = kEver,
-                                                     .create_timeout = kEver,
-                                                     .answer_timeout = kEver,
-                                                     .resume_timeout = kEver})
-                      .value();
+  Client client =
+      Client::connect(
+          daemon.address(),
+          {.call_timeout = kEver, .create_timeout = kEver, .answer_timeout = kEver, .resume_timeout = kEver})
+          .value();
   const std::vector<double> start = grids.positions(0), next = grids.positions(1);
   Session session = client.create_session(grids.scene(), Doubles(start)).value();
   daemon.restart();

@@ -31,7 +31,8 @@ Outcome through_daemon(Client& client, const ClothOverBall& cloth, int exponent,
   ContactHash hash;
   Outcome outcome;
   for (std::size_t k = 1; k < cloth.frames.size(); ++k) {
-    const Result<client::Answer> step = session.value().step(Doubles(placed(cloth.frames[k], exponent, offset)));
+    const Result<client::Answer> step =
+        session.value().step(Doubles(placed(cloth.frames[k], exponent, offset)));
     EXPECT_TRUE(step.ok()) << step.error().message;
     const client::Answer& answer = step.value();
     add_to(hash, answer);

@@ -125,7 +125,8 @@ TEST_F(StreamedChangesTest, AreOneChangeHoweverManyMessages) {
     EXPECT_EQ(answer.session().face_count(), 1 + sheet.faces.size());
     v1::ChangeSceneResponse again;
     EXPECT_TRUE(stream(pieces(replacement(sheet, std::to_string(chunk))), &again).ok());
-    EXPECT_EQ(again.state().digest(), answer.state().digest()) << "the same key: answered, and not done again";
+    EXPECT_EQ(again.state().digest(), answer.state().digest())
+        << "the same key: answered, and not done again";
     EXPECT_EQ(again.state().revision(), answer.state().revision());
   }
 }
@@ -171,7 +172,8 @@ TEST_F(StreamedChangesTest, WhatDoesNotFitIsRefused) {
   v1::ChangeSceneResponse response;
   Request alone = replacement(Sheet(2));
   alone.mutable_changes(0)->set_continues(true);
-  EXPECT_THAT(stub_->ChangeScene(&context, alone, &response).error_message(), HasSubstr("is of StreamChangeScene alone"));
+  EXPECT_THAT(stub_->ChangeScene(&context, alone, &response).error_message(),
+              HasSubstr("is of StreamChangeScene alone"));
   EXPECT_TRUE(stream(good).ok());
 }
 
