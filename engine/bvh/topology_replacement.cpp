@@ -8,6 +8,7 @@
 
 #include "engine/bvh/build.h"
 #include "engine/bvh/topology_checksum.h"
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
 
 namespace warmfront {
@@ -41,10 +42,7 @@ TopologyReplacement::TopologyReplacement(Topology& topology, std::span<const New
   join(face_rank, stop);
   adjacent_pairs_ = topology.adjacent_pairs;
   for (std::uint32_t p = 0; p < count; ++p) {
-    if (!is_new(p)) continue;
-    if (p < parts_before_)
-      adjacent_pairs_ -= count_adjacent_pairs(topology.scene, topology.parts[p].features, stop);
-    adjacent_pairs_ += made_[new_of_[p]]->adjacent_pairs;
+    if (is_new(p)) adjacent_pairs_ += made_[new_of_[p]]->more_adjacent_pairs;
   }
   try {
     while (topology.parts.size() < count) topology.parts.emplace_back();
@@ -59,24 +57,76 @@ TopologyReplacement::~TopologyReplacement() {
   while (topology_.parts.size() > parts_before_) topology_.parts.pop_back();
 }
 
+// Where elements alone are others, and few of them.
+std::optional<LocalChange> TopologyReplacement::local_change(const NewPart& from, StopSignal stop) const {
+  if (from.given_vertices.empty() || from.held.order.empty()) return std::nullopt;
+  return find_local_change(topology_.scene, topology_.numbering, topology_.parts[from.piece->body].range(),
+                           from.piece->alone, from.given_vertices, stop);
+}
+
+bool TopologyReplacement::keep_hierarchy(const NewPart& from, const LocalChange& change, PartTopology& part,
+                                         StopSignal stop) const {
+  auto kept = keep_order(from.held, topology_.scene,
+                         topology_.parts[from.piece->body].range(), from.piece->alone, from.given_vertices, change,
+                         stop);
+  if (!kept) return false;
+  part.shape = std::move(kept->shape);
+  part.order = std::move(kept->order);
+  return true;
+}
+
+std::uint64_t TopologyReplacement::more_adjacent_pairs(const Made& made, std::uint32_t index,
+                                                       const LocalChange* change, StopSignal stop) const {
+  const FeatureRange& features = made.part.features;
+  if (change != nullptr) {
+    std::vector<std::uint8_t> at;
+    lengthen(at, change->near.size(), std::uint8_t{0}, stop);
+    for (std::size_t v = 0; v < at.size(); ++v) at[v] = change->near[v] == LocalChange::Near::kAt ? 1 : 0;
+    return count_adjacent_pairs_at(made.scene, features, at, stop) -
+           count_adjacent_pairs_at(topology_.scene, topology_.parts[index].features, at, stop);
+  }
+  std::uint64_t more = count_adjacent_pairs(made.scene, features, stop);
+  if (index < parts_before_)
+    more -= count_adjacent_pairs(topology_.scene, topology_.parts[index].features, stop);
+  return more;
+}
+
 void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop) const {
   const Scene& given = from.piece->alone;
   PartTopology& part = made.part;
-  const std::vector<Primitive> primitives = primitives_of(given);
-  part.shape = TreeShape(static_cast<std::uint32_t>(primitives.size()), topology_.leaf_size_);
-  part.order = build_order(given, Motion(from.positions, stop), part.shape, primitives, stop);
+  std::optional<LocalChange> change = local_change(from, stop);
+  made.keeps_hierarchy = change && keep_hierarchy(from, *change, part, stop);
+  if (!made.keeps_hierarchy) {
+    const std::vector<Primitive> primitives = primitives_of(given);
+    const auto count = static_cast<std::uint32_t>(primitives.size());
+    // What has changed locally, and found no room, is likely to do so again.
+    part.shape =
+        change ? TreeShape::with_room(count, topology_.leaf_size_) : TreeShape(count, topology_.leaf_size_);
+    part.order = build_order(given, Motion(from.positions, stop), part.shape, primitives, stop);
+  }
   if (!from.given_vertices.empty()) made.numbering = Renumbering(from.given_vertices);
   made.numbering.extend(given, part.order, stop);
   made.numbering.extend(given, made.scene, stop);
   for (Primitive& primitive : part.order) primitive = made.numbering.apply(primitive);
   part.features = whole(made.scene);
   part.end_face = made.scene.face_count();
-  made.ownership = std::make_unique<Ownership>(made.scene);
   if (topology_.cones_) made.patches = made.numbering.apply(find_patches(given, kPatchRings, stop));
   made.patches.of_face.resize(given.face_count(), Patches::kNone);
-  made.adjacent_pairs = count_adjacent_pairs(made.scene, part.features, stop);
+  const std::uint32_t index = from.piece->body;
+  if (change) {
+    change->renumber(made.numbering, stop);
+    made.ownership = std::make_unique<Ownership>(made.scene, topology_.ownership,
+                                                 topology_.parts[index].range(), *change, stop);
+  } else {
+    made.ownership = std::make_unique<Ownership>(made.scene);
+  }
+  made.more_adjacent_pairs = more_adjacent_pairs(made, index, change ? &*change : nullptr, stop);
   if (!from.tests_itself) return;
-  part.orphans = enumerate_orphans(made.scene, part.features, stop);
+  if (change && topology_.parts[index].has_adjacent)
+    part.orphans = enumerate_orphans(made.scene, topology_.parts[index].orphans, topology_.parts[index].range(),
+                                     *change, stop);
+  else
+    part.orphans = enumerate_orphans(made.scene, part.features, stop);
   part.shared = shared_vertices(made.scene, part.shape, part.order, stop);
   part.has_adjacent = true;
 }

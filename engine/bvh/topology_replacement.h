@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/bvh/kept_order.h"
 #include "engine/bvh/topology.h"
 #include "engine/scene/replaced_bodies.h"
 
@@ -22,6 +24,7 @@ class TopologyReplacement {
     std::vector<GivenVertex>
         given_vertices;  ///< where it keeps them: theirs by new number, from 0; else empty
     bool tests_itself = false;
+    HeldOrder held = {};  ///< where it keeps its vertices: the hierarchy to keep if it has changed locally
   };
 
   /// `parts` by index, with those that are appended; `face_rank` as ReplacedBodies says. What is as it was
@@ -37,6 +40,8 @@ class TopologyReplacement {
   /// By part: where it is from take() on.
   std::span<const MeshRange> ranges() const { return ranges_; }
   bool is_new(std::uint32_t part) const { return new_of_[part] != kOld; }
+  /// Of a new part: has it, of a hierarchy that was given, what is left in the blocks that it was in?
+  bool keeps_hierarchy(std::uint32_t part) const { return made_[new_of_[part]]->keeps_hierarchy; }
   /// Of a part that is as it was.
   NumberShift shift(std::uint32_t part) const { return shifts_[part]; }
   /// Of new parts, where they test themselves, in numbers of their own.
@@ -61,8 +66,13 @@ class TopologyReplacement {
     Scene scene;
     std::unique_ptr<Ownership> ownership;
     Patches patches;
-    std::uint64_t adjacent_pairs = 0;
+    std::uint64_t more_adjacent_pairs = 0;  // than the part had before, modulo 2^64
+    bool keeps_hierarchy = false;
   };
+  std::optional<LocalChange> local_change(const NewPart& from, StopSignal stop) const;
+  bool keep_hierarchy(const NewPart& from, const LocalChange& change, PartTopology& part, StopSignal stop) const;
+  std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, const LocalChange* change,
+                                    StopSignal stop) const;
   void make(const NewPart& from, Made& made, StopSignal stop) const;
   void place_parts();
   void join(std::span<const std::uint32_t> face_rank, StopSignal stop);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "engine/bvh/node_set.h"
 
@@ -16,14 +18,24 @@ namespace warmfront {
 /// says it all: children of i are 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a
 /// leaf when its number is at least first_leaf(). P primitives are B blocks of at most eight, and these L
 /// leaves: counted from left to right, leaf k holds blocks [k B / L, (k + 1) B / L), and block b the
-/// primitives in positions [b P / B, (b + 1) P / B) of `order`. None is empty unless all are.
+/// primitives in positions [b P / B, (b + 1) P / B) of `order`, unless it says otherwise (with_blocks()). None is
+/// empty unless all are.
 class TreeShape {
  public:
   static constexpr std::uint32_t kBlockSize = 8;
 
   TreeShape() = default;
   /// `leaf_size`: primitives in a leaf at most; a power of two, 64 at most.
-  TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size);
+  TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size)
+      : TreeShape(primitive_count, leaf_size, most_of_block(leaf_size)) {}
+  /// The same with a quarter of each block left empty, where some are to be added.
+  static TreeShape with_room(std::uint32_t primitive_count, std::uint32_t leaf_size) {
+    return {primitive_count, leaf_size, most_of_block(leaf_size) - most_of_block(leaf_size) / 4};
+  }
+  /// The same nodes, leaves and blocks, of which block b holds the primitives in positions [begins[b],
+  /// begins[b + 1]): one at least, and most_of_block() at most.
+  TreeShape with_blocks(std::vector<std::uint32_t> begins) const;
+  static std::uint32_t most_of_block(std::uint32_t leaf_size) { return std::min(leaf_size, kBlockSize); }
 
   std::uint32_t primitive_count() const { return primitives_; }
   std::uint32_t leaf_size() const { return leaf_size_; }
@@ -35,8 +47,11 @@ class TreeShape {
   NodeId first_leaf() const { return leaves_ - 1; }
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
-  std::uint32_t begin_of_block(std::uint32_t block) const { return share(block, primitives_, blocks_); }
-  /// So many primitives hold the largest of the blocks; the others one less.
+  std::uint32_t begin_of_block(std::uint32_t block) const {
+    return begins_ != nullptr ? (*begins_)[block] : share(block, primitives_, blocks_);
+  }
+  /// So many primitives hold the largest of the blocks; unless with_blocks() said otherwise, the others one
+  /// less.
   std::uint32_t largest_block() const { return largest_block_; }
   std::uint32_t size_of_block(std::uint32_t block) const {
     return begin_of_block(block + 1) - begin_of_block(block);
@@ -68,7 +83,13 @@ class TreeShape {
   static NodeId parent(NodeId node) { return (node - 1) / 2; }
   static bool is_left(NodeId node) { return (node & 1U) != 0; }
 
+  std::size_t memory_bytes() const {  ///< besides its own
+    return begins_ != nullptr ? begins_->capacity() * sizeof(std::uint32_t) : 0;
+  }
+
  private:
+  TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size, std::uint32_t of_block);
+
   static std::uint32_t index_of(NodeId node) { return node + 1 - (1U << level_of(node)); }
   static std::uint32_t share(std::uint32_t i, std::uint32_t of, std::uint32_t among) {
     return static_cast<std::uint32_t>(std::uint64_t{i} * of / among);
@@ -87,6 +108,7 @@ class TreeShape {
   std::uint32_t leaves_ = 1;
   std::uint32_t largest_block_ = 0;
   int depth_ = 0;  // of the last level
+  std::shared_ptr<const std::vector<std::uint32_t>> begins_;  // null: as shared out
 };
 
 /// Blocks one after another, by their numbers.

@@ -18,18 +18,18 @@ std::uint32_t third_vertex(const Face& face, const Edge& edge) {
   return *third;
 }
 
-}  // namespace
-
 // Counting pairs at vertices counts a pair that shares one vertex once, a pair that shares two (and then the
 // edge between them) twice, and a pair of duplicates three times, with three edges. Edges join two distinct
 // vertices, and duplicates are faces of three: (a, a, b) and (a, b, c) share two vertices and one edge. Along
 // an edge, duplicates are the faces with the same third vertex.
-std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop) {
+template <class OfVertex, class OfEdge>
+std::uint64_t count_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop, OfVertex&& of_vertex,
+                          OfEdge&& of_edge) {
   PacedStop paced(stop);
   std::uint64_t at_vertices = 0;
   for (std::uint32_t v = range.first_vertex; v < range.end_vertex; ++v) {
     paced.check();
-    at_vertices += pairs_of(scene.vertex_faces()[v].size());
+    if (of_vertex(v)) at_vertices += pairs_of(scene.vertex_faces()[v].size());
   }
   std::uint64_t at_edges = 0;
   std::uint64_t duplicates_at_edges = 0;
@@ -38,7 +38,7 @@ std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range
     paced.check();
     const Edge& edge = scene.edges()[e];
     const auto faces = scene.edge_faces()[e];
-    if (edge[0] == edge[1] || faces.size() < 2) continue;
+    if (edge[0] == edge[1] || faces.size() < 2 || !of_edge(edge)) continue;
     at_edges += pairs_of(faces.size());
     thirds.clear();
     for (const std::uint32_t f : faces) {
@@ -53,6 +53,23 @@ std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range
     }
   }
   return at_vertices - at_edges + duplicates_at_edges / 3;
+}
+
+}  // namespace
+
+std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop) {
+  const auto all = [](const auto&) { return true; };
+  return count_pairs(scene, range, stop, all, all);
+}
+
+// Faces that change have all their vertices among these, and so all that is counted of them: it changes at these
+// vertices and at edges between two of them. Three edges count each pair of duplicates that changes, so both
+// counts of these leave the same remainder.
+std::uint64_t count_adjacent_pairs_at(const Scene& scene, const FeatureRange& range,
+                                      std::span<const std::uint8_t> at, StopSignal stop) {
+  const auto of_vertex = [&](std::uint32_t v) { return at[v - range.first_vertex] != 0; };
+  return count_pairs(scene, range, stop, of_vertex,
+                     [&](const Edge& edge) { return of_vertex(edge[0]) && of_vertex(edge[1]); });
 }
 
 }  // namespace warmfront

@@ -34,50 +34,76 @@ Csr invert(std::span<const std::array<std::uint32_t, 3>> lists, std::size_t rows
   return csr;
 }
 
+// Sides are dealt to their lesser vertices, and sorted there: few each, whatever the number of all.
 EdgeTable find_edges(std::span<const Face> faces, std::span<const GivenEdge> more, StopSignal stop) {
   PacedStop paced(stop);
   struct Side {
-    Edge edge;
+    std::uint32_t greater;    // vertex
     std::uint32_t face_side;  // 3 * face + side; after all of these kNoFace
   };
   constexpr std::uint32_t kNoFace = 0xffffffff;
-  std::vector<Side> sides;
-  sides.reserve(faces.size() * 3 + more.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    paced.check();
-    for (std::uint32_t side = 0; side < 3; ++side) {
-      const std::uint32_t from = faces[f][side];
-      const std::uint32_t to = faces[f][(side + 1) % 3];
-      sides.push_back({{std::min(from, to), std::max(from, to)}, static_cast<std::uint32_t>(3 * f + side)});
+  const auto for_sides = [&](auto&& visit) {
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      paced.check();
+      for (std::uint32_t side = 0; side < 3; ++side) {
+        const std::uint32_t from = faces[f][side];
+        const std::uint32_t to = faces[f][(side + 1) % 3];
+        visit(std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(3 * f + side));
+      }
     }
-  }
-  for (const GivenEdge& edge : more) {
-    paced.check();
-    const auto [from, to] =
-        std::minmax({static_cast<std::uint32_t>(edge[0]), static_cast<std::uint32_t>(edge[1])});
-    sides.push_back({{from, to}, kNoFace});
-  }
-  std::sort(sides.begin(), sides.end(), [&](const Side& x, const Side& y) {
-    paced.check();
-    return std::tie(x.edge, x.face_side) < std::tie(y.edge, y.face_side);
+    for (const GivenEdge& edge : more) {
+      paced.check();
+      const auto [from, to] =
+          std::minmax({static_cast<std::uint32_t>(edge[0]), static_cast<std::uint32_t>(edge[1])});
+      visit(from, to, kNoFace);
+    }
+  };
+  std::uint32_t vertices = 0;
+  for_sides([&](std::uint32_t lesser, std::uint32_t, std::uint32_t) {
+    vertices = std::max(vertices, lesser + 1);
   });
+  std::vector<std::uint32_t> next;
+  lengthen(next, std::size_t{vertices} + 1, 0U, stop);
+  for_sides([&](std::uint32_t lesser, std::uint32_t, std::uint32_t) { ++next[lesser + 1]; });
+  in_pieces(1, next.size(), stop, [&](std::size_t first, std::size_t end) {
+    for (std::size_t v = first; v < end; ++v) next[v] += next[v - 1];
+  });
+  std::vector<Side> sides;
+  lengthen(sides, next.back(), Side{}, stop);
+  for_sides([&](std::uint32_t lesser, std::uint32_t greater, std::uint32_t face_side) {
+    sides[next[lesser]++] = {greater, face_side};
+  });
+  // Now next[v] is where the sides of v end.
   std::size_t edges = 0;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
+  for (std::uint32_t v = 0; v < vertices; ++v) {
     paced.check();
-    edges += i == 0 || sides[i].edge != sides[i - 1].edge ? 1 : 0;
+    const std::span<Side> of_vertex(sides.begin() + (v == 0 ? 0 : next[v - 1]), sides.begin() + next[v]);
+    std::sort(of_vertex.begin(), of_vertex.end(), [&](const Side& x, const Side& y) {
+      paced.check();
+      return std::tie(x.greater, x.face_side) < std::tie(y.greater, y.face_side);
+    });
+    for (std::size_t i = 0; i < of_vertex.size(); ++i) {
+      paced.check();
+      edges += i == 0 || of_vertex[i].greater != of_vertex[i - 1].greater ? 1 : 0;
+    }
   }
   EdgeTable table;
   table.edges.reserve(edges);
   lengthen(table.face_edges, faces.size(), {}, stop);
-  for (const Side& side : sides) {
-    paced.check();
-    const bool is_new = table.edges.empty() || table.edges.back() != side.edge;
-    if (is_new) table.edges.push_back(side.edge);
-    const auto edge = static_cast<std::uint32_t>(table.edges.size() - 1);
-    if (side.face_side != kNoFace)
-      table.face_edges[side.face_side / 3][side.face_side % 3] = edge;
-    else if (is_new)
-      table.lone_edges.push_back(edge);
+  std::size_t at = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    for (; at < next[v]; ++at) {
+      paced.check();
+      const Edge edge{v, sides[at].greater};
+      const bool is_new = table.edges.empty() || table.edges.back() != edge;
+      if (is_new) table.edges.push_back(edge);
+      const auto number = static_cast<std::uint32_t>(table.edges.size() - 1);
+      const std::uint32_t face_side = sides[at].face_side;
+      if (face_side != kNoFace)
+        table.face_edges[face_side / 3][face_side % 3] = number;
+      else if (is_new)
+        table.lone_edges.push_back(number);
+    }
   }
   return table;
 }

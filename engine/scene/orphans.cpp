@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 
+#include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/adjacency.h"
 
 namespace warmfront {
@@ -214,6 +215,67 @@ Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSig
                  [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); }),
           gather(range.first_edge, range.end_edge, stop,
                  [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); })};
+}
+
+namespace {
+
+// Rows of `before` are of features that ascend, from `first` on; those of each that is not near the change are
+// taken over, by `renumbered`.
+template <class IsNear, class OfEach, class Renumbered>
+std::vector<FeatureIds> follow(const std::vector<FeatureIds>& before, std::uint32_t first, std::uint32_t count,
+                               StopSignal stop, std::span<const std::uint32_t> numbers_before, IsNear&& is_near,
+                               OfEach&& of_each, Renumbered&& renumbered) {
+  PacedStop paced(stop, 64);
+  std::vector<FeatureIds> all;
+  reserve(all, before.size() + before.size() / 16, stop);
+  std::vector<FeatureIds> found;
+  std::size_t at = 0;
+  for (std::uint32_t id = 0; id < count; ++id) {
+    paced.check();
+    found.clear();
+    if (is_near(id)) {
+      of_each(id, found);
+    } else {
+      const std::uint32_t old = first + (numbers_before.empty() ? id : numbers_before[id]);
+      while (at < before.size() && before[at].a < old) {
+        paced.check();
+        ++at;
+      }
+      for (; at < before.size() && before[at].a == old; ++at) found.push_back({id, renumbered(before[at].b)});
+    }
+    std::ranges::sort(found);
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    all.insert(all.end(), found.begin(), found.end());
+  }
+  return all;
+}
+
+}  // namespace
+
+// The faces around a vertex change where it is of one that went or came, and of these the orphans of a vertex are
+// that share one with its first face. Those of an edge depend on the faces along it, on those around their
+// vertices, and on all along the sides of these: at an edge of which both ends are far, these are as they were.
+Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshRange& part,
+                          const LocalChange& change, StopSignal stop) {
+  using Near = LocalChange::Near;
+  Orphans orphans;
+  orphans.vertex_face = follow(
+      before.vertex_face, part.features.first_vertex, scene.vertex_count(), stop, {},
+      [&](std::uint32_t v) { return change.near[v] == Near::kAt || change.near[v] == Near::kBeside; },
+      [&](std::uint32_t v, auto& found) { orphans_of_vertex(scene, v, found); },
+      [&](std::uint32_t f) { return change.face_of[f - part.first_face]; });
+  orphans.edge_edge = follow(
+      before.edge_edge, part.features.first_edge, scene.edge_count(), stop, change.edge_before,
+      [&](std::uint32_t e) {
+        return std::ranges::any_of(scene.edges()[e],
+                                   [&](std::uint32_t v) { return change.near[v] != Near::kFar; });
+      },
+      [&](std::uint32_t e, auto& found) { orphans_of_edge(scene, e, found); },
+      [&](std::uint32_t e) { return change.edge_of[e - part.features.first_edge]; });
+  stop.check();
+  orphans.vertex_face.shrink_to_fit();
+  orphans.edge_edge.shrink_to_fit();
+  return orphans;
 }
 
 }  // namespace warmfront

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "engine/scene.h"
+#include "engine/scene/local_change.h"
+#include "engine/scene/scene_join.h"
 #include "engine/stop.h"
 
 namespace warmfront {
@@ -41,6 +43,10 @@ inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;
 /// Workers::run(). O(sum over edges of (faces around its first face's vertices)): quadratic in the degree of
 /// a hub vertex, as is the result. Throws Stopped when told to stop.
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
+/// The same of a body alone that has changed locally, renumbered: `before` are those of when it was `part` of a
+/// scene. What is far from the change is as it was. O(n). Throws Stopped when told to stop.
+Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshRange& part,
+                          const LocalChange& change, StopSignal stop);
 /// Of questions that ask which edges meet which faces, the same: edges in `range` and faces without a common
 /// vertex to which all faces along the edge are adjacent, (edge, face), sorted. O(sum over edges of the faces
 /// around one vertex).

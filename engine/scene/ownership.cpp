@@ -78,63 +78,108 @@ void Ownership::splice(std::span<const Slice> slices, std::span<const Run> runs,
                   signatures_.begin() + static_cast<std::ptrdiff_t>(to));
     }
     if (shift.any()) {
-      for (std::size_t f = to; f < end; ++f) {
-        Record& record = records_[f];
-        for (int i = 0; i < 3; ++i) {
-          record.vertices[i] += shift.vertex;
-          record.first_of_vertex[i] += shift.face;
-          record.first_of_edge[i] += shift.face;
-        }
-        rotate(record.vertex_ring, shift.vertex);
-        rotate(record.edge_ring, shift.vertex);
-        signatures_[f] = std::rotl(signatures_[f], static_cast<int>(shift.vertex & 63U));
-      }
+      for (std::size_t f = to; f < end; ++f) Ownership::shift(records_[f], signatures_[f], shift);
     }
     to = end;
   }
 }
 
-void Ownership::extend(StopSignal stop) {
-  const Scene& scene = *scene_;
-  // Many faces around one vertex or along one edge share the ring there: compute it once.
-  constexpr std::size_t kMany = 64;
-  std::unordered_map<std::uint32_t, Bloom> around;
-  std::unordered_map<std::uint32_t, Bloom> along;
-  PacedStop paced(stop, 256);
-  const auto insert_all = [&](Bloom& ring, std::span<const std::uint32_t> faces) {
-    for (const std::uint32_t g : faces) insert(ring, scene.faces()[g]);
-  };
-  const auto add_ring = [&](Bloom& ring, auto& known, std::uint32_t feature,
-                            std::span<const std::uint32_t> faces) {
-    if (faces.size() <= kMany) return insert_all(ring, faces);
-    const auto [of_feature, is_new] = known.try_emplace(feature);
-    if (is_new) insert_all(of_feature->second, faces);
-    for (std::size_t word = 0; word < ring.size(); ++word) ring[word] |= of_feature->second[word];
-  };
-  const auto first = static_cast<std::uint32_t>(records_.size());
-  lengthen(records_, scene.face_count(), Record{}, stop);
-  lengthen(signatures_, scene.face_count(), std::uint64_t{0}, stop);
-  for (std::uint32_t f = first; f < scene.face_count(); ++f) {
-    paced.check();
-    Record& record = records_[f];
-    record.vertices = scene.faces()[f];
-    for (const std::uint32_t v : record.vertices) signatures_[f] |= std::uint64_t{1} << (v & 63U);
+void Ownership::shift(Record& record, std::uint64_t& signature, const NumberShift& by) {
+  for (int i = 0; i < 3; ++i) {
+    record.vertices[i] += by.vertex;
+    record.first_of_vertex[i] += by.face;
+    record.first_of_edge[i] += by.face;
+  }
+  rotate(record.vertex_ring, by.vertex);
+  rotate(record.edge_ring, by.vertex);
+  signature = std::rotl(signature, static_cast<int>(by.vertex & 63U));
+}
+
+// Makes records, face by face.
+class Ownership::Recorder {
+ public:
+  explicit Recorder(const Scene& scene) : scene_(scene) {}
+
+  void make(std::uint32_t f, Record& record, std::uint64_t& signature) {
+    record.vertices = scene_.faces()[f];
+    for (const std::uint32_t v : record.vertices) signature |= std::uint64_t{1} << (v & 63U);
     record.first_bits = 0;
     record.vertex_ring = {};
     record.edge_ring = {};
     for (int i = 0; i < 3; ++i) {
-      const auto vertex_faces = scene.vertex_faces()[record.vertices[i]];
-      const auto edge_faces = scene.edge_faces()[scene.face_edges()[f][i]];
+      const auto vertex_faces = scene_.vertex_faces()[record.vertices[i]];
+      const auto edge_faces = scene_.edge_faces()[scene_.face_edges()[f][i]];
       record.first_of_vertex[i] = vertex_faces.front();
       record.first_of_edge[i] = edge_faces.front();
       const auto is_new = [i](const auto& three) {
         return std::find(three.begin(), three.begin() + i, three[i]) == three.begin() + i;
       };
       if (is_new(record.vertices)) record.first_bits |= (vertex_faces.front() == f ? 0x41U : 0x40U) << i;
-      if (is_new(scene.face_edges()[f]))
+      if (is_new(scene_.face_edges()[f]))
         record.first_bits |= (edge_faces.front() == f ? 0x208U : 0x200U) << i;
-      add_ring(record.vertex_ring, around, record.vertices[i], vertex_faces);
-      add_ring(record.edge_ring, along, scene.face_edges()[f][i], edge_faces);
+      add_ring(record.vertex_ring, around_, record.vertices[i], vertex_faces);
+      add_ring(record.edge_ring, along_, scene_.face_edges()[f][i], edge_faces);
+    }
+  }
+
+ private:
+  // Many faces around one vertex or along one edge share the ring there: compute it once.
+  static constexpr std::size_t kMany = 64;
+  using Rings = std::unordered_map<std::uint32_t, Bloom>;
+
+  void insert_all(Bloom& ring, std::span<const std::uint32_t> faces) const {
+    for (const std::uint32_t g : faces) insert(ring, scene_.faces()[g]);
+  }
+  void add_ring(Bloom& ring, Rings& known, std::uint32_t feature, std::span<const std::uint32_t> faces) const {
+    if (faces.size() <= kMany) return insert_all(ring, faces);
+    const auto [of_feature, is_new] = known.try_emplace(feature);
+    if (is_new) insert_all(of_feature->second, faces);
+    for (std::size_t word = 0; word < ring.size(); ++word) ring[word] |= of_feature->second[word];
+  }
+
+  const Scene& scene_;
+  Rings around_;
+  Rings along_;
+};
+
+void Ownership::extend(StopSignal stop) {
+  const Scene& scene = *scene_;
+  PacedStop paced(stop, 256);
+  Recorder recorder(scene);
+  const auto first = static_cast<std::uint32_t>(records_.size());
+  lengthen(records_, scene.face_count(), Record{}, stop);
+  lengthen(signatures_, scene.face_count(), std::uint64_t{0}, stop);
+  for (std::uint32_t f = first; f < scene.face_count(); ++f) {
+    paced.check();
+    recorder.make(f, records_[f], signatures_[f]);
+  }
+}
+
+// A face of which no vertex is one of what went or came has the faces around it and along it that it had.
+Ownership::Ownership(const Scene& scene, const Ownership& before, const MeshRange& part,
+                     const LocalChange& change, StopSignal stop)
+    : scene_(&scene) {
+  PacedStop paced(stop, 256);
+  Recorder recorder(scene);
+  lengthen(records_, scene.face_count(), Record{}, stop);
+  lengthen(signatures_, scene.face_count(), std::uint64_t{0}, stop);
+  const NumberShift to_body{0 - part.features.first_vertex, 0, 0};
+  const auto is_as_it_was = [&](const Face& face) {
+    return std::ranges::none_of(
+        face, [&](std::uint32_t v) { return change.near[v] == LocalChange::Near::kAt; });
+  };
+  for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
+    paced.check();
+    if (!is_as_it_was(scene.faces()[f])) {
+      recorder.make(f, records_[f], signatures_[f]);
+      continue;
+    }
+    const std::uint32_t old = part.first_face + change.face_before[f];
+    records_[f] = before.records_[old];
+    signatures_[f] = before.signatures_[old];
+    shift(records_[f], signatures_[f], to_body);
+    for (Face* first : {&records_[f].first_of_vertex, &records_[f].first_of_edge}) {
+      for (std::uint32_t& g : *first) g = change.face_of[g - part.first_face];
     }
   }
 }

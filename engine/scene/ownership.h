@@ -11,6 +11,7 @@
 #include "engine/parallel/move_runs.h"
 #include "engine/scene.h"
 #include "engine/scene/held_bytes.h"
+#include "engine/scene/local_change.h"
 #include "engine/scene/primitives.h"
 #include "engine/scene/scene_join.h"
 #include "engine/stop.h"
@@ -29,6 +30,10 @@ class Ownership {
  public:
   /// Keeps a reference to the scene, which must outlive this at the same address.
   explicit Ownership(const Scene& scene) : scene_(&scene) { extend(); }
+  /// Of a body alone that has changed locally, renumbered; `before` is of the scene that it is `part` of, and
+  /// has the same of what is far from the change. Throws Stopped when told to stop.
+  Ownership(const Scene& scene, const Ownership& before, const MeshRange& part, const LocalChange& change,
+            StopSignal stop);
 
   /// Faces that become the next ones of a scene that is put together of such, with their neighbours, whose
   /// numbers are shifted alike. `ownership` null: they are among this one's.
@@ -84,6 +89,9 @@ class Ownership {
     Bloom edge_ring;       // vertices of the faces along the three edges
   };
 
+  class Recorder;
+
+  static void shift(Record& record, std::uint64_t& signature, const NumberShift& by);
   bool perhaps_near(const Record& f, const Record& g) const;
   bool perhaps_adjacent(std::uint32_t f, std::uint32_t g) const {
     return (signatures_[f] & signatures_[g]) != 0;

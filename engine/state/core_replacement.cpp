@@ -10,14 +10,16 @@
 namespace warmfront {
 
 CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedBodies& replaced,
-                                 std::span<const std::span<const double>> positions, StopSignal stop)
+                                 std::span<const std::span<const double>> positions,
+                                 std::span<const HeldOrder> held, StopSignal stop)
     : core_(core),
       model_(scene, stop),
-      new_parts_(new_parts(scene, replaced, positions, stop)),
+      new_parts_(new_parts(scene, replaced, positions, held, stop)),
       topology_(*core.topology, new_parts_, replaced.face_rank, stop) {
   changes_.reserve(topology_.part_count());
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p)
-    changes_.push_back({topology_.is_new(p), topology_.is_new(p) ? NumberShift{} : topology_.shift(p)});
+    changes_.push_back(topology_.is_new(p) ? PartChange{true, topology_.keeps_hierarchy(p), {}}
+                                           : PartChange{false, false, topology_.shift(p)});
   make_motion(scene, replaced, stop);
   excluded_pairs_ = model_.excluded_pairs(stop);
   std::vector<FeatureRange> ranges;
@@ -43,7 +45,7 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
 
 std::vector<TopologyReplacement::NewPart> CoreReplacement::new_parts(
     const Scene& scene, const ReplacedBodies& replaced, std::span<const std::span<const double>> positions,
-    StopSignal stop) {
+    std::span<const HeldOrder> held, StopSignal stop) {
   std::vector<TopologyReplacement::NewPart> parts;
   parts.reserve(replaced.pieces.size());
   gathered_.reserve(replaced.pieces.size());
@@ -56,6 +58,8 @@ std::vector<TopologyReplacement::NewPart> CoreReplacement::new_parts(
       part.positions = positions[piece.positions_of];
       continue;
     }
+    // Where faces were given in turns, what was given is not yet what the topology has.
+    if (replaced.face_rank.empty()) part.held = held[parts.size() - 1];
     // Their numbers stay, and with them all that goes by these.
     const FeatureRange& features = core_.topology->parts[piece.body].features;
     std::vector<double>& gathered = gathered_.emplace_back();

@@ -45,7 +45,9 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   const std::size_t first = trees_.size();
   trees_.resize(parts.size());
   const auto arrange = [&](std::size_t p) {
+    const double built_looseness = trees_[p].built_looseness;
     trees_[p].arrange(scene, parts[p].shape, parts[p].order, parts[p].shared, is_lazy(core.options), stop);
+    trees_[p].built_looseness = built_looseness;
     trees_[p].patches = patches_of(core, trees_[p], stop);
   };
   std::vector<std::uint32_t> forgotten;
@@ -62,9 +64,23 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
 }
 
 template <class Bounds>
-void PartTrees<Bounds>::forget(std::uint32_t part) noexcept {
+HeldOrder PartTrees<Bounds>::hierarchy_of(const Core& core, std::uint32_t part) const {
+  if (part >= trees_.size() || trees_[part].order.empty()) {
+    const PartTopology& topology = core.topology->parts[part];
+    return {topology.shape, topology.order};
+  }
+  const Bvh<Bounds>& tree = trees_[part];
+  const bool known = refit_in_[part] != kNever && tree.built_looseness > 0;
+  if (known && looseness(tree) > kLoosenessLimit * tree.built_looseness) return {};
+  return {tree.shape, tree.order};
+}
+
+template <class Bounds>
+void PartTrees<Bounds>::forget(std::uint32_t part, bool keeps_hierarchy) noexcept {
   if (part >= trees_.size()) return;
+  const double built_looseness = keeps_hierarchy ? trees_[part].built_looseness : 0;
   trees_[part] = {};
+  trees_[part].built_looseness = built_looseness;
   refit_in_[part] = kNever;
   bases_[part] = {};
   states_[part] = 0;

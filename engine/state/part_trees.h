@@ -11,6 +11,7 @@
 #include "engine/broad_phase/apart_parts.h"
 #include "engine/broad_phase/part_pair.h"
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/kept_order.h"
 #include "engine/bvh/refit.h"
 #include "engine/state/core.h"
 
@@ -95,9 +96,13 @@ class PartTrees {
   /// Measures hierarchies that are new in this step.
   void take_looseness();
 
-  /// A part is another one now: the next step gives it a hierarchy. Numbers of what a part is made of begin
+  /// Of a part that is about to change: the hierarchy that it has, or would get in the next step; none where it
+  /// has become so loose that another one is due.
+  HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const;
+  /// A part is another one now: the next step gives it a hierarchy, which, if it is that of what is left, is as
+  /// loose as it was when that was built. Numbers of what a part is made of begin
   /// elsewhere now.
-  void forget(std::uint32_t part) noexcept;
+  void forget(std::uint32_t part, bool keeps_hierarchy) noexcept;
   void shift(std::uint32_t part, const NumberShift& by) noexcept {
     if (part < trees_.size()) trees_[part].shift(by);
   }

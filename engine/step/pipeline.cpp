@@ -142,10 +142,14 @@ class PipelineWith final : public Pipeline {
     trees_.clear();
   }
 
+  HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const override {
+    return trees_.hierarchy_of(core, part);
+  }
+
   void parts_replaced(Core& core, std::span<const PartChange> changes) noexcept override {
     for (std::uint32_t p = 0; p < changes.size(); ++p) {
       if (changes[p].is_new) {
-        trees_.forget(p);
+        trees_.forget(p, changes[p].keeps_hierarchy);
         front_.front().forget(p);
       } else {
         trees_.shift(p, changes[p].shift);

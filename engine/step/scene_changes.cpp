@@ -110,6 +110,16 @@ Status replace_whole_scene(WarmScene& warm, std::shared_ptr<const Scene> scene, 
   return {};
 }
 
+// By piece.
+std::vector<HeldOrder> hierarchies_of(const WarmScene& warm, const ReplacedBodies& replaced) {
+  std::vector<HeldOrder> held(replaced.pieces.size());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const ReplacedBodies::Piece& piece = replaced.pieces[i];
+    if (piece.keeps_vertices()) held[i] = warm.pipeline->hierarchy_of(warm.core, piece.body);
+  }
+  return held;
+}
+
 // What was found of other pairs does not hold.
 void filters_changed(WarmScene& warm, bool patches_change) {
   warm.pipeline->parts_changed();
@@ -216,7 +226,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
       core.motion.renumber(core.topology->numbering, first_vertex, stop);
     }
     if (replaced.any())
-      replacement.emplace(core, *scene, replaced, brought, stop);
+      replacement.emplace(core, *scene, replaced, brought, hierarchies_of(warm, replaced), stop);
     else
       parts = core.make_parts(*scene, *scene, extended, stop);
   });

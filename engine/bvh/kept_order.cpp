@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/bvh/kept_order.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/primitives.h"
+
+namespace warmfront {
+namespace {
+
+struct Block {
+  std::array<Primitive, TreeShape::kBlockSize> held;
+  std::uint32_t count = 0;
+
+  void add(Primitive p) { held[count++] = p; }
+};
+
+// The nearest of the blocks around one, itself first, of which something is true; their count for none.
+template <class Holds>
+std::uint32_t nearest(std::uint32_t block, std::uint32_t count, Holds&& holds) {
+  for (std::uint32_t away = 0; away <= kReach; ++away) {
+    if (block >= away && holds(block - away)) return block - away;
+    if (block + away < count && holds(block + away)) return block + away;
+  }
+  return count;
+}
+
+// Which primitives of a body there are, and which of them have a place.
+class Placing {
+ public:
+  Placing(const Scene& alone, StopSignal stop) : alone_(alone) {
+    lengthen(segments_, alone.lone_edges().size(), std::uint8_t{0}, stop);
+    lengthen(points_, alone.isolated_vertices().size(), std::uint8_t{0}, stop);
+  }
+  // Is there such a primitive, not a face? It has a place now.
+  bool place(Primitive p) {
+    auto& list = is_segment(p) ? segments_ : points_;
+    const std::span<const std::uint32_t> numbers =
+        is_segment(p) ? alone_.lone_edges() : alone_.isolated_vertices();
+    const auto at = std::ranges::lower_bound(numbers, number_in_kind(p));
+    if (at == numbers.end() || *at != number_in_kind(p)) return false;
+    list[static_cast<std::size_t>(at - numbers.begin())] = 1;
+    return true;
+  }
+  // Those without.
+  template <class Visit>
+  bool for_others(const LocalChange& change, PacedStop& paced, Visit&& visit) const {
+    for (std::uint32_t f = 0; f < change.face_before.size(); ++f) {
+      paced.check();
+      if (change.face_before[f] == LocalChange::kNone && !visit(f)) return false;
+    }
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      paced.check();
+      if (segments_[i] == 0 && !visit(kSegment | alone_.lone_edges()[i])) return false;
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      paced.check();
+      if (points_[i] == 0 && !visit(kPoint | alone_.isolated_vertices()[i])) return false;
+    }
+    return true;
+  }
+
+ private:
+  const Scene& alone_;
+  std::vector<std::uint8_t> segments_;
+  std::vector<std::uint8_t> points_;
+};
+
+}  // namespace
+
+std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const MeshRange& part,
+                                    const Scene& alone,
+                                    std::span<const GivenVertex> given_vertices, const LocalChange& change,
+                                    StopSignal stop) {
+  const TreeShape& shape = held.shape;
+  const std::span<const Primitive> order = held.order;
+  const std::size_t primitives = alone.element_count() + alone.isolated_vertices().size();
+  const std::uint32_t most = TreeShape::most_of_block(shape.leaf_size());
+  const std::uint32_t count = shape.block_count();
+  const std::size_t room = std::size_t{most} * count;
+  if (order.empty() || primitives > room || 2 * primitives < room) return std::nullopt;
+  std::vector<Block> blocks;
+  lengthen(blocks, count, Block{}, stop);
+  std::vector<std::uint32_t> block_of_vertex;  // by given number, of those of before: one that holds it
+  lengthen(block_of_vertex, alone.vertex_count(), count, stop);
+  Placing placing(alone, stop);
+  PacedStop paced(stop);
+  const auto given = [&](std::uint32_t v) { return number_of(given_vertices[v - part.features.first_vertex]); };
+  // The same primitive as given now, if there is one; faces only where they are left.
+  const auto left_of = [&](Primitive p) {
+    if (is_face(p)) return change.face_of[p - part.first_face];
+    Primitive now = LocalChange::kNone;
+    if (is_point(p)) {
+      now = kPoint | given(number_in_kind(p));
+    } else {
+      const std::uint32_t edge = change.edge_of[number_in_kind(p) - part.features.first_edge];
+      if (edge != LocalChange::kNone) now = kSegment | edge;
+    }
+    return now != LocalChange::kNone && placing.place(now) ? now : LocalChange::kNone;
+  };
+  for (std::uint32_t b = 0; b < count; ++b) {
+    for (std::uint32_t i = shape.begin_of_block(b); i < shape.begin_of_block(b + 1); ++i) {
+      paced.check();
+      for (const std::uint32_t v : primitive_vertices(before, order[i])) block_of_vertex[given(v)] = b;
+      const Primitive now = left_of(order[i]);
+      if (now != LocalChange::kNone) blocks[b].add(now);
+    }
+  }
+  const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
+  const bool all_placed = placing.for_others(change, paced, [&](Primitive p) {
+    const Face vertices = primitive_vertices(alone, p);
+    std::uint32_t block = count;
+    for (const std::uint32_t v : vertices) {
+      if (has_room(block_of_vertex[v])) block = block_of_vertex[v];
+    }
+    if (block == count) block = nearest(block_of_vertex[vertices[0]], count, has_room);
+    if (block == count) return false;
+    blocks[block].add(p);
+    return true;
+  });
+  if (!all_placed) return std::nullopt;
+  for (std::uint32_t b = 0; b < count; ++b) {
+    paced.check();
+    if (blocks[b].count > 0) continue;
+    const std::uint32_t from = nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
+    if (from == count) return std::nullopt;
+    blocks[b].add(blocks[from].held[--blocks[from].count]);
+  }
+  KeptOrder kept;
+  reserve(kept.order, primitives, stop);
+  std::vector<std::uint32_t> begins;
+  reserve(begins, std::size_t{count} + 1, stop);
+  for (const Block& block : blocks) {
+    paced.check();
+    begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
+    kept.order.insert(kept.order.end(), block.held.begin(), block.held.begin() + block.count);
+  }
+  begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
+  kept.shape = shape.with_blocks(std::move(begins));
+  return kept;
+}
+
+}  // namespace warmfront

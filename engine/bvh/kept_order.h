@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The hierarchy of what is left of a body that has changed locally. A pure function.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/bvh/tree_shape.h"
+#include "engine/scene.h"
+#include "engine/scene/local_change.h"
+#include "engine/scene/numbers.h"
+#include "engine/scene/scene_join.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// A hierarchy's primitives as it holds them, which something else keeps.
+struct HeldOrder {
+  TreeShape shape;
+  std::span<const Primitive> order;
+};
+struct KeptOrder {
+  TreeShape shape;
+  std::vector<Primitive> order;
+};
+
+/// `held` is of the hierarchy of the body when it was `part` of the renumbered scene `before`;
+/// `alone` is the body with its other elements, of which vertices have these given numbers, and `change` what
+/// find_local_change() says of it. Primitives that are left stay in their blocks; each that is new goes to a
+/// block that holds one with a vertex of it, or has its place near by; a block of which nothing is left takes
+/// one from near by. Nothing where there is no room within kReach blocks, or where less than half of all room is
+/// used. Given numbers of `alone`. O(primitives). Throws Stopped when told to stop.
+std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const MeshRange& part,
+                                    const Scene& alone,
+                                    std::span<const GivenVertex> given_vertices, const LocalChange& change,
+                                    StopSignal stop);
+inline constexpr std::uint32_t kReach = 32;
+
+}  // namespace warmfront
