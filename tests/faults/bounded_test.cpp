@@ -208,7 +208,7 @@ TEST(Looks, OfASceneAreAsManyAsItsFaces) {
       }
     };
     const std::size_t before = live_bytes();
-    EXPECT_GT(stop_at_many_looks(create), static_cast<long>(scene.description.faces.size()) / 100);
+    EXPECT_GT(stop_at_many_looks(create), static_cast<long>(scene.description.faces.size()) / 300);
     EXPECT_EQ(live_bytes(), before);
   }
 }

@@ -443,6 +443,7 @@ Script options() {
   other.front = FrontMode::kNone;
   script.operations.emplace_back(ChangesOperation{{ChangeExcludedPairs{}}, other});
   script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.3)));
+  other.min_separation = 0;
   other.tier = Tier::kExact;
   script.operations.emplace_back(
       ChangesOperation{{AddBody{{soft, grid(2)}, sheet(2, 0.1)}, ChangeExcludedPairs{{{1, 2}}}}, other});
