@@ -114,10 +114,15 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   std::vector<std::uint8_t> vertices;
   lengthen(vertices, places.end_vertex - std::min(places.first_vertex, places.end_vertex), std::uint8_t{0}, stop);
   PacedStop paced(stop, 256);
-  const auto take = [&](std::size_t b) {
+  // Points share no vertex, and theirs may be beyond all others.
+  const auto for_vertices = [&](std::size_t b, auto&& visit) {
     for (const Primitive p : blocks[b]) {
-      for (const std::uint32_t v : primitive_vertices(scene, p)) vertices[v - places.first_vertex] = 1;
+      if (is_point(p)) continue;
+      for (const std::uint32_t v : primitive_vertices(scene, p)) visit(vertices[v - places.first_vertex]);
     }
+  };
+  const auto take = [&](std::size_t b) {
+    for_vertices(b, [](std::uint8_t& marked) { marked = 1; });
   };
   // What is in a block now shares vertices with blocks that did not list it before.
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -126,9 +131,7 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   }
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     paced.check();
-    for (const Primitive p : blocks[b]) {
-      for (const std::uint32_t v : primitive_vertices(scene, p)) rows[b] |= vertices[v - places.first_vertex];
-    }
+    for_vertices(b, [&](std::uint8_t marked) { rows[b] |= marked; });
   }
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     paced.check();
