@@ -11,7 +11,7 @@
 namespace warmfront::client::scenes {
 namespace {
 
-constexpr std::array<CatalogEntry, 8> kCatalog{{
+constexpr std::array<CatalogEntry, 9> kCatalog{{
     {"cloth-ball", "look-alike of UNC's cloth-ball: a cloth falls on a ball, which then spins", 92'000, 60,
      make_cloth_ball},
     {"flamenco", "look-alike of flamenco: three skirts round a twirling waist and kicking legs", 49'000, 60,
@@ -26,6 +26,7 @@ constexpr std::array<CatalogEntry, 8> kCatalog{{
     {"particles", "points of a radius fall on a cloth that hangs from its corners", 20'000, 60,
      make_particles},
     {"ground", "a cloth falls over a ball that lies on the ground, a half-space", 20'000, 60, make_ground},
+    {"torn", "a cloth on a ball is torn along its middle, and its halves slip off", 20'000, 70, make_torn},
 }};
 
 std::string names() {

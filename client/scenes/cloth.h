@@ -29,6 +29,12 @@ class Cloth {
   /// their current distances: along the cells, across them, and to every second particle against bending.
   void link_grid(std::uint32_t first, int rows, int columns, bool wrap_columns);
 
+  /// Holds two particles at their current distance, until untie().
+  void tie(std::uint32_t p, std::uint32_t q) { link(p, q, 1); }
+  void untie(std::uint32_t p, std::uint32_t q) {
+    std::erase_if(links_, [&](const Link& link) { return link.p == p && link.q == q; });
+  }
+
   /// Particle `p` is moved by move_pinned() only.
   void pin(std::uint32_t p);
   void move_pinned(std::uint32_t p, Vec3 to) { positions_[p] = to; }

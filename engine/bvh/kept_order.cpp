@@ -84,6 +84,8 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   if (order.empty() || primitives > room || 2 * primitives < room) return std::nullopt;
   std::vector<Block> blocks;
   lengthen(blocks, count, Block{}, stop);
+  std::vector<std::uint8_t> changed;
+  lengthen(changed, count, std::uint8_t{0}, stop);
   std::vector<std::uint32_t> block_of_vertex;  // by given number, of those of before: one that holds it
   lengthen(block_of_vertex, alone.vertex_count(), count, stop);
   Placing placing(alone, stop);
@@ -106,7 +108,10 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
       paced.check();
       for (const std::uint32_t v : primitive_vertices(before, order[i])) block_of_vertex[given(v)] = b;
       const Primitive now = left_of(order[i]);
-      if (now != LocalChange::kNone) blocks[b].add(now);
+      if (now != LocalChange::kNone)
+        blocks[b].add(now);
+      else
+        changed[b] = 1;
     }
   }
   const auto has_room = [&](std::uint32_t b) { return blocks[b].count < most; };
@@ -119,6 +124,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     if (block == count) block = nearest(block_of_vertex[vertices[0]], count, has_room);
     if (block == count) return false;
     blocks[block].add(p);
+    changed[block] = 1;
     return true;
   });
   if (!all_placed) return std::nullopt;
@@ -128,6 +134,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     const std::uint32_t from = nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
     if (from == count) return std::nullopt;
     blocks[b].add(blocks[from].held[--blocks[from].count]);
+    changed[b] = changed[from] = 1;
   }
   KeptOrder kept;
   reserve(kept.order, primitives, stop);
@@ -139,6 +146,7 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
     kept.order.insert(kept.order.end(), block.held.begin(), block.held.begin() + block.count);
   }
   begins.push_back(static_cast<std::uint32_t>(kept.order.size()));
+  kept.changed = std::move(changed);
   kept.shape = shape.with_blocks(std::move(begins));
   return kept;
 }

@@ -2,10 +2,12 @@
 // The hierarchy of what is left of a body that has changed locally. A pure function.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/bvh/shared_vertices.h"
 #include "engine/bvh/tree_shape.h"
 #include "engine/scene.h"
 #include "engine/scene/local_change.h"
@@ -19,10 +21,12 @@ namespace warmfront {
 struct HeldOrder {
   TreeShape shape;
   std::span<const Primitive> order;
+  std::shared_ptr<const SharedVertices> shared;  ///< of these, or null
 };
 struct KeptOrder {
   TreeShape shape;
   std::vector<Primitive> order;
+  std::vector<std::uint8_t> changed;  ///< by block: does it hold something else?
 };
 
 /// `held` is of the hierarchy of the body when it was `part` of the renumbered scene `before`;

@@ -25,6 +25,7 @@ class PlacesOfKind {
     if (end_ > first_) lengthen(place_, end_ - first_, kNowhere, stop);
   }
   std::uint32_t& of(std::uint32_t number) { return place_[number - first_]; }
+  std::uint32_t of(std::uint32_t number) const { return place_[number - first_]; }
 
  private:
   std::uint32_t first_ = kNowhere;
@@ -32,8 +33,24 @@ class PlacesOfKind {
   std::vector<std::uint32_t> place_;
 };
 
+// Bit i of eight becomes bit 8 i.
+std::uint64_t spread(std::uint64_t bits) {
+  constexpr std::uint64_t kEach = 0x0101010101010101;
+  constexpr std::uint64_t kDiagonal = 0x8040201008040201;
+  const std::uint64_t one_a_byte = (bits * kEach) & kDiagonal;
+  return ((one_a_byte | (one_a_byte + 0x7f * kEach)) >> 7) & kEach;
+}
+
+// Is the row, or vertex, one of those marked? All are where none is.
+bool is_marked(std::span<const std::uint8_t> marks, std::size_t at) {
+  return marks.empty() || marks[at] != 0;
+}
+
+}  // namespace
+
 /// And their vertices' range.
-struct Places {
+class SharedVertices::Places {
+ public:
   std::uint32_t first_vertex = kNowhere;
   std::uint32_t end_vertex = 0;
   PlacesOfKind faces;
@@ -71,33 +88,81 @@ struct Places {
   }
 };
 
-// Bit i of eight becomes bit 8 i.
-std::uint64_t spread(std::uint64_t bits) {
-  constexpr std::uint64_t kEach = 0x0101010101010101;
-  constexpr std::uint64_t kDiagonal = 0x8040201008040201;
-  const std::uint64_t one_a_byte = (bits * kEach) & kDiagonal;
-  return ((one_a_byte | (one_a_byte + 0x7f * kEach)) >> 7) & kEach;
-}
-
-}  // namespace
-
 SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                                StopSignal stop) {
   lengthen(others_, kRow * blocks.size(), kNone, stop);
   lengthen(pairs_, kRow * blocks.size(), {}, stop);
   for (std::size_t b = 0; b < blocks.size(); ++b) others_[kRow * b] = static_cast<std::uint32_t>(b);
-  Places places(scene, blocks, stop);
+  list(scene, Places(scene, blocks, stop), {}, {}, stop);
+  finish(blocks, {});
+}
+
+// Rows are made anew of blocks that changed, and of those that share a vertex with one: by all vertices of these.
+SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
+                               const SharedVertices& before, std::span<const std::uint8_t> changed,
+                               StopSignal stop) {
+  append(others_, std::span(before.others_), stop);
+  append(pairs_, std::span(before.pairs_), stop);
+  std::vector<std::uint8_t> rows(changed.begin(), changed.end());
+  for (std::size_t place = 0; place < others_.size(); ++place) {
+    if (others_[place] != kNone && changed[others_[place]] != 0) rows[place / kRow] = 1;
+  }
+  for (const More& more : before.more_) {
+    if (changed[more.other] != 0) rows[more.owner] = 1;
+  }
+  const Places places(scene, blocks, stop);
+  std::vector<std::uint8_t> vertices;
+  lengthen(vertices, places.end_vertex - std::min(places.first_vertex, places.end_vertex), std::uint8_t{0}, stop);
+  PacedStop paced(stop, 256);
+  // Points share no vertex, and theirs may be beyond all others.
+  const auto for_vertices = [&](std::size_t b, auto&& visit) {
+    for (const Primitive p : blocks[b]) {
+      if (is_point(p)) continue;
+      for (const std::uint32_t v : primitive_vertices(scene, p)) visit(vertices[v - places.first_vertex]);
+    }
+  };
+  const auto take = [&](std::size_t b) {
+    for_vertices(b, [](std::uint8_t& marked) { marked = 1; });
+  };
+  // What is in a block now shares vertices with blocks that did not list it before.
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    paced.check();
+    if (changed[b] != 0) take(b);
+  }
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    paced.check();
+    for_vertices(b, [&](std::uint8_t marked) { rows[b] |= marked; });
+  }
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    paced.check();
+    if (rows[b] == 0) continue;
+    take(b);
+    std::fill_n(others_.begin() + static_cast<std::ptrdiff_t>(kRow * b), kRow, kNone);
+    std::fill_n(pairs_.begin() + static_cast<std::ptrdiff_t>(kRow * b), kRow, 0);
+    others_[kRow * b] = static_cast<std::uint32_t>(b);
+  }
+  for (const More& more : before.more_) {
+    if (rows[more.owner] == 0) more_.push_back(more);
+  }
+  list(scene, places, vertices, rows, stop);
+  finish(blocks, rows);
+}
+
+// The pairs around the vertices marked, of the rows marked.
+void SharedVertices::list(const Scene& scene, const Places& places, std::span<const std::uint8_t> vertices,
+                          std::span<const std::uint8_t> rows, StopSignal stop) {
   std::array<std::uint32_t, kMostAround> of_vertex;
   stop.check();
   PacedStop paced(stop, 256);
   for (std::uint32_t v = places.first_vertex; v < places.end_vertex; ++v) {
     paced.check();
+    if (!is_marked(vertices, v - places.first_vertex)) continue;
     const std::span<const std::uint32_t> faces = scene.vertex_faces()[v];
     const std::span<const std::uint32_t> segments = scene.lone_edges_of(v);
     const auto of_face = [&](std::uint32_t f) { return places.faces.of(f); };
     const auto of_segment = [&](std::uint32_t e) { return places.segments.of(e); };
     if (faces.size() + segments.size() > kMostAround) {
-      crowded_.resize(blocks.size());
+      crowded_.resize(others_.size() / kRow);
       for (const std::uint32_t f : faces) crowded_[of_face(f) / kBlockSize] = 1;
       for (const std::uint32_t e : segments) crowded_[of_segment(e) / kBlockSize] = 1;
       continue;
@@ -105,25 +170,31 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
     std::ranges::transform(faces, of_vertex.begin(), of_face);
     std::ranges::transform(segments, of_vertex.begin() + static_cast<std::ptrdiff_t>(faces.size()),
                            of_segment);
-    list_vertex(std::span(of_vertex).first(faces.size() + segments.size()));
+    list_vertex(std::span(of_vertex).first(faces.size() + segments.size()), rows);
   }
+}
+
+// Adds to the rows marked the pairs that do not exist.
+void SharedVertices::finish(std::span<const std::span<const Primitive>> blocks,
+                            std::span<const std::uint8_t> rows) {
   const auto none = [&](std::size_t a, std::size_t b) {
     return no_pairs(static_cast<std::uint32_t>(blocks[a].size()),
                     static_cast<std::uint32_t>(blocks[b].size()), a == b);
   };
   for (std::size_t place = 0; place < others_.size(); ++place) {
-    if (others_[place] != kNone) pairs_[place] |= none(place / kRow, others_[place]);
+    if (others_[place] != kNone && is_marked(rows, place / kRow))
+      pairs_[place] |= none(place / kRow, others_[place]);
   }
   if (!more_.empty()) has_more_.resize(blocks.size());
   for (More& more : more_) {
-    more.pairs |= none(more.owner, more.other);
+    if (is_marked(rows, more.owner)) more.pairs |= none(more.owner, more.other);
     has_more_[more.owner] = 1;
   }
-  std::ranges::sort(more_, {}, [](const More& more) { return std::pair(more.owner, more.other); });
+  std::ranges::stable_sort(more_, {}, [](const More& more) { return std::pair(more.owner, more.other); });
 }
 
 // The items around a vertex: the pairs between two blocks are a product of their bits.
-void SharedVertices::list_vertex(std::span<const std::uint32_t> places) {
+void SharedVertices::list_vertex(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows) {
   struct Items {
     std::uint32_t block;
     std::uint64_t bits;
@@ -141,7 +212,7 @@ void SharedVertices::list_vertex(std::span<const std::uint32_t> places) {
       const bool i_owns = around[i].block <= around[j].block;
       const Items& owner = around[i_owns ? i : j];
       const Items& other = around[i_owns ? j : i];
-      add(owner.block, other.block, spread(owner.bits) * other.bits);
+      if (is_marked(rows, owner.block)) add(owner.block, other.block, spread(owner.bits) * other.bits);
     }
   }
 }
@@ -169,14 +240,30 @@ std::uint64_t SharedVertices::among_more(std::uint32_t owner, std::uint32_t othe
   return pairs;
 }
 
-std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
-                                                      std::span<const Primitive> order, StopSignal stop) {
-  if (shape.leaf_size() == 1 || order.empty()) return nullptr;
+namespace {
+
+std::vector<std::span<const Primitive>> blocks_of(const TreeShape& shape, std::span<const Primitive> order) {
   std::vector<std::span<const Primitive>> blocks;
   blocks.reserve(shape.block_count());
   for (std::uint32_t b = 0; b < shape.block_count(); ++b)
     blocks.push_back(order.subspan(shape.begin_of_block(b), shape.size_of_block(b)));
-  return std::make_shared<const SharedVertices>(scene, blocks, stop);
+  return blocks;
+}
+
+}  // namespace
+
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order, StopSignal stop) {
+  if (shape.leaf_size() == 1 || order.empty()) return nullptr;
+  return std::make_shared<const SharedVertices>(scene, blocks_of(shape, order), stop);
+}
+
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order,
+                                                      const SharedVertices& before,
+                                                      std::span<const std::uint8_t> changed, StopSignal stop) {
+  if (!before.can_be_followed()) return shared_vertices(scene, shape, order, stop);
+  return std::make_shared<const SharedVertices>(scene, blocks_of(shape, order), before, changed, stop);
 }
 
 }  // namespace warmfront

@@ -52,6 +52,14 @@ class SharedVertices {
   SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                  StopSignal stop = {});
 
+  /// The same where some are as they were in `before`, of which only the blocks marked hold something else, or
+  /// in other slots. Vertices have the numbers that they had, but for
+  /// where these begin.
+  SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
+                 const SharedVertices& before, std::span<const std::uint8_t> changed, StopSignal stop);
+  /// Can another one be made from this one? Not where a block is crowded().
+  bool can_be_followed() const { return crowded_.empty(); }
+
   /// Bit 8 i + j: slot i of block a and slot j of block b are not to be tested against each other, because
   /// their primitives share a vertex or the pair does not exist (no_pairs()). 0 for blocks that share no
   /// vertex, even if slots are empty. Where both blocks are crowded(), some bits may be missing.
@@ -109,7 +117,11 @@ class SharedVertices {
   }
   std::uint64_t among_more(std::uint32_t owner, std::uint32_t other) const;
 
-  void list_vertex(std::span<const std::uint32_t> places);
+  class Places;
+  void list(const Scene& scene, const Places& places, std::span<const std::uint8_t> vertices,
+            std::span<const std::uint8_t> rows, StopSignal stop);
+  void list_vertex(std::span<const std::uint32_t> places, std::span<const std::uint8_t> rows);
+  void finish(std::span<const std::span<const Primitive>> blocks, std::span<const std::uint8_t> rows);
   void add(std::uint32_t owner, std::uint32_t other, std::uint64_t pairs);
 
   // One row a block: itself, and the blocks after it that it shares vertices with, about five.
@@ -124,5 +136,10 @@ class SharedVertices {
 /// stop.
 std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
                                                       std::span<const Primitive> order, StopSignal stop = {});
+/// The same where `before` is of a hierarchy of as many blocks, of which others are `changed`, by block.
+std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
+                                                      std::span<const Primitive> order,
+                                                      const SharedVertices& before,
+                                                      std::span<const std::uint8_t> changed, StopSignal stop);
 
 }  // namespace warmfront

@@ -64,17 +64,6 @@ std::optional<LocalChange> TopologyReplacement::local_change(const NewPart& from
                            from.piece->alone, from.given_vertices, stop);
 }
 
-bool TopologyReplacement::keep_hierarchy(const NewPart& from, const LocalChange& change, PartTopology& part,
-                                         StopSignal stop) const {
-  auto kept = keep_order(from.held, topology_.scene,
-                         topology_.parts[from.piece->body].range(), from.piece->alone, from.given_vertices, change,
-                         stop);
-  if (!kept) return false;
-  part.shape = std::move(kept->shape);
-  part.order = std::move(kept->order);
-  return true;
-}
-
 std::uint64_t TopologyReplacement::more_adjacent_pairs(const Made& made, std::uint32_t index,
                                                        const LocalChange* change, StopSignal stop) const {
   const FeatureRange& features = made.part.features;
@@ -95,8 +84,15 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
   const Scene& given = from.piece->alone;
   PartTopology& part = made.part;
   std::optional<LocalChange> change = local_change(from, stop);
-  made.keeps_hierarchy = change && keep_hierarchy(from, *change, part, stop);
-  if (!made.keeps_hierarchy) {
+  std::optional<KeptOrder> kept;
+  if (change)
+    kept = keep_order(from.held, topology_.scene, topology_.parts[from.piece->body].range(), given,
+                      from.given_vertices, *change, stop);
+  made.keeps_hierarchy = kept.has_value();
+  if (kept) {
+    part.shape = std::move(kept->shape);
+    part.order = std::move(kept->order);
+  } else {
     const std::vector<Primitive> primitives = primitives_of(given);
     const auto count = static_cast<std::uint32_t>(primitives.size());
     // What has changed locally, and found no room, is likely to do so again.
@@ -127,7 +123,9 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
                                      *change, stop);
   else
     part.orphans = enumerate_orphans(made.scene, part.features, stop);
-  part.shared = shared_vertices(made.scene, part.shape, part.order, stop);
+  part.shared = kept && from.held.shared != nullptr
+                    ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, kept->changed, stop)
+                    : shared_vertices(made.scene, part.shape, part.order, stop);
   part.has_adjacent = true;
 }
 

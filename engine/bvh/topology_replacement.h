@@ -70,7 +70,6 @@ class TopologyReplacement {
     bool keeps_hierarchy = false;
   };
   std::optional<LocalChange> local_change(const NewPart& from, StopSignal stop) const;
-  bool keep_hierarchy(const NewPart& from, const LocalChange& change, PartTopology& part, StopSignal stop) const;
   std::uint64_t more_adjacent_pairs(const Made& made, std::uint32_t index, const LocalChange* change,
                                     StopSignal stop) const;
   void make(const NewPart& from, Made& made, StopSignal stop) const;

@@ -92,11 +92,10 @@ EdgeTable find_edges(std::span<const Face> faces, std::span<const GivenEdge> mor
   lengthen(table.face_edges, faces.size(), {}, stop);
   std::size_t at = 0;
   for (std::uint32_t v = 0; v < vertices; ++v) {
-    for (; at < next[v]; ++at) {
+    for (const std::size_t first = at; at < next[v]; ++at) {
       paced.check();
-      const Edge edge{v, sides[at].greater};
-      const bool is_new = table.edges.empty() || table.edges.back() != edge;
-      if (is_new) table.edges.push_back(edge);
+      const bool is_new = at == first || sides[at].greater != sides[at - 1].greater;
+      if (is_new) table.edges.push_back({v, sides[at].greater});
       const auto number = static_cast<std::uint32_t>(table.edges.size() - 1);
       const std::uint32_t face_side = sides[at].face_side;
       if (face_side != kNoFace)

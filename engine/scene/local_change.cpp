@@ -15,6 +15,14 @@ using Near = LocalChange::Near;
 // Around a vertex of more faces none is looked for: what it costs would grow with the square of them.
 constexpr std::size_t kMostAround = 64;
 
+// Compared as numbers, not as bytes.
+bool same(const Face& f, const Face& g) {
+  return f[0] == g[0] && f[1] == g[1] && f[2] == g[2];
+}
+std::uint64_t key_of(const Edge& edge) {
+  return std::uint64_t{edge[0]} << 32 | edge[1];
+}
+
 // Of numbers, kNone left out, a longest ascending choice: all others become kNone.
 void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
   std::vector<std::uint32_t> last;    // by length: the place where a choice of that length ends with the least
@@ -47,8 +55,8 @@ void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
 // By face of `alone`: the same before, by its place among those given; kNone for none.
 std::vector<std::uint32_t> same_faces(const Scene& before, const Renumbering& numbering, const MeshRange& part,
                                       const Scene& alone, const Renumbering& vertices, StopSignal stop) {
-  std::vector<std::uint32_t> same;
-  reserve(same, alone.face_count(), stop);
+  std::vector<std::uint32_t> places;
+  reserve(places, alone.face_count(), stop);
   std::uint32_t next = 0;  // where the last one was found, and one more
   PacedStop paced(stop);
   for (const Face& given : alone.faces()) {
@@ -58,20 +66,20 @@ std::vector<std::uint32_t> same_faces(const Scene& before, const Renumbering& nu
       face[k] = number_of(vertices.renumbered(GivenVertex{given[k]})) + part.features.first_vertex;
     std::uint32_t found = kNone;
     if (next < part.face_count() &&
-        before.faces()[number_of(numbering.renumbered(GivenFace{part.first_face + next}))] == face) {
+        same(before.faces()[number_of(numbering.renumbered(GivenFace{part.first_face + next}))], face)) {
       found = next;
     } else if (const auto around = before.vertex_faces()[face[0]]; around.size() <= kMostAround) {
       for (const std::uint32_t f : around) {
-        if (before.faces()[f] != face) continue;
+        if (!same(before.faces()[f], face)) continue;
         found = number_of(numbering.given(NewFace{f})) - part.first_face;
         if (found >= next) break;
       }
     }
     if (found != kNone) next = found + 1;
-    same.push_back(found);
+    places.push_back(found);
   }
-  keep_ascending(same, stop);
-  return same;
+  keep_ascending(places, stop);
+  return places;
 }
 
 class Neighbourhood {
@@ -149,10 +157,10 @@ std::optional<LocalChange> find_local_change(const Scene& before, const Renumber
   PacedStop paced(stop);
   for (std::uint32_t f = 0; f < change.face_before.size(); ++f) {
     paced.check();
-    std::uint32_t& same = change.face_before[f];
-    if (same != kNone) {
-      same = number_of(numbering.renumbered(GivenFace{part.first_face + same})) - part.first_face;
-      change.face_of[same] = f;
+    std::uint32_t& old = change.face_before[f];
+    if (old != kNone) {
+      old = number_of(numbering.renumbered(GivenFace{part.first_face + old})) - part.first_face;
+      change.face_of[old] = f;
       --others;
       continue;
     }
@@ -174,12 +182,12 @@ std::optional<LocalChange> find_local_change(const Scene& before, const Renumber
   for (std::uint32_t e = 0; e < part.edge_count(); ++e) {
     paced.check();
     const Edge& old = before.edges()[part.features.first_edge + e];
-    const Edge edge{given(old[0]), given(old[1])};
-    while (at < alone.edge_count() && alone.edges()[at] < edge) {
+    const std::uint64_t key = key_of({given(old[0]), given(old[1])});
+    while (at < alone.edge_count() && key_of(alone.edges()[at]) < key) {
       paced.check();
       ++at;
     }
-    if (at == alone.edge_count() || alone.edges()[at] != edge) continue;
+    if (at == alone.edge_count() || key_of(alone.edges()[at]) != key) continue;
     change.edge_of[e] = at;
     change.edge_before[at] = e;
   }

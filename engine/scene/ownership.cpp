@@ -161,8 +161,8 @@ Ownership::Ownership(const Scene& scene, const Ownership& before, const MeshRang
     : scene_(&scene) {
   PacedStop paced(stop, 256);
   Recorder recorder(scene);
-  lengthen(records_, scene.face_count(), Record{}, stop);
-  lengthen(signatures_, scene.face_count(), std::uint64_t{0}, stop);
+  reserve(records_, scene.face_count(), stop);
+  reserve(signatures_, scene.face_count(), stop);
   const NumberShift to_body{0 - part.features.first_vertex, 0, 0};
   const auto is_as_it_was = [&](const Face& face) {
     return std::ranges::none_of(
@@ -171,13 +171,15 @@ Ownership::Ownership(const Scene& scene, const Ownership& before, const MeshRang
   for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
     paced.check();
     if (!is_as_it_was(scene.faces()[f])) {
+      records_.emplace_back();
+      signatures_.push_back(0);
       recorder.make(f, records_[f], signatures_[f]);
       continue;
     }
     const std::uint32_t old = part.first_face + change.face_before[f];
-    records_[f] = before.records_[old];
-    signatures_[f] = before.signatures_[old];
-    shift(records_[f], signatures_[f], to_body);
+    records_.push_back(before.records_[old]);
+    signatures_.push_back(before.signatures_[old]);
+    if (to_body.any()) shift(records_[f], signatures_[f], to_body);
     for (Face* first : {&records_[f].first_of_vertex, &records_[f].first_of_edge}) {
       for (std::uint32_t& g : *first) g = change.face_of[g - part.first_face];
     }

@@ -18,8 +18,11 @@ CoreReplacement::CoreReplacement(Core& core, const Scene& scene, const ReplacedB
       topology_(*core.topology, new_parts_, replaced.face_rank, stop) {
   changes_.reserve(topology_.part_count());
   for (std::uint32_t p = 0; p < topology_.part_count(); ++p)
-    changes_.push_back(topology_.is_new(p) ? PartChange{true, topology_.keeps_hierarchy(p), {}}
-                                           : PartChange{false, false, topology_.shift(p)});
+    changes_.push_back(topology_.is_new(p)
+                           ? PartChange{.is_new = true, .keeps_hierarchy = topology_.keeps_hierarchy(p)}
+                           : PartChange{.shift = topology_.shift(p)});
+  for (const ReplacedBodies::Piece& piece : replaced.pieces)
+    changes_[piece.body].keeps_vertices = piece.keeps_vertices();
   make_motion(scene, replaced, stop);
   excluded_pairs_ = model_.excluded_pairs(stop);
   std::vector<FeatureRange> ranges;
@@ -136,7 +139,10 @@ void CoreReplacement::take(const Scene& scene) noexcept {
   core_.patch_culled = std::move(patch_culled_);
   for (std::uint32_t p = 0; p < changes_.size(); ++p) {
     if (!changes_[p].is_new) continue;
-    core_.rigid_parts.forget(p);
+    if (changes_[p].keeps_vertices)
+      core_.rigid_parts.forget_elements(p);
+    else
+      core_.rigid_parts.forget(p);
     core_.orphans[p].reset();
   }
   core_.take({std::move(model_), std::move(filter_), std::move(thickness_), std::move(worlds_), excluded_pairs_,

@@ -18,8 +18,9 @@ namespace warmfront {
 /// What became of a part.
 struct PartChange {
   bool is_new = false;
+  bool keeps_vertices = false;   ///< likewise: elements alone are others
   bool keeps_hierarchy = false;  ///< of one that is new: its hierarchy is that of what is left of it
-  NumberShift shift;  ///< of one that is as it was
+  NumberShift shift = {};  ///< of one that is as it was
 };
 
 class CoreReplacement {

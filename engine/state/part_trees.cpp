@@ -67,12 +67,12 @@ template <class Bounds>
 HeldOrder PartTrees<Bounds>::hierarchy_of(const Core& core, std::uint32_t part) const {
   if (part >= trees_.size() || trees_[part].order.empty()) {
     const PartTopology& topology = core.topology->parts[part];
-    return {topology.shape, topology.order};
+    return {topology.shape, topology.order, topology.shared};
   }
   const Bvh<Bounds>& tree = trees_[part];
   const bool known = refit_in_[part] != kNever && tree.built_looseness > 0;
   if (known && looseness(tree) > kLoosenessLimit * tree.built_looseness) return {};
-  return {tree.shape, tree.order};
+  return {tree.shape, tree.order, tree.leaves.shared};
 }
 
 template <class Bounds>

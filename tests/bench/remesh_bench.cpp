@@ -309,6 +309,31 @@ bool memory(const Settings& settings, const std::shared_ptr<Workers>& workers) {
   return done && after_ten > 0;
 }
 
+// The same of a body of which a few faces are others each time.
+bool memory_of_local_changes(const Settings& settings, const std::shared_ptr<Workers>& workers) {
+  constexpr int kQuads = 20;
+  const Faces whole = grid(kQuads);
+  const SceneDescription scene{(kQuads + 1) * (kQuads + 1), whole, {{"", 0, (kQuads + 1) * (kQuads + 1)}}};
+  std::vector<double> positions;
+  for (int i = 0; i <= kQuads; ++i) {
+    for (int j = 0; j <= kQuads; ++j) positions.insert(positions.end(), {1.0 * i, 1.0 * j, 0.0});
+  }
+  Collider collider = make(scene, positions, workers);
+  bool done = true;
+  for (int i = 1; i <= settings.changes; ++i) {
+    Faces faces = whole;
+    const auto at = static_cast<std::ptrdiff_t>(i * 7 % 780);
+    faces.erase(faces.begin() + at, faces.begin() + at + i % 4);
+    for (int more = i % 3; more > 0; --more) faces.push_back(whole[static_cast<std::size_t>(at + more)]);
+    done &= collider.replace_elements(0, std::move(faces)).ok();
+    for (std::size_t z = 2; z < positions.size(); z += 3) positions[z] += i % 2 == 0 ? 0.01 : -0.01;
+    done &= collider.step(doubles(positions)).ok();
+    if (i == 10 || i == settings.changes)
+      std::printf("%d local changes of a body of 800 faces: %zu bytes\n", i, collider.memory_bytes());
+  }
+  return done;
+}
+
 int run(const Settings& settings) {
   const auto workers = std::make_shared<Workers>(settings.threads);
   const Cloth cloth(settings.side, settings.frames);
@@ -321,7 +346,7 @@ int run(const Settings& settings) {
   one &= one_body("as one body, 1% all over it turned:", true, Where::kEverywhere);
   one &= one_body("no ball, 1% in one patch:", false, Where::kOnePatch);
   one &= one_body("no ball, 1% in four patches:", false, Where::kFourPatches);
-  const bool kept = memory(settings, workers);
+  const bool kept = memory(settings, workers) && memory_of_local_changes(settings, workers);
   if (!tiles || !one || !kept)
     std::printf("a change failed, or a step found other contacts than one anew\n");
   return tiles && one && kept ? 0 : 1;

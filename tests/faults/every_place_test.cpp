@@ -486,6 +486,28 @@ Script replacements() {
   return script;
 }
 
+// Few elements of a body, of which the hierarchy of the rest is kept; where that finds no room, too.
+Script replaced_locally() {
+  Script script{"replaced locally",
+                {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 4), joined(sheet(4, 0), sheet(4, 0.3))},
+                {},
+                {}};
+  Faces torn = grid(4);
+  torn.erase(torn.begin() + 6);
+  Faces turned = torn;
+  std::swap(turned[9][0], turned[9][1]);
+  Faces filled = turned;
+  filled.insert(filled.end(), {{0, 1, 7}, {3, 8, 12}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.6)));
+  script.operations.emplace_back(ChangesOperation{{ReplaceElements{0, torn, {{0, 24}}}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0.1)));
+  script.operations.emplace_back(ChangesOperation{{ReplaceElements{0, turned, {}}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, -0.4)));
+  script.operations.emplace_back(ChangesOperation{{ReplaceElements{0, filled, {}}}});
+  script.operations.emplace_back(posed(1, shifted(0.1, 0.05, 0.2)));
+  return script;
+}
+
 // A scene without declared bodies, as a whole.
 Script replaced_whole() {
   Script script{
@@ -596,6 +618,7 @@ std::vector<Script> scripts() {
                           filters(),
                           options(),
                           replacements(),
+                          replaced_locally(),
                           replaced_whole(),
                           placed(),
                           exact_numbers(),

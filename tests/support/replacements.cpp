@@ -103,6 +103,21 @@ bool filters_name(const AcceptedState& state, const Body& body) {
 ReplaceElements draw_elements(Draws& draws, std::uint32_t index, std::uint32_t vertices, Faces faces,
                               Edges edges) {
   const auto any = [&] { return static_cast<std::int32_t>(draws.below(static_cast<int>(vertices))); };
+  if (!faces.empty() && draws.below(2) == 0) {  // one or two alone, so that the rest is kept
+    for (int i = draws.below(2); i >= 0 && !faces.empty(); --i) {
+      const auto f = static_cast<std::size_t>(draws.below(static_cast<int>(faces.size())));
+      const int how = draws.below(4);
+      if (how == 0)
+        faces.erase(faces.begin() + static_cast<std::ptrdiff_t>(f));
+      else if (how == 1)
+        std::swap(faces[f][1], faces[f][2]);
+      else if (how == 2)
+        faces[f][static_cast<std::size_t>(draws.below(3))] = any();
+      else
+        faces.insert(faces.begin() + static_cast<std::ptrdiff_t>(f), {faces[f][0], any(), faces[f][2]});
+    }
+    return {index, std::move(faces), std::move(edges)};
+  }
   std::erase_if(faces, [&](const auto&) { return draws.below(5) == 0; });
   std::erase_if(edges, [&](const auto&) { return draws.below(3) == 0; });
   for (auto& face : faces) {
