@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A cloth that is held on two sides is drawn down over a ball and torn along its middle, from one side to the
-// other; its halves are drawn off. The vertices of the seam are there twice, a little apart, and come apart as it
-// tears: the topology stays. Thread safety as in model.h.
+// other; its halves are drawn off. The vertices of the seam are there twice, a little apart, and come apart
+// as it tears: the topology stays. Thread safety as in model.h.
 #include <algorithm>
 
 #include "client/scenes/cloth.h"
@@ -14,7 +14,7 @@ constexpr double kBallRadius = 0.45;
 constexpr double kSide = 2;
 constexpr Vec3 kBallCenter{0, 0, 0.9};
 constexpr double kHeight = 0.9 + kBallRadius + 0.03;
-constexpr double kSeam = 0.1;  // how far apart its sides are, in cells
+constexpr double kSeam = 0.1;      // how far apart its sides are, in cells
 constexpr double kFarthest = 1.6;  // of the sides that are held, from the middle
 constexpr int kSubsteps = 10;
 constexpr int kFirstTorn = 10, kLastTorn = 45;  // frames
