@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A cloth that is held on two sides is drawn down over a ball and torn along its middle, from one side to the
-// other; its halves slip off. The vertices of the seam are there twice, a little apart, and come apart as it
-// tears: the topology stays. Thread safety as in model.h.
+// other; its halves are drawn off. The vertices of the seam are there twice, a little apart, and come apart
+// as it tears: the topology stays. Thread safety as in model.h.
 #include <algorithm>
 
 #include "client/scenes/cloth.h"
@@ -14,7 +14,8 @@ constexpr double kBallRadius = 0.45;
 constexpr double kSide = 2;
 constexpr Vec3 kBallCenter{0, 0, 0.9};
 constexpr double kHeight = 0.9 + kBallRadius + 0.03;
-constexpr double kSeam = 0.1;  // how far apart its sides are, in cells
+constexpr double kSeam = 0.1;      // how far apart its sides are, in cells
+constexpr double kFarthest = 1.6;  // of the sides that are held, from the middle
 constexpr int kSubsteps = 10;
 constexpr int kFirstTorn = 10, kLastTorn = 45;  // frames
 
@@ -74,6 +75,8 @@ class Torn final : public Model {
     for (int s = 0; s < kSubsteps; ++s) {
       for (const std::uint32_t p : held_) {
         Vec3 at = cloth_.positions()[p];
+        const double apart = 2 * torn_ > size_.rows ? 0.4 * kFrameSeconds / kSubsteps : 0;
+        at.x = std::clamp(at.x + (at.x < 0 ? -apart : apart), -kFarthest, kFarthest);
         at.z = std::max(at.z - 0.25 * kFrameSeconds / kSubsteps, kHeight - 0.4);
         cloth_.move_pinned(p, at);
       }

@@ -72,9 +72,8 @@ class Placing {
 }  // namespace
 
 std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const MeshRange& part,
-                                    const Scene& alone,
-                                    std::span<const GivenVertex> given_vertices, const LocalChange& change,
-                                    StopSignal stop) {
+                                    const Scene& alone, std::span<const GivenVertex> given_vertices,
+                                    const LocalChange& change, StopSignal stop) {
   const TreeShape& shape = held.shape;
   const std::span<const Primitive> order = held.order;
   const std::size_t primitives = alone.element_count() + alone.isolated_vertices().size();
@@ -90,7 +89,9 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   lengthen(block_of_vertex, alone.vertex_count(), count, stop);
   Placing placing(alone, stop);
   PacedStop paced(stop);
-  const auto given = [&](std::uint32_t v) { return number_of(given_vertices[v - part.features.first_vertex]); };
+  const auto given = [&](std::uint32_t v) {
+    return number_of(given_vertices[v - part.features.first_vertex]);
+  };
   // The same primitive as given now, if there is one; faces only where they are left.
   const auto left_of = [&](Primitive p) {
     if (is_face(p)) return change.face_of[p - part.first_face];
@@ -131,7 +132,8 @@ std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, 
   for (std::uint32_t b = 0; b < count; ++b) {
     paced.check();
     if (blocks[b].count > 0) continue;
-    const std::uint32_t from = nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
+    const std::uint32_t from =
+        nearest(b, count, [&](std::uint32_t other) { return blocks[other].count > 1; });
     if (from == count) return std::nullopt;
     blocks[b].add(blocks[from].held[--blocks[from].count]);
     changed[b] = changed[from] = 1;

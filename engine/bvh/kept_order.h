@@ -33,12 +33,11 @@ struct KeptOrder {
 /// `alone` is the body with its other elements, of which vertices have these given numbers, and `change` what
 /// find_local_change() says of it. Primitives that are left stay in their blocks; each that is new goes to a
 /// block that holds one with a vertex of it, or has its place near by; a block of which nothing is left takes
-/// one from near by. Nothing where there is no room within kReach blocks, or where less than half of all room is
-/// used. Given numbers of `alone`. O(primitives). Throws Stopped when told to stop.
+/// one from near by. Nothing where there is no room within kReach blocks, or where less than half of all room
+/// is used. Given numbers of `alone`. O(primitives). Throws Stopped when told to stop.
 std::optional<KeptOrder> keep_order(const HeldOrder& held, const Scene& before, const MeshRange& part,
-                                    const Scene& alone,
-                                    std::span<const GivenVertex> given_vertices, const LocalChange& change,
-                                    StopSignal stop);
+                                    const Scene& alone, std::span<const GivenVertex> given_vertices,
+                                    const LocalChange& change, StopSignal stop);
 inline constexpr std::uint32_t kReach = 32;
 
 }  // namespace warmfront

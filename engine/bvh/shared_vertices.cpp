@@ -97,7 +97,8 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   finish(blocks, {});
 }
 
-// Rows are made anew of blocks that changed, and of those that share a vertex with one: by all vertices of these.
+// Rows are made anew of blocks that changed, and of those that share a vertex with one: by all vertices of
+// these.
 SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<const Primitive>> blocks,
                                const SharedVertices& before, std::span<const std::uint8_t> changed,
                                StopSignal stop) {
@@ -112,7 +113,8 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
   }
   const Places places(scene, blocks, stop);
   std::vector<std::uint8_t> vertices;
-  lengthen(vertices, places.end_vertex - std::min(places.first_vertex, places.end_vertex), std::uint8_t{0}, stop);
+  lengthen(vertices, places.end_vertex - std::min(places.first_vertex, places.end_vertex), std::uint8_t{0},
+           stop);
   PacedStop paced(stop, 256);
   // Points share no vertex, and theirs may be beyond all others.
   const auto for_vertices = [&](std::size_t b, auto&& visit) {
@@ -121,9 +123,7 @@ SharedVertices::SharedVertices(const Scene& scene, std::span<const std::span<con
       for (const std::uint32_t v : primitive_vertices(scene, p)) visit(vertices[v - places.first_vertex]);
     }
   };
-  const auto take = [&](std::size_t b) {
-    for_vertices(b, [](std::uint8_t& marked) { marked = 1; });
-  };
+  const auto take = [&](std::size_t b) { for_vertices(b, [](std::uint8_t& marked) { marked = 1; }); };
   // What is in a block now shares vertices with blocks that did not list it before.
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     paced.check();
@@ -261,7 +261,8 @@ std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const 
 std::shared_ptr<const SharedVertices> shared_vertices(const Scene& scene, const TreeShape& shape,
                                                       std::span<const Primitive> order,
                                                       const SharedVertices& before,
-                                                      std::span<const std::uint8_t> changed, StopSignal stop) {
+                                                      std::span<const std::uint8_t> changed,
+                                                      StopSignal stop) {
   if (!before.can_be_followed()) return shared_vertices(scene, shape, order, stop);
   return std::make_shared<const SharedVertices>(scene, blocks_of(shape, order), before, changed, stop);
 }

@@ -120,7 +120,8 @@ std::size_t Topology::memory_bytes() const {
   std::size_t bytes = sizeof(*this) + kOfDeque + numbering.memory_bytes() + scene.memory_bytes() +
                       patches.memory_bytes() + ownership.memory_bytes();
   for (const PartTopology& part : parts) {
-    bytes += sizeof(part) + part.shape.memory_bytes() + held_bytes(part.order, part.orphans.vertex_face, part.orphans.edge_edge) +
+    bytes += sizeof(part) + part.shape.memory_bytes() +
+             held_bytes(part.order, part.orphans.vertex_face, part.orphans.edge_edge) +
              (part.shared != nullptr ? part.shared->memory_bytes() : 0);
   }
   return bytes;

@@ -119,13 +119,14 @@ void TopologyReplacement::make(const NewPart& from, Made& made, StopSignal stop)
   made.more_adjacent_pairs = more_adjacent_pairs(made, index, change ? &*change : nullptr, stop);
   if (!from.tests_itself) return;
   if (change && topology_.parts[index].has_adjacent)
-    part.orphans = enumerate_orphans(made.scene, topology_.parts[index].orphans, topology_.parts[index].range(),
-                                     *change, stop);
+    part.orphans = enumerate_orphans(made.scene, topology_.parts[index].orphans,
+                                     topology_.parts[index].range(), *change, stop);
   else
     part.orphans = enumerate_orphans(made.scene, part.features, stop);
-  part.shared = kept && from.held.shared != nullptr
-                    ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, kept->changed, stop)
-                    : shared_vertices(made.scene, part.shape, part.order, stop);
+  part.shared =
+      kept && from.held.shared != nullptr
+          ? shared_vertices(made.scene, part.shape, part.order, *from.held.shared, kept->changed, stop)
+          : shared_vertices(made.scene, part.shape, part.order, stop);
   part.has_adjacent = true;
 }
 

@@ -18,8 +18,8 @@ namespace warmfront {
 /// says it all: children of i are 2i + 1 and 2i + 2, smaller numbers lie nearer the root, and a node is a
 /// leaf when its number is at least first_leaf(). P primitives are B blocks of at most eight, and these L
 /// leaves: counted from left to right, leaf k holds blocks [k B / L, (k + 1) B / L), and block b the
-/// primitives in positions [b P / B, (b + 1) P / B) of `order`, unless it says otherwise (with_blocks()). None is
-/// empty unless all are.
+/// primitives in positions [b P / B, (b + 1) P / B) of `order`, unless it says otherwise (with_blocks()).
+/// None is empty unless all are.
 class TreeShape {
  public:
   static constexpr std::uint32_t kBlockSize = 8;
@@ -107,7 +107,7 @@ class TreeShape {
   std::uint32_t blocks_ = 1;
   std::uint32_t leaves_ = 1;
   std::uint32_t largest_block_ = 0;
-  int depth_ = 0;  // of the last level
+  int depth_ = 0;                                             // of the last level
   std::shared_ptr<const std::vector<std::uint32_t>> begins_;  // null: as shared out
 };
 

@@ -23,8 +23,8 @@ std::uint32_t third_vertex(const Face& face, const Edge& edge) {
 // vertices, and duplicates are faces of three: (a, a, b) and (a, b, c) share two vertices and one edge. Along
 // an edge, duplicates are the faces with the same third vertex.
 template <class OfVertex, class OfEdge>
-std::uint64_t count_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop, OfVertex&& of_vertex,
-                          OfEdge&& of_edge) {
+std::uint64_t count_pairs(const Scene& scene, const FeatureRange& range, StopSignal stop,
+                          OfVertex&& of_vertex, OfEdge&& of_edge) {
   PacedStop paced(stop);
   std::uint64_t at_vertices = 0;
   for (std::uint32_t v = range.first_vertex; v < range.end_vertex; ++v) {
@@ -62,9 +62,9 @@ std::uint64_t count_adjacent_pairs(const Scene& scene, const FeatureRange& range
   return count_pairs(scene, range, stop, all, all);
 }
 
-// Faces that change have all their vertices among these, and so all that is counted of them: it changes at these
-// vertices and at edges between two of them. Three edges count each pair of duplicates that changes, so both
-// counts of these leave the same remainder.
+// Faces that change have all their vertices among these, and so all that is counted of them: it changes at
+// these vertices and at edges between two of them. Three edges count each pair of duplicates that changes, so
+// both counts of these leave the same remainder.
 std::uint64_t count_adjacent_pairs_at(const Scene& scene, const FeatureRange& range,
                                       std::span<const std::uint8_t> at, StopSignal stop) {
   const auto of_vertex = [&](std::uint32_t v) { return at[v - range.first_vertex] != 0; };

@@ -59,9 +59,8 @@ EdgeTable find_edges(std::span<const Face> faces, std::span<const GivenEdge> mor
     }
   };
   std::uint32_t vertices = 0;
-  for_sides([&](std::uint32_t lesser, std::uint32_t, std::uint32_t) {
-    vertices = std::max(vertices, lesser + 1);
-  });
+  for_sides(
+      [&](std::uint32_t lesser, std::uint32_t, std::uint32_t) { vertices = std::max(vertices, lesser + 1); });
   std::vector<std::uint32_t> next;
   lengthen(next, std::size_t{vertices} + 1, 0U, stop);
   for_sides([&](std::uint32_t lesser, std::uint32_t, std::uint32_t) { ++next[lesser + 1]; });

@@ -25,7 +25,7 @@ std::uint64_t key_of(const Edge& edge) {
 
 // Of numbers, kNone left out, a longest ascending choice: all others become kNone.
 void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
-  std::vector<std::uint32_t> last;    // by length: the place where a choice of that length ends with the least
+  std::vector<std::uint32_t> last;  // by length: the place where a choice of that length ends with the least
   std::vector<std::uint32_t> before;  // by place: the one before it in its choice
   reserve(last, numbers.size(), stop);
   lengthen(before, numbers.size(), kNone, stop);
@@ -35,7 +35,8 @@ void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
     if (numbers[i] == kNone) continue;
     auto at = last.end();
     if (!last.empty() && numbers[last.back()] >= numbers[i])
-      at = std::ranges::lower_bound(last, numbers[i], {}, [&](std::uint32_t place) { return numbers[place]; });
+      at =
+          std::ranges::lower_bound(last, numbers[i], {}, [&](std::uint32_t place) { return numbers[place]; });
     if (at != last.begin()) before[i] = *std::prev(at);
     if (at == last.end())
       last.push_back(i);
@@ -53,8 +54,9 @@ void keep_ascending(std::vector<std::uint32_t>& numbers, StopSignal stop) {
 }
 
 // By face of `alone`: the same before, by its place among those given; kNone for none.
-std::vector<std::uint32_t> same_faces(const Scene& before, const Renumbering& numbering, const MeshRange& part,
-                                      const Scene& alone, const Renumbering& vertices, StopSignal stop) {
+std::vector<std::uint32_t> same_faces(const Scene& before, const Renumbering& numbering,
+                                      const MeshRange& part, const Scene& alone, const Renumbering& vertices,
+                                      StopSignal stop) {
   std::vector<std::uint32_t> places;
   reserve(places, alone.face_count(), stop);
   std::uint32_t next = 0;  // where the last one was found, and one more
@@ -169,7 +171,9 @@ std::optional<LocalChange> find_local_change(const Scene& before, const Renumber
   }
   if (others * LocalChange::kLeastShare > std::size_t{alone.face_count()} + part.face_count())
     return std::nullopt;
-  const auto given = [&](std::uint32_t v) { return number_of(given_vertices[v - part.features.first_vertex]); };
+  const auto given = [&](std::uint32_t v) {
+    return number_of(given_vertices[v - part.features.first_vertex]);
+  };
   for (std::uint32_t f = 0; f < change.face_of.size(); ++f) {
     paced.check();
     if (change.face_of[f] != kNone) continue;

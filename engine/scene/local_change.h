@@ -25,8 +25,8 @@ struct LocalChange {
   /// as much.
   static constexpr std::size_t kLeastShare = 8;
 
-  /// How near a vertex is to an element that went or came: it is one of its vertices; it shares a face or lone
-  /// edge with such a vertex; with one of these; or none of this.
+  /// How near a vertex is to an element that went or came: it is one of its vertices; it shares a face or
+  /// lone edge with such a vertex; with one of these; or none of this.
   enum class Near : std::uint8_t { kFar, kAt, kBeside, kNext };
 
   std::vector<std::uint32_t> face_before;  ///< by face: the same one before, or kNone
@@ -39,10 +39,11 @@ struct LocalChange {
   void renumber(const Renumbering& numbering, StopSignal stop);
 };
 
-/// `part` is the body's range in the renumbered scene `before` of `numbering`, in which its faces are those that
-/// were given for the same range; `alone` the body with its other elements, whose vertices have these given
-/// numbers. Faces are the same that have the same vertices in the same order, and keep their order among each
-/// other. Nothing where more than one element in kLeastShare is another one. O(elements of the body).
+/// `part` is the body's range in the renumbered scene `before` of `numbering`, in which its faces are those
+/// that were given for the same range; `alone` the body with its other elements, whose vertices have these
+/// given numbers. Faces are the same that have the same vertices in the same order, and keep their order
+/// among each other. Nothing where more than one element in kLeastShare is another one. O(elements of the
+/// body).
 std::optional<LocalChange> find_local_change(const Scene& before, const Renumbering& numbering,
                                              const MeshRange& part, const Scene& alone,
                                              std::span<const GivenVertex> given_vertices, StopSignal stop);

@@ -219,11 +219,12 @@ Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSig
 
 namespace {
 
-// Rows of `before` are of features that ascend, from `first` on; those of each that is not near the change are
-// taken over, by `renumbered`.
+// Rows of `before` are of features that ascend, from `first` on; those of each that is not near the change
+// are taken over, by `renumbered`.
 template <class IsNear, class OfEach, class Renumbered>
-std::vector<FeatureIds> follow(const std::vector<FeatureIds>& before, std::uint32_t first, std::uint32_t count,
-                               StopSignal stop, std::span<const std::uint32_t> numbers_before, IsNear&& is_near,
+std::vector<FeatureIds> follow(const std::vector<FeatureIds>& before, std::uint32_t first,
+                               std::uint32_t count, StopSignal stop,
+                               std::span<const std::uint32_t> numbers_before, IsNear&& is_near,
                                OfEach&& of_each, Renumbered&& renumbered) {
   PacedStop paced(stop, 64);
   std::vector<FeatureIds> all;
@@ -252,9 +253,10 @@ std::vector<FeatureIds> follow(const std::vector<FeatureIds>& before, std::uint3
 
 }  // namespace
 
-// The faces around a vertex change where it is of one that went or came, and of these the orphans of a vertex are
-// that share one with its first face. Those of an edge depend on the faces along it, on those around their
-// vertices, and on all along the sides of these: at an edge of which both ends are far, these are as they were.
+// The faces around a vertex change where it is of one that went or came, and of these the orphans of a vertex
+// are that share one with its first face. Those of an edge depend on the faces along it, on those around
+// their vertices, and on all along the sides of these: at an edge of which both ends are far, these are as
+// they were.
 Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshRange& part,
                           const LocalChange& change, StopSignal stop) {
   using Near = LocalChange::Near;

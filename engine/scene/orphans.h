@@ -43,8 +43,8 @@ inline constexpr std::uint64_t kMostAdjacenciesAFace = 256;
 /// Workers::run(). O(sum over edges of (faces around its first face's vertices)): quadratic in the degree of
 /// a hub vertex, as is the result. Throws Stopped when told to stop.
 Orphans enumerate_orphans(const Scene& scene, const FeatureRange& range, StopSignal stop = {});
-/// The same of a body alone that has changed locally, renumbered: `before` are those of when it was `part` of a
-/// scene. What is far from the change is as it was. O(n). Throws Stopped when told to stop.
+/// The same of a body alone that has changed locally, renumbered: `before` are those of when it was `part` of
+/// a scene. What is far from the change is as it was. O(n). Throws Stopped when told to stop.
 Orphans enumerate_orphans(const Scene& scene, const Orphans& before, const MeshRange& part,
                           const LocalChange& change, StopSignal stop);
 /// Of questions that ask which edges meet which faces, the same: edges in `range` and faces without a common

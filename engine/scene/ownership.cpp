@@ -130,7 +130,8 @@ class Ownership::Recorder {
   void insert_all(Bloom& ring, std::span<const std::uint32_t> faces) const {
     for (const std::uint32_t g : faces) insert(ring, scene_.faces()[g]);
   }
-  void add_ring(Bloom& ring, Rings& known, std::uint32_t feature, std::span<const std::uint32_t> faces) const {
+  void add_ring(Bloom& ring, Rings& known, std::uint32_t feature,
+                std::span<const std::uint32_t> faces) const {
     if (faces.size() <= kMany) return insert_all(ring, faces);
     const auto [of_feature, is_new] = known.try_emplace(feature);
     if (is_new) insert_all(of_feature->second, faces);
@@ -165,8 +166,8 @@ Ownership::Ownership(const Scene& scene, const Ownership& before, const MeshRang
   reserve(signatures_, scene.face_count(), stop);
   const NumberShift to_body{0 - part.features.first_vertex, 0, 0};
   const auto is_as_it_was = [&](const Face& face) {
-    return std::ranges::none_of(
-        face, [&](std::uint32_t v) { return change.near[v] == LocalChange::Near::kAt; });
+    return std::ranges::none_of(face,
+                                [&](std::uint32_t v) { return change.near[v] == LocalChange::Near::kAt; });
   };
   for (std::uint32_t f = 0; f < scene.face_count(); ++f) {
     paced.check();

@@ -145,8 +145,9 @@ void CoreReplacement::take(const Scene& scene) noexcept {
       core_.rigid_parts.forget(p);
     core_.orphans[p].reset();
   }
-  core_.take({std::move(model_), std::move(filter_), std::move(thickness_), std::move(worlds_), excluded_pairs_,
-              std::move(orphans_), topology_checksum(scene, *core_.topology, {}), orphans_sum_});
+  core_.take({std::move(model_), std::move(filter_), std::move(thickness_), std::move(worlds_),
+              excluded_pairs_, std::move(orphans_), topology_checksum(scene, *core_.topology, {}),
+              orphans_sum_});
 }
 
 }  // namespace warmfront

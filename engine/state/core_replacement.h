@@ -20,14 +20,15 @@ struct PartChange {
   bool is_new = false;
   bool keeps_vertices = false;   ///< likewise: elements alone are others
   bool keeps_hierarchy = false;  ///< of one that is new: its hierarchy is that of what is left of it
-  NumberShift shift = {};  ///< of one that is as it was
+  NumberShift shift = {};        ///< of one that is as it was
 };
 
 class CoreReplacement {
  public:
   /// `scene` is what the changes make of the core's, `replaced` what is new in it; `positions` by change, of
-  /// those that give some; `held` by piece: the hierarchy to keep where it has changed locally, or none. Bodies of which the kind changes were settled before. O(scene), of which most is
-  /// copying, and what the new parts take. Throws Stopped when told to stop.
+  /// those that give some; `held` by piece: the hierarchy to keep where it has changed locally, or none.
+  /// Bodies of which the kind changes were settled before. O(scene), of which most is copying, and what the
+  /// new parts take. Throws Stopped when told to stop.
   CoreReplacement(Core& core, const Scene& scene, const ReplacedBodies& replaced,
                   std::span<const std::span<const double>> positions, std::span<const HeldOrder> held,
                   StopSignal stop);

@@ -96,12 +96,11 @@ class PartTrees {
   /// Measures hierarchies that are new in this step.
   void take_looseness();
 
-  /// Of a part that is about to change: the hierarchy that it has, or would get in the next step; none where it
-  /// has become so loose that another one is due.
+  /// Of a part that is about to change: the hierarchy that it has, or would get in the next step; none where
+  /// it has become so loose that another one is due.
   HeldOrder hierarchy_of(const Core& core, std::uint32_t part) const;
-  /// A part is another one now: the next step gives it a hierarchy, which, if it is that of what is left, is as
-  /// loose as it was when that was built. Numbers of what a part is made of begin
-  /// elsewhere now.
+  /// A part is another one now: the next step gives it a hierarchy, which, if it is that of what is left, is
+  /// as loose as it was when that was built. Numbers of what a part is made of begin elsewhere now.
   void forget(std::uint32_t part, bool keeps_hierarchy) noexcept;
   void shift(std::uint32_t part, const NumberShift& by) noexcept {
     if (part < trees_.size()) trees_[part].shift(by);

@@ -52,8 +52,8 @@ class RigidParts {
   void take(const CollisionModel& model) noexcept;
   /// Forgets a part's state: it is another one now. After make_room().
   void forget(std::uint32_t part) noexcept { parts_[part] = {}; }
-  /// The same of one that has other elements on the vertices that it had: one that was seen not to move rigidly
-  /// is looked at no sooner for that.
+  /// The same of one that has other elements on the vertices that it had: one that was seen not to move
+  /// rigidly is looked at no sooner for that.
   void forget_elements(std::uint32_t part) noexcept {
     const std::uint32_t wait = parts_[part].wait;
     const std::uint32_t backoff = parts_[part].backoff;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a frame costs of which a part of a cloth is remeshed, beside the same frame without: a rippling cloth
 // over a ball, in tiles that are a body each, of which one gets another mesh in every frame; and the same
-// cloth as one body, of which one face in a hundred is another one, with the ball and without. Prints ratios of medians within one run, what
-// a session made anew takes, and what memory_bytes() becomes over many changes; passes no verdict.
+// cloth as one body, of which one face in a hundred is another one, with the ball and without. Prints ratios
+// of medians within one run, what a session made anew takes, and what memory_bytes() becomes over many
+// changes; passes no verdict.
 //   remesh_bench [SIDE [TILES [FRAMES [THREADS [CHANGES]]]]]   a cloth of SIDE x SIDE quads in TILES x TILES
 //   tiles; 210 quads, 10 tiles, 30 frames, 1 thread and 10,000 changes unless given
 #include <algorithm>
@@ -200,8 +201,8 @@ bool remesh_tiles(const Cloth& cloth, const Settings& settings, const std::share
 // Which faces of the cloth, as one body, are others in a frame.
 enum class Where { kOnePatch, kFourPatches, kEverywhere };
 
-// The other diagonal for the quads of square patches, together a hundredth of all, which are elsewhere in every
-// frame; or every hundredth face turned over.
+// The other diagonal for the quads of square patches, together a hundredth of all, which are elsewhere in
+// every frame; or every hundredth face turned over.
 void remesh(Faces& faces, int side, int frame, Where where) {
   if (where == Where::kEverywhere) {
     for (std::size_t face = static_cast<std::size_t>(frame) % 100; face < faces.size(); face += 100)
@@ -216,7 +217,9 @@ void remesh(Faces& faces, int side, int frame, Where where) {
     for (int i = first_row; i < first_row + width; ++i) {
       for (int j = first_column; j < first_column + width; ++j) {
         auto* const two = faces.data() + 2 * (static_cast<std::size_t>(i) * side + j);
-        const auto corner = [&](int a, int b) { return static_cast<std::int32_t>((i + a) * (side + 1) + j + b); };
+        const auto corner = [&](int a, int b) {
+          return static_cast<std::int32_t>((i + a) * (side + 1) + j + b);
+        };
         const bool other = std::ranges::find(two[0], corner(0, 0)) != two[0].end() &&
                            std::ranges::find(two[0], corner(1, 1)) != two[0].end();
         if (other) {
@@ -231,8 +234,8 @@ void remesh(Faces& faces, int side, int frame, Where where) {
   }
 }
 
-bool remesh_one_body(const char* what, const Cloth& cloth, const Settings& settings, bool with_ball, Where where,
-                     const std::shared_ptr<Workers>& workers) {
+bool remesh_one_body(const char* what, const Cloth& cloth, const Settings& settings, bool with_ball,
+                     Where where, const std::shared_ptr<Workers>& workers) {
   const auto cloth_vertices = static_cast<std::uint32_t>(cloth.cloth_vertices());
   const auto scene = [&](const Faces& faces) {
     SceneDescription scene{cloth_vertices, faces, {{"", 0, cloth_vertices}}};
@@ -347,8 +350,7 @@ int run(const Settings& settings) {
   one &= one_body("no ball, 1% in one patch:", false, Where::kOnePatch);
   one &= one_body("no ball, 1% in four patches:", false, Where::kFourPatches);
   const bool kept = memory(settings, workers) && memory_of_local_changes(settings, workers);
-  if (!tiles || !one || !kept)
-    std::printf("a change failed, or a step found other contacts than one anew\n");
+  if (!tiles || !one || !kept) std::printf("a change failed, or a step found other contacts than one anew\n");
   return tiles && one && kept ? 0 : 1;
 }
 

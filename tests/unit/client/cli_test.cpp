@@ -263,8 +263,8 @@ TEST(Cli, DetectJsonHasTheFieldsThatToolsRead) {
   std::uint64_t number = 0;
   for (const Json& frame : report["frames"]) {
     EXPECT_EQ(frame["frame"], ++number);
-    EXPECT_THAT(keys(frame), ElementsAre("frame", "vf", "ee", "vh", "possible", "earliest_toi", "ms", "counts",
-                                         "bounds", "front_state", "frame_bytes"));
+    EXPECT_THAT(keys(frame), ElementsAre("frame", "vf", "ee", "vh", "possible", "earliest_toi", "ms",
+                                         "counts", "bounds", "front_state", "frame_bytes"));
     EXPECT_THAT(keys(frame["ms"]), ElementsAre("total", "refit", "front", "elementary", "adjacent"));
     std::vector<std::string> counts = keys(frame["counts"]);
     ASSERT_GE(counts.size(), 6U);

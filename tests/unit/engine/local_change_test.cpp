@@ -24,7 +24,8 @@ using testing::grid;
 using Edges = std::vector<std::array<std::int32_t, 2>>;
 
 constexpr int kSide = 20;
-constexpr std::uint32_t kVertices = (kSide + 1) * (kSide + 1) + 3;  // the last three are of edges, or isolated
+constexpr std::uint32_t kVertices =
+    (kSide + 1) * (kSide + 1) + 3;  // the last three are of edges, or isolated
 
 std::vector<double> sheet() {
   std::vector<double> positions;
@@ -91,8 +92,8 @@ TEST(LocalChange, WhatIsTakenOverIsWhatWouldBeMadeAnew) {
         find_local_change(before.topology.scene, before.topology.numbering, range, alone, given_vertices, {});
     ASSERT_TRUE(change.has_value());
     const std::optional<KeptOrder> kept =
-        keep_order({before.part().shape, before.part().order, before.part().shared}, before.topology.scene, range,
-                   alone, given_vertices, *change, {});
+        keep_order({before.part().shape, before.part().order, before.part().shared}, before.topology.scene,
+                   range, alone, given_vertices, *change, {});
     if (!kept) continue;
     ++kept_hierarchies;
     // Each primitive once, none of the blocks empty or too full.
@@ -120,7 +121,8 @@ TEST(LocalChange, WhatIsTakenOverIsWhatWouldBeMadeAnew) {
     EXPECT_EQ(*shared_vertices(scene, kept->shape, order, *before.part().shared, kept->changed, {}),
               *shared_vertices(scene, kept->shape, order));
     std::vector<std::uint8_t> at(change->near.size());
-    std::ranges::transform(change->near, at.begin(), [](auto near) { return near == LocalChange::Near::kAt; });
+    std::ranges::transform(change->near, at.begin(),
+                           [](auto near) { return near == LocalChange::Near::kAt; });
     EXPECT_EQ(before.topology.adjacent_pairs + count_adjacent_pairs_at(scene, whole(scene), at) -
                   count_adjacent_pairs_at(before.topology.scene, range.features, at),
               count_adjacent_pairs(scene));
@@ -171,8 +173,8 @@ TEST(LocalChange, ContactsAreThoseOfAColliderMadeAnew) {
     return positions;
   };
   const auto make = [&](const std::vector<double>& at) {
-    return Collider::create(std::make_shared<const Scene>(scene_of(faces, edges)), std::span<const double>(at), {},
-                            workers)
+    return Collider::create(std::make_shared<const Scene>(scene_of(faces, edges)),
+                            std::span<const double>(at), {}, workers)
         .value();
   };
   std::vector<double> at = folded(0);
