@@ -27,10 +27,10 @@ Status append_piece(v1::SceneChange& to, v1::SceneChange&& piece, const std::str
 /// `chunk` bytes of arrays; stops, and returns false, where `send` does. The request's arrays are moved out.
 template <class Send>
 bool send_pieces(v1::ChangeSceneRequest&& request, std::size_t chunk, Send send) {
-  v1::ChangeSceneRequest first = request;
-  first.clear_changes();
-  if (!send(first)) return false;
-  for (v1::SceneChange& change : *request.mutable_changes()) {
+  google::protobuf::RepeatedPtrField<v1::SceneChange> changes;
+  changes.Swap(request.mutable_changes());
+  if (!send(request)) return false;  // all but these
+  for (v1::SceneChange& change : changes) {
     std::vector<std::string> arrays;
     for (std::string* array : arrays_of(change)) arrays.push_back(std::exchange(*array, {}));
     v1::ChangeSceneRequest next;
