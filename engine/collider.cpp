@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "engine/scene/screws.h"
 #include "engine/step/all_deformable.h"
 #include "engine/step/scene_changes.h"
 #include "engine/step/warm_scene.h"
@@ -370,6 +371,9 @@ Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool
     if (Status status = check_may_become(in_force.before, *options); !status) return failed_with(status);
     if (options->keep_distance) return failed_with(keep_distance_is_of_max_step());
     if (Status status = check_thickness(changes.empty() ? warm.core.scene->most_thickness() : 0, *options);
+        !status)
+      return failed_with(status);
+    if (Status status = check_screws(changes.empty() && has_screws(warm.core.scene->bodies()), *options);
         !status)
       return failed_with(status);
     if (!keep_alike(in_force.before, *options)) warm.pipeline->forget(warm.core);

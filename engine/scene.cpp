@@ -69,6 +69,11 @@ double most_thickness(std::span<const Body> bodies) {
   return most;
 }
 
+bool has_screws(std::span<const Body> bodies) {
+  return std::ranges::any_of(
+      bodies, [](const Body& body) { return body.screw && body.kind != BodyKind::kRemoved; });
+}
+
 std::size_t world_count(std::span<const Body> bodies) {
   std::vector<std::uint32_t> worlds;
   for (const Body& body : bodies) {

@@ -64,12 +64,19 @@ struct Body {
   /// to it. A rigid one moves by poses, relative to what is given here: its point is placed by the pose, its
   /// normal by the pose's 3x3 part alone. Frames with all positions leave it where it is.
   std::optional<HalfSpace> half_space = std::nullopt;
+  /// Of a rigid body with vertices: from one pose to the next it moves along the screw between them, a
+  /// constant twist (screw.h), and not each vertex along a line. It turns by less than half a turn a step: by
+  /// half a turn it may go either way round. Positions move it along lines. In tier fast its pairs are tested
+  /// as in certified; in exact there is no such body.
+  bool screw = false;
 
   friend bool operator==(const Body&, const Body&) = default;
 };
 
 /// No body is thicker, but those that are removed; 0 without any.
 double most_thickness(std::span<const Body> bodies);
+/// Does any move along a screw?
+bool has_screws(std::span<const Body> bodies);
 /// Different worlds, 0 apart, that bodies are in but those that are removed. O(bodies log bodies).
 std::size_t world_count(std::span<const Body> bodies);
 

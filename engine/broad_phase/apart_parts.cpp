@@ -44,13 +44,13 @@ const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t 
 }
 
 void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
-                      double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near) {
+                      const Arcs& arcs, double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near) {
   if (near.size() > kMostNear * motion.part_count()) {
     apart_.clear();
     return;
   }
   choose(motion, rebuild, stop, near);
-  look(motion, options, thickness, room, stop, near);
+  look(motion, options, thickness, arcs, room, stop, near);
   apart_.clear();
   auto candidate = candidates_.begin();
   std::size_t kept = 0;
@@ -87,7 +87,7 @@ void ApartParts::choose(const SceneMotion& motion, bool rebuild, StopSignal stop
 }
 
 void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
-                      double room, StopSignal stop, std::span<const NearPair> near) {
+                      const Arcs& arcs, double room, StopSignal stop, std::span<const NearPair> near) {
   parts_.clear();
   for (const Candidate& candidate : candidates_) {
     const PartPair& parts = near[candidate.place].parts;
@@ -105,7 +105,8 @@ void ApartParts::look(const SceneMotion& motion, const ColliderOptions& options,
     Candidate& candidate = candidates_[i];
     if (candidate.holds) return;
     const PartPair& parts = near[candidate.place].parts;
-    const double separation = thickness.between(options.min_separation, parts.a, parts.b);
+    const double thick = thickness.between(options.min_separation, parts.a, parts.b);
+    const double separation = arcs.widened(thick, parts.a, parts.b);
     const WantedGap wanted = wanted_gap(options, separation, frame, room);
     candidate.direction = separating_direction(points_[parts.a].points, points_[parts.b].points, frame,
                                                wanted, candidate.direction);

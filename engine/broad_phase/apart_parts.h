@@ -11,6 +11,7 @@
 
 #include "engine/broad_phase/part_pair.h"
 #include "engine/broad_phase/separating_direction.h"
+#include "engine/motion/arcs.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/options.h"
 #include "engine/scene/thickness.h"
@@ -24,8 +25,8 @@ struct ApartPair {
   std::array<double, 3> direction;
 };
 
-/// A pair of parts is excluded from a step only if that changes no answer: a direction keeps all of one
-/// farther from all of the other than the tier's reporting distance. So the pair needs no front, and a part
+/// A pair of parts is excluded from a step only if that changes no answer: a direction keeps the lines of all
+/// of one farther from those of all of the other than the tier's reporting distance, and the arcs of both. So the pair needs no front, and a part
 /// that moves by poses and has no other pair need not even be placed.
 ///
 /// Only for small parts, where visiting each vertex is cheaper than visiting the pairs of triangles; only in
@@ -45,7 +46,7 @@ class ApartParts {
   /// from `near` (sorted). For stationary pairs the last step's result holds, unless `rebuild`. Throws
   /// Stopped when told to stop.
   void sift(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
-            double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near);
+            const Arcs& arcs, double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near);
 
   /// Clears pairs(): no pair is excluded in this step.
   void forget() { apart_.clear(); }
@@ -70,7 +71,7 @@ class ApartParts {
 
   void choose(const SceneMotion& motion, bool rebuild, StopSignal stop, std::span<const NearPair> near);
   void look(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
-            double room, StopSignal stop, std::span<const NearPair> near);
+            const Arcs& arcs, double room, StopSignal stop, std::span<const NearPair> near);
 
   std::vector<ApartPair> apart_;
   std::vector<Candidate> candidates_;

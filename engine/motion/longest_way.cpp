@@ -24,7 +24,7 @@ double way_of(const VertexMotion& vertex) {
   return (within ? std::sqrt(square) : std::hypot(x, y, z)) * (1 + 0x1p-50);
 }
 
-double longest_way(const SceneMotion& motion, StopSignal stop) {
+double longest_way(const SceneMotion& motion, const Arcs& arcs, StopSignal stop) {
   std::atomic<double> longest{0};
   const auto take = [&](double way) {
     double before = longest.load(std::memory_order_relaxed);
@@ -39,7 +39,7 @@ double longest_way(const SceneMotion& motion, StopSignal stop) {
       double way = 0;
       for (std::size_t i = first; i < end; ++i)
         way = std::max(way, way_of(motion.vertex(p, static_cast<std::uint32_t>(i))));
-      take(way);
+      take(way + arcs.most_of(p));
     };
     if (!motion.unplaced(p) && motion.range(p).listed) {
       for (const std::uint32_t v : motion.range(p).changed) take(way_of(motion.vertices().vertices()[v]));

@@ -2,6 +2,7 @@
 // How far the vertices of a motion that was begun travel. Used by one thread at a time.
 #pragma once
 
+#include "engine/motion/arcs.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/stop.h"
 
@@ -10,8 +11,9 @@ namespace warmfront {
 /// How far a vertex travels, rounded up.
 double way_of(const VertexMotion& vertex);
 
-/// The greatest way_of() of any vertex, whether its part is placed or not: 0 where nothing moves. Parallel;
+/// The greatest way_of() of any vertex, and its part's arc besides, whether its part is placed or not: 0 where
+/// nothing moves. Parallel;
 /// call it inside Workers::run(). Throws Stopped when told to stop.
-double longest_way(const SceneMotion& motion, StopSignal stop);
+double longest_way(const SceneMotion& motion, const Arcs& arcs, StopSignal stop);
 
 }  // namespace warmfront

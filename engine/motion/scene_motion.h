@@ -19,6 +19,8 @@
 
 namespace warmfront {
 
+class Arcs;
+
 class SceneMotion {
  public:
   /// Stationary, in the numbers first given; begin() needs renumber() first. Throws Stopped when told to
@@ -114,8 +116,8 @@ class SceneMotion {
   bool trial() const { return trial_; }
   /// Where the motion that has begun begins.
   From from() const { return from_; }
-  /// Takes the trial up to `fraction`, as Collider::commit() says.
-  void commit_trial(double fraction, bool single) noexcept;
+  /// Takes the trial up to `fraction`, as Collider::commit() says. `arcs` are those of the trial.
+  void commit_trial(double fraction, bool single, const Arcs& arcs) noexcept;
 
   /// Places the vertices of a part that moves by poses. Parallel inside Workers::run().
   void place(std::uint32_t part, StopSignal stop = {});
@@ -145,6 +147,8 @@ class SceneMotion {
     Pose end;
   };
   Poses poses(std::uint32_t part) const;
+  /// Does the part move from one pose to another?
+  bool turns(std::uint32_t part) const { return turns(parts_[part]); }
 
   std::uint32_t first_vertex(std::uint32_t part) const { return parts_[part].first; }
   std::uint32_t vertex_count(std::uint32_t part) const { return parts_[part].end - parts_[part].first; }

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <optional>
 
+#include "engine/motion/arcs.h"
 #include "engine/motion/position_rows.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/part_way.h"
+#include "engine/screw.h"
 
 namespace warmfront {
 
@@ -154,7 +156,7 @@ void SceneMotion::roll_back() noexcept {
   trial_ = false;
 }
 
-void SceneMotion::commit_trial(double fraction, bool single) noexcept {
+void SceneMotion::commit_trial(double fraction, bool single, const Arcs& arcs) noexcept {
   trial_ = false;
   if (fraction > 0) ++steps_;
   if (fraction == 1) return;
@@ -166,7 +168,9 @@ void SceneMotion::commit_trial(double fraction, bool single) noexcept {
     part.range.reach = std::max(part.range.reach, part.reach_at_start);
     if (turns(part)) {
       Pose& pose = std::get<AtPose>(part.now).pose;
-      pose = part_way(pose_at_start(part), pose, fraction, single);
+      const bool along_screw = arcs.of_part(static_cast<std::uint32_t>(&part - parts_.data())) != nullptr;
+      const Pose start = pose_at_start(part);
+      pose = along_screw ? screw_way(start, pose, fraction, single) : part_way(start, pose, fraction, single);
       part.shortened = true;
       part.placed = false;
     } else if (part.placed && (part.range.any & kMoving) != 0) {

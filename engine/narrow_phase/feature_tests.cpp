@@ -48,16 +48,23 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
     elementary.latest = shared_->earliest.of(world_of_bodies(v, body));
   ElementaryCounts counts;
   Verdict verdict;
+  const Twist* twist = input_->arcs.around(v);
   if (options.pair_test == PairTest::kProximity) {
     verdict = half_space_proximity(vertex, half_space, options.instant, elementary, counts);
     if (verdict.contact && options.report == Report::kVertexDistances)
       lower_distance(v, beyond_thickness(half_space_distance(vertex, half_space, options.instant), of_vertex,
                                          thickness));
   } else if (options.report == Report::kCandidates) {
-    verdict = half_space_candidate(vertex, half_space, elementary, counts);
+    verdict = twist != nullptr
+                  ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
+                  : half_space_candidate(vertex, half_space, elementary, counts);
   } else if (input_->keep.share > 0) {
     const KeepDistance keep{input_->keep.share, separated(input_->keep.beyond)};
-    verdict = half_space_keep_distance(vertex, half_space, keep, elementary.latest, counts);
+    verdict = twist != nullptr
+                  ? turning_half_space_keep_distance(vertex, *twist, half_space, keep, elementary, counts)
+                  : half_space_keep_distance(vertex, half_space, keep, elementary.latest, counts);
+  } else if (twist != nullptr) {
+    verdict = turning_half_space_test(vertex, *twist, half_space, elementary, counts);
   } else {
     verdict = half_space_test(vertex, half_space, elementary, counts);
   }
@@ -74,7 +81,18 @@ void PairTester::test_features() {
   if (input_->filter.rest_distance() > 0 && input_->options.pair_test != PairTest::kIntersection)
     output_.counts.feature_pairs_filtered += drop_near_at_rest(input_->filter, block_);
   output_.counts.elementary_tests += block_.size;
-  const std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+  std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
+  if (input_->arcs.any() && input_->options.pair_test == PairTest::kMotion) {
+    const auto along_lines = std::partition(
+        block_.pairs.begin(), block_.pairs.begin() + static_cast<std::ptrdiff_t>(block_.size),
+        [this](const FeaturePair& pair) {
+          return input_->arcs.around(pair.vertices.front()) == nullptr &&
+                 input_->arcs.around(pair.vertices.back()) == nullptr;
+        });
+    const auto lines = static_cast<std::size_t>(along_lines - block_.pairs.begin());
+    test_turning(pairs.subspan(lines));
+    pairs = pairs.first(lines);
+  }
   if (input_->options.pair_test == PairTest::kProximity) {
     test_proximity(pairs);
   } else if (input_->options.pair_test == PairTest::kIntersection) {
@@ -117,6 +135,32 @@ void PairTester::run_cascade(std::span<const FeaturePair> pairs) {
     look_after_exact(counts.exact_tests - before);
   }
   output_.counts.exact_tests += counts.exact_tests;
+}
+
+TurningPair PairTester::turning(const FeaturePair& pair, const FeatureVertices& features) const {
+  return {features, input_->arcs.around(pair.vertices.front()), input_->arcs.around(pair.vertices.back())};
+}
+
+// No filter of many pairs comes before: these know of lines.
+void PairTester::test_turning(std::span<const FeaturePair> pairs) {
+  const ColliderOptions& options = input_->options;
+  CertifiedOptions certified{.tolerance = options.tolerance};
+  for (const FeaturePair& pair : pairs) {
+    const FeatureVertices features = features_of(pair);
+    const TurningPair turns = turning(pair, features);
+    input_->stop.check();
+    if (options.report == Report::kEarliest || input_->keep.share > 0)
+      certified.latest = std::min(1.0, earliest_around(pair));
+    certified.min_separation = separation(pair);
+    if (options.report == Report::kCandidates) {
+      take_verdict(pair, turning_candidate_test(turns, certified.min_separation));
+    } else if (input_->keep.share > 0) {
+      const KeepDistance keep{input_->keep.share, separation(pair, input_->keep.beyond)};
+      take_verdict(pair, turning_keep_distance_test(turns, keep, certified));
+    } else {
+      take_verdict(pair, turning_test(turns, certified));
+    }
+  }
 }
 
 // None of the filters before it that exclude pairs of a motion.

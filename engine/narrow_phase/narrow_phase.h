@@ -12,6 +12,7 @@
 #include "engine/contact.h"
 #include "engine/elementary/keep_distance.h"
 #include "engine/front/leaf_pairs.h"
+#include "engine/motion/arcs.h"
 #include "engine/motion/motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
@@ -36,6 +37,7 @@ struct NarrowPhaseInput {
   const Ownership& ownership;
   const PairFilter& filter;
   const Thickness& thickness;
+  const Arcs& arcs;
   const Worlds& worlds;
   const Patches& patches;
   std::span<const std::uint8_t> patch_culled;  ///< by patch: cannot meet itself in this step

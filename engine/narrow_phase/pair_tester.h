@@ -13,6 +13,7 @@
 #include "engine/elementary/elementary_test.h"
 #include "engine/elementary/half_space.h"
 #include "engine/elementary/query.h"
+#include "engine/elementary/turning.h"
 #include "engine/elementary/verdict.h"
 #include "engine/front/rest_answer.h"
 #include "engine/narrow_phase/earliest_times.h"
@@ -144,6 +145,9 @@ class PairTester {
   ElementaryOptions elementary_options() const;
   // The same where each pair has a separation of its own.
   void keep_distances(std::span<const FeaturePair> pairs);
+  // Of a motion: pairs of which something moves along an arc.
+  void test_turning(std::span<const FeaturePair> pairs);
+  TurningPair turning(const FeaturePair& pair, const FeatureVertices& features) const;
   FeatureVertices features_of(const FeaturePair& pair) const;
   void take_verdict(const FeaturePair& pair, const Verdict& verdict);
   void take_verdict(ContactKind kind, std::uint32_t a, std::uint32_t b, const Verdict& verdict);

@@ -36,6 +36,7 @@ CollisionModel::CollisionModel(const Scene& scene, StopSignal stop) {
       const auto part = static_cast<std::uint32_t>(sets_.size());
       half_spaces_.push_back({part, set, *body.half_space, body.thickness});
     }
+    if (body.screw && !gone) screws_.push_back(static_cast<std::uint32_t>(sets_.size()));
     sets_.push_back(gone || body.half_space ? Set{} : set);
     self_.push_back(body.kind == BodyKind::kDeformable && body.self_collision ? 1 : 0);
   }
@@ -95,7 +96,7 @@ std::uint64_t CollisionModel::excluded_pairs(StopSignal stop) const {
 std::size_t CollisionModel::memory_bytes() const {
   constexpr std::size_t kOfNode =
       4 * sizeof(void*);  // of libstdc++'s hash set: link, key, and the allocator's
-  return held_bytes(half_spaces_, sets_, self_) + excluded_.size() * kOfNode +
+  return held_bytes(half_spaces_, screws_, sets_, self_) + excluded_.size() * kOfNode +
          excluded_.bucket_count() * sizeof(void*);
 }
 

@@ -71,6 +71,8 @@ class CollisionModel {
   };
   /// By part, of those that are not removed.
   std::span<const HalfSpaceOf> half_spaces() const { return half_spaces_; }
+  /// The parts that move along the screw between two poses, in order.
+  std::span<const std::uint32_t> screws() const { return screws_; }
   /// Are the vertices of a part tested against the half-space?
   bool may_meet(const HalfSpaceOf& half_space, std::uint32_t part) const {
     return sets_[part].may_meet(half_space.set) && !is_excluded(half_space.part, part);
@@ -85,6 +87,7 @@ class CollisionModel {
   bool is_excluded(std::uint32_t p, std::uint32_t q) const;
 
   std::vector<HalfSpaceOf> half_spaces_;
+  std::vector<std::uint32_t> screws_;
   std::vector<Set> sets_;
   std::vector<std::uint8_t> self_;
   std::unordered_set<std::uint64_t> excluded_;  // smaller number in the upper half

@@ -12,6 +12,7 @@
 #include "engine/contact.h"
 #include "engine/elementary/keep_distance.h"
 #include "engine/frame.h"
+#include "engine/motion/arcs.h"
 #include "engine/motion/scene_motion.h"
 #include "engine/narrow_phase/orphan_blocks.h"
 #include "engine/options.h"
@@ -86,6 +87,7 @@ struct Core {
   CollisionModel model;
   PairFilter filter;
   Thickness thickness;
+  Arcs arcs;  // of the motion that was begun last
   Worlds worlds;
   std::uint64_t excluded_pairs = 0;
   std::unique_ptr<Topology> topology;

@@ -35,13 +35,13 @@ class PartTrees {
   }
   /// The last motion that a step began with was committed up to a fraction; with `beside`, not quite along
   /// its lines: TrialWay.
-  void shorten(double fraction, bool beside);
+  void shorten(const Core& core, double fraction, bool beside);
   /// Bounds of the vertices alone, for a trial that goes part of the way of that motion and was not begun
   /// here.
   void bound_vertices(Core& core, StopSignal stop);
   /// After such trials: what moved in that motion gets all bounds anew in the next step.
   void forget_bounds_of_moved();
-  /// Roots have half this separation (scene units), and the part's own thickness, on each side from the next
+  /// Roots have half this separation (scene units), and the part's own thickness and arcs, on each side from the next
   /// refit on.
   void hold(double separation) { held_separation_ = separation; }
   /// Room for forget_bounds_of_moved() and forget_bounds() of a part, which throw nothing then.
@@ -126,7 +126,9 @@ class PartTrees {
   static constexpr std::int64_t kNever = -1;
 
   double held_separation(const Core& core, std::uint32_t part) const {
-    return core.thickness.any() ? held_separation_ + 2 * core.thickness.of_part(part) : held_separation_;
+    double held = held_separation_;
+    if (core.thickness.any()) held += 2 * core.thickness.of_part(part);
+    return held + 2 * core.arcs.most_of(part);
   }
   void take_base(std::uint32_t part);
   void return_to_base(std::uint32_t part);

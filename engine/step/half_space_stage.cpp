@@ -125,13 +125,14 @@ void HalfSpaceStage::find_tasks(const Core& core, const CollisionModel::HalfSpac
   tasks_.clear();
   PacedStop paced(stop);
   const LocalTransform& frame = core.motion.vertices().frame();
-  const bool thick = core.thickness.any();
+  const bool own_each = core.thickness.any() || core.arcs.any();
   // A share of each vertex's own distance says nothing of a part.
   const bool culls = !roots.empty() && core.keep.share == 0;
   const LocalPlane thin(motion, frame, core.options.min_separation);
   const auto clear = [&](std::uint32_t part) {
-    if (!thick) return thin.clear(roots[part]);
-    const double separation = core.thickness.between(core.options.min_separation, part, half_space.part);
+    if (!own_each) return thin.clear(roots[part]);
+    const double separation = core.arcs.widened(
+        core.thickness.between(core.options.min_separation, part, half_space.part), part, half_space.part);
     return LocalPlane(motion, frame, separation).clear(roots[part]);
   };
   for (std::uint32_t part = 0; part < core.model.part_count(); ++part) {
@@ -149,7 +150,8 @@ namespace {
 void test(const Core& core, const CollisionModel::HalfSpaceOf& half_space, const HalfSpaceMotion& motion,
           std::uint32_t part, std::uint32_t first, std::uint32_t end, PairTester& tester) {
   const ColliderOptions& options = core.options;
-  const double widest = core.thickness.between(options.min_separation, part, half_space.part);
+  const double widest = core.arcs.widened(
+      core.thickness.between(options.min_separation, part, half_space.part), part, half_space.part);
   const std::optional<Instant> at =
       options.pair_test == PairTest::kMotion ? std::nullopt : std::optional(options.instant);
   const HalfSpaceFilter filter(motion, widest, at);

@@ -7,8 +7,9 @@
 namespace warmfront {
 namespace {
 
-// Are all vertices placed, and do none move one by one? Few that move cost little anyway.
+// Are all vertices placed, and do all move along lines, none one by one? Few that move cost little anyway.
 bool all_move_as_a_whole(const Core& core) {
+  if (core.arcs.any()) return false;  // on arcs no motion is part of a longer one's lines
   for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
     const bool moves = (core.motion.state(p) & kMoving) != 0;
     if (moves && (core.motion.unplaced(p) || core.motion.range(p).listed)) return false;

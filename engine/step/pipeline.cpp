@@ -85,11 +85,11 @@ class PipelineWith final : public Pipeline {
   }
 
   void commit(Core& core, double fraction, Rounding rounding) noexcept override {
-    core.motion.commit_trial(fraction, rounding == Rounding::kFloat32);
+    core.motion.commit_trial(fraction, rounding == Rounding::kFloat32, core.arcs);
     const bool beside = longest_.shortened();
     const double of_longest = beside ? fraction * longest_.fraction() : fraction;
     longest_.forget();
-    if (of_longest < 1 || beside) trees_.shorten(of_longest, beside);
+    if (of_longest < 1 || beside) trees_.shorten(core, of_longest, beside);
     if (of_longest > 0) front_.front().settle(trees_.trees(), part_widths(core, widths_.commit()));
     if (fraction == 1 && !beside) return;
     core.rigid_parts.lose_track();
@@ -262,6 +262,7 @@ class PipelineWith final : public Pipeline {
     statistics.bounds = bounds();
     arranged_ = false;
     kind_ == Kind::kAgain ? motion.begin_again() : motion.begin(frame, stop);
+    core.arcs.take(core.model.screws(), core.topology->scene.body_of_vertex(), core.motion, stop);
     if (core.keep.share > 0) take_widest_separation(core, stop);
     take_width(core);
     begin_vertex_distances(core, stop);
@@ -296,7 +297,7 @@ class PipelineWith final : public Pipeline {
   }
 
   static PartWidths part_widths(const Core& core, double separation) {
-    return {separation, core.thickness, core.motion.vertices().frame()};
+    return {separation, core.thickness, core.arcs, core.motion.vertices().frame()};
   }
 
   FrontInput front_input(const Core& core, StopSignal stop) const {
@@ -400,7 +401,8 @@ class PipelineWith final : public Pipeline {
     unseen_places_ = false;
     trees_.begin_step(core.motion.from(), is_question());
     front_.front().begin_step();
-    if (widths_.unsettled()) {
+    // Where the motion begins an arc leaves nothing its line, so that what was promised there is no promise.
+    if (widths_.unsettled() || core.arcs.any()) {
       trees_.return_to_base();
       front_.front().settle(trees_.trees(), part_widths_);
       widths_.settle();
@@ -426,6 +428,7 @@ class PipelineWith final : public Pipeline {
             core.topology->ownership,
             core.filter,
             core.thickness,
+            core.arcs,
             core.worlds,
             core.topology->patches,
             core.patch_culled,

@@ -10,6 +10,7 @@
 #include "engine/motion/check_positions.h"
 #include "engine/parallel/stoppable_loops.h"
 #include "engine/scene/replaced_bodies.h"
+#include "engine/scene/screws.h"
 #include "engine/state/core_replacement.h"
 
 namespace warmfront {
@@ -150,7 +151,9 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
     if (!replaced.any()) append(positions, body->positions, stop);
   }
 
-  if (Status status = check_thickness(scene->most_thickness(), core.options); !status) {
+  for (const Status& status : {check_thickness(scene->most_thickness(), core.options),
+                               check_screws(has_screws(scene->bodies()), core.options)}) {
+    if (status) continue;
     at = changes.empty() ? 0 : changes.size() - 1;
     return status;
   }

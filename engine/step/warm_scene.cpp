@@ -9,6 +9,7 @@
 
 #include "engine/motion/check_positions.h"
 #include "engine/scene/found_bodies.h"
+#include "engine/scene/screws.h"
 #include "engine/step/auto_bounds.h"
 
 namespace warmfront {
@@ -54,6 +55,7 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
                                     StopSignal stop) {
   if (Status status = validate(options); !status) return status.error();
   if (Status status = check_thickness(scene->most_thickness(), options); !status) return status.error();
+  if (Status status = check_screws(has_screws(scene->bodies()), options); !status) return status.error();
   if (Status status = check_hubs(*scene, stop); !status) return status.error();
   if (Status status = check_rings(*scene, stop); !status) return status.error();
   if (Status status = check_all(positions, scene->vertex_count(), stop); !status) return status.error();
@@ -67,6 +69,7 @@ Result<StepResult> WarmScene::ask(const Frame& frame, Kind kind, const ColliderO
                                   StopSignal stop, const AcceptStep& accept) {
   if (Status status = validate(given); !status) return status.error();
   if (Status status = check_thickness(core.thickness.most(), given); !status) return status.error();
+  if (Status status = check_screws(!core.model.screws().empty(), given); !status) return status.error();
   const ColliderOptions options = decided(given);
   if (!ask_alike(options, asked)) pipeline->options_changed(core);
   asked = options;

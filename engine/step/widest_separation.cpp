@@ -10,7 +10,7 @@
 namespace warmfront {
 
 double widest_separation(const Core& core, StopSignal stop) {
-  const double longest = longest_way(core.motion, stop);
+  const double longest = longest_way(core.motion, core.arcs, stop);
   const double least = core.keep.widest(longest, longest);
   double widest = core.keep.beyond;
   if (least > widest) widest += std::exp2(std::ceil(std::log2(least - widest)));

@@ -40,6 +40,7 @@ class World : public testing::Draws {
     if (bodies > 1 && below(2) == 0)
       description.excluded_pairs.push_back({0, static_cast<std::uint32_t>(1 + below(bodies - 1))});
     rest = x;
+    poses_at.assign(description.bodies.size(), Pose{});
   }
 
   testing::RandomScene draw_shape() { return testing::random_scene(random_); }
@@ -47,6 +48,7 @@ class World : public testing::Draws {
   Body random_body(std::uint32_t vertex_count) {
     Body body{"", 0, vertex_count, static_cast<BodyKind>(below(3))};
     body.self_collision = below(3) != 0;
+    body.screw = body.kind == BodyKind::kRigid && below(2) == 0;
     if (below(3) == 0) {
       body.group = 1U << below(2);
       body.mask = 1U + static_cast<std::uint32_t>(below(3));
@@ -84,6 +86,8 @@ class World : public testing::Draws {
   /// A frame's positions, in the world and in `frame`, whose views point into this.
   Frame draw_frame() {
     next = x;
+    next_poses_at = poses_at;
+    twists.assign(description.bodies.size(), Twist{});
     poses_.clear();
     bodies_.clear();
     vertices_.clear();
@@ -101,6 +105,8 @@ class World : public testing::Draws {
         for (std::uint32_t v = body.first_vertex; v < end; ++v)
           std::ranges::copy(pose.place(rest.data() + 3 * v), row(v));
         poses_.push_back({static_cast<std::uint32_t>(b), pose});
+        if (body.screw) twists[b] = twist_between(poses_at[b], pose);
+        next_poses_at[b] = pose;
       } else if (whole || body.kind == BodyKind::kRigid || below(2) == 0) {
         const double drift[3] = {uniform(step), uniform(step), uniform(step)};
         for (std::uint32_t v = body.first_vertex; v < end; ++v) {
@@ -123,6 +129,7 @@ class World : public testing::Draws {
       if (body.kind != BodyKind::kRigid || (!whole && std::ranges::find(given, b) == given.end())) continue;
       const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
       std::copy_n(next.begin() + first, 3 * body.vertex_count, next_rest.begin() + first);
+      next_poses_at[b] = {};
     }
     if (whole) return Frame(std::span<const double>(next));
     for (const std::size_t b : given) {
@@ -140,7 +147,7 @@ class World : public testing::Draws {
   }
 
   Pose draw_pose(double step) {
-    const double angle = uniform(step == 0 ? 0.1 : step);
+    const double angle = uniform(below(3) == 0 ? std::numbers::pi : step == 0 ? 0.1 : step);
     Pose pose;
     const int axis = below(3);
     const int u = (axis + 1) % 3;
@@ -167,7 +174,7 @@ class World : public testing::Draws {
 
   std::vector<Contact> expected(const Scene& scene, const ColliderOptions& options) const {
     std::vector<Contact> contacts = testing::brute_force(
-        scene, x, next, {.tolerance = options.tolerance, .min_separation = options.min_separation});
+        scene, x, next, {.tolerance = options.tolerance, .min_separation = options.min_separation}, twists);
     std::erase_if(contacts, [&](const Contact& contact) {
       const auto v = scene.vertices_of(contact);
       return !allowed(scene.body_of_vertex()[v[0]], scene.body_of_vertex()[v[3]]);
@@ -180,6 +187,9 @@ class World : public testing::Draws {
   std::vector<double> next;
   std::vector<double> rest;
   std::vector<double> next_rest;
+  std::vector<Pose> poses_at;  // by body: of its shape at rest
+  std::vector<Pose> next_poses_at;
+  testing::Twists twists;  // by body, of the frame that was drawn
 
  private:
   std::vector<BodyPose> poses_;
@@ -227,6 +237,7 @@ void change_scene(World& world, std::span<Collider> colliders) {
     world.description.bodies.push_back(addition.body);
     world.x.insert(world.x.end(), positions.begin(), positions.end());
     world.rest.insert(world.rest.end(), positions.begin(), positions.end());
+    world.poses_at.emplace_back();
     return;
   }
   const auto index = static_cast<std::uint32_t>(world.below(static_cast<int>(bodies)));
@@ -239,6 +250,7 @@ void change_scene(World& world, std::span<Collider> colliders) {
   if (changed.kind == BodyKind::kRigid && body.kind != BodyKind::kRigid) {
     const auto first = static_cast<std::ptrdiff_t>(3 * body.first_vertex);
     std::copy_n(world.x.begin() + first, 3 * body.vertex_count, world.rest.begin() + first);
+    world.poses_at[index] = {};
   }
   body = changed;
 }
@@ -294,6 +306,7 @@ RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExclu
       }
       world.x = world.next;
       world.rest = world.next_rest;
+      world.poses_at = world.next_poses_at;
       RC_ASSERT(colliders[0].positions() == world.x);
     }
   }

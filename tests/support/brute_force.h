@@ -11,6 +11,7 @@
 #include "engine/contact.h"
 #include "engine/elementary/certified.h"
 #include "engine/elementary/exact_near.h"
+#include "engine/elementary/turning.h"
 #include "engine/motion/motion.h"
 #include "engine/scene.h"
 
@@ -85,13 +86,33 @@ inline double least_magnitude(std::span<const VertexMotion> vertices, const Loca
   return magnitude;
 }
 
+/// The bodies that move along screws in a step, by body; those of others do not turn.
+using Twists = std::vector<Twist>;
+
+/// The twist of the body that a vertex is in; null where that moves along lines.
+inline const Twist* twist_around(const Twists& twists, const Scene& scene, std::uint32_t vertex) {
+  if (twists.empty()) return nullptr;
+  const Twist& twist = twists[scene.body_of_vertex()[vertex]];
+  return twist.angle_squared > 0 ? &twist : nullptr;
+}
+
+inline TurningPair turning_pair(const Scene& scene, const Twists& twists, const FeatureVertices& features,
+                                ContactKind kind, std::uint32_t a, std::uint32_t b) {
+  const auto ids = scene.vertices_of({kind, ContactStatus::kHit, a, b, 0});
+  return {features, twist_around(twists, scene, ids[0]), twist_around(twists, scene, ids[3])};
+}
+
 /// All contacts of the motion from x0 to x1, sorted as a Collider sorts them.
 inline std::vector<Contact> brute_force(const Scene& scene, std::span<const double> x0,
-                                        std::span<const double> x1, const CertifiedOptions& options) {
+                                        std::span<const double> x1, const CertifiedOptions& options,
+                                        const Twists& twists = {}) {
   const std::vector<VertexMotion> vertices = motion_between(x0, x1);
   std::vector<Contact> contacts;
   for_all_pairs(scene, options.min_separation > 0, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
-    const Verdict verdict = certified_test(features_of(scene, vertices, kind, a, b), options);
+    const FeatureVertices features = features_of(scene, vertices, kind, a, b);
+    const TurningPair turning = turning_pair(scene, twists, features, kind, a, b);
+    const bool turns = turning.first != nullptr || turning.second != nullptr;
+    const Verdict verdict = turns ? turning_test(turning, options) : certified_test(features, options);
     if (verdict.contact) contacts.push_back({kind, verdict.status, a, b, verdict.toi});
   });
   return contacts;
