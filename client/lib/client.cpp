@@ -125,24 +125,27 @@ Result<std::uint64_t> Session::submit_commit(double fraction) {
 }
 Status Session::replace_elements(std::uint32_t index, std::vector<std::array<std::int32_t, 3>> faces,
                                  std::vector<std::array<std::int32_t, 2>> edges) {
-  return impl_->replace_elements({index, std::move(faces), std::move(edges)});
+  return impl_->change(ReplaceElements{index, std::move(faces), std::move(edges)});
 }
 
 Status Session::replace_body(std::uint32_t index, BodyAddition with, const Positions& positions) {
-  return impl_->replace_body(index, std::move(with), positions);
+  return impl_->change(PutBody{index, std::move(with), positions});
 }
 
 Result<std::uint32_t> Session::add_body(BodyAddition addition, const Positions& positions) {
-  return impl_->add_body(std::move(addition), positions);
+  const std::uint32_t index = impl_->body_count();
+  if (Status added = impl_->change(PutBody{std::nullopt, std::move(addition), positions}); !added)
+    return added.error();
+  return index;
 }
 Status Session::change_body(std::uint32_t index, Body body) {
-  return impl_->change_body(index, std::move(body));
+  return impl_->change(ChangeBody{index, std::move(body)});
 }
 Status Session::change_filters(PairFilters filters) {
-  return impl_->change_filters(std::move(filters));
+  return impl_->change(ChangeFilters{std::move(filters)});
 }
 Status Session::change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
-  return impl_->change_excluded_pairs(std::move(pairs));
+  return impl_->change(ChangeExcludedPairs{std::move(pairs)});
 }
 Status Session::change_options(const ColliderOptions& options) {
   return impl_->change_options(options);

@@ -85,6 +85,12 @@ Status SceneState::check_kind(const Positions& positions, std::size_t vertices,
   return {};
 }
 
+Status SceneState::check_index(std::uint32_t index) const {
+  if (index < scene_.bodies.size()) return {};
+  return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
+                          std::to_string(scene_.bodies.size()) + ")");
+}
+
 Result<SentFrame> SceneState::encode(const Frame& frame) const {
   SentFrame sent;
   if (frame.positions) {
@@ -218,82 +224,6 @@ void SceneState::take(const SentFrame& frame, double fraction) {
   for (std::size_t i = 0; i < moved.vertices().size() / 4; ++i)
     move_rows(value_at<std::uint32_t>(moved.vertices(), i),
               moved.vertex_positions().data() + 3 * number_size() * i, 1, std::nullopt, fraction);
-}
-
-Result<v1::BodyAddition> SceneState::encode_body(const BodyAddition& body, const Positions& positions) const {
-  if (Status status = check_kind(positions, body.body.vertex_count, "positions"); !status)
-    return status.error();
-  v1::BodyAddition message;
-  *message.mutable_body() = to_proto(body.body);
-  message.set_faces(std::string(wire::as_bytes(body.faces)));
-  message.set_edges(std::string(wire::as_bytes(body.edges)));
-  message.set_positions(std::string(bytes_of(positions)));
-  message.set_thickness(std::string(wire::as_bytes(body.thickness)));
-  return message;
-}
-
-Result<v1::SceneChange> SceneState::encode(const BodyAddition& addition, const Positions& positions) const {
-  Result<v1::BodyAddition> body = encode_body(addition, positions);
-  if (!body) return body.error();
-  v1::SceneChange change;
-  *change.mutable_add() = std::move(body).value();
-  return change;
-}
-
-void SceneState::take(BodyAddition addition, const Positions& positions) {
-  const auto first = static_cast<std::int32_t>(scene_.vertex_count);
-  for (const auto& face : addition.faces)
-    scene_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
-  for (const auto& [a, b] : addition.edges) scene_.edges.push_back({a + first, b + first});
-  addition.body.first_vertex = scene_.vertex_count;
-  scene_.vertex_count += addition.body.vertex_count;
-  scene_.bodies.push_back(std::move(addition.body));
-  std::vector<double>& thickness = scene_.thickness;
-  if (!addition.thickness.empty()) {
-    thickness.resize(scene_.vertex_count - scene_.bodies.back().vertex_count);
-    thickness.insert(thickness.end(), addition.thickness.begin(), addition.thickness.end());
-  }
-  if (!thickness.empty()) thickness.resize(scene_.vertex_count);
-  own_positions() += bytes_of(positions);
-  poses_.emplace_back();
-  const auto append = [&](std::span<const double> values) {
-    scene_.filters.append_body(scene_.bodies.back().vertex_count, values);
-  };
-  std::visit([&](auto values) { append(std::vector<double>(values.begin(), values.end())); }, positions);
-}
-
-Status SceneState::check_change(std::uint32_t index, const Body& body) const {
-  if (index >= scene_.bodies.size())
-    return invalid_argument("body " + std::to_string(index) + " is not in [0, " +
-                            std::to_string(scene_.bodies.size()) + ")");
-  const bool stays =
-      body.kind == BodyKind::kRigid || body.kind == BodyKind::kRemoved || scene_.bodies[index].half_space;
-  if (float32_ && poses_[index] && !stays)
-    return Error{ErrorCode::kFailedPrecondition,
-                 "body " + std::to_string(index) +
-                     " is at a pose, and its vertices are not known in the session's float32; give its "
-                     "positions in a frame before it becomes another kind"};
-  return {};
-}
-
-void SceneState::take(std::uint32_t index, Body body) {
-  Body& old = scene_.bodies[index];
-  body.first_vertex = old.first_vertex;
-  body.vertex_count = old.vertex_count;
-  if (!body.half_space) body.half_space = old.half_space;  // of one that is removed
-  // Described anew, it is where that says.
-  if (body.half_space && (body.kind != old.kind || body.half_space != old.half_space)) poses_[index].reset();
-  if (poses_[index] && body.kind != BodyKind::kRigid) {
-    for (std::uint32_t v = 0; v < old.vertex_count && !float32_; ++v) {
-      char* row = own_positions().data() + 3 * sizeof(double) * (old.first_vertex + v);
-      std::array<double, 3> x;
-      std::memcpy(x.data(), row, sizeof x);
-      x = poses_[index]->place(x.data());
-      std::memcpy(row, x.data(), sizeof x);
-    }
-    poses_[index].reset();
-  }
-  old = std::move(body);
 }
 
 }  // namespace warmfront::client

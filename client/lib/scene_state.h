@@ -11,39 +11,15 @@
 #include <utility>
 #include <vector>
 
+#include "client/lib/scene_changes.h"
+#include "client/lib/sent_frame.h"
 #include "engine/frame.h"
-#include "engine/question.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "warmfront/v1/session.pb.h"
 #include "warmfront/v1/step.pb.h"
 
 namespace warmfront::client {
-
-class PendingAnswer;
-
-/// A frame as it travels: the fields of v1::StepFrame, or of v1::Commit.
-struct SentFrame {
-  std::uint64_t number = 0;
-  Question question = {};
-  std::optional<double> commit = std::nullopt;  ///< of the trial before, up to this fraction: no positions
-  /// A trial that was answered, sent again for the commit after it: nobody waits for its answer.
-  bool answered = false;
-  std::shared_ptr<const std::string> positions;    ///< all of them, which messages under way refer to, ...
-  std::optional<v1::MovedParts> moved;             ///< ... or what moved
-  std::shared_ptr<PendingAnswer> asked = nullptr;  ///< who gets the answer
-  // Cost so far.
-  double encode_ms = 0;
-  std::uint64_t sent_bytes = 0;
-
-  /// Else the session stays where it is.
-  bool counts() const { return commit || question.counts(); }
-  /// A trial that may be committed, and what is about the last of them.
-  bool is_trial() const {
-    return !commit && (question.kind == QuestionKind::kTrial || question.kind == QuestionKind::kMaxStep);
-  }
-  bool needs_trial() const { return commit || (question.of_state() && question.where == Where::kTrialEnd); }
-};
 
 class SceneState {
  public:
@@ -67,22 +43,12 @@ class SceneState {
   /// Collider::commit() puts it.
   void take(const SentFrame& frame, double fraction = 1);
 
-  /// Requests for these changes, and their effect on the state after the daemon has carried them out.
-  Result<v1::SceneChange> encode(const BodyAddition& addition, const Positions& positions) const;
-  void take(BodyAddition addition, const Positions& positions);
-  /// kFailedPrecondition if a body at a pose becomes non-rigid in a float32 session: its vertex positions are
-  /// not known in float32.
-  Status check_change(std::uint32_t index, const Body& body) const;
-  void take(std::uint32_t index, Body body);
-  void take(PairFilters filters) { scene_.filters = std::move(filters); }
-  void take_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
-    scene_.excluded_pairs = std::move(pairs);
-  }
-  Result<v1::SceneChange> encode(const ReplaceElements& replacement) const;
-  void take(ReplaceElements replacement);
-  Result<v1::SceneChange> encode(std::uint32_t index, const BodyAddition& with,
-                                 const Positions& positions) const;
-  void take(std::uint32_t index, BodyAddition with, const Positions& positions);
+  /// The request for a change of the scene; kInvalidArgument for a body that there is not, and for positions
+  /// of another type or number than it needs. kFailedPrecondition if a body at a pose becomes non-rigid in a
+  /// float32 session: its vertex positions are not known in float32.
+  Result<v1::SceneChange> encode(const SceneEdit& edit) const;
+  /// The daemon has carried the change out: what it makes of the scene.
+  void take(SceneEdit edit);
 
  private:
   std::size_t number_size() const { return float32_ ? sizeof(float) : sizeof(double); }
@@ -95,12 +61,27 @@ class SceneState {
   void move_part_way(std::uint32_t first, const char* bytes, std::size_t vertices,
                      const std::optional<Pose>& pose, double fraction);
   Status check_index(std::uint32_t index) const;
-  Result<v1::BodyAddition> encode_body(const BodyAddition& body, const Positions& positions) const;
+
+  // Changes of the scene, by kind (scene_changes.cpp).
+  Result<v1::SceneChange> request_for(const PutBody& put) const;
+  Result<v1::SceneChange> request_for(const ReplaceElements& replacement) const;
+  Result<v1::SceneChange> request_for(const ChangeBody& change) const;
+  Result<v1::SceneChange> request_for(const ChangeFilters& change) const;
+  Result<v1::SceneChange> request_for(const ChangeExcludedPairs& change) const;
+  void apply(PutBody&& put);
+  void apply(ReplaceElements&& replacement);
+  void apply(ChangeBody&& change);
+  void apply(ChangeFilters&& change) { scene_.filters = std::move(change.filters); }
+  void apply(ChangeExcludedPairs&& change) { scene_.excluded_pairs = std::move(change.pairs); }
+  /// The mesh of a body behind all others, whose vertices count from 0.
+  void append_mesh(const std::vector<std::array<std::int32_t, 3>>& faces,
+                   const std::vector<std::array<std::int32_t, 2>>& edges);
   /// Faces and edges are of bodies in their order, and these of one of them; it has `count` vertices from now
   /// on.
   void replace_mesh(std::uint32_t index, std::uint32_t count,
                     const std::vector<std::array<std::int32_t, 3>>& faces,
                     const std::vector<std::array<std::int32_t, 2>>& edges);
+
   /// The positions, for writing: a frame's own are copied first.
   std::string& own_positions();
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Session's implementation: sending frames, taking answers, and resuming. Used by one thread at a time.
+// A Session's implementation: sending frames, taking answers, changing the scene, and resuming. Used by one
+// thread at a time.
 #pragma once
 
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,7 +12,10 @@
 
 #include "client/lib/client.h"
 #include "client/lib/connection.h"
+#include "client/lib/last_trial.h"
 #include "client/lib/pending.h"
+#include "client/lib/refused_frame.h"
+#include "client/lib/scene_changes.h"
 #include "client/lib/scene_state.h"
 #include "client/lib/step_stream.h"
 
@@ -37,23 +40,19 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   std::shared_ptr<PendingAnswer> ask_commit(double fraction, const WaitOptions& wait, bool handed_out);
   /// Takes answers until this one is settled, or until then.
   void wait(PendingAnswer& asked, PendingAnswer::Time until);
-  Result<std::uint32_t> add_body(BodyAddition addition, const Positions& positions);
-  Status replace_elements(ReplaceElements replacement);
-  Status replace_body(std::uint32_t index, BodyAddition with, const Positions& positions);
-  Status change_body(std::uint32_t index, Body body);
-  Status change_filters(PairFilters filters);
-  Status change_excluded_pairs(std::vector<std::array<std::uint32_t, 2>> pairs);
+  /// Has the daemon carry out the change, exactly once, and keeps what it makes of the scene.
+  Status change(SceneEdit edit);
   Status change_options(const ColliderOptions& options);
   Result<Answer> next_answer();
   Status close();
 
+  std::uint32_t body_count() const { return static_cast<std::uint32_t>(state_.scene().bodies.size()); }
   const std::string& id() const { return header_.session_id(); }
   std::uint32_t window() const { return window_; }
   std::uint64_t resumes() const { return resumes_; }
 
  private:
   class Asked;
-  class Refused;
   /// Thrown by look(): the oldest question is to be given up, ...
   struct GivenUp {
     Error why;
@@ -61,18 +60,7 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   /// ... or nobody waits any longer.
   struct WaitedEnough {};
 
-  std::shared_ptr<PendingAnswer> asked(const WaitOptions& wait, bool handed_out);
-  /// The answer to what is refused at once.
-  std::shared_ptr<PendingAnswer> refused(Error why, bool counts, bool handed_out);
-  /// The answer to what is asked behind a step, place or commit that was, while nobody knows of that; else null.
-  std::shared_ptr<PendingAnswer> behind_refused(bool handed_out);
-  /// kFailedPrecondition when the window is full.
-  Status check_may_submit() const;
-  /// kFailedPrecondition while answers to what was submitted are not taken; as PendingAnswer::check().
-  Status check_may_ask(const WaitOptions& wait) const;
-  Result<std::uint64_t> encode_and_send(const Frame& frame, const Question& question,
-                                        std::shared_ptr<PendingAnswer> asked);
-  Result<std::uint64_t> send_commit(double fraction, std::shared_ptr<PendingAnswer> asked);
+  // Waiting (session_impl.cpp).
   /// May anything be waited for any longer? As a Look.
   StepStream::Deadline look();
   Look looking() {
@@ -81,24 +69,45 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   void sleep(std::chrono::milliseconds time);
   /// Takes the next message, or resumes.
   void advance();
+  void drop_stream();
+
+  // What is asked (session_questions.cpp).
+  std::shared_ptr<PendingAnswer> asked(const WaitOptions& wait, bool handed_out);
+  /// kFailedPrecondition when the window is full.
+  Status check_may_submit() const;
+  /// kFailedPrecondition while answers to what was submitted are not taken; as PendingAnswer::check().
+  Status check_may_ask(const WaitOptions& wait) const;
+  Result<std::uint64_t> encode_and_send(const Frame& frame, const Question& question,
+                                        std::shared_ptr<PendingAnswer> asked);
+  Result<std::uint64_t> send_commit(double fraction, std::shared_ptr<PendingAnswer> asked);
+  Result<std::uint64_t> send(SentFrame frame);
+  /// The number of the next frame.
+  std::uint64_t next_number() const;
+  /// Sends frames as far as the window allows. If writing fails, answers may still arrive: the stream is read
+  /// to its end first.
+  void send_frames();
+
+  // What is answered (session_answers.cpp).
+  /// Settles the oldest question when the message completes its answer.
+  void take(v1::StreamStepsResponse& response);
+  void take_answer(const v1::StepAnswer& part);
+  void take_error(const v1::StepError& message);
+  /// Of the oldest question.
+  void settle_refused(Error error);
   /// The oldest question, which the daemon may have answered already, does not count. The stream is dropped,
   /// at which the daemon stops; the next one begins where this session is.
   void give_up(const Error& why);
-  void drop_stream();
-  /// Of the oldest question.
-  void settle_refused(Error error);
 
-  /// kUnimplemented where the daemon lacks the feature; the session's failure where it has failed.
-  Status need(v1::Feature feature);
-  /// The number of the next frame.
-  std::uint64_t next_number() const;
-  Result<std::uint64_t> send(SentFrame frame);
+  // Changes (session_changes.cpp).
   /// kFailedPrecondition while answers are to be taken: before a change of the scene.
   Status check_idle() const;
-  /// A trial that was answered, before the commit that is due, where the daemon does not know it.
-  void put_trial_before();
-  void drop_trial_sent_again();
+  /// kUnimplemented where the daemon lacks the feature; the session's failure where it has failed.
+  Status need(v1::Feature feature);
+  /// Has the daemon carry out the request's changes. If the daemon is lost, the session is resumed in the
+  /// state before them, and they are sent again with their key: they are carried out once.
+  Status carry_out(v1::ChangeSceneRequest& request);
 
+  // Creating, attaching and resuming (session_resume.cpp).
   /// A limit of the daemon that others fill: is room waited for?
   enum class Full { kFails, kWaits };
   /// Attaches to the session if the daemon's copy is in this session's state, else creates it again; retries
@@ -113,72 +122,49 @@ struct Session::Impl : std::enable_shared_from_this<Session::Impl> {
   bool attached_is_own() const;
   /// The daemon's copy was created by this call, and the daemon does not report its state.
   bool attached_as_created() const;
-
+  /// A trial that was answered, before the commit that is due, where the daemon does not know it.
+  void put_trial_before();
+  void drop_trial_sent_again();
   /// Resumes after the stream was lost, or fails for good.
   Status resume(const RemoteError& why);
   Error fail(Error error);
   void end_with(Error error) { static_cast<void>(fail(std::move(error))); }
-
-  /// Sends frames as far as the window allows. If writing fails, answers may still arrive: the stream is read
-  /// to its end first.
-  void send_frames();
-  bool send_frame(SentFrame& frame);
-  /// Has the daemon carry out changes, then calls `taken`. If the daemon is lost, the session is resumed in
-  /// the state before them, and they are sent again with their key: they are carried out once.
-  Status change(v1::ChangeSceneRequest request, const std::function<void()>& taken);
-  Status change(v1::SceneChange change, const std::function<void()>& taken);
-  Status need_for(const BodyAddition& body);
-  /// Settles the oldest question when the message completes its answer.
-  void take(v1::StreamStepsResponse& response);
-  void take_answer(const v1::StepAnswer& part);
-  void take_error(const v1::StepError& message);
   /// How the stream ended; it is gone afterwards.
   RemoteError ended();
 
   // Constant after construction.
   const std::shared_ptr<Connection> connection_;
 
+  // What is kept to create the session again.
   v1::SessionHeader header_;  ///< first_frame: the last answered frame; first_revision: changes made
   SceneState state_;          ///< at that frame
-  std::deque<SentFrame> unanswered_;
-  std::deque<std::shared_ptr<PendingAnswer>> submitted_;    ///< what next_answer() takes
-  PendingAnswer::Time until_ = PendingAnswer::Time::max();  ///< how long wait() waits
-  /// The last question, where it was a trial that was answered: what a commit is of.
-  struct Trial {
-    SentFrame frame;
-    // Of its answer, as much as a commit tells of it.
-    std::vector<ContactKind> kind;
-    std::vector<ContactStatus> status;
-    std::vector<double> toi;
-    std::uint64_t vf = 0;
-    std::uint64_t ee = 0;
-    std::uint64_t vh = 0;
-    std::uint64_t possible = 0;
-    std::optional<double> earliest_toi;
-
-    /// As Collider::commit() has it.
-    CommitResult up_to(double fraction) const;
-  };
-  std::optional<Trial> last_trial_;
-  std::shared_ptr<bool> refusal_seen_;  ///< of the last step, place or commit that was refused at once
-  bool may_commit_ = false;    ///< what was submitted last was a trial, and is answered or on its way
-  std::size_t sent_ = 0;       ///< of these, on the present stream
-  bool frame_failed_ = false;  ///< and answers to frames after it are outstanding
-  Answer partial_;             ///< the chunks so far of the oldest unanswered frame
-
   /// The session's state as the daemon last reported it; with `state_`, its whole identity. None if the
   /// daemon is too old to report it.
   std::optional<v1::SessionState> known_;
 
+  // What is unanswered.
+  std::deque<SentFrame> unanswered_;
+  std::deque<std::shared_ptr<PendingAnswer>> submitted_;  ///< what next_answer() takes
+  Answer partial_;             ///< the chunks so far of the oldest unanswered frame
+  bool frame_failed_ = false;  ///< and answers to frames after it are outstanding
+  bool changing_ = false;      ///< a change was sent and is not yet answered
+  RefusedFrame refused_;       ///< before it was sent
+  PendingAnswer::Time until_ = PendingAnswer::Time::max();  ///< how long wait() waits
+
+  // What may be committed.
+  std::optional<LastTrial> last_trial_;  ///< the last question, where it was a trial that was answered
+  bool may_commit_ = false;  ///< what was submitted last was a trial, and is answered or on its way
+
+  // The stream to the daemon.
   std::unique_ptr<StepStream> stream_;
   std::optional<RemoteError> lost_;  ///< why the stream must not be read further
   v1::Attached attached_;
   std::uint32_t window_ = 1;
   std::size_t chunk_bytes_ = 0;  ///< of positions in one message
+  std::size_t sent_ = 0;         ///< of the unanswered frames, on this stream
   bool writable_ = false;        ///< the stream accepts frames: neither broken nor draining
   bool draining_ = false;
   bool recreate_ = false;  ///< the daemon's copy is not this session
-  bool changing_ = false;  ///< a change was sent and is not yet answered
 
   std::uint64_t resumes_ = 0;
   int resumes_without_answer_ = 0;

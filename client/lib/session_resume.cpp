@@ -101,7 +101,7 @@ void Session::Impl::put_trial_before() {
   if (unanswered_.empty() || !unanswered_.front().needs_trial() || !last_trial_) return;
   const bool ahead = known_ && attached_.has_state() && !same_state(attached_.state(), *known_);
   if (ahead) return;
-  unanswered_.push_front(last_trial_->frame);
+  unanswered_.push_front(last_trial_->frame());
   SentFrame& trial = unanswered_.front();
   trial.answered = true;
   // Counted, it meets no limit that the daemon before did not have.

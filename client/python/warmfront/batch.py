@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _frame
+from ._asking import Motion
 from ._frame import Part
 from ._question import question_of
 from ._state import raw
@@ -19,7 +20,7 @@ from ._stencils import RowsByVertex
 from .answer import Committed, Contacts, Kind, MaxStep
 from .errors import FailedPreconditionError, InvalidArgumentError
 from .scene import Body, edges_of, faces_of, indices_of, numbers_of, positions_of
-from .session import Motion, Session
+from .session import Session
 
 Shared = Sequence[tuple[Body, Any, Any]]
 

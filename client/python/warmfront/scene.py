@@ -145,18 +145,9 @@ class PairFilters:
         header.excluded_vertex_pair_count = 0 if self.excluded_vertex_pairs is None else len(self.excluded_vertex_pairs)
         header.patches = self.patches is not None and len(self.patches) > 0
 
-    def with_body(self, positions: npt.NDArray[Any]) -> PairFilters:
-        """Of what copied() made, where a body is added: it is in no patch, and at rest at `positions`, (k, 3)."""
-        patches, rest = self.patches, self.rest_positions
-        if patches is not None and len(patches) > 0:
-            patches = np.concatenate([patches, np.zeros(len(positions), "<u4")])
-        if self.near_at_rest > 0:
-            rest = np.concatenate([rest, positions.astype("<f8")])
-        return replace(self, patches=patches, rest_positions=rest)
-
     def with_replaced(self, first: int, end: int, positions: npt.NDArray[Any]) -> PairFilters:
-        """Of what copied() made, where vertices [first, end) make way for others, as with_body(), at `positions`. No pair of
-        vertices names those that go."""
+        """Of what copied() made, where vertices [first, end) make way for others, which are in no patch, and at rest at
+        `positions`, (k, 3). No pair of vertices names those that go."""
         patches, rest, pairs = self.patches, self.rest_positions, self.excluded_vertex_pairs
         if patches is not None and len(patches) > 0:
             patches = np.concatenate([patches[:first], np.zeros(len(positions), "<u4"), patches[end:]])
@@ -180,10 +171,10 @@ def filters_of(filters: Any) -> PairFilters:
         raise InvalidArgumentError(f"filters: {error}; give PairFilters, or a dict of its fields") from None
 
 
-def placed(bodies: Sequence[Body]) -> list[Body]:
-    """The bodies with every first_vertex filled in."""
+def placed(bodies: Sequence[Body], first_vertex: int = 0) -> list[Body]:
+    """The bodies with every first_vertex filled in, behind so many vertices."""
     result: list[Body] = []
-    end = 0
+    end = first_vertex
     for body in bodies:
         first = end if body.first_vertex is None else body.first_vertex
         result.append(replace(body, first_vertex=first))

@@ -89,18 +89,18 @@ def test_poses(dtype, f):
     state.take_part(trial(state, poses={1: first}), f)
     pose = np.array([[one_number(a, b, f, dtype) for a, b in zip(*rows)] for rows in zip(np.eye(3, 4).tolist(), first.tolist())])
     if f > 0:
-        assert state._poses[1].tobytes() == pose.tobytes() and state._poses[2] is None
+        assert state.poses[1].tobytes() == pose.tobytes() and state.poses[2] is None
     assert state.placed()[4:8].tolist() == (place(pose, rest[4:8]) if f > 0 else rest[4:8].tolist())
     start = pose if f > 0 else np.eye(3, 4)
     state.take_part(trial(state, poses={1: second, 2: first}), f)
     pose = np.array([[one_number(a, b, f, dtype) for a, b in zip(*rows)] for rows in zip(start.tolist(), second.tolist())])
     if f > 0:
-        assert state._poses[1].tobytes() == pose.tobytes()
+        assert state.poses[1].tobytes() == pose.tobytes()
     X = state.placed()
     Y = draw(9, dtype)
     state.take_part(trial(state, bodies={1: Y[4:8]}), f)
     assert state.placed()[4:8].tobytes() == expected(X[4:8], Y[4:8], f, dtype if f else np.float64).astype(np.float64).tobytes()
-    assert state._poses[1] is None
+    assert state.poses[1] is None
 
 
 def test_a_vertex_and_a_pose_that_do_not_move_keep_their_bits():

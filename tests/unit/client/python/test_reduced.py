@@ -147,7 +147,7 @@ def test_a_row_with_a_vertex_twice_is_listed_once():
 
 def test_a_daemon_that_does_not_reduce_is_found_out_by_its_answer(client, cloth, monkeypatch):
     """One that is older ignores what it does not know: as if it had not been sent."""
-    question_of = warmfront.session.question_of
+    question_of = warmfront._questions.question_of
 
     def older(kind, **options):
         unknown = question_of(kind, **{**options, "reduced": False})
@@ -155,7 +155,7 @@ def test_a_daemon_that_does_not_reduce_is_found_out_by_its_answer(client, cloth,
 
     with client.session(cloth.frames[30], cloth.faces, bodies=cloth.bodies) as session:
         rows = session.proximity(0.02)
-        monkeypatch.setattr(warmfront.session, "question_of", older)
+        monkeypatch.setattr(warmfront._questions, "question_of", older)
         with pytest.raises(UnimplementedError, match="reduced"):
             session.proximity(0.02, reduced=True)
         assert bits(session.proximity(0.02)) == bits(rows)

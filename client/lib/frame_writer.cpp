@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each frame is one of three kinds, and each kind has a function. Thread safety as stated in the header.
+#include "client/lib/frame_writer.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "client/lib/frame_cost.h"
+#include "client/lib/frame_message.h"
+#include "client/lib/wire.h"
+#include "proto/byte_buffer.h"
+
+namespace warmfront::client {
+
+/// The messages of one frame, as they are written: counts their bytes, and the time between them, in which
+/// they are made.
+class FrameWriter::Messages {
+ public:
+  Messages(const FrameWriter& writer, SentFrame& frame) : writer_(writer), frame_(frame) {}
+
+  const SentFrame& frame() const { return frame_; }
+  bool write(const grpc::ByteBuffer& message) {
+    frame_.sent_bytes += message.Length();
+    frame_.encode_ms += encoding_.milliseconds();
+    const StepStream::Event event = writer_.stream_.write(message, writer_.timeout_);
+    encoding_ = {};
+    return event == StepStream::Event::kDone;
+  }
+
+ private:
+  const FrameWriter& writer_;
+  SentFrame& frame_;
+  Stopwatch encoding_;
+};
+
+namespace {
+
+/// Goes with the first message of a frame.
+std::optional<v1::Question> question_of(const SentFrame& frame) {
+  if (frame.question == Question()) return std::nullopt;
+  return to_proto(frame.question);
+}
+
+}  // namespace
+
+bool FrameWriter::write(SentFrame& frame) {
+  Messages messages(*this, frame);
+  if (frame.commit) return write_commit(messages);
+  return frame.moved ? write_moved(messages) : write_positions(messages);
+}
+
+bool FrameWriter::write_commit(Messages& to) {
+  v1::StreamStepsRequest request;
+  request.mutable_commit()->set_frame(to.frame().number);
+  request.mutable_commit()->set_fraction(*to.frame().commit);
+  return to.write(serialize(request));
+}
+
+bool FrameWriter::write_positions(Messages& to) {
+  const SentFrame& frame = to.frame();
+  const std::optional<v1::Question> question = question_of(frame);
+  const std::size_t size = frame.positions->size();
+  std::size_t at = 0;
+  do {
+    const std::size_t count = std::min(chunk_bytes_, size - at);
+    const bool more = at + count < size;
+    const v1::Question* asked = at == 0 && question ? &*question : nullptr;
+    if (!to.write(positions_message(frame.number, more, frame.positions, at, count, asked))) return false;
+    at += count;
+  } while (at < size);
+  return true;
+}
+
+// In one message, or field by field, chunk by chunk; an empty last part ends the frame then.
+bool FrameWriter::write_moved(Messages& to) {
+  const SentFrame& frame = to.frame();
+  v1::StreamStepsRequest request;
+  v1::StepFrame& step = *request.mutable_step();
+  step.set_frame(frame.number);
+  if (std::optional<v1::Question> question = question_of(frame))
+    *step.mutable_question() = *std::move(question);
+  const auto write_step = [&](bool more) {
+    step.set_more(more);
+    const bool written = to.write(serialize(request));
+    step.clear_question();
+    return written;
+  };
+  const v1::MovedParts& moved = *frame.moved;
+  if (moved.ByteSizeLong() <= chunk_bytes_) {
+    *step.mutable_moved() = moved;
+    return write_step(false);
+  }
+  using Parts = v1::MovedParts;
+  const auto send = [&](const std::string& bytes, auto set) {
+    for (std::size_t at = 0; at < bytes.size(); at += chunk_bytes_) {
+      step.clear_moved();
+      set(*step.mutable_moved(), bytes.substr(at, chunk_bytes_));
+      if (!write_step(true)) return false;
+    }
+    return true;
+  };
+  if (!send(moved.bodies(), [](Parts& part, std::string piece) { part.set_bodies(std::move(piece)); }) ||
+      !send(moved.body_positions(),
+            [](Parts& part, std::string piece) { part.set_body_positions(std::move(piece)); }) ||
+      !send(moved.pose_bodies(),
+            [](Parts& part, std::string piece) { part.set_pose_bodies(std::move(piece)); }) ||
+      !send(moved.poses(), [](Parts& part, std::string piece) { part.set_poses(std::move(piece)); }) ||
+      !send(moved.vertices(), [](Parts& part, std::string piece) { part.set_vertices(std::move(piece)); }) ||
+      !send(moved.vertex_positions(),
+            [](Parts& part, std::string piece) { part.set_vertex_positions(std::move(piece)); }))
+    return false;
+  step.clear_moved();
+  return write_step(false);
+}
+
+}  // namespace warmfront::client

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a session's scene and options are changed between two frames. Thread-safe, as `Session` says."""
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Optional, Union
+
+from ._asking import Asking
+from ._scene_changes import ChangeBody, ChangeExcludedPairs, ChangeFilters, PutBody, ReplaceElements, SceneChange
+from ._state import SceneState
+from .errors import AbortedError, FailedPreconditionError, UnimplementedError, WarmfrontError, may_resume
+from .options import Options
+from .scene import Body, PairFilters, filters_of
+from .v1 import session_pb2
+
+
+class Changes(Asking):
+    """`add_body()`, `change_options()` and their like."""
+
+    def add_body(self, body: Body, faces: Any, positions: Any, edges: Any = None) -> int:
+        """Adds a stationary body and returns its index, the previous number of bodies; its vertices, faces and
+        edges come after all others. faces (m, 3) and edges (k, 2), as in `Client.session()`, number its own vertices from 0;
+        positions (vertex_count, 3) of the session's dtype. Of a
+        half-space, which has none of these, give None.
+
+        FailedPreconditionError while frames are unanswered, or in a session that declared no bodies.
+        """
+        with self._turn:
+            index = len(self._alive().state.bodies)
+            self._change(lambda state: PutBody.added(state, body, faces, positions, edges))
+            return index
+
+    def change_body(self, index: int, body: Body) -> None:
+        """Describes a body differently, from the next step on; its range stays, whatever `body` says. "removed" takes it out
+        for good. One that becomes rigid takes where it is for its rest shape. A half-space stays one; if its point, normal or
+        kind changes, it is where its description says from then on, without a motion.
+
+        FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed body.
+        """
+        with self._turn:
+            self._change(lambda state: ChangeBody(index, body))
+
+    def replace_elements(self, index: int, faces: Any, edges: Any = None) -> None:
+        """Other faces (m, 3) and edges (k, 2), which number its own vertices from 0, for the same vertices of a body, which stay
+        where they are: what is cut, torn, or has edges flipped. Index 0 of a session that declared no bodies is all of it.
+
+        Vertices, faces and edges then have the numbers of a session that is created with the bodies that there are, in
+        their order: each body's come after those of the bodies before it. What is answered since is what such a session would
+        answer, to the bit. FailedPreconditionError while frames are unanswered; InvalidArgumentError for an unknown or removed
+        body, and indices out of range; UnimplementedError where the daemon is older than this.
+        """
+        with self._turn:
+            self._change(lambda state: ReplaceElements(index, faces, edges))
+
+    def replace_body(self, index: int, positions: Any, faces: Any = None, edges: Any = None, thickness: Any = None,
+                     body: Optional[Body] = None) -> None:
+        """Another body with this index, at rest at `positions` (k, 3), of the session's dtype: remeshed, refined, or in place of
+        one that was removed. Faces and edges as in `add_body()`; thickness (k), of each vertex. Without `body` the description
+        stays. `body=Body(vertex_count=0, kind="removed")` with positions of shape (0, 3) removes it and frees what it took.
+
+        Numbers change, and errors are raised, as `replace_elements()` says; also FailedPreconditionError where filters name
+        pairs of its vertices (change the filters first), where these have a thickness of their own and none is given (zeros for
+        none), and in a session that declared no bodies.
+        """
+        with self._turn:
+            self._change(lambda state: PutBody.in_place_of(state, index, body, faces, positions, edges, thickness))
+
+    def change_filters(self, filters: Union[PairFilters, Mapping[str, Any], None]) -> None:
+        """Leaves out other pairs of features, from the next question on, in place of all that were left out: `PairFilters`,
+        or a dict of its fields, of all vertices that there are; None: none are. Their rest shape has to be given here.
+
+        FailedPreconditionError while frames are unanswered; UnimplementedError where the daemon is older than filters.
+        """
+        with self._turn:
+            self._change(lambda state: ChangeFilters(filters_of(filters).copied(state.vertex_count)))
+
+    def change_excluded_pairs(self, pairs: Sequence[tuple[int, int]]) -> None:
+        """Does not test other pairs of bodies (indices) against each other, from the next question on, in place of all that were
+        left out: `[]` for none.
+
+        FailedPreconditionError while frames are unanswered; InvalidArgumentError for a body that there is not, or with itself;
+        UnimplementedError where the daemon is older than this.
+        """
+        with self._turn:
+            self._change(lambda state: ChangeExcludedPairs(list(pairs)))
+
+    @property
+    def options(self) -> Options:
+        """As given when the session was created or its options were changed; None where the daemon's default is taken.
+        `info().options` has the values in force."""
+        return self._link.options
+
+    def change_options(self, options: Options) -> None:
+        """Other options from the next question on, in place of all that were given: `change_options(dataclasses.replace(
+        session.options, tier="exact"))` changes one. `front`, `lazy_front`, `find_rigid`, `separate_parts`, `rebuild_...` and
+        `max_front_bytes` make the next step a cold one; all others cost nothing by themselves.
+
+        FailedPreconditionError while frames are unanswered; InvalidArgumentError for what the daemon does not take, and where
+        `bounds`, `find_bodies`, `leaf_size`, `normal_cones` or `explain`, which are fixed when the session is created, differ;
+        UnimplementedError where the daemon is older than this.
+        """
+        with self._turn:
+            link = self._alive()
+            request = self._request()
+            request.options.SetInParent()
+            options.put_into(request.options)
+            self._need([session_pb2.FEATURE_OPTION_CHANGES])
+            self._carry_out(request)
+            link.options = options
+            link.header.options.CopyFrom(request.options)
+
+    def _change(self, make: Callable[[SceneState], SceneChange]) -> None:
+        """Has the daemon carry the change out, and then keeps what it makes of the scene."""
+        state = self._alive().state
+        request = self._request()
+        change = make(state)
+        request.changes.append(change.encode(state))
+        self._need(change.features)
+        self._carry_out(request)
+        change.take(state)
+
+    def _request(self) -> session_pb2.ChangeSceneRequest:
+        """A request for changes. From here on there is no trial to commit, whether or not they are carried out."""
+        link = self._alive()
+        if link.unanswered:
+            raise FailedPreconditionError("frames are unanswered; take their answers before changing the scene")
+        link.trial = None
+        link.may_commit = False
+        return session_pb2.ChangeSceneRequest(session_id=link.session_id, next_frame=int(link.header.first_frame) + 1,
+                                              key=str(uuid.uuid4()))
+
+    def _need(self, features: Sequence[session_pb2.Feature]) -> None:
+        """UnimplementedError where the daemon lacks one of the features. One that is lost the change finds out, too."""
+        for feature in features:
+            try:
+                self._alive().connection.need([feature], self._link.session_id)
+            except UnimplementedError:
+                raise
+            except WarmfrontError:
+                pass
+
+    def _carry_out(self, request: session_pb2.ChangeSceneRequest) -> None:
+        """When the daemon is lost on the way, the session is resumed as it was before the changes, which are sent again with
+        their key: they are carried out once."""
+        link = self._link
+        link.changing = True
+        try:
+            response = self._sent_change(request)
+        finally:
+            link.changing = False
+        link.header.first_revision += 1
+        link.known = response.state if response.HasField("state") else None
+        link.resumes_without_answer = 0
+
+    def _sent_change(self, request: session_pb2.ChangeSceneRequest) -> Any:
+        """v1.ChangeSceneResponse; raises the daemon's refusal of the change."""
+        link = self._link
+        while True:
+            request.ClearField("expected_state")
+            if link.known is not None:
+                request.expected_state.CopyFrom(link.known)
+            try:
+                return link.connection.change(request)
+            except WarmfrontError as error:
+                # This session's next frame: a copy that expects another one is not this session.
+                if error.reason == "FRAME_OUT_OF_ORDER":
+                    error = AbortedError(error.message, reason="STATE_CHANGED")
+                if error.retry_after is not None or not may_resume(error):
+                    raise
+                lost = error
+            link.resume(lost)
