@@ -373,7 +373,7 @@ Status Collider::change(std::vector<SceneChange> changes, const std::atomic<bool
     if (Status status = check_thickness(changes.empty() ? warm.core.scene->most_thickness() : 0, *options);
         !status)
       return failed_with(status);
-    if (Status status = check_screws(changes.empty() && has_screws(warm.core.scene->bodies()), *options);
+    if (Status status = check_screws(changes.empty() && screw_count(warm.core.scene->bodies()) > 0, *options);
         !status)
       return failed_with(status);
     if (!keep_alike(in_force.before, *options)) warm.pipeline->forget(warm.core);

@@ -69,9 +69,9 @@ double most_thickness(std::span<const Body> bodies) {
   return most;
 }
 
-bool has_screws(std::span<const Body> bodies) {
-  return std::ranges::any_of(
-      bodies, [](const Body& body) { return body.screw && body.kind != BodyKind::kRemoved; });
+std::size_t screw_count(std::span<const Body> bodies) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      bodies, [](const Body& body) { return body.screw && body.kind != BodyKind::kRemoved; }));
 }
 
 std::size_t world_count(std::span<const Body> bodies) {

@@ -75,8 +75,8 @@ struct Body {
 
 /// No body is thicker, but those that are removed; 0 without any.
 double most_thickness(std::span<const Body> bodies);
-/// Does any move along a screw?
-bool has_screws(std::span<const Body> bodies);
+/// How many move along screws.
+std::size_t screw_count(std::span<const Body> bodies);
 /// Different worlds, 0 apart, that bodies are in but those that are removed. O(bodies log bodies).
 std::size_t world_count(std::span<const Body> bodies);
 

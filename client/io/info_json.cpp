@@ -148,6 +148,7 @@ std::string parse_body(const Json& item, std::size_t index, std::uint64_t first,
   fields.count("group", kMost, group);
   fields.count("mask", kMost, mask);
   fields.number("thickness", body.thickness);
+  fields.flag("screw", body.screw);
   std::uint64_t world = body.world;
   fields.count("world", kMost, world);
   body.world = static_cast<std::uint32_t>(world);
@@ -308,6 +309,7 @@ std::string format_info_json(const SceneInfo& info) {
     if (body.mask != plain.mask) item["mask"] = body.mask;
     if (body.thickness > 0) item["thickness"] = body.thickness;
     if (body.world != plain.world) item["world"] = body.world;
+    if (body.screw) item["screw"] = true;
     if (body.half_space)
       item["half_space"] = {{"point", body.half_space->point}, {"normal", body.half_space->normal}};
     bodies.push_back(std::move(item));

@@ -164,6 +164,7 @@ struct SessionInfo {
   Filters filters;
   double most_thickness = 0;      ///< no vertex is thicker; 0 where nothing is
   std::uint32_t world_count = 0;  ///< different worlds that bodies are in, 0 not counted
+  std::uint32_t screw_count = 0;  ///< bodies that move along screws
   std::uint64_t last_frame = 0;
   std::uint64_t steps = 0;         ///< since it was created there
   std::uint64_t memory_bytes = 0;  ///< in the daemon

@@ -55,6 +55,9 @@ const char* words_for(v1::Feature feature) {
     case v1::FEATURE_WORLDS:
       return "worlds: the daemon is older than they are, and would count contacts between them; update it, or "
              "give each world a session of its own";
+    case v1::FEATURE_SCREW:
+      return "screw: the daemon is older than it is, and would move the body along lines; update it, or give "
+             "several poses for each turn";
     case v1::FEATURE_HALF_SPACES:
       return "half_space: the daemon is older than half-spaces; update it, or give a mesh instead";
     case v1::FEATURE_REPLACE:
@@ -80,6 +83,7 @@ std::vector<v1::Feature> features_in(const v1::SessionHeader& header) {
   std::vector<v1::Feature> features;
   if (header.has_filters()) features.push_back(v1::FEATURE_PAIR_FILTERS);
   if (wire::is_thick(header)) features.push_back(v1::FEATURE_THICKNESS);
+  if (wire::has_screws(header)) features.push_back(v1::FEATURE_SCREW);
   if (wire::has_worlds(header)) features.push_back(v1::FEATURE_WORLDS);
   if (header.edge_count() > 0) features.push_back(v1::FEATURE_EDGES);
   if (wire::has_half_spaces(header)) features.push_back(v1::FEATURE_HALF_SPACES);
@@ -91,6 +95,7 @@ bool took(const v1::SessionInfo& info, v1::Feature feature) {
   // One that does not know these refuses their bytes, or a body without vertices.
   if (feature == v1::FEATURE_EDGES || feature == v1::FEATURE_HALF_SPACES) return true;
   if (feature == v1::FEATURE_WORLDS) return info.world_count() > 0;
+  if (feature == v1::FEATURE_SCREW) return info.screw_count() > 0;
   return feature == v1::FEATURE_THICKNESS ? info.most_thickness() > 0 : info.has_filters();
 }
 

@@ -76,6 +76,7 @@ struct Features {
     if (of.body.thickness != 0) features.push_back(v1::FEATURE_THICKNESS);
     if (!put.index && !of.thickness.empty()) features.push_back(v1::FEATURE_REPLACE);
     if (of.body.world != 0) features.push_back(v1::FEATURE_WORLDS);
+    if (of.body.screw) features.push_back(v1::FEATURE_SCREW);
     if (of.body.half_space) features.push_back(v1::FEATURE_HALF_SPACES);
     if (!of.edges.empty()) features.push_back(v1::FEATURE_EDGES);
     return features;
@@ -87,6 +88,7 @@ struct Features {
     std::vector<v1::Feature> features;
     if (change.body.thickness != 0) features.push_back(v1::FEATURE_THICKNESS);
     if (change.body.world != 0) features.push_back(v1::FEATURE_WORLDS);
+    if (change.body.screw) features.push_back(v1::FEATURE_SCREW);
     return features;
   }
   std::vector<v1::Feature> operator()(const ChangeFilters& change) const {

@@ -8,6 +8,7 @@
 
 #include "client/lib/wire.h"
 #include "engine/part_way.h"
+#include "engine/screw.h"
 
 namespace warmfront::client {
 namespace {
@@ -219,7 +220,9 @@ void SceneState::take(const SentFrame& frame, double fraction) {
     for (std::size_t k = 0; k < 12; ++k)
       to.matrix[k] =
           float32_ ? value_at<float>(moved.poses(), 12 * i + k) : value_at<double>(moved.poses(), 12 * i + k);
-    poses_[body] = part_way(poses_[body].value_or(Pose{}), to, fraction, float32_);
+    const Pose from = poses_[body].value_or(Pose{});
+    poses_[body] = scene_.bodies[body].screw ? screw_way(from, to, fraction, float32_)
+                                             : part_way(from, to, fraction, float32_);
   }
   for (std::size_t i = 0; i < moved.vertices().size() / 4; ++i)
     move_rows(value_at<std::uint32_t>(moved.vertices(), i),

@@ -57,6 +57,7 @@ SessionInfo session_info_from(const v1::SessionInfo& message) {
                   filters.patches()};
   info.most_thickness = message.most_thickness();
   info.world_count = message.world_count();
+  info.screw_count = message.screw_count();
   info.attached = message.attached();
   info.created = std::chrono::system_clock::time_point(std::chrono::milliseconds(message.created_unix_ms()));
   info.idle = std::chrono::milliseconds(message.idle_ms());

@@ -152,7 +152,7 @@ Status change_scene(WarmScene& warm, std::span<SceneChange> changes, StopSignal 
   }
 
   for (const Status& status : {check_thickness(scene->most_thickness(), core.options),
-                               check_screws(has_screws(scene->bodies()), core.options)}) {
+                               check_screws(screw_count(scene->bodies()) > 0, core.options)}) {
     if (status) continue;
     at = changes.empty() ? 0 : changes.size() - 1;
     return status;

@@ -55,7 +55,7 @@ Result<WarmScene> WarmScene::create(std::shared_ptr<const Scene> scene, const Po
                                     StopSignal stop) {
   if (Status status = validate(options); !status) return status.error();
   if (Status status = check_thickness(scene->most_thickness(), options); !status) return status.error();
-  if (Status status = check_screws(has_screws(scene->bodies()), options); !status) return status.error();
+  if (Status status = check_screws(screw_count(scene->bodies()) > 0, options); !status) return status.error();
   if (Status status = check_hubs(*scene, stop); !status) return status.error();
   if (Status status = check_rings(*scene, stop); !status) return status.error();
   if (Status status = check_all(positions, scene->vertex_count(), stop); !status) return status.error();

@@ -19,6 +19,7 @@ v1::Body to_proto(const Body& body) {
   message.set_mask(body.mask);
   message.set_thickness(body.thickness);
   message.set_world(body.world);
+  message.set_screw(body.screw);
   if (body.half_space) {
     for (const double x : body.half_space->point) message.mutable_half_space()->add_point(x);
     for (const double n : body.half_space->normal) message.mutable_half_space()->add_normal(n);
@@ -38,6 +39,7 @@ Result<Body> body_from(const v1::Body& message, const std::string& where) {
   if (message.has_mask()) body.mask = message.mask();
   body.thickness = message.thickness();
   body.world = message.world();
+  body.screw = message.screw();
   if (message.has_half_space()) {
     HalfSpace& half_space = body.half_space.emplace();
     const auto read_three = [&](const auto& from, const char* name, std::array<double, 3>& to) -> Status {
@@ -86,6 +88,12 @@ bool is_thick(const v1::SessionHeader& header) {
 bool has_worlds(const v1::SessionHeader& header) {
   return std::ranges::any_of(header.bodies(), [](const v1::Body& body) {
     return body.kind() != v1::BODY_KIND_REMOVED && body.world() != 0;
+  });
+}
+
+bool has_screws(const v1::SessionHeader& header) {
+  return std::ranges::any_of(header.bodies(), [](const v1::Body& body) {
+    return body.kind() != v1::BODY_KIND_REMOVED && body.screw();
   });
 }
 

@@ -42,5 +42,7 @@ bool has_half_spaces(const v1::SessionHeader& header);
 bool is_thick(const v1::SessionHeader& header);
 /// Is any body in a world of its own?
 bool has_worlds(const v1::SessionHeader& header);
+/// Does any body move along a screw?
+bool has_screws(const v1::SessionHeader& header);
 
 }  // namespace warmfront::wire

@@ -213,6 +213,7 @@ v1::SessionInfo to_proto(const Session& session) {
   *info.mutable_state() = to_proto(snapshot.state);
   info.set_most_thickness(scene->most_thickness());
   info.set_world_count(static_cast<std::uint32_t>(world_count(scene->bodies())));
+  info.set_screw_count(static_cast<std::uint32_t>(screw_count(scene->bodies())));
   if (scene->filters().any()) *info.mutable_filters() = wire::header_of(scene->filters());
   return info;
 }

@@ -192,6 +192,7 @@ class CollisionService final : public Base {
           reply.add_features(v1::FEATURE_PLACE);
           reply.add_features(v1::FEATURE_HALF_SPACES);
           reply.add_features(v1::FEATURE_REPLACE);
+          reply.add_features(v1::FEATURE_SCREW);
           reply.add_features(v1::FEATURE_OPTION_CHANGES);
           reply.add_features(v1::FEATURE_STREAMED_CHANGES);
           *reply.mutable_limits() = to_proto(context_.limits, tenant->quota());

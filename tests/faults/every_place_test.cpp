@@ -684,7 +684,15 @@ class KnownAnswers {
     key.insert(key.end(), {options.min_separation, static_cast<double>(options.tier)});
     for (const auto& [a, b] : state.scene.excluded_pairs) key.insert(key.end(), {1.0 * a, 1.0 * b});
     key.insert(key.end(), after.positions.begin(), after.positions.end());
-    for (const Body& body : state.scene.bodies) key.push_back(static_cast<double>(body.kind));
+    for (const Body& body : state.scene.bodies)
+      key.insert(key.end(), {static_cast<double>(body.kind), body.screw ? 1.0 : 0.0});
+    // Where a half-space is, and along which arc a vertex moves, positions do not tell.
+    for (const auto* poses : {&state.pose, &after.pose}) {
+      for (const std::optional<Pose>& pose : *poses) {
+        const Pose at = pose.value_or(Pose{});
+        key.insert(key.end(), at.matrix.begin(), at.matrix.end());
+      }
+    }
     for (const auto& face : state.scene.faces) key.insert(key.end(), face.begin(), face.end());
     for (const auto& edge : state.scene.edges) key.insert(key.end(), edge.begin(), edge.end());
     const auto [known, added] = known_.try_emplace(std::move(key));

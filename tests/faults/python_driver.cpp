@@ -66,7 +66,8 @@ json told(const Body& body) {
           {"group", body.group},
           {"mask", body.mask},
           {"thickness", body.thickness},
-          {"world", body.world}};
+          {"world", body.world},
+          {"screw", body.screw}};
 }
 
 json told(const StepOperation& step) {

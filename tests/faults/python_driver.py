@@ -25,7 +25,7 @@ def rows(text):
 def body_of(body):
     return warmfront.Body(body["vertex_count"], body["kind"], name=body["name"], first_vertex=body["first_vertex"],
                           self_collision=body["self_collision"], group=body["group"], mask=body["mask"],
-                          thickness=body["thickness"], world=body["world"],
+                          thickness=body["thickness"], world=body["world"], screw=body["screw"],
                           half_space=body["half_space"] and [array(three, "<f8") for three in body["half_space"]])
 
 

@@ -311,6 +311,7 @@ class RemoteHistory {
     other.lazy_front = options.lazy_front;
     other.separate_parts = options.separate_parts;
     other.find_rigid = options.find_rigid;
+    if (session_.state().may_turn) other.tier = Tier::kCertified;
     return other;
   }
 

@@ -289,6 +289,7 @@ class Driver {
     body.group = choice / 2 % 4;  // zero is refused
     body.mask = choice / 8 % 4;
     body.world = choice / 32 % 3;
+    body.screw = choice % 5 == 0;  // refused unless it is rigid
     constexpr double kThickness[]{0, 0, 0, 0, 0.1, 1, -1, std::numeric_limits<double>::infinity()};
     body.thickness = kThickness[choice / 32];                             // the last two are refused
     if (choice == 77) body.half_space = HalfSpace{{0, 0, 0}, {0, 0, 1}};  // of a body with vertices: refused

@@ -131,6 +131,12 @@ ColliderOptions draw_options(Draws& draws, double unit) {
   return options;
 }
 
+// Where bodies may turn, no session is of tier exact.
+ColliderOptions in_tier_of(const AcceptedState& state, ColliderOptions options) {
+  if (state.may_turn) options.tier = Tier::kCertified;
+  return options;
+}
+
 // Now and then one that is refused.
 double draw_keep_distance(Draws& draws) {
   if (draws.below(12) == 0)
@@ -144,7 +150,7 @@ class History {
       : workers_(std::move(workers)),
         draws_(seed),
         state_(draw_any_state(draws_)),
-        options_(draw_options(draws_, state_.unit)),
+        options_(in_tier_of(state_, draw_options(draws_, state_.unit))),
         collider_(std::make_unique<Collider>(state_.fresh(options_, workers_))) {
     now_trying = "a history of seed " + std::to_string(seed) + ":";
   }
@@ -319,7 +325,7 @@ class History {
     ChangesOperation changes;
     if (draws.below(3) == 0) changes = draw_filters(draws, state_);
     if (draws.below(3) == 0) changes.changes.emplace_back(draw_excluded_pairs(draws, state_));
-    changes.options = draw_other_options(draws, options_, state_.unit);
+    changes.options = in_tier_of(state_, draw_other_options(draws, options_, state_.unit));
     if (draws.below(4) == 0) changes.options->max_contacts = static_cast<std::size_t>(draws.below(30));
     if (draws.below(4) == 0) changes.options->max_front_bytes = static_cast<std::size_t>(draws.below(4096));
     carry(changes, fault);
@@ -328,7 +334,7 @@ class History {
   // Changes that are right, with options that are not, and the other way round.
   void wrong_options(Draws& draws, const Fault& fault) {
     ChangesOperation changes = draw_filters(draws, state_);
-    changes.options = draw_other_options(draws, options_, state_.unit);
+    changes.options = in_tier_of(state_, draw_other_options(draws, options_, state_.unit));
     const auto body = static_cast<std::uint32_t>(state_.scene.bodies.size());
     switch (draws.below(5)) {
       case 0:

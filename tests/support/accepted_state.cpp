@@ -20,6 +20,8 @@
 #include "engine/elementary/keep_distance.h"
 #include "engine/elementary/proximity.h"
 #include "engine/part_way.h"
+#include "engine/scene/screws.h"
+#include "engine/screw.h"
 #include "engine/scene/thickness.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/pair_rules.h"
@@ -97,8 +99,9 @@ void accept_commit(AcceptedState& state, const CommitOperation& commit) {
   for (const BodyPose& pose : step.poses) {
     Pose& to = *state.pose[pose.body];
     const Pose before = from[pose.body].value_or(Pose{});
-    if (!(to == before)) to = part_way(before, to, f, single);
     const Body& body = state.scene.bodies[pose.body];
+    if (!(to == before))
+      to = body.screw ? screw_way(before, to, f, single) : part_way(before, to, f, single);
     for (std::ptrdiff_t i = first_number(body); i < first_number(body) + numbers(body); i += 3)
       std::ranges::copy(to.place(state.reference.data() + i), state.positions.begin() + i);
   }
@@ -231,8 +234,9 @@ Shape draw_shape(Draws& draws) {
   return shape;
 }
 
-Body draw_body(Draws& draws, std::size_t vertex_count, double unit) {
+Body draw_body(Draws& draws, std::size_t vertex_count, double unit, bool may_turn) {
   Body body{"", 0, static_cast<std::uint32_t>(vertex_count), static_cast<BodyKind>(draws.below(3))};
+  body.screw = may_turn && body.kind == BodyKind::kRigid && draws.below(2) == 0;
   body.self_collision = draws.below(4) != 0;
   if (draws.below(4) == 0) {
     body.group = 1U << draws.below(2);
@@ -245,7 +249,7 @@ Body draw_body(Draws& draws, std::size_t vertex_count, double unit) {
 
 // Near the middle of the scene, at any slope; some normals are exact, long or short.
 Body draw_half_space(Draws& draws, double unit, double offset) {
-  Body body = draw_body(draws, 0, unit);
+  Body body = draw_body(draws, 0, unit, false);
   body.kind = draws.below(2) == 0 ? BodyKind::kStatic : BodyKind::kRigid;
   HalfSpace& half_space = body.half_space.emplace();
   for (double& x : half_space.point) x = offset + draws.uniform(0.5 * unit);
@@ -260,7 +264,9 @@ Body draw_half_space(Draws& draws, double unit, double offset) {
 
 // A turn about the middle of the scene, and a shift.
 Pose draw_pose(Draws& draws, double step, const AcceptedState& state) {
-  const double angle = step == 0 ? draws.uniform(0.1) : draws.uniform(step / state.unit);
+  const double angle = draws.below(4) == 0 ? draws.uniform(3)
+                       : step == 0         ? draws.uniform(0.1)
+                                           : draws.uniform(step / state.unit);
   Pose pose;
   const int axis = draws.below(3);
   const int u = (axis + 1) % 3;
@@ -426,11 +432,12 @@ double thickness_of(const Scene& made, const Contact& pair) {
   return thickness_of(made, all.first(of_a)) + thickness_of(made, all.subspan(of_a));
 }
 
-// All that `test`, of two features and how thick both are together, finds of the pairs that the scene allows,
+// All that `test`, of two features with their twists and how thick both are together, finds of the pairs that the scene allows,
 // one by one; in a question with this separation.
 template <class Test>
 std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
-                              std::span<const VertexMotion> vertices, double separation, Test&& test) {
+                              std::span<const VertexMotion> vertices, const Twists& twists, double separation,
+                              Test&& test) {
   std::vector<Contact> contacts;
   const PairRules rules(made, scene.filters);
   for_all_pairs(made, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
@@ -439,7 +446,8 @@ std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
     const double thickness = thickness_of(made, {kind, ContactStatus::kHit, a, b, 0});
     const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
     if (of_points && separation + thickness == 0) return;
-    const Verdict verdict = test(features_of(made, vertices, kind, a, b), thickness);
+    const FeatureVertices features = features_of(made, vertices, kind, a, b);
+    const Verdict verdict = test(turning_pair(made, twists, features, kind, a, b), thickness);
     if (!verdict.contact) return;
     const Contact contact{kind, verdict.status, a, b, verdict.toi};
     if (!rules.leave_out(contact)) contacts.push_back(contact);
@@ -469,6 +477,16 @@ std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, cons
   return meeting;
 }
 
+// By body: what poses of a step turn along screws.
+Twists twists_of(const AcceptedState& state, const StepOperation& step) {
+  Twists twists(state.scene.bodies.size());
+  for (const BodyPose& pose : step.poses) {
+    if (state.scene.bodies[pose.body].screw)
+      twists[pose.body] = twist_between(state.pose[pose.body].value_or(Pose{}), pose.pose);
+  }
+  return twists;
+}
+
 // By body: half-spaces on their way from where they are to where a step, if any, takes them.
 std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step) {
   std::vector<HalfSpaceMotion> all(state.scene.bodies.size());
@@ -493,12 +511,12 @@ std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const St
 template <class Test>
 void add_half_spaces(std::vector<Contact>& contacts, const SceneDescription& scene, const Scene& made,
                      std::span<const VertexMotion> vertices, std::span<const HalfSpaceMotion> half_spaces,
-                     Test&& test) {
+                     const Twists& twists, Test&& test) {
   for (std::uint32_t v = 0; v < made.vertex_count(); ++v) {
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
       if (!scene.bodies[b].half_space || !may_meet(scene, made.body_of_vertex()[v], b)) continue;
       const double thickness = made.thickness_of(v) + scene.bodies[b].thickness;
-      const Verdict verdict = test(vertices[v], half_spaces[b], thickness);
+      const Verdict verdict = test(vertices[v], half_spaces[b], thickness, twist_around(twists, made, v));
       if (verdict.contact)
         contacts.push_back({ContactKind::kVertexHalfSpace, verdict.status, v, b, verdict.toi});
     }
@@ -506,15 +524,28 @@ void add_half_spaces(std::vector<Contact>& contacts, const SceneDescription& sce
 }
 
 void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices,
-              std::span<const HalfSpaceMotion> half_spaces) {
+              std::span<const HalfSpaceMotion> half_spaces, const Twists& twists) {
+  // What turns rests where it is then.
+  const auto then = [&](std::uint32_t v, double toi) {
+    const Twist* twist = twist_around(twists, made, v);
+    if (twist == nullptr) return vertices[v];
+    const auto at = on_arc(vertices[v], *twist, toi);
+    return VertexMotion{at, at};
+  };
   for (const Contact& contact : outcome.contacts) {
     if (contact.kind == ContactKind::kVertexHalfSpace) {
       outcome.geometry.push_back(
-          half_space_geometry(vertices[contact.a], half_spaces[contact.b], contact.toi));
+          half_space_geometry(then(contact.a, contact.toi), half_spaces[contact.b], contact.toi));
       continue;
     }
-    const FeatureVertices four = features_of(made, vertices, contact.kind, contact.a, contact.b);
-    outcome.geometry.push_back(contact_geometry(contact.kind, four.vertex, contact.toi));
+    std::array<VertexMotion, 4> moving;
+    std::array<const VertexMotion*, 4> four;
+    const auto ids = made.vertices_of(contact);
+    for (std::size_t k = 0; k < 4; ++k) {
+      moving[k] = then(ids[k], contact.toi);
+      four[k] = &moving[k];
+    }
+    outcome.geometry.push_back(contact_geometry(contact.kind, four, contact.toi));
   }
 }
 
@@ -545,7 +576,9 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     if (!valid) return refusal(valid);
   const Scene made = Scene::create(scene).value();
   if (const Status valid = check_thickness(made.most_thickness(), options); !valid) return refusal(valid);
+  if (const Status valid = check_screws(screw_count(scene.bodies) > 0, options); !valid) return refusal(valid);
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
+  const Twists twists = twists_of(*this, step);
   const bool candidates = options.report == Report::kCandidates;
   const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
   ElementaryCounts counts;
@@ -553,16 +586,34 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     return KeepDistance{options.keep_distance.value_or(0), options.min_separation + thickness};
   };
   std::vector<Contact> contacts = found_by(
-      scene, made, vertices, options.keep_distance ? 1 : options.min_separation,
-      [&](const FeatureVertices& features, double thickness) {
+      scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
+      [&](const TurningPair& pair, double thickness) {
+        const FeatureVertices& features = pair.features;
+        if (pair.first != nullptr || pair.second != nullptr) {
+          const double separation = options.min_separation + thickness;
+          return options.keep_distance ? turning_keep_distance_test(pair, keep_of(thickness), kept)
+                 : candidates          ? turning_candidate_test(pair, separation)
+                                       : turning_test(pair, {.tolerance = options.tolerance,
+                                                             .min_separation = separation});
+        }
         return options.keep_distance ? keep_distance_test(features, keep_of(thickness), kept)
                : candidates          ? candidate_test(features, options.min_separation + thickness)
                             : elementary_test(features, elementary_options(options, thickness), counts);
       });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
-  add_half_spaces(contacts, scene, made, vertices, half_spaces,
-                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
+  add_half_spaces(contacts, scene, made, vertices, half_spaces, twists,
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
+                      const Twist* twist) {
                     const ElementaryOptions elementary = elementary_options(options, thickness);
+                    if (twist != nullptr) {
+                      return options.keep_distance
+                                 ? turning_half_space_keep_distance(vertex, *twist, half_space,
+                                                                    keep_of(thickness), elementary, counts)
+                             : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary,
+                                                                         counts)
+                                          : turning_half_space_test(vertex, *twist, half_space, elementary,
+                                                                    counts);
+                    }
                     return options.keep_distance
                                ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
                            : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
@@ -577,7 +628,7 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     }
     for (double& toi : outcome.world_tois) toi = std::min(toi, 1.0);
   }
-  if (options.fields.any()) describe(outcome, made, vertices, half_spaces);
+  if (options.fields.any()) describe(outcome, made, vertices, half_spaces, twists);
   return outcome;
 }
 
@@ -599,12 +650,13 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
   }
   ElementaryCounts counts;
   std::vector<Contact> reported = found_by(
-      scene, made, vertices, options.min_separation, [&](const FeatureVertices& features, double thickness) {
-        return proximity_test(features, options.instant, elementary_options(options, thickness), counts);
+      scene, made, vertices, {}, options.min_separation, [&](const TurningPair& pair, double thickness) {
+        return proximity_test(pair.features, options.instant, elementary_options(options, thickness), counts);
       });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
-  add_half_spaces(reported, scene, made, vertices, half_spaces,
-                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness) {
+  add_half_spaces(reported, scene, made, vertices, half_spaces, {},
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
+                      const Twist* /*none turns at an instant*/) {
                     return half_space_proximity(vertex, half_space, options.instant,
                                                 elementary_options(options, thickness), counts);
                   });
@@ -636,7 +688,7 @@ Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOpti
     outcome.contacts = std::move(reduced.contacts);
     outcome.closest_pairs = std::move(reduced.closest_pairs);
   }
-  if (options.fields.any()) describe(outcome, made, vertices, half_spaces);
+  if (options.fields.any()) describe(outcome, made, vertices, half_spaces, {});
   return outcome;
 }
 
@@ -644,6 +696,7 @@ AcceptedState draw_state(Draws& draws) {
   SceneDescription scene;
   std::vector<double> positions;
   const int bodies = 1 + draws.below(4);
+  const bool may_turn = draws.below(2) == 0;
   const auto maybe_half_space = [&] {
     if (draws.below(4) != 0) return;
     Body body = draw_half_space(draws, 1, 0);
@@ -653,7 +706,7 @@ AcceptedState draw_state(Draws& draws) {
   maybe_half_space();
   for (int b = 0; b < bodies; ++b) {
     const Shape shape = draw_shape(draws);
-    Body body = draw_body(draws, shape.positions.size() / 3, 1);
+    Body body = draw_body(draws, shape.positions.size() / 3, 1, may_turn);
     body.first_vertex = scene.vertex_count;
     append(shape.faces, shape.edges, scene);
     scene.vertex_count += body.vertex_count;
@@ -675,7 +728,9 @@ AcceptedState draw_state(Draws& draws) {
   if (draws.below(8) == 0) {
     for (std::uint32_t v = 0; v < scene.vertex_count; ++v) scene.thickness.push_back(draws.below(3) * 0.01);
   }
-  return {std::move(scene), std::move(positions)};
+  AcceptedState state(std::move(scene), std::move(positions));
+  state.may_turn = may_turn;
+  return state;
 }
 
 AcceptedState scaled(AcceptedState state, double unit, double offset) {
@@ -774,7 +829,7 @@ AddOperation draw_addition(Draws& draws, const AcceptedState& state) {
   if (draws.below(4) == 0) return {{draw_half_space(draws, state.unit, state.offset), {}}, {}};
   Shape shape = draw_shape(draws);
   for (double& x : shape.positions) x = x * state.unit + state.offset;
-  const Body body = draw_body(draws, shape.positions.size() / 3, state.unit);
+  const Body body = draw_body(draws, shape.positions.size() / 3, state.unit, state.may_turn);
   return {{body, std::move(shape.faces), std::move(shape.edges)}, std::move(shape.positions)};
 }
 
@@ -782,7 +837,7 @@ ChangeOperation draw_change(Draws& draws, const AcceptedState& state) {
   const auto index = static_cast<std::uint32_t>(draws.below(static_cast<int>(state.scene.bodies.size())));
   const Body& body = state.scene.bodies[index];
   Body changed = body.half_space ? draw_half_space(draws, state.unit, state.offset)
-                                 : draw_body(draws, body.vertex_count, state.unit);
+                                 : draw_body(draws, body.vertex_count, state.unit, state.may_turn);
   if (body.half_space && draws.below(2) == 0) changed.half_space = body.half_space;
   changed.first_vertex = body.first_vertex;
   if (draws.below(6) == 0) changed.kind = BodyKind::kRemoved;

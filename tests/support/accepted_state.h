@@ -28,6 +28,8 @@ struct AcceptedState {
   std::vector<std::optional<Pose>> pose;
   bool stepped = false;
   std::optional<StepOperation> trial;  ///< that may be committed
+  /// Bodies that are drawn may move along screws: then no options of a session are of tier exact.
+  bool may_turn = false;
   double unit = 1;                     ///< what is drawn for it is of this size, ...
   double offset = 0;                   ///< ... and near here, on each axis
 
@@ -49,7 +51,8 @@ struct AcceptedState {
   Outcome brute_force(const NearOperation& near, const ColliderOptions& options) const;
 };
 
-/// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies.
+/// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies; in
+/// half of all, bodies may move along screws.
 AcceptedState draw_state(Draws& draws);
 /// The state before its first step at another scale and position: `unit` times as large, then moved by
 /// `offset` units along each axis.

@@ -32,6 +32,8 @@ _TOO_OLD_FOR = {
                                    "it out",
     session_pb2.FEATURE_WORLDS: "worlds: the daemon is older than they are, and would count contacts between them; update "
                                 "it, or give each world a session of its own",
+    session_pb2.FEATURE_SCREW: "screw: the daemon is older than it is, and would move the body along lines; update it, or give "
+                               "several poses for each turn",
     session_pb2.FEATURE_EDGES: "edges: the daemon is older than they are, and would miss contacts; update it, or leave them "
                                "out",
     session_pb2.FEATURE_HALF_SPACES: "half_space: the daemon is older than half-spaces; update it, or give a mesh instead",
@@ -52,6 +54,8 @@ def _features_in(header: session_pb2.SessionHeader) -> list[session_pb2.Feature]
         features.append(session_pb2.FEATURE_THICKNESS)
     if any(body.world != 0 and body.kind != session_pb2.BODY_KIND_REMOVED for body in header.bodies):
         features.append(session_pb2.FEATURE_WORLDS)
+    if any(body.screw and body.kind != session_pb2.BODY_KIND_REMOVED for body in header.bodies):
+        features.append(session_pb2.FEATURE_SCREW)
     if header.edge_count > 0:
         features.append(session_pb2.FEATURE_EDGES)
     if any(body.HasField("half_space") for body in header.bodies):
@@ -65,6 +69,8 @@ def _took(session: session_pb2.SessionInfo, feature: session_pb2.Feature) -> boo
         return True  # one that does not know these refuses their bytes, or a body without vertices
     if feature == session_pb2.FEATURE_WORLDS:
         return bool(session.world_count > 0)
+    if feature == session_pb2.FEATURE_SCREW:
+        return bool(session.screw_count > 0)
     return bool(session.most_thickness > 0 if feature == session_pb2.FEATURE_THICKNESS else session.HasField("filters"))
 
 

@@ -38,7 +38,7 @@ def _given_thickness(thickness: Any, count: int) -> npt.NDArray[np.float64]:
 
 def _features_of(body: Body) -> list[session_pb2.Feature]:
     return ([session_pb2.FEATURE_THICKNESS] if body.thickness != 0 else []) + (
-        [session_pb2.FEATURE_WORLDS] if body.world != 0 else [])
+        [session_pb2.FEATURE_WORLDS] if body.world != 0 else []) + ([session_pb2.FEATURE_SCREW] if body.screw else [])
 
 
 @dataclass(frozen=True, eq=False)

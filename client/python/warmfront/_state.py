@@ -11,6 +11,7 @@ import numpy.typing as npt
 from . import _frame
 from ._frame import Part, SentFrame
 from ._part_way import pose_part_way, vertices_part_way
+from ._screw import pose_along_screw
 from ._question import Question
 from ._topology import Topology
 from ._wire import Bytes
@@ -172,7 +173,8 @@ class SceneState:
             self.poses[b] = None
         for b, matrix in self._poses_in(frame):
             start = self.poses[b]
-            self.poses[b] = pose_part_way(np.eye(3, 4) if start is None else start, matrix, fraction, self.dtype)
+            way = pose_along_screw if self.bodies[b].screw else pose_part_way
+            self.poses[b] = way(np.eye(3, 4) if start is None else start, matrix, fraction, self.dtype)
         vertices, end = self._vertices_in(frame)
         if len(vertices) > 0:
             rows = self.writable()

@@ -90,9 +90,10 @@ class SessionInfo:
     """State of a session in the daemon.
 
     principal: the creator, for callers with the admin role; else empty. dtype: "float32" or "float64". options: the values
-    in force. lone_edge_count: edges of no face, which are among the edge_count. filters: pairs that do not count. most_thickness: no vertex is thicker; 0 where nothing is. world_count: different
-    worlds that bodies are in, 0 not counted. steps: computed since it was created there. memory_bytes: held in the daemon. attached: a stream is attached. idle: seconds since the
-    last request about it, 0 during a request.
+    in force. lone_edge_count: edges of no face, which are among the edge_count. filters: pairs that do not count.
+    most_thickness: no vertex is thicker; 0 where nothing is. world_count: different worlds that bodies are in, 0 not counted.
+    screw_count: bodies that move along screws. steps: computed since it was created there. memory_bytes: held in the daemon.
+    attached: a stream is attached. idle: seconds since the last request about it, 0 during a request.
     """
 
     id: str
@@ -107,6 +108,7 @@ class SessionInfo:
     filters: FiltersInfo
     most_thickness: float
     world_count: int
+    screw_count: int
     last_frame: int
     steps: int
     memory_bytes: int
@@ -118,7 +120,7 @@ class SessionInfo:
     def read_from(message: Any, principal: str = "") -> SessionInfo:
         """Of a v1.SessionInfo."""
         same = ("vertex_count", "face_count", "edge_count", "lone_edge_count", "body_count", "last_frame", "steps", "memory_bytes", "attached",
-                "most_thickness", "world_count")
+                "most_thickness", "world_count", "screw_count")
         filters = message.filters
         return SessionInfo(
             id=message.session_id,

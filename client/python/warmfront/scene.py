@@ -35,6 +35,9 @@ class Body:
         "rigid". The normal points out of it and may have any length; its coordinates are at most 2^1020. It meets the vertices
         of bodies that it may meet, and a rigid one moves by poses, relative to this.
         Example: Body(kind="static", half_space=((0, 0, 0), (0, 0, 1))) is a ground.
+    screw: of a "rigid" body with vertices: from one pose to the next it moves along the screw between them (one axis, one
+        angle below half a turn, one way along it), not each vertex along a line. Positions move it along lines. Not in tier
+        "exact".
     """
 
     vertex_count: int = 0
@@ -47,6 +50,7 @@ class Body:
     thickness: float = 0.0
     world: int = 0
     half_space: Any = None
+    screw: bool = False
 
     def put_into(self, message: Any, index: int) -> None:
         """Into a v1.Body. Raises InvalidArgumentError for a kind or number that the contract does not have, of the body by its
@@ -54,7 +58,8 @@ class Body:
         body = f"body '{self.name}'" if self.name else f"body {index}"
         if self.kind not in _KINDS:
             raise InvalidArgumentError(f"{body}: kind '{self.kind}' is none of {', '.join(_KINDS)}")
-        for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask", "thickness", "world"):
+        for name in ("name", "vertex_count", "first_vertex", "self_collision", "group", "mask", "thickness", "world",
+                     "screw"):
             try:
                 setattr(message, name, getattr(self, name) if name != "first_vertex" else self.first_vertex or 0)
             except (TypeError, ValueError):
