@@ -687,8 +687,8 @@ class KnownAnswers {
     for (const Body& body : state.scene.bodies)
       key.insert(key.end(), {static_cast<double>(body.kind), body.screw ? 1.0 : 0.0});
     // Where a half-space is, and along which arc a vertex moves, positions do not tell.
-    for (const auto* poses : {&state.pose, &after.pose}) {
-      for (const std::optional<Pose>& pose : *poses) {
+    for (const AcceptedState* of : {&state, &std::as_const(after)}) {
+      for (const std::optional<Pose>& pose : of->pose) {
         const Pose at = pose.value_or(Pose{});
         key.insert(key.end(), at.matrix.begin(), at.matrix.end());
       }
