@@ -19,6 +19,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/svg.h"
 #include "client/cli/trade.h"
+#include "client/cli/turns.h"
 #include "client/io/file.h"
 #include "client/io/mesh_file.h"
 #include "client/io/query_file.h"
@@ -41,6 +42,7 @@ struct AccuracyArguments {
   std::string frames;
   std::uint32_t substeps = 1;
   std::uint32_t rounds = 3;
+  std::vector<double> turns;  ///< degrees
   int threads = 0;
   std::string csv_file;
   std::string json_file;
@@ -174,7 +176,53 @@ Status write_plots(const std::string& folder, std::span<const TradeRow> rows) {
   return {};
 }
 
+// What lines lose where bodies turn, of each scene.
+int accuracy_of_turns(const AccuracyArguments& arguments) {
+  if (Status status = check_one_stdout({{"--json", arguments.json_file}, {"--csv", arguments.csv_file}});
+      !status)
+    return usage_error(status.error().message);
+  for (const double degrees : arguments.turns) {
+    if (!(degrees > 0 && degrees < 180))
+      return usage_error("--turns: " + print("%g", degrees) +
+                         " is not between 0 and 180: a screw turns by less than half a turn");
+  }
+  if (!arguments.svg_folder.empty()) return usage_error("--turns has no plot; leave --svg out");
+  if (Status status = check_paths(arguments.paths, {}); !status) return failure(status.error().message);
+  const bool tables = arguments.json_file != "-" && arguments.csv_file != "-";
+  const auto workers = std::make_shared<Workers>(arguments.threads);
+  std::vector<TurnRow> rows;
+  for (const std::vector<std::string>& group : group_inputs(arguments.paths)) {
+    if (!is_scene(group.front())) return usage_error("--turns: " + group.front() + " is no scene");
+    if (Status status = check_input_arguments(group); !status) return usage_error(status.error().message);
+    const Result<std::unique_ptr<Input>> opened = open_input(group);
+    if (!opened) return failure(opened.error().message);
+    print_notes(opened.value()->notes());
+    std::uint32_t frame = 0;
+    if (!arguments.frames.empty()) {
+      const Result<FrameRange> parsed = parse_frame_range(arguments.frames, opened.value()->frame_count());
+      if (!parsed) return failure(parsed.error().message);
+      frame = parsed.value().first;
+    }
+    const Result<std::vector<TurnRow>> own =
+        measure_turns(set_name(arguments, group.front()), *opened.value(), frame, arguments.turns,
+                      arguments.min_separation, arguments.rounds, workers);
+    if (!own) return failure(own.error().message);
+    if (tables) std::printf("%s%s", rows.empty() ? "" : "\n", format_turns_table(own.value()).c_str());
+    rows.insert(rows.end(), own.value().begin(), own.value().end());
+  }
+  if (!arguments.csv_file.empty()) {
+    if (Status status = write_text(arguments.csv_file, format_turns_csv(rows)); !status)
+      return failure(status.error().message);
+  }
+  if (!arguments.json_file.empty()) {
+    if (Status status = write_text(arguments.json_file, format_turns_json(rows)); !status)
+      return failure(status.error().message);
+  }
+  return finish_output();
+}
+
 int accuracy(const AccuracyArguments& arguments) {
+  if (!arguments.turns.empty()) return accuracy_of_turns(arguments);
   const Result<std::vector<TradeSetting>> settings = settings_of(arguments);
   if (!settings) {
     // A tier that this build lacks is not a usage error.
@@ -265,6 +313,9 @@ Verb add_accuracy(CLI::App& app) {
   app.add_option("--substeps", a.substeps, "Scenes: split each step linearly into this many substeps")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  take_list(app.add_option("--turns", a.turns,
+                           "Scenes: instead, what lines lose: each rigid body turns in one step by so many "
+                           "degrees, from where the first of --frames has it, along lines and along screws"));
   app.add_option("--rounds", a.rounds, "Measure everything this many times; times are medians")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();

@@ -50,7 +50,7 @@ struct DetectArguments {
   int threads = 0;
   std::uint32_t substeps = 1;
   std::string bodies = "declared";
-  std::string send = "all";
+  std::string send;  ///< as parse_send_mode() takes it
   std::vector<std::string> fields;
   std::string find_bodies = "on";
   std::string find_rigid = "on";
@@ -242,7 +242,7 @@ int detect(DetectArguments arguments) {
   if (!scene) return failure(scene.error().message);
   if (Status status = take_filters(arguments.filters, input, scene.value()); !status)
     return failure(status.error().message);
-  FrameModel frames(scene.value(), parse_send_mode(arguments.send).value(), first);
+  FrameModel frames(scene.value(), parse_send_mode(arguments.send, &scene.value()).value(), first);
   ColliderOptions local = arguments.options;
   local.explain = false;  // Explanation has its own stepper
   Result<std::unique_ptr<Stepper>> stepper =
@@ -290,7 +290,7 @@ int detect(DetectArguments arguments) {
   }
   if (!takes_stdout(arguments)) {
     print_summary(report);
-    if (arguments.send == "poses")
+    if (frames.mode() == SendMode::kPoses)
       std::printf("poses put no vertex farther than %.3g from where the input has it\n", frames.residual());
     if (explanation) explanation->print();
   }
@@ -349,9 +349,9 @@ Verb add_detect(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--send", a.send,
                  "Content of a frame: all positions; only what moved; or poses fitted to rigid bodies, and "
-                 "what else moved")
+                 "what else moved. Along a screw a body moves by poses alone")
       ->check(CLI::IsMember({"all", "moved", "poses"}))
-      ->capture_default_str();
+      ->default_str("all, or poses where a body moves along a screw");
   app.add_option(
          "--in-flight", a.in_flight,
          "With --server: most unanswered frames, limited by the daemon's window; 1: each frame waits for the "

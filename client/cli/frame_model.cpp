@@ -11,7 +11,9 @@
 
 namespace warmfront::client {
 
-Result<SendMode> parse_send_mode(std::string_view name) {
+Result<SendMode> parse_send_mode(std::string_view name, const SceneDescription* scene) {
+  if (name.empty())
+    return scene != nullptr && screw_count(scene->bodies) > 0 ? SendMode::kPoses : SendMode::kAll;
   if (name == "all") return SendMode::kAll;
   if (name == "moved") return SendMode::kMoved;
   if (name == "poses") return SendMode::kPoses;

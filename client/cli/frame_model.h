@@ -18,8 +18,9 @@ enum class SendMode : std::uint8_t {
   kMoved,  ///< bodies and vertices that moved
   kPoses,  ///< rigid bodies by the poses fitted to their positions, and what else moved
 };
-/// "all", "moved" or "poses".
-Result<SendMode> parse_send_mode(std::string_view name);
+/// "all", "moved" or "poses"; empty: poses where a body of the scene moves along a screw, which it does by poses
+/// alone, else all.
+Result<SendMode> parse_send_mode(std::string_view name, const SceneDescription* scene = nullptr);
 
 /// Which bodies of an input are used.
 enum class BodiesMode : std::uint8_t {
@@ -40,6 +41,7 @@ class FrameModel {
   /// The frame that moves everything to `end`; valid until the next call.
   Frame next(const Positions& end);
 
+  SendMode mode() const { return mode_; }
   /// All positions after the last frame: `end`, up to the rounding of poses.
   std::span<const double> placed() const { return placed_; }
   /// The last frame's bytes on the wire.

@@ -196,7 +196,9 @@ Result<SceneTrade> measure_scene(const std::string& name, Input& input, FrameRan
                                  std::uint32_t substeps, std::span<const TradeSetting> settings,
                                  std::uint32_t rounds, std::shared_ptr<Workers> workers,
                                  const KnownPairs* known, const TradeProgress& progress) {
-  Result<Scene> created = Scene::create(input.scene());
+  SceneDescription description = input.scene();
+  for (Body& body : description.bodies) body.screw = false;  // which positions know nothing of
+  Result<Scene> created = Scene::create(std::move(description));
   if (!created) return created.error();
   const auto scene = std::make_shared<const Scene>(std::move(created).value());
   const Result<Frames> read = read_frames(input, range, substeps);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "client/cli/json_rows.h"
 #include "client/cli/markdown.h"
 #include "client/cli/print.h"
 #include "client/cli/trade.h"
-#include "client/io/text.h"
 
 namespace warmfront::client {
 namespace {
@@ -35,12 +35,6 @@ Json to_json(const TradeRow& row) {
           {"ns_p99", only(!row.scene, row.ns.p99)},
           {"ns_max", only(!row.scene, row.ns.max)},
           {"ms_per_frame", only(row.scene, row.ms_frame)}};
-}
-
-/// One field of the CSV file.
-std::string in_csv(const Json& field) {
-  if (field.is_null()) return "";
-  return field.is_string() ? csv_field(field.get_ref<const std::string&>()) : field.dump();
 }
 
 Cells table_head(bool scene) {
@@ -90,19 +84,9 @@ std::string format_trade_table(std::span<const TradeRow> rows) {
 }
 
 std::string format_trade_csv(std::span<const TradeRow> rows) {
-  std::string text;
-  const auto append = [&](const Json& row, auto&& field) {
-    const char* separator = "";
-    for (const auto& item : row.items()) {
-      text += separator + field(item);
-      separator = ",";
-    }
-    text += "\n";
-  };
-  append(to_json({}), [](const auto& item) { return item.key(); });
-  for (const TradeRow& row : rows)
-    append(to_json(row), [](const auto& item) { return in_csv(item.value()); });
-  return text;
+  std::vector<Json> fields;
+  for (const TradeRow& row : rows) fields.push_back(to_json(row));
+  return csv_of(to_json({}), fields);
 }
 
 std::string format_trade_json(std::span<const TradeRow> rows) {

@@ -11,7 +11,7 @@
 namespace warmfront::client::scenes {
 namespace {
 
-constexpr std::array<CatalogEntry, 9> kCatalog{{
+constexpr std::array<CatalogEntry, 10> kCatalog{{
     {"cloth-ball", "look-alike of UNC's cloth-ball: a cloth falls on a ball, which then spins", 92'000, 60,
      make_cloth_ball},
     {"flamenco", "look-alike of flamenco: three skirts round a twirling waist and kicking legs", 49'000, 60,
@@ -27,6 +27,7 @@ constexpr std::array<CatalogEntry, 9> kCatalog{{
      make_particles},
     {"ground", "a cloth falls over a ball that lies on the ground, a half-space", 20'000, 60, make_ground},
     {"torn", "a cloth on a ball is torn along its middle, and its halves are drawn off", 20'000, 70, make_torn},
+    {"turning", "rigid rods turn fast among each other, along screws", 20'000, 60, make_turning},
 }};
 
 std::string names() {

@@ -84,6 +84,7 @@ std::unique_ptr<Model> make_bart(std::uint32_t triangles);
 std::unique_ptr<Model> make_particles(std::uint32_t triangles);
 std::unique_ptr<Model> make_ground(std::uint32_t triangles);
 std::unique_ptr<Model> make_torn(std::uint32_t triangles);
+std::unique_ptr<Model> make_turning(std::uint32_t triangles);
 std::unique_ptr<Model> make_hair(std::uint32_t elements);  ///< edges, and a few triangles
 
 }  // namespace warmfront::client::scenes

@@ -256,6 +256,7 @@ class SelfCheck {
                    : !core_.model.may_meet(p, q) || !overlap(kept_.roots[p], kept_.roots[q]))
           continue;
         if (!std::ranges::binary_search(kept_.near, pair, {}, &NearPair::parts) &&
+            !std::ranges::binary_search(kept_.turning, pair, {}, &NearPair::parts) &&
             !std::ranges::binary_search(kept_.apart, pair, {}, &ApartPair::parts))
           return broken("parts " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
                         " are near but have no front");

@@ -25,6 +25,7 @@
 #include "engine/step/reduced_rows.h"
 #include "engine/step/refit_stage.h"
 #include "engine/step/step_timer.h"
+#include "engine/step/turning_stage.h"
 #include "engine/step/widest_separation.h"
 
 namespace warmfront {
@@ -175,7 +176,8 @@ class PipelineWith final : public Pipeline {
     Status status;
     core.workers->run([&] {
       status = warmfront::self_check<Bounds>({core, trees_.trees(), trees_.roots(), trees_.refit_in(),
-                                              trees_.step(), near_.pairs(), near_.apart_pairs(),
+                                              trees_.step(), turning_.others(near_.pairs()),
+                                              turning_.pairs(), near_.apart_pairs(),
                                               front ? &front_.front() : nullptr, trees_.magnitude(),
                                               part_widths_, self_checks_++, stop});
     });
@@ -192,7 +194,7 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return sizeof(*this) + trees_.memory_bytes() + front_.front().memory_bytes() + narrow_.memory_bytes() +
-           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() + half_spaces_.memory_bytes() +
+           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() + half_spaces_.memory_bytes() + turning_.memory_bytes() +
            reduced_rows_.memory_bytes() + longest_.memory_bytes();
   }
 
@@ -209,6 +211,7 @@ class PipelineWith final : public Pipeline {
       pipeline.narrow_.release();
       pipeline.near_.release();
       pipeline.half_spaces_ = {};
+      pipeline.turning_ = {};
       pipeline.reduced_rows_ = {};
       core.found() = {};
       core.rigid_parts.undo();
@@ -322,11 +325,13 @@ class PipelineWith final : public Pipeline {
     refit.refit_near(near_.pairs());
     timer.share(narrow_.take_times(), &StageTimes::refit);
 
+    turning_.take(core, near_.pairs(), stop);
+    counts.bv_tests += turning_.run(core, trees_.trees(), narrow_, stop);
     if (near_.overflowed()) {
       statistics.front_state = traverse_in_blocks(core, refit, input, counts.bv_tests);
     } else {
       statistics.front_state =
-          front_.update(trees_.trees(), near_.pairs(), narrow_, front_input(core, stop), new_hierarchy);
+          front_.update(trees_.trees(), turning_.others(near_.pairs()), narrow_, front_input(core, stop), new_hierarchy);
       counts.bv_tests += front_.front().counts().bv_tests;
     }
     trees_.take_looseness();
@@ -523,6 +528,7 @@ class PipelineWith final : public Pipeline {
   NarrowPhase<Bounds> narrow_;
   OrphanStage orphans_;
   HalfSpaceStage half_spaces_;
+  TurningStage turning_;
   ReducedRows reduced_rows_;
   LongestTrial longest_;
   AskedWidths widths_;

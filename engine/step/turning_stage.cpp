@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine/step/turning_stage.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "engine/elementary/certified.h"
+#include "engine/elementary/turning.h"
+#include "engine/parallel/stoppable_loops.h"
+#include "engine/scene/primitives.h"
+
+namespace warmfront {
+namespace {
+
+/// Where the arcs of two parts are longer than this share of the smaller one's radius, lines do not serve.
+constexpr double kShareOfRadius = 0x1p-6;
+/// Radians that a part turns by in a piece, at most; but no more than kMostPieces pieces.
+constexpr double kAngle = 0.375;
+constexpr int kMostPiecesOfStep = 16;
+
+double angle_of(const Core& core, std::uint32_t part) {
+  const Twist* twist = core.arcs.of_part(part);
+  return twist == nullptr ? 0 : std::sqrt(twist->angle_squared);
+}
+
+template <class Box>
+bool near_each_other(const Box& a, const Box& b, double room) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    // What is not a number is near.
+    if (a.low[k] - b.high[k] > room || b.low[k] - a.high[k] > room) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSignal stop) {
+  forget();
+  part_count_ = 0;
+  // Candidates are what whole arcs do not exclude.
+  const ColliderOptions& options = core.options;
+  if (!core.arcs.any() || options.pair_test != PairTest::kMotion || options.report == Report::kCandidates)
+    return;
+  const auto radius_of = [&](std::uint32_t part) {
+    return core.motion.turns(part) ? core.motion.ball(part).radius : std::numeric_limits<double>::infinity();
+  };
+  double most = 0;
+  PacedStop paced(stop);
+  for (const NearPair& pair : near) {
+    paced.check();
+    const auto [a, b] = pair.parts;
+    const double arcs = core.arcs.most_of(a) + core.arcs.most_of(b);
+    const bool large = arcs > 0 && arcs > kShareOfRadius * std::min(radius_of(a), radius_of(b)) &&
+                       std::isfinite(arcs);
+    (large ? pairs_ : others_).push_back(pair);
+    if (large) most = std::max({most, angle_of(core, a), angle_of(core, b)});
+  }
+  pieces_ = 2;
+  while (pieces_ < kMostPiecesOfStep && most > kAngle * pieces_) pieces_ *= 2;
+}
+
+TurningStage::Part& TurningStage::of(std::uint32_t part) {
+  return *std::lower_bound(parts_.begin(), parts_.begin() + static_cast<std::ptrdiff_t>(part_count_), part,
+                           [](const Part& one, std::uint32_t p) { return one.part < p; });
+}
+
+void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
+  const std::uint32_t first = core.motion.first_vertex(part.part);
+  const std::uint32_t count = core.motion.vertex_count(part.part);
+  const Twist* twist = core.arcs.of_part(part.part);
+  const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
+  part.at.resize(std::size_t{count} * (static_cast<std::size_t>(pieces_) + 1));
+  Box all;
+  all.low.fill(std::numeric_limits<double>::infinity());
+  all.high.fill(-std::numeric_limits<double>::infinity());
+  double bend = 0;
+  PacedStop paced(stop);
+  for (std::uint32_t v = 0; v < count; ++v) {
+    paced.check();
+    const VertexMotion& vertex = vertices[first + v];
+    if (twist != nullptr)
+      bend = std::max(bend, length_above(twist->bend_at({vertex.t0[0], vertex.t0[1], vertex.t0[2]})));
+    for (int k = 0; k <= pieces_; ++k) {
+      const double s = static_cast<double>(k) / pieces_;
+      std::array<double, 3>& at = part.at[static_cast<std::size_t>(k) * count + v];
+      if (twist != nullptr) {
+        const auto x = on_arc(vertex, *twist, s);
+        at = {x[0], x[1], x[2]};
+      } else {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          at[axis] = k == pieces_ ? vertex.t1[axis]
+                                  : vertex.t0[axis] + s * (vertex.t1[axis] - vertex.t0[axis]);
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        all.low[axis] = std::min(all.low[axis], at[axis]);
+        all.high[axis] = std::max(all.high[axis], at[axis]);
+      }
+    }
+  }
+  part.size = 0;
+  part.reach = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    part.size = std::max(part.size, all.high[axis] - all.low[axis]);
+    part.reach = std::max({part.reach, std::fabs(all.low[axis]), std::fabs(all.high[axis])});
+  }
+  const double width = 1.0 / pieces_;
+  part.away = (width * width * bend / 8) * (1 + 0x1p-40) + core.arcs.most_of(part.part) * 0x1p-40 +
+              part.reach * 0x1p-48;
+  part.size += bend;
+}
+
+// How far apart boxes of two parts must be before nothing of them is reported. L of turning_test() is no more
+// than all coordinates of both; shorter chords are as far from an arc as their own share of its bend says.
+double TurningStage::room_between(const Core& core, const Part& a, const Part& b) const {
+  const ColliderOptions& options = core.options;
+  const double separation = core.thickness.between(options.min_separation, a.part, b.part);
+  const double length = 2 * (a.size + b.size) + 0x1p-40 * std::max(a.reach, b.reach) + separation;
+  return separation + 2 * (a.away + b.away) + (4 * certified_reach(options.tolerance) + 2 * options.tolerance) * length;
+}
+
+TurningStage::Box TurningStage::box_of(const Part& part, std::uint32_t first_vertex, const Face& vertices,
+                                       int piece) const {
+  const std::size_t count = part.at.size() / (static_cast<std::size_t>(pieces_) + 1);
+  Box box{part.at[static_cast<std::size_t>(piece) * count + (vertices[0] - first_vertex)], {}};
+  box.high = box.low;
+  for (const std::uint32_t v : vertices) {
+    for (const int k : {piece, piece + 1}) {
+      const auto& x = part.at[static_cast<std::size_t>(k) * count + (v - first_vertex)];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.low[axis] = std::min(box.low[axis], x[axis]);
+        box.high[axis] = std::max(box.high[axis], x[axis]);
+      }
+    }
+  }
+  return box;
+}
+
+template <class Bounds>
+void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece,
+                         StopSignal stop) const {
+  const std::uint32_t first_vertex = core.motion.first_vertex(part.part);
+  part.nodes.resize(tree.order.empty() ? 0 : tree.shape.node_count());
+  PacedStop paced(stop);
+  const auto merge = [](Box& into, const Box& from) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      into.low[axis] = std::min(into.low[axis], from.low[axis]);
+      into.high[axis] = std::max(into.high[axis], from.high[axis]);
+    }
+  };
+  for (NodeId node = static_cast<NodeId>(part.nodes.size()); node-- > 0;) {
+    if (!tree.shape.is_leaf(node)) {
+      part.nodes[node] = part.nodes[TreeShape::left(node)];
+      merge(part.nodes[node], part.nodes[TreeShape::left(node) + 1]);
+      continue;
+    }
+    const std::uint32_t end = tree.shape.end(node);
+    for (std::uint32_t i = tree.shape.begin(node); i < end; ++i) {
+      paced.check();
+      const Box box =
+          box_of(part, first_vertex, primitive_vertices(core.topology->scene, tree.order[i]), piece);
+      if (i == tree.shape.begin(node))
+        part.nodes[node] = box;
+      else
+        merge(part.nodes[node], box);
+    }
+  }
+}
+
+template <class Bounds>
+std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair,
+                                     int piece, PairTester& tester, StopSignal stop) {
+  const auto [p, q] = pair.parts;
+  const Part& a = of(p);
+  const Part& b = of(q);
+  if (a.nodes.empty() || b.nodes.empty()) return 0;
+  const double room = room_between(core, a, b);
+  const TreeShape& of_a = trees[p].shape;
+  const TreeShape& of_b = trees[q].shape;
+  const Scene& scene = core.topology->scene;
+  std::uint64_t tests = 0;
+  PacedStop paced(stop);
+  tester.begin_leaves(p, q);
+  const auto primitives = [&](Primitive x, Primitive y) {
+    const Face of_x = primitive_vertices(scene, x);
+    const Face of_y = primitive_vertices(scene, y);
+    for (int k = 0; k <= piece; ++k) {
+      const bool near = near_each_other(box_of(a, core.motion.first_vertex(p), of_x, k),
+                                        box_of(b, core.motion.first_vertex(q), of_y, k), room);
+      if (!near) continue;
+      if (k == piece) tester.primitive_pair(x, y);
+      return;  // it was tested in this piece, or before
+    }
+  };
+  // A pair of nodes is opened on the side that is the less deep; the stack holds a pair a level of both.
+  std::array<std::pair<NodeId, NodeId>, 128> stack;
+  std::size_t waiting = 0;
+  stack[waiting++] = {0, 0};
+  while (waiting > 0) {
+    paced.check();
+    const auto [m, n] = stack[--waiting];
+    ++tests;
+    if (!near_each_other(a.nodes[m], b.nodes[n], room)) continue;
+    const bool leaf_a = of_a.is_leaf(m);
+    const bool leaf_b = of_b.is_leaf(n);
+    if (leaf_a && leaf_b) {
+      for (std::uint32_t i = of_a.begin(m); i < of_a.end(m); ++i) {
+        for (std::uint32_t j = of_b.begin(n); j < of_b.end(n); ++j) {
+          paced.check();
+          primitives(trees[p].order[i], trees[q].order[j]);
+        }
+      }
+    } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {
+      stack[waiting++] = {TreeShape::left(m), n};
+      stack[waiting++] = {TreeShape::left(m) + 1, n};
+    } else {
+      stack[waiting++] = {m, TreeShape::left(n)};
+      stack[waiting++] = {m, TreeShape::left(n) + 1};
+    }
+  }
+  return tests;
+}
+
+template <class Bounds>
+std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> trees,
+                                NarrowPhase<Bounds>& narrow, StopSignal stop) {
+  if (pairs_.empty()) return 0;
+  const auto take = [&](std::uint32_t part) {
+    if (part_count_ == parts_.size()) parts_.emplace_back();
+    parts_[part_count_++].part = part;
+  };
+  named_.clear();
+  for (const NearPair& pair : pairs_) named_.insert(named_.end(), {pair.parts.a, pair.parts.b});
+  std::ranges::sort(named_);
+  named_.erase(std::unique(named_.begin(), named_.end()), named_.end());
+  for (const std::uint32_t part : named_) take(part);
+  for_each_index(0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
+  std::atomic<std::uint64_t> tests = 0;
+  for (int piece = 0; piece < pieces_; ++piece) {
+    for_each_index(
+        0, part_count_, stop,
+        [&](std::size_t i) { bound(core, trees[parts_[i].part], parts_[i], piece, stop); }, 1);
+    for_each_index(
+        0, pairs_.size(), stop,
+        [&](std::size_t i) { tests += traverse(core, trees, pairs_[i], piece, narrow.tester(), stop); }, 1);
+  }
+  return tests;
+}
+
+template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<Aabb>>, NarrowPhase<Aabb>&, StopSignal);
+template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18>>, NarrowPhase<KDop18>&,
+                                         StopSignal);
+
+std::size_t TurningStage::memory_bytes() const {
+  std::size_t bytes = held_bytes(pairs_, others_, named_, parts_);
+  for (const Part& part : parts_) bytes += held_bytes(part.at, part.nodes);
+  return bytes;
+}
+
+}  // namespace warmfront

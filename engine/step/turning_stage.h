@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stage that tests parts against each other that turn by much: of an arc its line says little then, so the
+// motion is looked at in pieces. It keeps nothing from step to step but its memory. Used by one thread at a time,
+// inside Workers::run().
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/broad_phase/part_pair.h"
+#include "engine/bvh/bvh.h"
+#include "engine/narrow_phase/narrow_phase.h"
+#include "engine/narrow_phase/pair_tester.h"
+#include "engine/state/core.h"
+#include "engine/stop.h"
+
+namespace warmfront {
+
+/// A part's motion is cut into pieces of equal time, 2 to 16 of them, by the largest angle of any. In each a box
+/// about a node holds the chords of its vertices; where the boxes of two primitives are, in each piece, farther
+/// apart than the separation, the arcs' distance from their chords and what the elementary test allows itself
+/// (certified_reach()), that test reports nothing of them: it looks at the same chords, or shorter ones within.
+/// Two primitives are tested once, in the first piece in which their boxes are nearer.
+class TurningStage {
+ public:
+  /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is no
+  /// longer than a share of its part, the front serves.
+  void take(const Core& core, std::span<const NearPair> near, StopSignal stop);
+  /// The others, sorted.
+  std::span<const NearPair> others(std::span<const NearPair> near) const {
+    return pairs_.empty() ? near : std::span<const NearPair>(others_);
+  }
+  std::span<const NearPair> pairs() const { return pairs_; }  ///< sorted
+  void forget() noexcept {
+    pairs_.clear();
+    others_.clear();
+  }
+
+  /// Tests them, and tells `narrow`; all parts of theirs are placed, with bounds of their vertices. Parallel.
+  /// Returns the number of tests of boxes. Throws Stopped when told to stop, and TooManyContacts.
+  template <class Bounds>
+  std::uint64_t run(const Core& core, std::span<const Bvh<Bounds>> trees, NarrowPhase<Bounds>& narrow,
+                    StopSignal stop);
+
+  std::size_t memory_bytes() const;
+
+ private:
+  struct Box {
+    std::array<double, 3> low;
+    std::array<double, 3> high;
+  };
+  /// A part that is in a pair.
+  struct Part {
+    std::uint32_t part;
+    std::vector<std::array<double, 3>> at;  ///< by time and vertex
+    std::vector<Box> nodes;                 ///< of the piece in hand
+    double size = 0;                        ///< no two coordinates of its vertices, ever, are farther apart
+    double away = 0;                        ///< of a point of an arc from its chord in one piece
+    double reach = 0;                       ///< no coordinate is larger in magnitude
+  };
+
+  Part& of(std::uint32_t part);
+  void place(const Core& core, Part& part, StopSignal stop) const;
+  Box box_of(const Part& part, std::uint32_t first_vertex, const Face& vertices, int piece) const;
+  template <class Bounds>
+  void bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece, StopSignal stop) const;
+  template <class Bounds>
+  std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair, int piece,
+                         PairTester& tester, StopSignal stop);
+  double room_between(const Core& core, const Part& a, const Part& b) const;
+
+  std::vector<NearPair> pairs_;
+  std::vector<NearPair> others_;
+  std::vector<std::uint32_t> named_;
+  std::vector<Part> parts_;  // of these pairs, by number; then some that were
+  std::size_t part_count_ = 0;
+  int pieces_ = 0;
+};
+
+}  // namespace warmfront
