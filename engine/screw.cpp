@@ -77,30 +77,40 @@ double angle_of(double x, double y) {
   return 8 * (t * series);
 }
 
-// sum over k of (-z)^k term(k), for z up to pi^2, of terms that fall as factorials.
+/// What each term of a series is of the one before it, without the argument.
+constexpr int kTerms = 14;
+using Ratios = std::array<double, kTerms>;
 template <class Ratio>
-double alternating(double z, double first, Ratio ratio) {
-  constexpr int kTerms = 20;
+constexpr Ratios ratios_of(Ratio ratio) {
+  Ratios ratios{};
+  for (int k = 1; k <= kTerms; ++k) ratios[static_cast<std::size_t>(k - 1)] = ratio(k);
+  return ratios;
+}
+constexpr Ratios kVersine = ratios_of([](int k) { return 1.0 / ((2 * k + 1) * (2 * k + 2)); });
+constexpr Ratios kLag = ratios_of([](int k) { return 1.0 / ((2 * k + 2) * (2 * k + 3)); });
+constexpr Ratios kCotangent =
+    ratios_of([](int k) { return (k + 1.0) / (k * (2.0 * k + 3) * (2.0 * k + 4)); });
+
+// An alternating series in z, up to pi^2, whose terms fall as factorials: what is left out is below 2^-60.
+double alternating(double z, double first, const Ratios& ratios) {
   double series = 1;
-  for (int k = kTerms; k >= 1; --k) series = 1 - z * (ratio(k) * series);
+  for (int k = kTerms; k >= 1; --k) series = 1 - (z * ratios[static_cast<std::size_t>(k - 1)]) * series;
   return first * series;
 }
 
 // (1 - cos a) / a^2, with z = a^2: terms 1 / (2 k + 2)!.
 double versine(double z) {
-  return alternating(z, 0.5, [](int k) { return 1.0 / ((2 * k + 1) * (2 * k + 2)); });
+  return alternating(z, 0.5, kVersine);
 }
 
 // (a - sin a) / a^3: terms 1 / (2 k + 3)!.
 double lag(double z) {
-  return alternating(z, 1.0 / 6, [](int k) { return 1.0 / ((2 * k + 2) * (2 * k + 3)); });
+  return alternating(z, 1.0 / 6, kLag);
 }
 
 // (1 - (a / 2) cot(a / 2)) / a^2: terms 2 (k + 1) / (2 k + 4)!, over twice the versine.
 double cotangent_share(double z) {
-  const double series = alternating(
-      z, 1.0 / 12, [](int k) { return (k + 1.0) / (k * (2.0 * k + 3) * (2.0 * k + 4)); });
-  return series / (2 * versine(z));
+  return alternating(z, 1.0 / 12, kCotangent) / (2 * versine(z));
 }
 
 }  // namespace
@@ -121,16 +131,18 @@ Twist twist_between(const Pose& from, const Pose& to) {
   if (!(length > 0)) return twist;
   twist.angular = scaled(2 * angle_of(q[0], length) / length, imaginary);
   twist.angle_squared = squared(twist.angular);
+  twist.chord_bend = versine(twist.angle_squared);
+  twist.chord_turn = lag(twist.angle_squared);
   const Vector across = cross(twist.angular, twist.linear);
   const Vector back = scaled(cotangent_share(twist.angle_squared), cross(twist.angular, across));
   twist.linear = sum(sum(twist.linear, scaled(-0.5, across)), back);
   return twist;
 }
 
-ArcShares arc_shares(double angle_squared, double s) {
+ArcShares arc_shares(const Twist& twist, double s) {
   const double square = s * s;
-  return {square * versine(angle_squared * square) - s * versine(angle_squared),
-          (square * s) * lag(angle_squared * square) - s * lag(angle_squared)};
+  const double z = twist.angle_squared * square;
+  return {square * versine(z) - s * twist.chord_bend, (square * s) * lag(z) - s * twist.chord_turn};
 }
 
 // The bend is affine in x = R0 X + t0: of a column of R0 it is angular x (angular x column), of t0, the
@@ -140,7 +152,7 @@ Pose screw_way(const Pose& from, const Pose& to, double fraction, bool single) {
   if (fraction == 0) return from;
   const Twist twist = twist_between(from, to);
   if (twist.angle_squared == 0) return part_way(from, to, fraction, single);
-  const ArcShares shares = arc_shares(twist.angle_squared, fraction);
+  const ArcShares shares = arc_shares(twist, fraction);
   Pose pose = part_way(from, to, fraction, false);
   for (std::size_t k = 0; k < 4; ++k) {
     const Vector velocity = k < 3 ? cross(twist.angular, column(from, k)) : twist.linear;

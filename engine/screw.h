@@ -17,6 +17,8 @@ struct Twist {
   std::array<double, 3> centre{};   ///< the translation of the first pose
   std::array<double, 3> linear{};   ///< velocity of the centre
   double angle_squared = 0;         ///< of `angular`; 0: along lines
+  double chord_bend = 0.5;          ///< B(1) of arc_shares()
+  double chord_turn = 1.0 / 6;      ///< C(1)
 
   /// angular x (velocity at x): how a point that begins at x bends off its line.
   std::array<double, 3> bend_at(const std::array<double, 3>& x) const;
@@ -42,8 +44,8 @@ struct ArcShares {
   double of_bend = 0;
   double of_turn = 0;
 };
-/// By their power series; within 2^-50.
-ArcShares arc_shares(double angle_squared, double s);
+/// By their power series; within 2^-49.
+ArcShares arc_shares(const Twist& twist, double s);
 
 /// Where a body is `fraction` of the way along the screw from one pose to another, each number by the formula
 /// above, in double, in a stated order: `to` itself at fraction 1 and `from` itself at 0. With `single` each

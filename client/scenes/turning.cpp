@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rigid rods in the cells of a grid turn and drift to and fro; each turns by up to a sixth of a turn a frame, so
 // that its ends go along arcs which lines between two frames cut short. They go through one another where they
-// meet. Thread safety as in model.h.
+// meet. Nothing does at first. Thread safety as in model.h.
 #include <algorithm>
 #include <cstdio>
 
@@ -11,7 +11,7 @@ namespace warmfront::client::scenes {
 namespace {
 
 constexpr Vec3 kHalfSize{0.012, 0.012, 0.11};  // of a rod
-constexpr double kSpacing = 0.2;               // so that ends of neighbours meet
+constexpr double kSpacing = 0.23;              // so that ends of neighbours meet where rods drift together
 constexpr double kDrift = 0.03;
 constexpr double kMostSpin = 60;  // degrees a frame
 
@@ -73,7 +73,7 @@ class Turning final : public Model {
   void place_rods() {
     for (std::size_t i = 0; i < rods_.size(); ++i) {
       const Rod& rod = rods_[i];
-      const double swing = sin_cos(rod.phase + 0.1 * frame_).sin;
+      const double swing = sin_cos(rod.phase + 0.1 * frame_).sin - sin_cos(rod.phase).sin;
       place(i, turned(rod.axis, rod.spin * frame_, rod.center + swing * rod.drift));
     }
   }

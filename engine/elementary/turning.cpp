@@ -65,7 +65,7 @@ struct Path {
 };
 
 ArcShares shares_at(const Twist* twist, double s) {
-  return twist == nullptr ? ArcShares{} : arc_shares(twist->angle_squared, s);
+  return twist == nullptr ? ArcShares{} : arc_shares(*twist, s);
 }
 
 /// How far chords are from arcs.

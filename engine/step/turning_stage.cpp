@@ -142,6 +142,7 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
                          StopSignal stop) const {
   const std::uint32_t first_vertex = core.motion.first_vertex(part.part);
   part.nodes.resize(tree.order.empty() ? 0 : tree.shape.node_count());
+  part.primitives.resize(tree.order.size());
   PacedStop paced(stop);
   const auto merge = [](Box& into, const Box& from) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -158,7 +159,7 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
     const std::uint32_t end = tree.shape.end(node);
     for (std::uint32_t i = tree.shape.begin(node); i < end; ++i) {
       paced.check();
-      const Box box =
+      const Box& box = part.primitives[i] =
           box_of(part, first_vertex, primitive_vertices(core.topology->scene, tree.order[i]), piece);
       if (i == tree.shape.begin(node))
         part.nodes[node] = box;
@@ -182,16 +183,16 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   std::uint64_t tests = 0;
   PacedStop paced(stop);
   tester.begin_leaves(p, q);
-  const auto primitives = [&](Primitive x, Primitive y) {
+  // Were they tested in a piece before?
+  const auto tested = [&](Primitive x, Primitive y) {
     const Face of_x = primitive_vertices(scene, x);
     const Face of_y = primitive_vertices(scene, y);
-    for (int k = 0; k <= piece; ++k) {
-      const bool near = near_each_other(box_of(a, core.motion.first_vertex(p), of_x, k),
-                                        box_of(b, core.motion.first_vertex(q), of_y, k), room);
-      if (!near) continue;
-      if (k == piece) tester.primitive_pair(x, y);
-      return;  // it was tested in this piece, or before
+    for (int k = 0; k < piece; ++k) {
+      if (near_each_other(box_of(a, core.motion.first_vertex(p), of_x, k),
+                          box_of(b, core.motion.first_vertex(q), of_y, k), room))
+        return true;
     }
+    return false;
   };
   // A pair of nodes is opened on the side that is the less deep; the stack holds a pair a level of both.
   std::array<std::pair<NodeId, NodeId>, 128> stack;
@@ -207,8 +208,11 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     if (leaf_a && leaf_b) {
       for (std::uint32_t i = of_a.begin(m); i < of_a.end(m); ++i) {
         for (std::uint32_t j = of_b.begin(n); j < of_b.end(n); ++j) {
+          if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
           paced.check();
-          primitives(trees[p].order[i], trees[q].order[j]);
+          const Primitive x = trees[p].order[i];
+          const Primitive y = trees[q].order[j];
+          if (!tested(x, y)) tester.primitive_pair(x, y);
         }
       }
     } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {
@@ -254,7 +258,7 @@ template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18
 
 std::size_t TurningStage::memory_bytes() const {
   std::size_t bytes = held_bytes(pairs_, others_, named_, parts_);
-  for (const Part& part : parts_) bytes += held_bytes(part.at, part.nodes);
+  for (const Part& part : parts_) bytes += held_bytes(part.at, part.nodes, part.primitives);
   return bytes;
 }
 

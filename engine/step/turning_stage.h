@@ -56,6 +56,7 @@ class TurningStage {
     std::uint32_t part;
     std::vector<std::array<double, 3>> at;  ///< by time and vertex
     std::vector<Box> nodes;                 ///< of the piece in hand
+    std::vector<Box> primitives;            ///< the same, by place in the hierarchy's order
     double size = 0;                        ///< no two coordinates of its vertices, ever, are farther apart
     double away = 0;                        ///< of a point of an arc from its chord in one piece
     double reach = 0;                       ///< no coordinate is larger in magnitude

@@ -13,7 +13,7 @@ from ._part_way import pose_part_way
 
 Array = npt.NDArray[Any]
 Vector = tuple[float, float, float]
-_TERMS = 20
+_TERMS = 14
 
 
 def pose_along_screw(start: Array, end: Array, fraction: float, dtype: np.dtype[Any]) -> npt.NDArray[np.float64]:
@@ -86,7 +86,7 @@ def _angle(x: float, y: float) -> float:
 def _alternating(z: float, first: float, ratio: Callable[[int], float]) -> float:
     series = 1.0
     for k in range(_TERMS, 0, -1):
-        series = 1 - z * (ratio(k) * series)
+        series = 1 - (z * ratio(k)) * series
     return first * series
 
 

@@ -166,7 +166,7 @@ TEST(InfoJson, UnknownKeysOfTheModelAreRefused) {
   };
   EXPECT_EQ(error(R"({"bodies": [{"first_vertex": 0, "vertex_count": 1, "thicknes": 1}]})"),
             "i: body 0: unknown key 'thicknes'; the known ones are vertex_count, name, first_vertex, kind, "
-            "self_collision, group, mask, thickness, world, half_space");
+            "self_collision, group, mask, thickness, screw, world, half_space");
   EXPECT_EQ(error(R"({"filters": {"within_edge": 1}})"),
             "i: filters: unknown key 'within_edge'; the known ones are within_edges, near_at_rest, "
             "excluded_vertex_pairs, patches");
