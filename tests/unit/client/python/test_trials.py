@@ -352,7 +352,7 @@ def fake_frame(V):
 
 def test_an_older_daemon_is_found_out(fake, session):
     fake.ignores_questions = True
-    with pytest.raises(UnimplementedError, match="took the trial for a step: it is older than trials"):
+    with pytest.raises(UnimplementedError, match="older than trials, and took the trial for a step"):
         session.trial(draw(1, session.positions.dtype))
     with pytest.raises(UnimplementedError):  # for good: it is not where the session is
         session.step(draw(1, session.positions.dtype))
