@@ -367,7 +367,7 @@ TEST(Changes, OfOneBodyTakeNothingForTheOthers) {
   };
   const std::shared_ptr<const Scene> kept = collider.shared_scene();
   change();
-  EXPECT_EQ(collider.shared_scene(), kept) << "as it was: nothing is made anew";
+  EXPECT_EQ(collider.shared_scene(), kept) << "unchanged: nothing was rebuilt";
   body.name = "renamed";
   EXPECT_LT(change(), 32U << 10);
   body.mask = 3;

@@ -45,7 +45,7 @@ class FaultTableStrangers : public FaultTable {
   /// Strangers have machines of their own: what the calling thread computes does not take the daemon's cores.
   static void compute_elsewhere() { setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19); }
 
-  /// Sends `part` of every socket again and again, until all were ended or `megabytes` were sent.
+  /// Sends `part` on every socket repeatedly, until all were closed or `megabytes` were sent.
   static std::size_t send_until_ended(std::vector<RawSocket>& sockets, std::size_t megabytes,
                                       const std::function<std::string()>& part) {
     std::vector<bool> open(sockets.size(), true);
@@ -290,7 +290,7 @@ TEST_F(FaultTableStrangers, Row29_ConnectionsOfOneAddress) {
     {
       const std::vector<RawSocket> sockets = expect_open(20);
       for (int i = 0; i < 20; ++i)
-        EXPECT_EQ(RawSocket(daemon_->port()).read_all(10'000), "") << "closed without a word";
+        EXPECT_EQ(RawSocket(daemon_->port()).read_all(10'000), "") << "closed without an answer";
     }
     // In two seconds four may begin.
     std::this_thread::sleep_for(std::chrono::milliseconds(2500));

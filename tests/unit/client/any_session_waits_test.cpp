@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions that are not waited for, or not for ever, in this process and behind a daemon alike.
+// Questions asked asynchronously, or with a time limit, in this process and behind a daemon.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -176,7 +176,7 @@ TEST(ElementaryStages, DirectionsPartOnlyWhatTheOraclePartsAtTheExtremes) {
   EXPECT_GT(parted, 100);
 }
 
-TEST(ElementaryStages, DirectionsPartWhatRushesPast) {
+TEST(ElementaryStages, DirectionsRejectPrimitivesThatPassEachOtherFast) {
   // Seen along the motion the vertex is beside the triangle, although their swept boxes overlap.
   const Points start{{{-8, 0.625, -8}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
   const Points beside = testing::moved(start, 0, 16, 0, 16);

@@ -252,7 +252,7 @@ TEST(TriangleFilter, SeparationIsKept) {
 }
 
 // Faster than they are large, so that no plane along either is between them at both ends.
-TEST(TriangleFilter, PartsWhatRushesPast) {
+TEST(TriangleFilter, RejectsTrianglesThatPassEachOtherFast) {
   std::mt19937_64 random(34);
   int apart = 0;
   for (int trial = 0; trial < 200; ++trial) {

@@ -457,7 +457,7 @@ TEST_F(TlsTest, BadFileContentsNeverStopTheDaemon) {
   ASSERT_TRUE(connect("ca.pem").ok());
   const std::string good = Certificate::read(file("daemon.pem")), key = Certificate::read(file("daemon.key"));
   const auto write = [&](const char* name, const std::string& text) { std::ofstream(file(name)) << text; };
-  // A script that copies the same files again and again, while clients come.
+  // A script that copies the same files periodically, while clients connect.
   for (int copy = 0; copy < 400; ++copy) {
     write("daemon.pem", good);
     write("daemon.key", key);

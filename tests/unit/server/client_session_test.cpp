@@ -236,7 +236,7 @@ TEST_F(ClientSessionTest, ADaemonThatIsNotRunningIsUnavailable) {
   EXPECT_THAT(client.error().message, HasSubstr("there is no folder /nonexistent;"));
 }
 
-// A busy daemon, or a far one: to connect again and again would only keep it busier.
+// A busy or distant daemon: repeated connection attempts would only add to its load.
 TEST_F(ClientSessionTest, ASlowDaemonIsConnectedToOnce) {
   const std::string path = ::testing::TempDir() + "warmfront_silent_" + std::to_string(getpid());
   sockaddr_un address{AF_UNIX, {}};
