@@ -23,6 +23,7 @@
 #include "server/session/position_buffer.h"
 #include "server/session/step_cost.h"
 #include "server/session/store.h"
+#include "tests/support/observers.h"
 #include "tests/unit/server/moving_grids.h"
 
 namespace warmfront::server {
@@ -270,7 +271,7 @@ TEST(RunnerTest, AGuestNeitherWaitsNorBlocksOthers) {
   EXPECT_FALSE(runner.backlog());
   EXPECT_TRUE(run_here(
       runner, [&] { ++ran; }, Lane::kShort))
-      << "one that runs is no one that waits";
+      << "a running job does not count as waiting";
   runner.post([&] { done.count_down(); }, Lane::kShort);
   EXPECT_FALSE(run_here(
       runner, [&] { ++ran; }, Lane::kShort))
@@ -468,11 +469,12 @@ TEST_F(StoreTest, AFrameOfAStreamThatWasTakenOverIsRefused) {
   const auto step = [&](std::optional<Attachment> from) {
     FrameBuffer positions(Dtype::kFloat64, *session->scene());
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(moved.data()), moved.size() * 8}).ok());
-    AdmittedFrame pass;
+    FramePass pass;
     pass.attachment = from;
     std::promise<Outcome<std::shared_ptr<const Answer>>> done;
-    session->step(1, std::move(positions), std::move(pass), Session::Admission::kAlways,
-                  [&](Outcome<std::shared_ptr<const Answer>> answer) { done.set_value(std::move(answer)); });
+    session->submit({1, FrameQuestion{std::move(positions)}, std::move(pass),
+                     test::tell_frame([&](const FrameOutcome& outcome) { done.set_value(outcome); })},
+                    Session::Admission::kAlways);
     return done.get_future().get();
   };
   const Attachment before = attach(), now = attach();
@@ -525,11 +527,12 @@ TEST_F(StoreTest, ACancelledFrameIsNotRun) {
     FrameBuffer positions(Dtype::kFloat64, *session->scene());
     const std::vector<double> values = grids.positions(1);
     EXPECT_TRUE(positions.append({reinterpret_cast<const char*>(values.data()), values.size() * 8}).ok());
-    AdmittedFrame pass;
+    FramePass pass;
     pass.given_up = std::make_shared<std::atomic<bool>>(given_up);
     std::promise<Outcome<std::shared_ptr<const Answer>>> answer;
-    session->step(1, std::move(positions), std::move(pass), Session::Admission::kBounded,
-                  [&](const Outcome<std::shared_ptr<const Answer>>& outcome) { answer.set_value(outcome); });
+    session->submit({1, FrameQuestion{std::move(positions)}, std::move(pass),
+                     test::tell_frame([&](const FrameOutcome& outcome) { answer.set_value(outcome); })},
+                    Session::Admission::kBounded);
     return answer.get_future().get();
   };
   const auto given_up = step(true);
