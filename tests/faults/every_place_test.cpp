@@ -810,7 +810,7 @@ TEST_P(EveryPlace, OnTwoThreads) {
 }
 
 // A question that ran out of memory as it began knows of some of the parts that were added, and not of others.
-TEST(PlaceAfterAFailure, LooksAtNoPartThatNoQuestionKnows) {
+TEST(PlaceAfterAFailure, ReadsNoPartThatWasNotAdded) {
   Script script{"placed after a failure",
                 {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.3))},
                 {},

@@ -123,7 +123,7 @@ void FaultTable::TearDown() {
   // Well before it would be ended by force, and well after a drain takes.
   if (!daemon_->ends_within(std::chrono::seconds(20))) print_threads();
   const int status = daemon_->wait();
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM is heard: exit status " << status;
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM is handled: exit status " << status;
   if (HasFailure()) std::printf("the daemon's log:\n%s", daemon_->log().c_str());
 }
 

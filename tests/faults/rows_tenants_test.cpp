@@ -148,7 +148,7 @@ TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeSto
     v1::GetServerInfoResponse info;
     ASSERT_TRUE(stub_->GetServerInfo(&again, {}, &info).ok());
     if (info.frames_in_flight() == 1) break;
-    ASSERT_LT(i, 999) << "steps whose client has gone go on";
+    ASSERT_LT(i, 999) << "steps continue after their client has gone";
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
@@ -161,7 +161,7 @@ TEST_F(FaultTableTenants, Row30_ADrainStopsAStepWithoutEnd) {
   daemon_->terminate();
   const int status = daemon_->wait();
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "exit status " << status;
-  EXPECT_EQ(greedy.wait().error_code(), StatusCode::UNAVAILABLE) << "its client goes on elsewhere";
+  EXPECT_EQ(greedy.wait().error_code(), StatusCode::UNAVAILABLE) << "its client continues with another daemon";
   begin({});
 }
 

@@ -222,7 +222,7 @@ TEST_P(AnySessionWaitsTest, TheTrialBeforeOneThatWasCancelledIsNoLongerCommitted
   Pending<Answer> state = session.proximity_async(1e6, Where::kBase, kCount);
   state.cancel();
   expect_error(state.get(), ErrorCode::kCancelled, "");
-  EXPECT_TRUE(session.intersections(Where::kTrialEnd).ok()) << "it moves nothing, and the trial stands";
+  EXPECT_TRUE(session.intersections(Where::kTrialEnd).ok()) << "it moves nothing, and the trial may still be committed";
   Pending<Answer> trial = session.trial_async(Doubles(point_), kCount);
   trial.cancel();
   Pending<Answer> end = session.intersections_async(Where::kTrialEnd);
@@ -233,7 +233,7 @@ TEST_P(AnySessionWaitsTest, TheTrialBeforeOneThatWasCancelledIsNoLongerCommitted
   ASSERT_TRUE(session.trial(Doubles(lifted)).ok());
   const std::atomic<bool> stop{true};
   expect_error(session.commit(0.5, {.cancelled = &stop}), ErrorCode::kCancelled, "");
-  EXPECT_TRUE(session.commit(0.5).ok()) << "of the trial, which stands";
+  EXPECT_TRUE(session.commit(0.5).ok()) << "of the trial, which may still be committed";
   EXPECT_EQ(session.intersections().value().frame, 2U);
 }
 
@@ -247,7 +247,7 @@ TEST_P(AnySessionWaitsTest, AnAnswerIsTakenOnce) {
   EXPECT_TRUE(trial.get().ok()) << "the answer was there before";
   expect_error(trial.get(), ErrorCode::kFailedPrecondition, "taken before");
   static_cast<void>(session.step_async(Frame{Doubles(one)}));
-  EXPECT_EQ(session.intersections().value().frame, 2U) << "a step counts without its Pending";
+  EXPECT_EQ(session.intersections().value().frame, 2U) << "a step counts even if its Pending was destroyed";
 }
 
 TEST_P(AnySessionWaitsTest, TheSceneChangesWhenNothingIsOnItsWay) {

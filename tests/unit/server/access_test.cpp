@@ -153,7 +153,7 @@ TEST_F(TokenTest, AnIdInUseByAnotherPrincipalLooksUnused) {
   upload->Write(request);
   upload->WritesDone();
   const grpc::Status status = upload->Finish();
-  ASSERT_TRUE(status.ok()) << status.error_message() << ": it tells that someone else has this id";
+  ASSERT_TRUE(status.ok()) << status.error_message() << ": the error reveals that another principal uses this id";
   EXPECT_EQ(bob.get_session(hers.id()).value().face_count, 1u);
   EXPECT_GT(alice.get_session(hers.id()).value().face_count, 1u);
   // A caller with the admin role selects the owner.
@@ -204,7 +204,7 @@ TEST_F(TokenTest, SessionsBelongToTheirPrincipalAndSomeCallsNeedTheAdminRole) {
   client::Session session = open(alice).value();
   EXPECT_EQ(alice.list_sessions().value().size(), 1u);
   EXPECT_TRUE(bob.list_sessions().value().empty());
-  EXPECT_TRUE(root.list_sessions().value().empty()) << "an administrator's own are as anyone's";
+  EXPECT_TRUE(root.list_sessions().value().empty()) << "an administrator's own sessions are listed like any other";
   EXPECT_EQ(bob.get_session(session.id()).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(bob.delete_session(session.id()).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(bob.list_all_sessions().error().code, ErrorCode::kPermissionDenied);
@@ -281,7 +281,7 @@ TEST_F(TokenTest, AuthenticationComesFirstAlsoWhileDraining) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     info = alice.server_info();
   }
-  EXPECT_TRUE(info.ok()) << "it drained although an upload was in hand";
+  EXPECT_TRUE(info.ok()) << "it drained although an upload was in progress";
 
   const auto nobody = [] {
     auto context = std::make_unique<grpc::ClientContext>();

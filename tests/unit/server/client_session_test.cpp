@@ -210,7 +210,7 @@ TEST_F(ClientSessionTest, ASessionTakenOverByAnotherClientFailsPermanently) {
   v1::StreamStepsResponse response;
   ASSERT_TRUE(thief->Write(request) && thief->Read(&response));
   const Result<Answer> taken = step(session, grids_, 2);
-  EXPECT_THAT(lost, ElementsAre()) << "two clients must not fight";
+  EXPECT_THAT(lost, ElementsAre()) << "a session taken over by another client is not resumed";
   EXPECT_EQ(taken.error().code, ErrorCode::kAborted);
   EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kAborted);
   context.TryCancel();

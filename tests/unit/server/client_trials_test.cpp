@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trials and commits through the client library: the bits of a collider in this process, and one answer to
-// each call, also where the daemon is another one by then.
+// each call, also where another daemon serves the session by then.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

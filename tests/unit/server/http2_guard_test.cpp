@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watch over HTTP/2: what attackers send is told for what it is wherever it is cut, and what clients send
+// The HTTP/2 guard: attacks are recognised however their bytes are split, and what clients send
 // passes.
 #include "server/process/http2_guard.h"
 

@@ -201,7 +201,7 @@ TEST_F(MetricsTest, IdleConnectionsDoNotBlockOthers) {
   for (const int socket : silent) ::close(socket);
 }
 
-TEST(SystemdTest, IsToldOverItsSocket) {
+TEST(SystemdTest, IsNotifiedOverItsSocket) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "notify").string();
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM, 0);
