@@ -41,7 +41,7 @@ void FaultTable::begin_untouched() {
 }
 
 void FaultTable::step_untouched() {
-  // In a rush gRPC may tell an idle connection to go away, and a call that begins just then fails: a client
+  // Under load gRPC may close an idle connection (GOAWAY), and a call that begins just then fails: a client
   // tries again, as ours do, and there is one answer to a frame.
   v1::StepResponse response;
   grpc::Status status;
@@ -99,7 +99,7 @@ void FaultTable::print_steps(const char* what, const std::vector<double>& took) 
 
 void FaultTable::TearDown() {
   if (IsSkipped()) return;
-  // For who reads of the failure.
+  // For the reader of a failure.
   const auto print_threads = [this] { std::printf("the daemon's threads:\n%s", daemon_->threads().c_str()); };
   if (HasFailure()) print_threads();
   // As in step_untouched().

@@ -64,7 +64,7 @@ TEST_F(FaultTable, Row18_NoTokenABadOneOrAnothersSession) {
 TEST_F(FaultTable, Row19_TheDeadlinePassesInTheMiddleOfAStep) {
   allowed_peak_ = 128 * kMiB;
   allowed_growth_ = 64 * kMiB;
-  // Everything through everything: minutes of work, far beyond the deadline of the call that waits for its
+  // All faces through all faces: minutes of work, far beyond the deadline of the call that waits for its
   // end.
   constexpr int kTriangles = 20000;
   std::vector<std::array<std::int32_t, 3>> faces;

@@ -91,7 +91,7 @@ class FaultTableTenants : public FaultTable {
     std::thread thread_;
   };
 
-  /// A session at rest apart, of which the step to all in one place does not end for minutes.
+  /// A session of separate bodies, whose step to a state with all in one place takes minutes.
   std::string create_greedy(int number, int triangles = 20'000) {
     HostileScene scene = testing::flat_grid(static_cast<int>(std::sqrt(triangles / 2.0)));
     const grpc::Status created =
@@ -134,7 +134,7 @@ TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeSto
   std::printf("three steps of 80,000 triangles: %.0f ms\n",
               Milliseconds(std::chrono::steady_clock::now() - began).count());
   for (const auto& one : greedy) EXPECT_FALSE(one->done()) << "it was to be without end";
-  // Whose session is deleted stops; who gives up, too.
+  // A step stops when its session is deleted, and when its client gives up.
   Context context;
   v1::DeleteSessionRequest doomed;
   doomed.set_session_id(id_of(0));

@@ -51,7 +51,7 @@ std::uint64_t hash_of(const Answer& answer) {
   return hash.value();
 }
 
-/// What a callback said, and how often; taking it down needs no memory.
+/// What an observer was told, and how often; recording it needs no memory.
 template <class T>
 class Reply {
  public:
@@ -404,7 +404,7 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
         }
       }
       ASSERT_FALSE(HasFailure());
-      // A request is let go of after its answer, as is what the step has taken.
+      // A request, and what its step took, are released after its answer.
       const auto held = [&] { return testing::live_bytes() - before; };
       const std::size_t charged = session_->account()->held() + kOfTest;
       for (int i = 0; i < 1000 && held() > charged; ++i)

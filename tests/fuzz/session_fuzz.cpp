@@ -51,7 +51,7 @@ class Driver {
 
   void run() {
     while (!input_.empty()) act();
-    // Whatever happened before: an open session steps on rightly.
+    // Whatever happened before: an open session still answers correctly.
     right_frame();
     session_->close(kGone);
     wait_until_gone();

@@ -18,8 +18,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// Sessions one after another: stepped and deleted, abandoned with a stream on them, or fed with what is
-/// none.
+/// Sessions one after another: stepped and deleted, abandoned with a stream on them, or sent invalid
+/// messages.
 class Churn : public BareClient {
  public:
   Churn(std::string address, int number)

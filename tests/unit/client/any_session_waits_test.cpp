@@ -155,7 +155,7 @@ TEST_P(AnySessionWaitsTest, AFrameOfWhatMovedIsTheCallersAgain) {
 TEST_P(AnySessionWaitsTest, ACancelledQuestionLeavesTheSessionAsItWas) {
   AnySession session = open_endless();
   const Frame endless{Doubles(point_)};
-  // Before its turn, in its turn, while it is waited for by another thread's word, and by a flag.
+  // Cancelled before its turn, in its turn, by another thread while it is waited for, and by a flag.
   Pending<Answer> first = session.trial_async(endless, kCount), second = session.step_async(endless, kCount);
   EXPECT_FALSE(first.wait_for(milliseconds(20)));
   second.cancel();

@@ -149,7 +149,7 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   EXPECT_EQ(counts("--server " + daemon.address()), with);
   EXPECT_EQ(counts("--filter-edges 0 --filter-near-at-rest 0"), without);
 
-  // So does how thick its bodies are, whichever bodies they are taken for.
+  // So does the thickness of its bodies, with any --bodies.
   info.erase("filters");
   for (Json& body : info["bodies"]) body["thickness"] = 0.05;
   folder.write("scene/info.json", info.dump());

@@ -186,8 +186,8 @@ TEST_F(WhereAStepRunsTest, OnTheCallersThreadEvenIfTheRecordingDiskHangs) {
   disk->go_on();
 }
 
-/// Triangles that lie apart, so that a step of theirs is brief, and then pass through one another, all
-/// through all: a step of minutes that was thought brief, and ends when its client gives up.
+/// Triangles that are apart, so that a step is brief; then all pass through all: a step of minutes that was
+/// predicted to be brief, and ends when its client gives up.
 class BriefStepsTest : public ServiceTest {
  protected:
   static constexpr std::uint32_t kTriangles = 8000;

@@ -26,7 +26,7 @@ using Doubles = std::span<const double>;
 /// What a daemon does not know, and what came before it neither.
 enum class Unknown { kStates, kQuestions };
 
-/// Hands each call on to a daemon of today, and takes out of what goes and comes back what it does not know.
+/// Forwards each call to a current daemon, and removes from requests and answers what an older one does not know.
 class OlderService final : public v1::CollisionService::Service {
  public:
   explicit OlderService(const std::string& address, Unknown unknown = Unknown::kStates)

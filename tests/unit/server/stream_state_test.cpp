@@ -269,7 +269,7 @@ TEST(StreamStateTest, TheClientIsLateOnlyWhileItOwesWhatIsBeingRead) {
 }
 
 /// A call whose client, session and transport do anything that they may, at random. It carries out what is
-/// due, and says what it met that must not be.
+/// due, and reports forbidden states.
 class RandomCall {
  public:
   explicit RandomCall(std::uint64_t seed) : random_(seed) { advance(); }
