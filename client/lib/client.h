@@ -60,9 +60,9 @@ struct SessionOptions {
 /// A session of a daemon. It keeps the scene, the positions last answered, the last trial and the frames
 /// unanswered, so that it can be created again: when the daemon dies, restarts, drains or forgets it, the
 /// session goes on there or at whatever daemon the address leads to by then, with exactly one answer to each
-/// frame, in order and of the same bits. A copy that a daemon still has is gone on with where it is in this
-/// session's own state, which the daemon states; another, and that of a daemon too old to state it, is
-/// deleted and made again. A limit that is met on the way, and that others fill, is waited for within the
+/// frame, in order and of the same bits. A copy that a daemon still has is reused where its state, which the
+/// daemon reports, is this session's; another one, and that of a daemon too old to report it, is deleted and
+/// created again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most the
 /// resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further
 /// call gives that error.
 class Session final : public Questions {

@@ -7,7 +7,7 @@
 namespace warmfront::client {
 namespace {
 
-/// How often a flag is looked at, which its owner may set without a word.
+/// How often a cancellation flag is polled: nobody is notified when it is set.
 constexpr std::chrono::milliseconds kLook{2};
 
 }  // namespace

@@ -47,13 +47,13 @@ class Questions {
                                const WaitOptions& wait = {});
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1], which is the session's next frame: as
   /// Collider::commit(), rounded to the kind of positions that the session was created with. It is carried
-  /// out once, whatever becomes of the daemon on the way. kFailedPrecondition without a trial that was
+  /// out once, even if the daemon is lost meanwhile. kFailedPrecondition without a trial that was
   /// answered last. Where it is given up, the trial may be committed still. What it moved is then at
   /// part_way(X, Y, fraction, float32) of engine/part_way.h, for those who keep positions of their own.
   Result<CommitResult> commit(double fraction = 1, const WaitOptions& wait = {});
 
   /// The same without waiting: each sends what the window allows, and the rest in time. Nothing that is given
-  /// is needed once they return, but for the flag of `wait`. A question that fails on the way does not count
+  /// is needed once they return, but for the flag of `wait`. A question that fails does not count
   /// as above; one that was asked after a step, place or commit that fails, and before that was waited for,
   /// fails with kFailedPrecondition, since its motion began where that one would have ended.
   Pending<Answer> step_async(const Frame& frame, const QuestionOptions& options = {},

@@ -237,7 +237,7 @@ void SceneState::apply(ChangeBody&& change) {
   body.first_vertex = old.first_vertex;
   body.vertex_count = old.vertex_count;
   if (!body.half_space) body.half_space = old.half_space;  // of one that is removed
-  // Described anew, it is where that says.
+  // Its new description also places it.
   if (body.half_space && (body.kind != old.kind || body.half_space != old.half_space)) poses_[index].reset();
   if (poses_[index] && body.kind != BodyKind::kRigid) {
     for (std::uint32_t v = 0; v < old.vertex_count && !float32_; ++v) {

@@ -59,7 +59,7 @@ Status Session::Impl::resume(const RemoteError& why) {
                                               " resumes without an answer to " + what + ": " +
                                               why.error.message});
   }
-  // A call may fail at once, again and again, though a stream can be attached: its connection is another one.
+  // Unary calls use another connection than the stream: they may fail each time though a stream attaches.
   if (resumes_without_answer_ > 0)
     sleep(std::min(kFirstBackoff * (1 << std::min(resumes_without_answer_ - 1, 10)), kLongestBackoff));
   ++resumes_without_answer_;
@@ -95,8 +95,8 @@ void Session::Impl::drop_trial_sent_again() {
   if (!unanswered_.empty() && unanswered_.front().answered) unanswered_.pop_front();
 }
 
-// Before a commit, or a question about its end. A daemon that is ahead has carried the commit out, and
-// answers it again; one that never had the trial, or forgot it with the stream before, is told of it first.
+// Before a commit, or a question about the trial's end. A daemon that is ahead has carried the commit out, and
+// answers it from its cache; one that does not know the trial, or lost it with the last stream, gets it first.
 void Session::Impl::put_trial_before() {
   if (unanswered_.empty() || !unanswered_.front().needs_trial() || !last_trial_) return;
   const bool ahead = known_ && attached_.has_state() && !same_state(attached_.state(), *known_);
@@ -104,7 +104,7 @@ void Session::Impl::put_trial_before() {
   unanswered_.push_front(last_trial_->frame());
   SentFrame& trial = unanswered_.front();
   trial.answered = true;
-  // Counted, it meets no limit that the daemon before did not have.
+  // It only counts contacts: it cannot exceed a limit on listed ones, which the first daemon did not exceed.
   trial.question = {};
   trial.question.kind = QuestionKind::kTrial;
   trial.question.options.report = Report::kCount;
@@ -112,8 +112,8 @@ void Session::Impl::put_trial_before() {
 
 std::optional<RemoteError> Session::Impl::try_establish(WallClock::time_point deadline) {
   drop_trial_sent_again();
-  // A daemon that was started again may allow fewer calls on a connection, and a stream too many would wait
-  // there without a word.
+  // A daemon that was restarted may allow fewer calls on a connection. gRPC would queue a stream above that
+  // number and report nothing.
   if (attached_.has_limits()) {
     v1::GetServerInfoResponse ignored;
     if (std::optional<RemoteError> error = connection_->server_info(ignored, id(), looking())) return error;
@@ -168,7 +168,7 @@ bool Session::Impl::attached_is_own() const {
   if (same_state(state, *known_)) return true;
   if (!attached_.has_state_before() || !same_state(attached_.state_before(), *known_)) return false;
   // Ahead by one: by a frame, whose content the daemon compares when it is sent again, or by a change, whose
-  // key it does. A trial that is due was not answered, and the daemon is where it cannot be any more.
+  // key it does. Not where a trial is due: it was not answered, and cannot be asked in the later state.
   return state.frame() == known_->frame() ? changing_
                                           : !unanswered_.empty() && unanswered_.front().counts() &&
                                                 unanswered_.front().number == state.frame();
@@ -179,7 +179,7 @@ std::optional<RemoteError> Session::Impl::create() {
   v1::CreateSessionResponse response;
   std::optional<RemoteError> error =
       connection_->create(header_, state_.scene(), state_.positions(), response, looking());
-  // What was known holds until then: a copy that was created without an answer is compared with it.
+  // Until an answer comes the old state is kept: a copy created by a lost call is compared with it.
   if (!error)
     known_ = response.session().has_state() ? std::optional(response.session().state()) : std::nullopt;
   return error;

@@ -3,8 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace warmfront::server {
+
+/// As messages call it.
+inline std::string frame_name(std::uint64_t frame) {
+  return "frame " + std::to_string(frame);
+}
 
 class FrameSequence {
  public:

@@ -24,6 +24,10 @@ struct Standing {
   std::optional<SessionState> before;
 };
 
+/// What is taken in after a state's own digest tells frames, which begin with 0 or 1, from changes and commits.
+inline constexpr std::uint64_t kDigestOfChange = 2;
+inline constexpr std::uint64_t kDigestOfCommit = 3;
+
 /// 64 bits of a state or of content. Hashing takes far less than a byte a cycle: many times less than the
 /// reading of positions that a step begins with.
 class StateDigest {

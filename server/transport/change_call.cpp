@@ -15,6 +15,23 @@
 
 namespace warmfront::server {
 
+/// The call lives until it is answered.
+class ChangeCall::Reply final : public ChangeObserver {
+ public:
+  Reply(std::shared_ptr<ChangeCall> call, ChangeRecord record)
+      : call_(std::move(call)), record_(std::move(record)) {}
+
+  void begins() override { record_.begins(); }
+  void answered(const Outcome<SessionState>& outcome) noexcept override {
+    record_.answered(outcome);
+    call_->answer_with(outcome);
+  }
+
+ private:
+  const std::shared_ptr<ChangeCall> call_;
+  ChangeRecord record_;
+};
+
 ChangeCall* ChangeCall::start(Context& context, const grpc::CallbackServerContext& call,
                               grpc::ByteBuffer& response) {
   const std::shared_ptr<ChangeCall> change(new ChangeCall(context, call, response));
@@ -98,13 +115,10 @@ void ChangeCall::hand_over() {
           return finish_call(*this, refused(order.fault()));
         }
         order.value().given_up = given_up_;
-        // The call lives until it is answered.
-        auto [before, done] = recorded(recording_of(*session_), request_, session_->account(),
-                                       [call = self<ChangeCall>()](const Outcome<SessionState>& outcome) {
-                                         call->answer_with(outcome);
-                                       });
+        auto reply = std::make_unique<Reply>(
+            self<ChangeCall>(), ChangeRecord(recording_of(*session_), request_, session_->account()));
         give_back();
-        session_->change(std::move(order).value(), std::move(done), std::move(before));
+        session_->change(std::move(order).value(), std::move(reply));
       },
       [&](grpc::Status status) {
         give_back();

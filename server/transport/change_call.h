@@ -24,6 +24,8 @@ class ChangeCall final : public UploadCall<v1::ChangeSceneRequest> {
                            grpc::ByteBuffer& response);
 
  private:
+  class Reply;
+
   ChangeCall(Context& context, const grpc::CallbackServerContext& call, grpc::ByteBuffer& response)
       : UploadCall("StreamChangeScene", context, call, response) {}
 

@@ -43,6 +43,40 @@ grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext* call, grpc::Status
   return reactor;
 }
 
+/// Answers a ChangeScene call, which is in flight until its reactor was finished.
+class ChangeReply final : public ChangeObserver {
+ public:
+  ChangeReply(Context& context, CancellableCall& reactor, grpc::ByteBuffer& response,
+              std::shared_ptr<Session> session, Lifecycle::Call in_flight, ChangeRecord record)
+      : context_(context),
+        reactor_(reactor),
+        response_(response),
+        session_(std::move(session)),
+        in_flight_(std::move(in_flight)),
+        record_(std::move(record)) {}
+
+  void begins() override { record_.begins(); }
+  void answered(const Outcome<SessionState>& outcome) noexcept override {
+    record_.answered(outcome);
+    answer(reactor_, [&] {
+      if (!outcome) return context_.refuse(outcome.fault());
+      v1::ChangeSceneResponse reply;
+      *reply.mutable_session() = to_proto(*session_);
+      *reply.mutable_state() = to_proto(outcome.value());
+      response_ = serialize(reply);
+      return grpc::Status::OK;
+    });
+  }
+
+ private:
+  Context& context_;
+  CancellableCall& reactor_;
+  grpc::ByteBuffer& response_;
+  const std::shared_ptr<Session> session_;
+  const Lifecycle::Call in_flight_;
+  ChangeRecord record_;
+};
+
 class CollisionService final : public Base {
  public:
   explicit CollisionService(Context& context) : context_(context) {}
@@ -96,22 +130,11 @@ class CollisionService final : public Base {
           Outcome<ChangeOrder> order =
               change_order_from(message, session->dtype(), context_.limits, session->account());
           if (!order) return finish_call(reactor, context_.refuse(order.fault()));
-          // Shared, because a std::function must be copyable; released after the reactor was finished.
-          auto in_flight = std::make_shared<Lifecycle::Call>(std::move(begun).value());
           order.value().given_up = reactor.given_up();
-          auto [before, done] = recorded(recording_of(*session), message, session->account(),
-                                         [&context = context_, &reactor, response, session,
-                                          in_flight](const Outcome<SessionState>& state) {
-                                           answer(reactor, [&] {
-                                             if (!state) return context.refuse(state.fault());
-                                             v1::ChangeSceneResponse reply;
-                                             *reply.mutable_session() = to_proto(*session);
-                                             *reply.mutable_state() = to_proto(state.value());
-                                             *response = serialize(reply);
-                                             return grpc::Status::OK;
-                                           });
-                                         });
-          session->change(std::move(order).value(), std::move(done), std::move(before));
+          ChangeRecord record(recording_of(*session), message, session->account());
+          auto reply = std::make_unique<ChangeReply>(context_, reactor, *response, session,
+                                                     std::move(begun).value(), std::move(record));
+          session->change(std::move(order).value(), std::move(reply));
         });
   }
 

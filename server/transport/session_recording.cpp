@@ -83,7 +83,7 @@ void SessionRecording::commit(const v1::Commit& request) {
   write([&](v1::RecordedMessage& message) { *message.mutable_commit() = request; });
 }
 
-void SessionRecording::answer(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
+void SessionRecording::answer(std::uint64_t frame, const FrameOutcome& outcome) {
   write([&](v1::RecordedMessage& message) {
     v1::RecordedAnswer& to = *message.mutable_answer();
     to.set_frame(frame);
@@ -110,68 +110,39 @@ void SessionRecording::changed(const Outcome<SessionState>& outcome) {
   });
 }
 
-namespace {
-
-/// Writes a frame by `begin`, and its answer.
-template <class Begin>
-Hooks<Session::StepDone> frame_recorded(const std::shared_ptr<SessionRecording>& recording,
-                                        std::uint64_t frame, Begin begin, Session::StepDone done) {
-  if (!recording) return {{}, std::move(done)};
-  // Shared by both hooks, which the session calls one after the other.
-  struct Call {
-    Begin begin;
-    bool begun = false;
-  };
-  auto call = std::make_shared<Call>(Call{std::move(begin)});
-  return {[recording, call] {
-            call->begun = true;
-            call->begin(*recording);
-          },
-          [recording, call, frame, done = std::move(done)](Outcome<std::shared_ptr<const Answer>> outcome) {
-            if (call->begun) if_memory_allows([&] { recording->answer(frame, outcome); });
-            done(std::move(outcome));
-          }};
+void FrameRecord::begins() {
+  if (!recording_) return;
+  begun_ = true;
+  if (auto* parts = std::get_if<RecordedParts>(&sent_))
+    recording_->frame(std::move(*parts));
+  else
+    recording_->commit(std::get<v1::Commit>(sent_));
 }
 
-}  // namespace
-
-Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording, std::uint64_t frame,
-                                  RecordedParts parts, Session::StepDone done) {
-  return frame_recorded(
-      recording, frame,
-      [parts = std::move(parts)](SessionRecording& to) mutable { to.frame(std::move(parts)); },
-      std::move(done));
+void FrameRecord::answered(const FrameOutcome& outcome) noexcept {
+  if (begun_) if_memory_allows([&] { recording_->answer(frame_, outcome); });
 }
 
-Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording,
-                                  const v1::Commit& request, Session::StepDone done) {
-  return frame_recorded(
-      recording, request.frame(), [request](SessionRecording& to) { to.commit(request); }, std::move(done));
-}
-
-Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& recording,
-                                    const v1::ChangeSceneRequest& request, std::shared_ptr<Account> account,
-                                    Session::ChangeDone done) {
-  if (!recording) return {{}, std::move(done)};
-  struct Call {
-    v1::ChangeSceneRequest request;
-    Holding memory;
-    bool begun = false;
-  };
-  auto call = std::make_shared<Call>(Call{request, Holding(std::move(account))});
+ChangeRecord::ChangeRecord(std::shared_ptr<SessionRecording> recording, const v1::ChangeSceneRequest& request,
+                           std::shared_ptr<Account> account)
+    : recording_(std::move(recording)), memory_(std::move(account)) {
+  if (!recording_) return;
+  request_ = request;
   // Meant for the states of the session that was recorded, not of one that replays it.
-  call->request.clear_expected_state();
-  call->request.clear_key();
-  call->memory.set(call->request.SpaceUsedLong());
-  return {[recording, call] {
-            call->begun = true;
-            recording->change(std::exchange(call->request, {}));
-            call->memory.set(0);
-          },
-          [recording, call, done = std::move(done)](const Outcome<SessionState>& outcome) {
-            if (call->begun) if_memory_allows([&] { recording->changed(outcome); });
-            done(outcome);
-          }};
+  request_.clear_expected_state();
+  request_.clear_key();
+  memory_.set(request_.SpaceUsedLong());
+}
+
+void ChangeRecord::begins() {
+  if (!recording_) return;
+  begun_ = true;
+  recording_->change(std::exchange(request_, {}));
+  memory_.set(0);
+}
+
+void ChangeRecord::answered(const Outcome<SessionState>& outcome) noexcept {
+  if (begun_) if_memory_allows([&] { recording_->changed(outcome); });
 }
 
 }  // namespace warmfront::server

@@ -5,9 +5,10 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "server/session/session.h"
@@ -49,7 +50,7 @@ class SessionRecording final : public SessionCompanion {
   void keep() { kept_ = true; }
   void frame(RecordedParts parts);
   void commit(const v1::Commit& request);
-  void answer(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
+  void answer(std::uint64_t frame, const FrameOutcome& outcome);
   void change(const v1::ChangeSceneRequest& request);
   void changed(const Outcome<SessionState>& outcome);
 
@@ -71,22 +72,41 @@ inline std::shared_ptr<SessionRecording> recording_of(const Session& session) {
   return std::static_pointer_cast<SessionRecording>(session.companion());
 }
 
-/// What a session calls before it carries out a request, and after.
-template <class Done>
-struct Hooks {
-  Session::Before before;
-  Done done;
+/// What a frame leaves in the recording of its session: what was sent, once its turn has come, and what came
+/// of it, in the order in which the session does its work. A frame that is refused before its turn leaves
+/// nothing, and nor does one of a session that is not recorded: `recording` may be null.
+class FrameRecord {
+ public:
+  FrameRecord(std::shared_ptr<SessionRecording> recording, std::uint64_t frame, RecordedParts sent)
+      : recording_(std::move(recording)), frame_(frame), sent_(std::move(sent)) {}
+  FrameRecord(std::shared_ptr<SessionRecording> recording, const v1::Commit& sent)
+      : recording_(std::move(recording)), frame_(sent.frame()), sent_(sent) {}
+
+  void begins();
+  void answered(const FrameOutcome& outcome) noexcept;
+
+ private:
+  std::shared_ptr<SessionRecording> recording_;
+  std::uint64_t frame_;
+  std::variant<RecordedParts, v1::Commit> sent_;
+  bool begun_ = false;
 };
-/// `done` after what was sent and what came of it are written, in the order in which the session does its
-/// work. A request that the session refuses before its turn is not written. Without a recording: `done`
-/// itself.
-Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording, std::uint64_t frame,
-                                  RecordedParts parts, Session::StepDone done);
-Hooks<Session::StepDone> recorded(const std::shared_ptr<SessionRecording>& recording,
-                                  const v1::Commit& request, Session::StepDone done);
-/// What is kept of the request until its turn is charged to `account`, which may be null.
-Hooks<Session::ChangeDone> recorded(const std::shared_ptr<SessionRecording>& recording,
-                                    const v1::ChangeSceneRequest& request, std::shared_ptr<Account> account,
-                                    Session::ChangeDone done);
+
+/// The same of a change. What is kept of the request until its turn is charged to `account`, which may be
+/// null.
+class ChangeRecord {
+ public:
+  ChangeRecord(std::shared_ptr<SessionRecording> recording, const v1::ChangeSceneRequest& request,
+               std::shared_ptr<Account> account);
+
+  void begins();
+  void answered(const Outcome<SessionState>& outcome) noexcept;
+
+ private:
+  std::shared_ptr<SessionRecording> recording_;
+  v1::ChangeSceneRequest request_;
+  Holding memory_;
+  bool begun_ = false;
+};
 
 }  // namespace warmfront::server

@@ -4,14 +4,13 @@
 
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "proto/byte_buffer.h"
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
+#include "server/transport/frame_assembly.h"
 #include "server/transport/heavy.h"
 #include "server/transport/reaction.h"
-#include "server/transport/session_recording.h"
 #include "server/transport/yield_to_steps.h"
 
 namespace warmfront::server {
@@ -21,6 +20,27 @@ namespace {
 constexpr std::size_t kRestBytes = 1024;
 
 }  // namespace
+
+/// The call lives until it is answered.
+class StepCall::Reply final : public FrameObserver {
+ public:
+  Reply(StepCall& call, Tenant* tenant, FrameRecord record)
+      : call_(call), tenant_(tenant), record_(std::move(record)) {}
+
+  void begins() override { record_.begins(); }
+  void answered(const FrameOutcome& outcome) noexcept override {
+    record_.answered(outcome);
+    answer(call_, [&] {
+      if (outcome) call_.respond(*outcome.value());
+      return outcome ? grpc::Status::OK : call_.context_.refuse(outcome.fault(), tenant_);
+    });
+  }
+
+ private:
+  StepCall& call_;
+  Tenant* const tenant_;  // may be null
+  FrameRecord record_;
+};
 
 StepCall* StepCall::start(Context& context, std::shared_ptr<Tenant> tenant,
                           std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response) {
@@ -46,36 +66,18 @@ void StepCall::step(const Outcome<Request>& request) {
 }
 
 void StepCall::step(Session& session, const v1::StepRequest& request) {
-  FrameBuffer contents(session.dtype(), *session.scene());
-  AdmittedFrame pass = admit_frame(session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
-                                   context_.frames, session.account(), contents.expected_bytes());
+  FrameAssembly assembly(session, session.tenant() != nullptr ? session.tenant()->frames : context_.frames,
+                         context_.frames, request.frame());
+  FramePass& pass = assembly.pass();
   if (pass.refused) return finish_call(*this, context_.refuse(*pass.refused, session.tenant()));
-  Outcome<Question> question = question_from(request);
-  if (!question) pass.refused = question.fault();
+  assembly.ask(request);
   pass.given_up = given_up_;
   response_bytes_ = Holding(session.account());
   pass.max_answer_bytes = context_.limits.max_message_bytes - kRestBytes;
-  // An overflow is kept in the buffer, for the session to answer by its rules.
-  append(request, contents);
-  RecordedParts parts(session.account());
-  if (session.companion()) {
-    v1::StepFrame part;
-    part.set_frame(request.frame());
-    part.set_positions(request.positions());
-    if (request.has_moved()) *part.mutable_moved() = request.moved();
-    if (request.has_question()) *part.mutable_question() = request.question();
-    parts.add(std::move(part), RecordedParts::kOneMessage);
-  }
-  auto [before, done] =
-      recorded(recording_of(session), request.frame(), std::move(parts),
-               [this, tenant = session.tenant()](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                 answer(*this, [&] {
-                   if (outcome) respond(*outcome.value());
-                   return outcome ? grpc::Status::OK : context_.refuse(outcome.fault(), tenant);
-                 });
-               });
-  session.step(request.frame(), std::move(contents), std::move(pass), Session::Admission::kBounded,
-               std::move(done), std::move(before), question ? std::move(question).value() : refused_question(request));
+  assembly.add(request);
+  FrameRecord record(recording_of(session), request.frame(), assembly.take_parts());
+  session.submit(assembly.finish(std::make_unique<Reply>(*this, session.tenant(), std::move(record))),
+                 Session::Admission::kBounded);
 }
 
 void StepCall::respond(const Answer& answer) {

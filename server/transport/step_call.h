@@ -26,9 +26,9 @@ class StepCall final : public grpc::ServerUnaryReactor {
     v1::StepRequest message;
   };
 
-  /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as the call, and so does
-  /// what `receive` uses. That returns the request: at once, or, where it is heavy, in the turn of `tenant`,
-  /// who else is null.
+  /// Lives until gRPC calls OnDone(). `context` outlives it, `response` lives as long as the call, and so
+  /// does what `receive` uses. That returns the request: at once, or, where it is heavy, in the turn of
+  /// `tenant`, who else is null.
   static StepCall* start(Context& context, std::shared_ptr<Tenant> tenant,
                          std::function<Outcome<Request>()> receive, grpc::ByteBuffer& response);
 
@@ -36,6 +36,8 @@ class StepCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
  private:
+  class Reply;
+
   explicit StepCall(Context& context, grpc::ByteBuffer& response) : context_(context), response_(response) {}
 
   void step(const Outcome<Request>& request);

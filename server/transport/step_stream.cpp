@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hot path: messages in, frames to the session, answers out. Thread safety as stated in the header.
+// The course of a call: what is read, what is written, and how it ends. What the messages ask for:
+// step_stream_requests.cpp. Thread safety as stated in the header.
 #include "server/transport/step_stream.h"
 
 #include <grpc/grpc.h>
@@ -11,25 +12,11 @@
 #include "server/transport/convert.h"
 #include "server/transport/errors.h"
 #include "server/transport/heavy.h"
-#include "server/transport/reaction.h"
 #include "server/transport/session_metadata.h"
-#include "server/transport/session_recording.h"
-#include "server/transport/stream_codec.h"
 #include "server/transport/yield_to_steps.h"
 #include "server/units.h"
 
 namespace warmfront::server {
-namespace {
-
-using Happened = StreamEvent::Kind;
-
-constexpr std::size_t kRestOfFrameBytes = std::size_t{1} << 20;
-
-Fault out_of_place(std::string message) {
-  return {ErrorCode::kFailedPrecondition, Reason::kProtocol, "StreamSteps: " + std::move(message)};
-}
-
-}  // namespace
 
 StepStream::StepStream(Context& context, grpc::CallbackServerContext& call)
     : context_(context), rpc_(call), metadata_id_(session_metadata(call)) {}
@@ -64,11 +51,6 @@ void StepStream::begin() {
   advance_locked();
 }
 
-template <class Work>
-void StepStream::guarded(Work work) noexcept {
-  react(std::move(work), [this](grpc::Status status) { fail(std::move(status)); });
-}
-
 void StepStream::fail(grpc::Status status, StreamEvent::Kind how) noexcept {
   context_.metrics.refused_with(status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED ? "memory"
                                                                                             : "engine");
@@ -84,7 +66,7 @@ void StepStream::OnReadDone(bool ok) {
   handling([&] {
     {
       const MutexLock lock(mutex_);
-      happened_locked(Happened::kReadDone);
+      happened_locked(StreamEvent::Kind::kReadDone);
       last_moved_ = Clock::now();
     }
     if (!ok || !is_heavy<v1::StreamStepsRequest>(incoming_, Strings::kLeftInPlace)) return handle_read(ok);
@@ -92,11 +74,6 @@ void StepStream::OnReadDone(bool ok) {
     run_in_turn(context_, tenant_,
                 [self = shared_from_this()] { self->handling([&] { self->handle_read(true); }); });
   });
-}
-
-template <class Work>
-void StepStream::handling(Work work) noexcept {
-  react(std::move(work), [this](grpc::Status status) { fail(std::move(status), Happened::kHandlingFailed); });
 }
 
 void StepStream::handle_read(bool ok) {
@@ -109,156 +86,14 @@ void StepStream::handle_read(bool ok) {
   }
   incoming_.Clear();
   const MutexLock lock(mutex_);
-  happened_locked(Happened::kHandled);
+  happened_locked(StreamEvent::Kind::kHandled);
   advance_locked();
-}
-
-void StepStream::half_closed() {
-  if (assembly_)
-    end({ErrorCode::kInvalidArgument, Reason::kInvalidInput,
-         "frame " + std::to_string(assembly_->frame) + ": the stream ended before its last positions"});
-  const MutexLock lock(mutex_);
-  end_locked(grpc::Status::OK);
-}
-
-void StepStream::handle(const StreamRequest& request) {
-  switch (request.message.message_case()) {
-    case v1::StreamStepsRequest::kAttach:
-      return attach(request.message.attach());
-    case v1::StreamStepsRequest::kStep:
-      return take(request);
-    case v1::StreamStepsRequest::kCommit:
-      return commit(request.message.commit());
-    case v1::StreamStepsRequest::kDetach:
-      return half_closed();
-    case v1::StreamStepsRequest::MESSAGE_NOT_SET:
-      return;  // refused when it was parsed
-  }
-}
-
-void StepStream::attach(const v1::Attach& request) {
-  {
-    const MutexLock lock(mutex_);
-    if (state_.attach != StreamAttach::kNone)
-      return end_locked(
-          context_.refuse(out_of_place("a second attach; open another stream for another session")));
-  }
-  Outcome<SessionId> id = session_id_of(request.session_id(), metadata_id_);
-  if (!id) return end(id.fault());
-  Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), principal_.name);
-  if (!session) return end(session.fault());
-  {
-    const MutexLock lock(mutex_);
-    session_ = session.value();
-    current_bytes_ = Holding(session_->account());
-    happened_locked(Happened::kAttachStarted);
-  }
-  // Weak, because a stream ends whenever its client likes, and neither session nor frames should keep it.
-  const std::weak_ptr<StepStream> weak = weak_from_this();
-  Outcome<Session::Attachment> attachment = session.value()->attach(
-      request.takeover(),
-      [weak](const Fault& fault) {
-        if (const auto stream = weak.lock()) stream->end(fault);
-      },
-      [weak](const Outcome<Standing>& standing) {
-        if (const auto stream = weak.lock()) stream->attached(standing);
-      });
-  const MutexLock lock(mutex_);
-  if (attachment) {
-    attachment_ = attachment.value();
-  } else {
-    happened_locked(Happened::kAttachSettled);
-    end_locked(context_.refuse(attachment.fault(), tenant_.get()));
-  }
-}
-
-void StepStream::take(const StreamRequest& request) {
-  const v1::StepFrame& part = request.message.step();
-  std::shared_ptr<Session> session;
-  std::optional<Attachment> attachment;
-  {
-    const MutexLock lock(mutex_);
-    session = session_;
-    attachment = attachment_;
-  }
-  if (!session) return end(out_of_place("a step before attach; name the session first"));
-  if (!assembly_) {
-    FrameBuffer contents(session->dtype(), *session->scene());
-    AdmittedFrame pass =
-        admit_frame(tenant_->frames, context_.frames, session->account(), contents.expected_bytes());
-    pass.given_up = given_up_;
-    pass.attachment = attachment;
-    // As what is too much is, it is answered in the frame's turn.
-    Outcome<Question> question = question_from(part);
-    if (!question && !pass.refused) pass.refused = question.fault();
-    assembly_.emplace(Assembly{part.frame(), question ? std::move(question).value() : refused_question(part),
-                               std::move(contents), std::move(pass), RecordedParts(session->account())});
-  } else if (part.has_question()) {
-    return end(out_of_place("a question in a later part of frame " + std::to_string(part.frame()) +
-                            "; ask it in the first"));
-  }
-  if (assembly_->frame != part.frame())
-    return end(out_of_place("frame " + std::to_string(part.frame()) + " begins within frame " +
-                            std::to_string(assembly_->frame) +
-                            "; mark a frame's last part with more = false"));
-  // An overflow is kept in the buffer and answered in the frame's turn, so that answers keep their order; of
-  // a frame that is refused nothing is kept.
-  if (!assembly_->pass.refused) {
-    static_cast<void>(assembly_->contents.append(request.positions));
-    append(part, assembly_->contents);
-  }
-  {
-    const MutexLock lock(mutex_);
-    if (part.more() && !state_.awaiting) awaited_since_ = Clock::now();
-    happened_locked(part.more() ? Happened::kPartTaken : Happened::kFrameTaken);
-  }
-  const std::uint64_t frame = part.frame();
-  const bool more = part.more();
-  // Twice what a frame's positions take, for one that says which vertices moved, and what else it may say.
-  if (session->companion())
-    assembly_->parts.add(request.whole_step(), 2 * assembly_->contents.expected_bytes() + kRestOfFrameBytes);
-  if (more) return;
-
-  auto [before, done] =
-      recorded(recording_of(*session), frame, std::move(assembly_->parts),
-               [weak = weak_from_this(), frame](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                 if (const auto stream = weak.lock()) stream->answered(frame, outcome);
-               });
-  session->step(frame, std::move(assembly_->contents), std::move(assembly_->pass),
-                Session::Admission::kAlways, std::move(done), std::move(before),
-                std::move(assembly_->question));
-  assembly_.reset();
-}
-
-void StepStream::commit(const v1::Commit& request) {
-  std::shared_ptr<Session> session;
-  {
-    const MutexLock lock(mutex_);
-    session = session_;
-  }
-  if (!session) return end(out_of_place("a commit before attach; name the session first"));
-  if (assembly_)
-    return end(out_of_place("a commit within frame " + std::to_string(assembly_->frame) +
-                            "; mark a frame's last part with more = false"));
-  AdmittedFrame pass = admit_frame(tenant_->frames, context_.frames, session->account(), 0);
-  pass.given_up = given_up_;
-  {
-    const MutexLock lock(mutex_);
-    pass.attachment = attachment_;
-    happened_locked(Happened::kFrameTaken);
-  }
-  auto [before, done] = recorded(recording_of(*session), request,
-                                 [weak = weak_from_this(), frame = request.frame()](
-                                     const Outcome<std::shared_ptr<const Answer>>& outcome) {
-                                   if (const auto stream = weak.lock()) stream->answered(frame, outcome);
-                                 });
-  session->commit(request.frame(), request.fraction(), std::move(pass), std::move(done), std::move(before));
 }
 
 void StepStream::attached(const Outcome<Standing>& standing) {
   guarded([&] {
     const MutexLock lock(mutex_);
-    happened_locked(Happened::kAttachSettled);
+    happened_locked(StreamEvent::Kind::kAttachSettled);
     if (standing) {
       v1::StreamStepsResponse response;
       v1::Attached& attached = *response.mutable_attached();
@@ -275,7 +110,7 @@ void StepStream::attached(const Outcome<Standing>& standing) {
   });
 }
 
-void StepStream::answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome) {
+void StepStream::answered(std::uint64_t frame, const FrameOutcome& outcome) {
   guarded([&] {
     const MutexLock lock(mutex_);
     if (!outcome) context_.count_refused(outcome.fault(), tenant_.get());
@@ -357,7 +192,7 @@ void StepStream::cut_off_locked() {
                             "; read answers as they come, or raise --write-stall-timeout");
     context_.metrics.refused_with("write-stall-timeout");
     end_ = std::move(status);
-    break_locked(Happened::kBroken);
+    break_locked(StreamEvent::Kind::kBroken);
   }
   const grpc::Status& status = end_ ? *end_ : grpc::Status::CANCELLED;
   grpc_call_cancel_with_status(rpc_.c_call(), static_cast<grpc_status_code>(status.error_code()),
@@ -366,7 +201,7 @@ void StepStream::cut_off_locked() {
 
 void StepStream::end_locked(grpc::Status status) {
   if (!end_) end_ = std::move(status);
-  happened_locked(Happened::kEnded);
+  happened_locked(StreamEvent::Kind::kEnded);
 }
 
 void StepStream::break_locked(StreamEvent::Kind kind) {
@@ -395,7 +230,7 @@ void StepStream::queue_locked(Outgoing outgoing) {
   const auto* answer = std::get_if<AnswerChunks>(&outgoing.what);
   const std::size_t bytes = answer ? answer->answer_bytes() : 0;
   writes_.push_back(std::move(outgoing));
-  happened_locked(Happened::kQueued, bytes);
+  happened_locked(StreamEvent::Kind::kQueued, bytes);
 }
 
 void StepStream::write_locked() {
@@ -408,17 +243,18 @@ void StepStream::write_locked() {
           limit_met("frame " + std::to_string(answer->frame()) +
                         ": no memory to send its answer; attach and send the frame again for it",
                     "memory", true)));
-      return break_locked(Happened::kBroken);
+      return break_locked(StreamEvent::Kind::kBroken);
     }
     if (answer->done()) {
-      happened_locked(Happened::kFrameEndStarted, answer->answer_bytes());
+      happened_locked(StreamEvent::Kind::kFrameEndStarted, answer->answer_bytes());
       writes_.pop_front();
     } else {
-      happened_locked(Happened::kPartStarted);
+      happened_locked(StreamEvent::Kind::kPartStarted);
     }
   } else {
     current_ = std::move(std::get<grpc::ByteBuffer>(next.what));
-    happened_locked(next.ends_frame ? Happened::kFrameEndStarted : Happened::kMessageStarted);
+    happened_locked(next.ends_frame ? StreamEvent::Kind::kFrameEndStarted
+                                    : StreamEvent::Kind::kMessageStarted);
     writes_.pop_front();
   }
   current_bytes_.set(current_.Length());
@@ -427,7 +263,7 @@ void StepStream::write_locked() {
 }
 
 void StepStream::finish_locked() {
-  happened_locked(Happened::kFinishStarted);
+  happened_locked(StreamEvent::Kind::kFinishStarted);
   given_up_->store(true, std::memory_order_relaxed);
   // First, so that a client that has seen its stream end finds the session free for the next one.
   release_locked();
@@ -453,7 +289,7 @@ void StepStream::advance_locked() {
         write_locked();
         break;
       case StreamAction::kRead:
-        happened_locked(Happened::kReadStarted);
+        happened_locked(StreamEvent::Kind::kReadStarted);
         StartRead(&incoming_);
         break;
       case StreamAction::kFinish:
@@ -470,9 +306,9 @@ void StepStream::OnWriteDone(bool ok) {
     current_.Clear();
     current_bytes_.set(0);
     if (ok)
-      happened_locked(Happened::kWriteDone);
+      happened_locked(StreamEvent::Kind::kWriteDone);
     else
-      break_locked(Happened::kWriteLost);
+      break_locked(StreamEvent::Kind::kWriteLost);
     advance_locked();
   });
 }
@@ -480,7 +316,7 @@ void StepStream::OnWriteDone(bool ok) {
 void StepStream::OnCancel() {
   guarded([&] {
     const MutexLock lock(mutex_);
-    break_locked(Happened::kBroken);
+    break_locked(StreamEvent::Kind::kBroken);
     advance_locked();
   });
 }

@@ -13,13 +13,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
-#include <vector>
 
 #include "server/annotations.h"
 #include "server/process/lifecycle.h"
 #include "server/session/session.h"
 #include "server/transport/context.h"
+#include "server/transport/frame_assembly.h"
+#include "server/transport/reaction.h"
 #include "server/transport/session_recording.h"
 #include "server/transport/stream_codec.h"
 #include "server/transport/stream_state.h"
@@ -56,12 +58,11 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
  private:
   using Clock = std::chrono::steady_clock;
 
-  struct Assembly {
-    std::uint64_t frame;
-    Question question;
-    FrameBuffer contents;
-    AdmittedFrame pass;
-    RecordedParts parts;  // where the session is recorded
+  class Reply;
+  /// What the stream holds, if it has attached.
+  struct Held {
+    std::shared_ptr<Session> session;
+    std::optional<Session::Attachment> attachment;
   };
   /// What is to be written: a message, or an answer's chunks one after the other.
   struct Outgoing {
@@ -73,23 +74,30 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   void begin();
 
-  // What a message asks for. Called for one at a time, without the lock.
+  // What a message asks for (step_stream_requests.cpp). Called for one at a time, without the lock.
   void handle(const StreamRequest& request);
   void attach(const v1::Attach& request);
   void take(const StreamRequest& request);
   void commit(const v1::Commit& request);
   void half_closed();
+  Held held();
+  std::unique_ptr<FrameObserver> reply_to(std::uint64_t frame, FrameRecord record);
 
   // Replies, from any thread, without the lock.
   void attached(const Outcome<Standing>& standing);
-  void answered(std::uint64_t frame, const Outcome<std::shared_ptr<const Answer>>& outcome);
+  void answered(std::uint64_t frame, const FrameOutcome& outcome);
 
   /// What is thrown in `work`, a reaction or a reply, ends the stream, and nothing more is delivered.
   template <class Work>
-  void guarded(Work work) noexcept;
+  void guarded(Work work) noexcept {
+    react(std::move(work), [this](grpc::Status status) { fail(std::move(status)); });
+  }
   /// The same of a message that is handled.
   template <class Work>
-  void handling(Work work) noexcept;
+  void handling(Work work) noexcept {
+    react(std::move(work),
+          [this](grpc::Status status) { fail(std::move(status), StreamEvent::Kind::kHandlingFailed); });
+  }
   void handle_read(bool ok);
   void fail(grpc::Status status, StreamEvent::Kind how = StreamEvent::Kind::kFailed) noexcept;
 
@@ -124,7 +132,7 @@ class StepStream final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
 
   // Used by the one outstanding read and OnReadDone() only.
   grpc::ByteBuffer incoming_;
-  std::optional<Assembly> assembly_;
+  std::optional<FrameAssembly> assembly_;
 
   // Protected by mutex_.
   Mutex mutex_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What light sessions feel of heavy ones: a daemon in this process, LIGHT sessions that step at a steady
+// How heavy sessions affect light ones: a daemon in this process, LIGHT sessions that step at a steady
 // rate, and the same beside HEAVY sessions that step without pause. Prints the light steps' latency, from the
 // planned time of each, in both cases.
 //   fairness_bench [LIGHT [HEAVY [SECONDS]]]

@@ -275,7 +275,7 @@ bool remesh_one_body(const char* what, const Cloth& cloth, const Settings& setti
   return same;
 }
 
-// A small body beside another one, which has another mesh again and again.
+// A small body beside another one, whose mesh is replaced repeatedly.
 bool memory(const Settings& settings, const std::shared_ptr<Workers>& workers) {
   const auto sheet = [](int quads, double height) {
     std::vector<double> positions;

@@ -61,7 +61,7 @@ def warm_frames(report):
 
 
 def median_ms(reports, stage="total"):
-    """The median over frames of a frame's least time: what else the machine does only adds to it."""
+    """The median over frames of each frame's minimum time: other load on the machine only adds to it."""
     rounds = [[f["ms"][stage] for f in warm_frames(r)] for r in reports]
     return statistics.median(min(times) for times in zip(*rounds))
 
@@ -190,7 +190,7 @@ def tiled(binary):
 
 
 def write_longer(source, passes, folder):
-    """The sequence forth and back, so many passes of it, its frames as they are; returns the number of steps. More steps of
+    """The sequence played forward and backward, so many passes of it, its frames as they are; returns the number of steps. More steps of
     the sequence's own, where substeps would be shorter ones, of positions in double that its files do not have."""
     header, *frames = split_cache((source / "frames.pc2").read_bytes())
     order = list(range(len(frames)))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What benches share. Pure functions.
+// Timing that the benchmarks share. Pure functions.
 #pragma once
 
 #include <algorithm>

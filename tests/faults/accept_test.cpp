@@ -101,7 +101,7 @@ TEST_F(AcceptTest, AFileLostToAnotherThreadIsTakenBack) {
 
   close(snatched);
   server::refuse_connections_left_waiting();
-  EXPECT_TRUE(refused(clients_[1])) << "it is told as soon as a file is free";
+  EXPECT_TRUE(refused(clients_[1])) << "the client is told as soon as a file is free";
   ASSERT_TRUE(connect(clients_[2]));
   EXPECT_EQ(accept(), -1);
   EXPECT_TRUE(refused(clients_[2])) << "and a file is set aside again";

@@ -367,7 +367,7 @@ TEST(Changes, OfOneBodyTakeNothingForTheOthers) {
   };
   const std::shared_ptr<const Scene> kept = collider.shared_scene();
   change();
-  EXPECT_EQ(collider.shared_scene(), kept) << "as it was: nothing is made anew";
+  EXPECT_EQ(collider.shared_scene(), kept) << "unchanged: nothing was rebuilt";
   body.name = "renamed";
   EXPECT_LT(change(), 32U << 10);
   body.mask = 3;
@@ -375,7 +375,7 @@ TEST(Changes, OfOneBodyTakeNothingForTheOthers) {
   body.self_collision = false;
   EXPECT_LT(change(), 64U << 10);
   EXPECT_TRUE(collider.self_check().ok());
-  EXPECT_EQ(kept->bodies()[50].name, "") << "who keeps a scene has it as it was";
+  EXPECT_EQ(kept->bodies()[50].name, "") << "a caller's copy of the scene is unchanged";
   EXPECT_EQ(collider.scene().faces().data(), kept->faces().data()) << "the mesh is shared";
 }
 

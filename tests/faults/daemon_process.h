@@ -16,7 +16,7 @@ namespace warmfront::test {
 /// Two threads, a JSON log, 64 MiB for messages in transit; killed at the end if it still runs.
 class DaemonProcess {
  public:
-  /// `flags` follow those above and win over them; `environment` is added to this process' own, as
+  /// `flags` follow those above and override them; `environment` is added to this process' own, as
   /// NAME=VALUE. `log`: where its standard error goes instead of a file that log() reads.
   explicit DaemonProcess(std::vector<std::string> flags = {}, std::vector<std::string> environment = {},
                          std::string log = {});
@@ -40,8 +40,8 @@ class DaemonProcess {
   /// What of its address space may be written to, which RLIMIT_DATA limits.
   std::size_t data_bytes() const;
   /// A line for each of its threads: name, state (R runs or wants to, S waits), nice value, seconds of a core
-  /// that it has had, and the kernel's function that it waits in. So whoever finds that an answer did not
-  /// come can tell a daemon that computes from one that hangs.
+  /// that it has had, and the kernel's function that it waits in. Where an answer is missing, this tells a
+  /// daemon that computes from one that hangs.
   std::string threads() const;
   /// Open files now.
   std::size_t open_files() const;

@@ -41,7 +41,7 @@ void FaultTable::begin_untouched() {
 }
 
 void FaultTable::step_untouched() {
-  // In a rush gRPC may tell an idle connection to go away, and a call that begins just then fails: a client
+  // Under load gRPC may close an idle connection (GOAWAY), and a call that begins just then fails: a client
   // tries again, as ours do, and there is one answer to a frame.
   v1::StepResponse response;
   grpc::Status status;
@@ -99,7 +99,7 @@ void FaultTable::print_steps(const char* what, const std::vector<double>& took) 
 
 void FaultTable::TearDown() {
   if (IsSkipped()) return;
-  // For who reads of the failure.
+  // For the reader of a failure.
   const auto print_threads = [this] { std::printf("the daemon's threads:\n%s", daemon_->threads().c_str()); };
   if (HasFailure()) print_threads();
   // As in step_untouched().
@@ -123,7 +123,7 @@ void FaultTable::TearDown() {
   // Well before it would be ended by force, and well after a drain takes.
   if (!daemon_->ends_within(std::chrono::seconds(20))) print_threads();
   const int status = daemon_->wait();
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM is heard: exit status " << status;
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM is handled: exit status " << status;
   if (HasFailure()) std::printf("the daemon's log:\n%s", daemon_->log().c_str());
 }
 

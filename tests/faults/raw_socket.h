@@ -38,7 +38,7 @@ using Headers = std::vector<std::pair<std::string, std::string>>;
 std::string frame(std::uint8_t type, std::uint8_t flags, std::uint32_t stream, const std::string& payload);
 /// What every connection starts with: the preface and empty settings.
 std::string hello();
-/// That the other side's settings are known.
+/// Acknowledges the other side's settings.
 std::string acknowledgement();
 /// Literal fields without indexing or Huffman coding.
 std::string header_block(const Headers& headers);

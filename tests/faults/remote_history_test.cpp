@@ -276,7 +276,7 @@ class RemoteHistory {
   }
 
   /// Runs the call until the daemon has done what it asks for, or it is clear that it will not; then the
-  /// other daemon takes over. That is a hint and no more: the call comes to the same whenever it is cut.
+  /// other daemon takes over. Only the timing depends on that: the result is the same whenever it is cut.
   void lose_answer_of(const std::function<void()>& call) {
     std::optional<client::Client> direct = connect(daemons().address_in_use());
     const std::uint64_t before = done_there(*direct);

@@ -167,7 +167,7 @@ std::string RemoteSession::trial_commit_step(const StepOperation& trial, double 
   bool accepted = false;
   if (std::string wrong = check(trial, driver_.next_answer(), accepted); !wrong.empty()) return wrong;
   const auto committed = driver_.next_answer();
-  if (committed.ok() && !committed.value().commit) return "the answer to a commit is none of it";
+  if (committed.ok() && !committed.value().commit) return "a commit was answered with something else";
   if (std::string wrong =
           check_commit(fraction, committed.ok() ? Result<CommitResult>(*committed.value().commit)
                                                 : Result<CommitResult>(committed.error()));

@@ -23,7 +23,7 @@ class RemoteSession {
   RemoteSession(SessionDriver& driver, testing::AcceptedState state, const ColliderOptions& options,
                 std::size_t few = ColliderOptions{}.max_contacts);
 
-  /// Before all others.
+  /// To be called first.
   std::string create();
   std::string step(const testing::StepOperation& operation, const Around& around = as_it_is);
   /// The second is sent before the answer to the first is taken; both are valid where the other is accepted.

@@ -49,7 +49,7 @@ TEST_F(FaultTable, Row18_NoTokenABadOneOrAnothersSession) {
 
   EXPECT_TRUE(get(alice).ok());
   const grpc::Status others = get(bob);
-  EXPECT_EQ(others.error_code(), StatusCode::NOT_FOUND) << "that it exists is not told either";
+  EXPECT_EQ(others.error_code(), StatusCode::NOT_FOUND) << "nor is it revealed that the session exists";
   for (const std::string& token :
        {std::string(), alice.substr(1), alice + "x", std::string("x"), std::string(8000, 'y')})
     EXPECT_EQ(get(token).error_code(), StatusCode::UNAUTHENTICATED);
@@ -64,7 +64,7 @@ TEST_F(FaultTable, Row18_NoTokenABadOneOrAnothersSession) {
 TEST_F(FaultTable, Row19_TheDeadlinePassesInTheMiddleOfAStep) {
   allowed_peak_ = 128 * kMiB;
   allowed_growth_ = 64 * kMiB;
-  // Everything through everything: minutes of work, far beyond the deadline of the call that waits for its
+  // All faces through all faces: minutes of work, far beyond the deadline of the call that waits for its
   // end.
   constexpr int kTriangles = 20000;
   std::vector<std::array<std::int32_t, 3>> faces;

@@ -113,7 +113,7 @@ TEST_F(FaultTable, Row23_TenThousandConnects) {
 
 TEST_F(FaultTable, Row23_HandshakesThatStallAndNoFilesLeft) {
   if (kSanitized)
-    GTEST_SKIP() << "the sanitizer opens a pipe to look at an object, and without takes it for broken";
+    GTEST_SKIP() << "the sanitizer opens a pipe to check an object, and reports it broken where it cannot";
   allowed_peak_ = 128 * kMiB;
   const int port = daemon_->port();
   daemon_->limit(RLIMIT_NOFILE, daemon_->open_files() + 100);

@@ -59,7 +59,7 @@ TEST_F(FaultTable, Row25_DrainedAndKilledWhileStreaming) {
 TEST_F(FaultTable, Row26_MemoryEndsInTheEngine) {
   if (kSanitized)
     GTEST_SKIP() << "the sanitizer's shadow needs more than any limit that would fail the engine";
-  // Everything through everything: contacts beyond what is left of memory, after a fraction of a second of
+  // All faces through all faces: contacts beyond what is left of memory, after a fraction of a second of
   // computing.
   constexpr int kTriangles = 1500;
   std::vector<std::array<std::int32_t, 3>> faces;
@@ -100,7 +100,7 @@ TEST_F(FaultTable, Row26_GrpcGetsNoThread) {
   for (int i = 0; i < 3000 && !refused(); ++i) std::this_thread::sleep_for(10ms);
   ASSERT_TRUE(refused()) << daemon_->log();
   for (int i = 0; i < 3; ++i) step_untouched();
-  // And it ends with 0, as every row.
+  // The daemon ends with 0, as in every row.
 }
 
 TEST_F(FaultTable, Row28_TheClockJumps) {
@@ -125,7 +125,7 @@ TEST_F(FaultTable, Row28_TheLogIsFull) {
 }
 
 TEST_F(FaultTable, Row28_NobodyReadsTheLog) {
-  // A pipe whose reader is gone: writing to it is a signal that ends a process which did not say otherwise.
+  // A pipe whose reader is gone: writing raises SIGPIPE, which ends a process that does not handle it.
   const TemporaryFolder folder;
   const std::string pipe = folder.path() / "log";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);

@@ -153,7 +153,7 @@ TEST_F(FaultTable, Row06_EverythingOverlaps) {
   v1::StepResponse response;
   ASSERT_TRUE(step(1, bytes_of(still), &response).ok());
   EXPECT_EQ(response.summary().rows(), 0U);
-  // Who wants the number only is told it.
+  // A question for the count alone is answered.
   v1::SessionHeader counting = header_for(3 * kTriangles, faces.size(), kOther);
   counting.mutable_options()->set_report(v1::REPORT_COUNT);
   ASSERT_TRUE(create(counting, bytes_of_faces(faces), bytes_of(apart)).ok());

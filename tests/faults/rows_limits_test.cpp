@@ -99,7 +99,7 @@ TEST_F(FaultTable, Row22_SlowUploadAttachOrFrame) {
     v1::CreateSessionRequest request;
     *request.mutable_header() = header();
     bool open = upload->Write(request);
-    // A byte at a time, for as long as it goes: ten times as long as it may.
+    // A byte at a time, for up to ten times the allowed time.
     for (int i = 0; open && i < 500; ++i) {
       request.set_faces(faces().substr(static_cast<std::size_t>(i), 1));
       open = upload->Write(request);

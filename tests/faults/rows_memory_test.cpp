@@ -80,7 +80,7 @@ TEST_F(FaultTableMemory, Row27_AHierarchyThatBreaksIsMadeAnewAndTheSecondTimeThe
   create_victim();
   EXPECT_EQ(step_victim_to(5), v1::FRONT_STATE_UPDATED);
   ASSERT_GE(break_hierarchy(), 1) << "it stands in the daemon's memory";
-  EXPECT_EQ(step_victim_to(6), v1::FRONT_STATE_REBUILT) << "the answer is that of what was made anew";
+  EXPECT_EQ(step_victim_to(6), v1::FRONT_STATE_REBUILT) << "the answer is that of the rebuilt hierarchy";
   EXPECT_EQ(step_victim_to(9), v1::FRONT_STATE_UPDATED) << "and it is warm again";
   EXPECT_THAT(daemon_->log(), HasSubstr("\"session_rebuilt\""));
   EXPECT_THAT(metrics(), HasSubstr("warmfront_session_rebuilds_total{reason=\"self_check\"} 1"));

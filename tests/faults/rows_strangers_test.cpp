@@ -42,10 +42,10 @@ class FaultTableStrangers : public FaultTable {
     for (int i = 0; i < 20; ++i) step_untouched();
   }
 
-  /// Strangers have machines of their own: what the calling thread computes does not take the daemon's cores.
+  /// Simulates clients on other machines: the calling thread's work does not take the daemon's cores.
   static void compute_elsewhere() { setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19); }
 
-  /// Sends `part` of every socket again and again, until all were ended or `megabytes` were sent.
+  /// Sends `part` on every socket repeatedly, until all were closed or `megabytes` were sent.
   static std::size_t send_until_ended(std::vector<RawSocket>& sockets, std::size_t megabytes,
                                       const std::function<std::string()>& part) {
     std::vector<bool> open(sockets.size(), true);
@@ -62,7 +62,7 @@ class FaultTableStrangers : public FaultTable {
     return sent;
   }
 
-  /// In the log, which has a line of it once a second.
+  /// Counted from the log, which has one line of it a second.
   void expect_reason(const char* reason) const {
     for (int i = 0; i < 300 && daemon_->log().find(reason) == std::string::npos; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -171,7 +171,7 @@ TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
   expect_reason("header_block");
 }
 
-/// Rounds of calls without a message on connections that live, and are allowed 128 calls at once: where those
+/// Rounds of calls without a message on connections that stay open, and are allowed 128 calls at once: where those
 /// of a round are not ended, the next round ends the connection. False then.
 template <class Connection>
 bool silent_rounds(int port, std::chrono::seconds wait,
@@ -184,7 +184,7 @@ bool silent_rounds(int port, std::chrono::seconds wait,
   if (!send(http2::hello() + http2::acknowledgement())) return false;
   std::uint32_t stream = 1;
   for (int round = 0; round < 4; ++round) {
-    // Of every other one some of a message comes.
+    // Every other call sends part of a message.
     for (int i = 0; i < 100; ++i, stream += 2)
       if (!send(http2::headers(stream, http2::call_headers(kStep)) +
                 (i % 2 == 0 ? "" : http2::frame(0, 0, stream, std::string("\0\0\0\0\x09 12", 8)))))
@@ -213,7 +213,7 @@ TEST_F(FaultTableStrangers, Row29_SilentCalls) {
   allowed_growth_ = 16 * kMiB;
   while_stepping("calls without a message", [&] {
     const auto connections = expect_silent_calls_end<RawSocket>(daemon_->port());
-    // They are still there when memory is looked at.
+    // They are still open when memory is measured.
     EXPECT_TRUE(kSanitized || growth_once_within(allowed_growth_) <= allowed_growth_);
   });
 }
@@ -228,7 +228,7 @@ TEST_F(FaultTableStrangers, Row29_SilentCallsUnderTls) {
   });
 }
 
-// gRPC knows a bound on calls once the client has acknowledged it.
+// gRPC enforces its limit on calls once the client has acknowledged it.
 TEST_F(FaultTableStrangers, Row29_CallsBeforeTheSettingsAreAcknowledged) {
   std::uint32_t stream = 1;
   while_stepping("calls of a client that acknowledges no settings", [&] {
@@ -242,7 +242,7 @@ TEST_F(FaultTableStrangers, Row29_CallsBeforeTheSettingsAreAcknowledged) {
   expect_reason("\"calls\"");
 }
 
-// A frame that drips keeps the connection, and the place between two frames never comes.
+// A frame sent byte by byte: nothing can be inserted before its end, which never comes.
 TEST_F(FaultTableStrangers, Row29_SilentCallsBehindAFrameThatDrips) {
   begin({"--upload-timeout", "500ms"});
   while_stepping("calls without a message behind a frame that drips", [&] {
@@ -290,7 +290,7 @@ TEST_F(FaultTableStrangers, Row29_ConnectionsOfOneAddress) {
     {
       const std::vector<RawSocket> sockets = expect_open(20);
       for (int i = 0; i < 20; ++i)
-        EXPECT_EQ(RawSocket(daemon_->port()).read_all(10'000), "") << "closed without a word";
+        EXPECT_EQ(RawSocket(daemon_->port()).read_all(10'000), "") << "closed without an answer";
     }
     // In two seconds four may begin.
     std::this_thread::sleep_for(std::chrono::milliseconds(2500));
@@ -299,7 +299,7 @@ TEST_F(FaultTableStrangers, Row29_ConnectionsOfOneAddress) {
   expect_reason("max-connections-per-address");
 }
 
-// What honest callers could send too, of empty messages that become objects: refused by its size, whoever
+// A message that honest callers could send, too, of many empty ones: refused by its parsed size, whoever
 // sends it, and four at once hold no more than one may.
 TEST_F(FaultTableStrangers, Row29_MessagesOfEmptyMessages) {
   // Room for all of them in transit, as by default: without it gRPC ends calls that it has no memory for,

@@ -91,7 +91,7 @@ class FaultTableTenants : public FaultTable {
     std::thread thread_;
   };
 
-  /// A session at rest apart, of which the step to all in one place does not end for minutes.
+  /// A session of separate bodies, whose step to a state with all in one place takes minutes.
   std::string create_greedy(int number, int triangles = 20'000) {
     HostileScene scene = testing::flat_grid(static_cast<int>(std::sqrt(triangles / 2.0)));
     const grpc::Status created =
@@ -134,7 +134,7 @@ TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeSto
   std::printf("three steps of 80,000 triangles: %.0f ms\n",
               Milliseconds(std::chrono::steady_clock::now() - began).count());
   for (const auto& one : greedy) EXPECT_FALSE(one->done()) << "it was to be without end";
-  // Whose session is deleted stops; who gives up, too.
+  // A step stops when its session is deleted, and when its client gives up.
   Context context;
   v1::DeleteSessionRequest doomed;
   doomed.set_session_id(id_of(0));
@@ -148,7 +148,7 @@ TEST_F(FaultTableTenants, Row30_AStepWithoutEndLeavesOthersTheirShareAndCanBeSto
     v1::GetServerInfoResponse info;
     ASSERT_TRUE(stub_->GetServerInfo(&again, {}, &info).ok());
     if (info.frames_in_flight() == 1) break;
-    ASSERT_LT(i, 999) << "steps whose client has gone go on";
+    ASSERT_LT(i, 999) << "steps continue after their client has gone";
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
@@ -161,7 +161,7 @@ TEST_F(FaultTableTenants, Row30_ADrainStopsAStepWithoutEnd) {
   daemon_->terminate();
   const int status = daemon_->wait();
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "exit status " << status;
-  EXPECT_EQ(greedy.wait().error_code(), StatusCode::UNAVAILABLE) << "its client goes on elsewhere";
+  EXPECT_EQ(greedy.wait().error_code(), StatusCode::UNAVAILABLE) << "its client continues with another daemon";
   begin({});
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory runs out in a daemon's session at every allocation in turn, in whichever thread: each request is
-// answered once, or refused with an exception and never heard of; then the same request, and the next, come
-// to what they come to without. And the log of what gRPC says is not left by an exception.
+// answered once, or throws and has no effect. The same request, sent again, and the next one then give the
+// same results as without the failure. And no exception leaves the log sink for what gRPC reports.
 #include <grpc/support/log.h>
 #include <gtest/gtest.h>
 
@@ -19,6 +19,7 @@
 #include "server/session/session.h"
 #include "tests/support/counted_looks.h"
 #include "tests/support/failing_allocations.h"
+#include "tests/support/observers.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/server/moving_grids.h"
 
@@ -50,7 +51,7 @@ std::uint64_t hash_of(const Answer& answer) {
   return hash.value();
 }
 
-/// What a callback said, and how often; taking it down needs no memory.
+/// What an observer was told, and how often; recording it needs no memory.
 template <class T>
 class Reply {
  public:
@@ -64,7 +65,7 @@ class Reply {
     ++times_;
     changed_.notify_all();
   }
-  /// False when none came in ten seconds, which is for ever.
+  /// False when no answer came within ten seconds: it never will.
   bool wait() {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::seconds(10), [this] { return times_ > 0; });
@@ -129,16 +130,15 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     FrameBuffer contents(server::Dtype::kFloat64, *session_->scene());
     EXPECT_TRUE(contents.append(bytes).ok());
     EXPECT_TRUE(contents.complete(*session_->scene()).ok());
-    server::AdmittedFrame pass;
+    server::FramePass pass;
     pass.memory = server::Holding(session_->account(), contents.expected_bytes());
     const auto reply = std::make_shared<StepReply>();
-    Session::StepDone done = [reply](const Outcome<std::shared_ptr<const Answer>>& outcome) {
-      reply->take(outcome);
-    };
+    auto observer = tell_frame([reply](const server::FrameOutcome& outcome) { reply->take(outcome); });
     const FailingAllocations failing(n);
     try {
-      session_->step(frame, std::move(contents), std::move(pass), Session::Admission::kAlways,
-                     std::move(done));
+      session_->submit(
+          {frame, server::FrameQuestion{std::move(contents)}, std::move(pass), std::move(observer)},
+          Session::Admission::kAlways);
     } catch (const std::bad_alloc&) {
       return nullptr;
     }
@@ -166,12 +166,11 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
   /// The reply to changes of which the n-th allocation fails; null when that threw.
   std::shared_ptr<ChangeReply> carry_out(server::ChangeOrder order, long n) {
     const auto reply = std::make_shared<ChangeReply>();
-    Session::ChangeDone done = [reply](const Outcome<server::SessionState>& outcome) {
-      reply->take(outcome);
-    };
+    auto observer =
+        tell_change([reply](const Outcome<server::SessionState>& outcome) { reply->take(outcome); });
     const FailingAllocations failing(n);
     try {
-      session_->change(std::move(order), std::move(done));
+      session_->change(std::move(order), std::move(observer));
     } catch (const std::bad_alloc&) {
       return nullptr;
     }
@@ -405,7 +404,7 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
         }
       }
       ASSERT_FALSE(HasFailure());
-      // A request is let go of after its answer, as is what the step has taken.
+      // A request, and what its step took, are released after its answer.
       const auto held = [&] { return testing::live_bytes() - before; };
       const std::size_t charged = session_->account()->held() + kOfTest;
       for (int i = 0; i < 1000 && held() > charged; ++i)
@@ -434,7 +433,7 @@ TEST(GrpcLogEveryPlace, GrpcIsNotLeftByAnException) {
     EXPECT_NE(
         lines.str().find("failed " + std::to_string(static_cast<int>(which)) + " " + std::to_string(n - 1)),
         std::string::npos)
-        << "with memory the words are there";
+        << "with memory there is a full message";
   }
 }
 

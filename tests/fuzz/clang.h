@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the engine uses of GCC and clang calls otherwise, included before everything in clang builds. Those
-// builds look for faults and are not measured, so the plain loop will do. Pure functions.
+// Names of GCC that the engine uses and clang does not know, included before everything in clang builds.
+// Those builds look for faults and are not measured, so the plain loop will do. Pure functions.
 #pragma once
 
 /// Lane i is lane mask[i] of `a`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes as what clients do to a session: frames right, wrong, repeated, early, late, in pieces, of what moved
+// Reads bytes as requests to a session: frames right, wrong, repeated, early, late, in pieces, of what moved
 // only and several at once, bodies added and changed in between, streams that attach, take over and leave,
 // and a close at any moment. After each, the session says what its contract says, every request is answered
 // exactly once and in order, and a good frame still gets the right answer. The session works on threads of
@@ -15,6 +15,7 @@
 #include "tests/fuzz/expect.h"
 #include "tests/fuzz/moved_parts.h"
 #include "tests/fuzz/session_model.h"
+#include "tests/support/observers.h"
 
 namespace {
 
@@ -50,7 +51,7 @@ class Driver {
 
   void run() {
     while (!input_.empty()) act();
-    // Whatever happened before: an open session steps on rightly.
+    // Whatever happened before: an open session still answers correctly.
     right_frame();
     session_->close(kGone);
     wait_until_gone();
@@ -145,10 +146,12 @@ class Driver {
   std::future<StepOutcome> post(std::uint64_t frame, FrameBuffer contents) {
     auto promise = std::make_shared<std::promise<StepOutcome>>();
     // A second answer would throw from set_value() on the runner's thread and end the run.
-    AdmittedFrame pass;
+    FramePass pass;
     pass.memory = Holding(session_->account(), contents.expected_bytes());
-    session_->step(frame, std::move(contents), std::move(pass), Session::Admission::kAlways,
-                   [promise](const StepOutcome& outcome) { promise->set_value(outcome); });
+    session_->submit(
+        {frame, FrameQuestion{std::move(contents)}, std::move(pass),
+         test::tell_frame([promise](const StepOutcome& outcome) { promise->set_value(outcome); })},
+        Session::Admission::kAlways);
     return promise->get_future();
   }
   StepOutcome step(std::uint64_t frame, FrameBuffer contents) {
@@ -316,9 +319,10 @@ class Driver {
   }
   std::optional<Fault> change(std::uint64_t early, SceneChange what) {
     auto promise = std::make_shared<std::promise<std::optional<Fault>>>();
-    session_->change({model_.expected() + early, {std::move(what)}}, [promise](const auto& outcome) {
-      promise->set_value(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
-    });
+    session_->change({model_.expected() + early, {std::move(what)}},
+                     test::tell_change([promise](const Outcome<SessionState>& outcome) {
+                       promise->set_value(outcome ? std::nullopt : std::optional<Fault>(outcome.fault()));
+                     }));
     return promise->get_future().get();
   }
   template <class Apply>

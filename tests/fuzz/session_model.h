@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session as its contract has it, to hold the real one against: the frame expected, where everything is,
-// the scene's bodies as they are, and the answer to each frame from a collider made afresh from the positions
-// before. Used by one thread at a time.
+// A model of a session by its contract, which the real one is compared with: the frame expected, where
+// everything is, the scene's bodies as they are, and the answer to each frame from a new collider that
+// starts at the positions before. Used by one thread at a time.
 #pragma once
 
 #include <cmath>

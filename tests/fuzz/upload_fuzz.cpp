@@ -24,7 +24,7 @@ server::Limits small_limits() {
   return limits;
 }
 
-/// Two bytes of length, then that many of a message, again and again.
+/// Repeatedly: two bytes of length, then so many bytes of a message.
 bool upload_all(fuzz::Bytes& input, server::Upload& upload) {
   while (!input.empty()) {
     const std::size_t length = input.next() + std::size_t{256} * (input.next() % 16);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rows are new, kept and ended: against sets of rows, on drawn lists and on the answers of a collider,
-// by features and by vertices, with bodies that change on the way, reduced and not.
+// Which rows are new, kept and ended: against sets of rows, on random lists and on the answers of a
+// collider, by features and by vertices, with bodies that change in between, reduced and not.
 #include "engine/continuity.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// For any filters, what each question tells is what it tells without them less exactly the pairs that they
-// leave out, found pair by pair by PairRules: steps, trials, max_step, candidates, proximity and
+// For any filters, the answer to each question is the unfiltered answer less exactly the pairs that the
+// filters leave out, found pair by pair by PairRules: steps, trials, max_step, candidates, proximity and
 // intersections; whatever tier, front, bounds, leaves and threads; of deformable, rigid and static bodies;
-// warm and cold, after commits, changes of filters, of bodies and of their number. So each pair that is left
-// is tested once, whichever pair of faces owned it.
+// warm and cold, after commits, changes of filters, of bodies and of their number. So each pair that is
+// left is tested once, whichever pair of faces owned it.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 

@@ -261,7 +261,7 @@ TEST(HalfSpaceTorture, WhatTheFilterLeavesOutNoTestReports) {
       const bool then = HalfSpaceFilter(pair.half_space, pair.separation, at).clear(pair.vertex);
       options.tier = Tier::kCertified;
       ASSERT_FALSE(then && half_space_proximity(pair.vertex, pair.half_space, at, options, counts).contact);
-      ASSERT_TRUE(then || !clear) << "what is clear all the time is clear at an instant";
+      ASSERT_TRUE(then || !clear) << "what is separated all the time is separated at each instant";
     }
   });
   EXPECT_GT(cleared, pairs_of_each() / 4);

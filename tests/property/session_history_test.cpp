@@ -274,7 +274,7 @@ class History {
     return {fraction, single ? Rounding::kFloat32 : Rounding::kFloat64};
   }
 
-  // Where everything is moved to is brought nearer to where it is, again and again.
+  // The end of the motion is moved towards its start repeatedly.
   void line_search(Draws& draws, const Fault& fault) {
     StepOperation step = draw_step(draws, state_);
     step.as = StepOperation::As::kTrial;
@@ -363,7 +363,7 @@ class History {
     if (!failed_by(fault, outcome) && !outcome.refused(code))
       fail(operation, "it is wrong, and came to: " + to_string(outcome));
     if (outcome.kind == Outcome::Kind::kRefused && outcome.error.message.empty())
-      fail(operation, "refused without a word");
+      fail(operation, "refused without a message");
     forget_trial(operation);
     expect_accepted_state(operation);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A proxy that is bad at it: it forwards connections to a Unix socket, and delays, cuts and resets them at
-// random. Thread-safe.
+// A faulty proxy: it forwards connections to a Unix socket, and delays, cuts and resets them at random.
+// Thread-safe.
 #pragma once
 
 #include <atomic>

@@ -74,7 +74,7 @@ void stream(const std::string& address, int number, const std::atomic<bool>& end
                                       .answer_timeout = 30s,
                                       .resume_timeout = 60s,
                                       .max_resumes_without_answer = 1000};
-  // Resuming is a session's; connecting for the first time may fail like any call.
+  // Only sessions resume: connecting for the first time may fail like any call.
   Result<client::Client> client = client::Client::connect(address, patient);
   for (int i = 0; i < 100 && !client; ++i) client = client::Client::connect(address, patient);
   ASSERT_TRUE(client.ok()) << client.error().message;
@@ -121,7 +121,7 @@ TEST(Chaos, NothingLostNothingDoubleNothingDifferent) {
   while (Clock::now() < stop) {
     const std::uint64_t before = totals.answered;
     std::this_thread::sleep_for(std::chrono::milliseconds(300 + random() % 1700));
-    // On a slow machine a daemon that is killed by the clock alone never answers.
+    // On a slow machine a daemon that is killed at fixed times would never answer.
     while (totals.answered == before && Clock::now() < stop) std::this_thread::sleep_for(10ms);
     peak = std::max(peak, daemon.peak_bytes());
     if (random() % 4 == 0) {

@@ -18,8 +18,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// Sessions one after another: stepped and deleted, abandoned with a stream on them, or fed with what is
-/// none.
+/// Sessions one after another: stepped and deleted, abandoned with a stream on them, or sent invalid
+/// messages.
 class Churn : public BareClient {
  public:
   Churn(std::string address, int number)
@@ -118,7 +118,7 @@ double live_bytes(int port) {
             metric(port, "warmfront_session_memory_bytes") == 0;
   }
   EXPECT_TRUE(quiet);
-  // The least of some looks: what is on its way to be freed is none of it.
+  // The minimum of several measurements: memory about to be freed does not count.
   double least = metric(port, "warmfront_allocated_memory_bytes");
   for (int i = 0; i < 20; ++i) {
     std::this_thread::sleep_for(20ms);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of drawn bodies that change, for tests that compare pair by pair. Used by one thread at a time.
+// Scenes of random bodies that change, for tests that compare pair by pair. Used by one thread at a time.
 #pragma once
 
 #include <algorithm>

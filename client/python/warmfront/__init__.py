@@ -15,11 +15,9 @@ was answered last, with exactly one answer to each frame and the same bits. Erro
 canonical code (`NotFoundError`, ...; the names without "Error" are the same). Clients and sessions may be used by any thread.
 """
 from ._continuity import Continuity, continuity
+from ._statistics import AllDeformable, StageTimes, Statistics, StepCounts
 from ._stencils import RowsByVertex, Stencil, Stencils, rows_by_vertex
-from .answer import (
-    AllDeformable, Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, StageTimes, Statistics, Status,
-    StepCounts, VertexDistances,
-)
+from .answer import Closest, Committed, Contact, Contacts, Intersections, Kind, MaxStep, Status, VertexDistances
 from .batch import Batch, BatchContacts
 from .client import Client, connect
 from .errors import (

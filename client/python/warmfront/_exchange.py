@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A session's requests and answers over its link: one answer to each, in order, whatever becomes of the daemon. Used by one
+"""A session's requests and answers over its link: one answer to each, in order, even if the daemon is lost. Used by one
 thread at a time."""
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ class Exchange:
             link.resume(lost)
 
     def give_up(self) -> None:
-        """Of all that is unanswered: it does not count, whether or not the daemon had it done; the session is where the last
-        answer left it. The daemon stops what it is about."""
+        """Gives up all unanswered requests: they do not count, whether or not the daemon carried them out; the session is where
+        the last answer left it. The daemon stops computing."""
         link = self._link
         link.drop_stream()
         if any(request.is_trial or request.kind in ("step", "place") for request in link.unanswered):
@@ -125,14 +125,14 @@ class Exchange:
             link.draining = True
             return None
         if not response.HasField("error"):
-            link.fail(InternalError("the daemon sent a message that is out of place"))
+            link.fail(InternalError("the daemon sent an unexpected message"))
         status = response.error.status
         error = error_from(status.code, status.message, status.details)
         request = link.unanswered[0]
         # Dropped sessions end the stream too: it is read to its end, and resumed.
         if lost_session(error):
             return None
-        # The frame is due in this session: a copy that answered it otherwise, or expects another, is none of it.
+        # This session's next frame: a copy that answered it differently, or expects another, is not this session.
         out_of_order = error.reason == "FRAME_OUT_OF_ORDER" and response.error.frame == link.header.first_frame + 1
         # So is one that does not know the trial that this is about.
         trial_lost = (request.needs_trial and link.trial is not None and link.echo is None and link.echo_error is None
@@ -143,11 +143,11 @@ class Exchange:
         if response.error.frame != request.number:
             link.fail(InternalError(f"the daemon refused frame {response.error.frame} where frame {request.number} is due: "
                                     f"{error.message}"))
-        # The engine broke on this very frame and the session is gone: creating it again would end the same way.
+        # The engine failed on this frame and the session is gone: creating it again would fail in the same way.
         if error.reason == "ENGINE":
             link.fail(error)
         if link.echo is not None:
-            # The trial was answered once, and is refused here: so is the commit of it, which follows. This error says why.
+            # The trial was answered before, and this daemon refuses it, and its commit after it: with this error.
             link.echo = None
             link.echo_error = error
             return None
@@ -175,11 +175,11 @@ class Exchange:
         if link.known is not None:
             if summary.state_before != link.known:
                 link.resume(AbortedError(f"frame {part.frame} was stepped from another state: session {link.session_id} is "
-                                         "changed by someone else as well", reason="STATE_CHANGED"))
+                                         "also changed by another client", reason="STATE_CHANGED"))
                 return None
             if not request.counts and summary.state != link.known:
-                link.fail(UnimplementedError(f"the daemon took the {request.kind} for a step: it is older than trials; use one "
-                                             "that is as new as this client"))
+                link.fail(UnimplementedError(f"the daemon is older than trials, and took the {request.kind} for a step; use a "
+                                             "daemon that is as new as this client"))
         parts, link.partial = link.partial, []
         if link.echo is not None:
             link.echo = None

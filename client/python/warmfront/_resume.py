@@ -46,11 +46,11 @@ class Link:
         self.unanswered: deque[Request] = deque()
         self.sent = 0  # of these, on the present stream
         self.partial: list[AnswerPart] = []  # the chunks so far of the oldest unanswered request
-        # The one last answered, as long as it may be committed, and what it told.
+        # The trial that was answered last, as long as it may be committed, and its answer.
         self.trial: Optional[tuple[SentFrame, Contacts]] = None
         self.may_commit = False  # what was submitted last is a trial, answered or on its way, or its commit failed
-        # The trial where the stream begins with a commit of it: another copy of the session has to be asked it first. It
-        # only counts, so that it meets no limit that it did not meet before; this second answer is dropped.
+        # The trial, where the stream begins with a commit of it: another copy of the session must be asked it first. It
+        # only counts contacts, so that it cannot exceed a limit on listed ones; this second answer is dropped.
         self.echo: Optional[SentFrame] = None
         self.echo_sent = False
         self.echo_error: Optional[WarmfrontError] = None
@@ -97,7 +97,7 @@ class Link:
         try:
             self._establish(waits=False)
         except ResourceExhaustedError:
-            # Nobody is going to use what was created.
+            # The created session will not be used: delete it.
             try:
                 self.remove()
             except WarmfrontError:
@@ -116,7 +116,7 @@ class Link:
             what = "a change" if self.changing else f"frame {self.unanswered[0].number}"
             self.fail(UnavailableError(f"gave up after {self.resumes_without_answer} resumes without an answer to {what}: "
                                        f"{why.message}"))
-        # A call may fail at once, again and again, though a stream can be attached: its connection is another one.
+        # Unary calls use another connection than the stream: they may fail each time though a stream attaches.
         if self.resumes_without_answer > 0:
             time.sleep(self.time_left(min(_FIRST_BACKOFF * 2 ** min(self.resumes_without_answer - 1, 10), _LONGEST_BACKOFF)))
         self.resumes_without_answer += 1
@@ -127,7 +127,7 @@ class Link:
 
     def _establish(self, waits: bool) -> None:
         """Attaches to the session where it is in this session's state, else creates it again; tries until the resume
-        timeout. waits: for room, where a limit of the daemon is met that others fill."""
+        timeout. waits: where the daemon is full of other sessions, wait for room."""
         deadline = time.monotonic() + self.connection.timeouts.resume
         backoff = _FIRST_BACKOFF
         while True:

@@ -120,8 +120,8 @@ _open_streams: weakref.WeakSet[StepStream] = weakref.WeakSet()
 
 @atexit.register
 def _close_all() -> None:
-    """The interpreter ends threads wherever they are, with the locks that they hold: whoever asks for one of these then, as
-    destructors do, waits forever. So what streams left open is closed before that."""
+    """At exit the interpreter stops threads while they hold locks: a destructor that then takes one of these locks would wait
+    forever. So streams that are still open are closed before that."""
     deadline = time.monotonic() + 2
     for stream in list(_open_streams):
         stream.close_at_exit(deadline)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, Optional
+from typing import Any, Optional
 
 import numpy as np
 import numpy.typing as npt
 
+from ._statistics import AllDeformable, Statistics, statistics_of
 from ._stencils import RowsByVertex, Stencils, rows_by_vertex, stencils_of
 from ._topology import Topology
-
-FrontState = Literal["none", "built", "updated", "rebuilt", "capped"]
 
 
 class Kind(enum.IntEnum):
@@ -42,68 +41,6 @@ class Status(enum.IntEnum):
     POSSIBLE = 2  #: within tolerance; neither a meeting nor a miss could be proved
     OVERLAP_AT_START = 3  #: not provably apart at t = 0; toi is 0
     BUDGET = 4  #: the test's budget ended; toi is the earliest time not excluded
-
-
-@dataclass(frozen=True)
-class StageTimes:
-    """Wall-clock milliseconds in the engine; see proto/warmfront/v1/step.proto."""
-
-    total: float
-    refit: float
-    front: float
-    elementary: float
-    adjacent: float
-
-
-@dataclass(frozen=True)
-class StepCounts:
-    """Counts of a step, explained in proto/warmfront/v1/step.proto, with those that are the same in every run."""
-
-    bv_tests: int
-    front_pairs: int
-    front_bytes: int
-    front_sprouted: int
-    front_pruned: int
-    front_skipped: int
-    front_rested: int
-    triangle_pairs: int
-    adjacent_pairs: int
-    cone_culled_pairs: int
-    cone_patches: int
-    elementary_tests: int
-    orphan_tests: int
-    primitive_tests: int
-    coplanarity_passed: int
-    exact_tests: int
-    contacts_kept: int
-    vertices_moved: int
-    nodes_refit: int
-    parts_moved: int
-    near_parts: int
-    parts_apart: int
-    part_pairs_excluded: int
-    parts: int
-    parts_rigid: int
-    triangle_pairs_filtered: int
-    feature_pairs_filtered: int
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """Cost of a step, and savings of the scene's model."""
-
-    ms: StageTimes
-    counts: StepCounts
-    front_state: FrontState
-
-
-@dataclass(frozen=True)
-class AllDeformable:
-    """Cost of the same step with everything deformable; bytes of its frame as sent, and of all positions."""
-
-    statistics: Statistics
-    frame_bytes: int
-    positions_bytes: int
 
 
 @dataclass(frozen=True)
@@ -322,7 +259,7 @@ class Contacts:
     @cached_property
     def statistics(self) -> Statistics:
         """Cost of the step."""
-        return self._read_statistics(self._statistics)
+        return statistics_of(self._statistics)
 
     @cached_property
     def all_deformable(self) -> Optional[AllDeformable]:
@@ -330,15 +267,8 @@ class Contacts:
         message = self._all_deformable
         if message is None:
             return None
-        statistics = self._read_statistics(message.statistics)
+        statistics = statistics_of(message.statistics)
         return AllDeformable(statistics, message.frame_bytes, message.positions_bytes)
-
-    @staticmethod
-    def _read_statistics(message: Any) -> Statistics:
-        counts = {name: getattr(message.counts, name) for name in StepCounts.__dataclass_fields__}
-        ms = {name: getattr(message.ms, name) for name in StageTimes.__dataclass_fields__}
-        states: tuple[FrontState, ...] = ("none", "none", "built", "updated", "rebuilt", "capped")
-        return Statistics(StageTimes(**ms), StepCounts(**counts), states[message.front_state])
 
     def stencils(self) -> Stencils:
         """Of `proximity(reduced=True)`: the vertices of the closest features by kind, with multiplicities, as a barrier is

@@ -150,8 +150,8 @@ class Client:
         return [SessionInfo.read_from(owned.session, owned.principal) for owned in self._connection.list_all()]
 
     def delete_any_session(self, id: str, principal: Optional[str] = None) -> None:
-        """As `delete_session()`, whoever made it; FailedPreconditionError where several principals have chosen one id, unless
-        `principal` says whose is meant. For administrators."""
+        """As `delete_session()`, for a session of any principal; FailedPreconditionError where several principals use the id and
+        `principal` does not select one. For administrators."""
         self._connection.remove_any(id, principal)
 
     def close(self) -> None:

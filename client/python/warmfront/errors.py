@@ -65,7 +65,7 @@ class InvalidArgumentError(WarmfrontError, ValueError):
 
 
 class FailedPreconditionError(WarmfrontError):
-    """The input is good, but not in this state."""
+    """The input is valid, but not allowed in the present state."""
 
     code = Code.FAILED_PRECONDITION
 
@@ -83,19 +83,19 @@ class UnimplementedError(WarmfrontError):
 
 
 class CancelledError(WarmfrontError):
-    """Someone asked to stop."""
+    """Cancelled by the caller."""
 
     code = Code.CANCELLED
 
 
 class InternalError(WarmfrontError):
-    """An invariant broke, or what arrived is no message of the contract."""
+    """An invariant was violated, or a message is not one of the contract."""
 
     code = Code.INTERNAL
 
 
 class DataLossError(WarmfrontError):
-    """What was kept is broken, and cannot be made anew from what is left."""
+    """The session's data in the daemon is corrupt and cannot be rebuilt."""
 
     code = Code.DATA_LOSS
 
@@ -113,25 +113,25 @@ class AlreadyExistsError(WarmfrontError):
 
 
 class AbortedError(WarmfrontError):
-    """Someone else holds the session, or changed it."""
+    """Another client holds the session, or changed it."""
 
     code = Code.ABORTED
 
 
 class DeadlineExceededError(WarmfrontError, TimeoutError):
-    """Not done in the time stated."""
+    """Not done within its time limit."""
 
     code = Code.DEADLINE_EXCEEDED
 
 
 class UnauthenticatedError(WarmfrontError):
-    """It is not known who asks."""
+    """The caller is unknown: no valid token or certificate."""
 
     code = Code.UNAUTHENTICATED
 
 
 class PermissionDeniedError(WarmfrontError):
-    """It is known who asks, and they may not."""
+    """The caller is known, and lacks the permission."""
 
     code = Code.PERMISSION_DENIED
 
@@ -150,7 +150,7 @@ _CLASSES: dict[int, type[WarmfrontError]] = {
 }
 _CLASSES[Code.OUT_OF_RANGE] = InvalidArgumentError
 
-# Their names before, for programs that were written then.
+# Their former names, for programs that use them.
 Aborted = AbortedError
 AlreadyExists = AlreadyExistsError
 Cancelled = CancelledError
@@ -168,7 +168,7 @@ Unimplemented = UnimplementedError
 
 
 def class_of(code: int) -> type[WarmfrontError]:
-    """The exception for a canonical code; `InternalError` for those that say nothing of what to do."""
+    """The exception for a canonical code; `InternalError` for codes on which a caller cannot act."""
     return _CLASSES.get(code, InternalError)
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program that is written once: the same questions in this process and behind a daemon, the same answers;
-// and the verb `solve`, which is such a program.
+// A program written once for either kind of session: the same questions in this process and behind a daemon
+// have the same answers; and the verb `solve`, which is such a program.
 #include "client/lib/any_session.h"
 
 #include <gmock/gmock.h>
@@ -229,7 +229,7 @@ TEST_F(AnySessionTest, ErrorsHaveTheSameCodesAndChangeNothing) {
     const auto other = session.step(Frame{std::span<const double>(moved)}, {.keep_distance = 0.5});
     ASSERT_FALSE(other.ok());
     EXPECT_EQ(other.error().code, ErrorCode::kInvalidArgument);
-    EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition) << "no trial stands";
+    EXPECT_EQ(session.commit().error().code, ErrorCode::kFailedPrecondition) << "there is no trial to commit";
     EXPECT_EQ(session.trial(Frame{std::span<const double>(moved)}).value().frame, 1U);
     EXPECT_TRUE(session.commit(0.5).ok());
   }
@@ -278,7 +278,7 @@ TEST_F(CliSolve, JsonHasTheFieldsThatToolsRead) {
   EXPECT_EQ(frame["trials"][1]["length"], 0.7);
 }
 
-TEST_F(CliSolve, MisuseIsSaidInOneLine) {
+TEST_F(CliSolve, UsageErrorsTakeOneLine) {
   for (const char* wrong : {"--trials 0", "--shrink 1.5", "--keep 0.5", "--keep-distance 0.5",
                             "--max-step --keep-distance 1", "--max-step --keep-distance nan",
                             "--max-step --keep-distance 0.5 --tier fast", "--frames 5:2", "--tier best"}) {

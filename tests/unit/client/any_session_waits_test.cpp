@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions that are not waited for, or not for ever, in this process and behind a daemon alike.
+// Questions asked asynchronously, or with a time limit, in this process and behind a daemon.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -155,7 +155,7 @@ TEST_P(AnySessionWaitsTest, AFrameOfWhatMovedIsTheCallersAgain) {
 TEST_P(AnySessionWaitsTest, ACancelledQuestionLeavesTheSessionAsItWas) {
   AnySession session = open_endless();
   const Frame endless{Doubles(point_)};
-  // Before its turn, in its turn, while it is waited for by another thread's word, and by a flag.
+  // Cancelled before its turn, in its turn, by another thread while it is waited for, and by a flag.
   Pending<Answer> first = session.trial_async(endless, kCount), second = session.step_async(endless, kCount);
   EXPECT_FALSE(first.wait_for(milliseconds(20)));
   second.cancel();
@@ -222,7 +222,7 @@ TEST_P(AnySessionWaitsTest, TheTrialBeforeOneThatWasCancelledIsNoLongerCommitted
   Pending<Answer> state = session.proximity_async(1e6, Where::kBase, kCount);
   state.cancel();
   expect_error(state.get(), ErrorCode::kCancelled, "");
-  EXPECT_TRUE(session.intersections(Where::kTrialEnd).ok()) << "it moves nothing, and the trial stands";
+  EXPECT_TRUE(session.intersections(Where::kTrialEnd).ok()) << "it moves nothing, and the trial may still be committed";
   Pending<Answer> trial = session.trial_async(Doubles(point_), kCount);
   trial.cancel();
   Pending<Answer> end = session.intersections_async(Where::kTrialEnd);
@@ -233,7 +233,7 @@ TEST_P(AnySessionWaitsTest, TheTrialBeforeOneThatWasCancelledIsNoLongerCommitted
   ASSERT_TRUE(session.trial(Doubles(lifted)).ok());
   const std::atomic<bool> stop{true};
   expect_error(session.commit(0.5, {.cancelled = &stop}), ErrorCode::kCancelled, "");
-  EXPECT_TRUE(session.commit(0.5).ok()) << "of the trial, which stands";
+  EXPECT_TRUE(session.commit(0.5).ok()) << "of the trial, which may still be committed";
   EXPECT_EQ(session.intersections().value().frame, 2U);
 }
 
@@ -247,7 +247,7 @@ TEST_P(AnySessionWaitsTest, AnAnswerIsTakenOnce) {
   EXPECT_TRUE(trial.get().ok()) << "the answer was there before";
   expect_error(trial.get(), ErrorCode::kFailedPrecondition, "taken before");
   static_cast<void>(session.step_async(Frame{Doubles(one)}));
-  EXPECT_EQ(session.intersections().value().frame, 2U) << "a step counts without its Pending";
+  EXPECT_EQ(session.intersections().value().frame, 2U) << "a step counts even if its Pending was destroyed";
 }
 
 TEST_P(AnySessionWaitsTest, TheSceneChangesWhenNothingIsOnItsWay) {

@@ -158,7 +158,7 @@ TEST(InfoJson, ErrorsNameTheField) {
   EXPECT_THAT(error(std::string(100'000, '[')), HasSubstr("too deeply"));
 }
 
-// What is misspelt would else be left out in silence.
+// A misspelt key would otherwise be ignored without a warning.
 TEST(InfoJson, UnknownKeysOfTheModelAreRefused) {
   const auto error = [](const std::string& text) {
     const Result<SceneInfo> info = parse_info_json(text, "i");

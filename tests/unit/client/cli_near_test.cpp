@@ -149,7 +149,7 @@ TEST(CliNear, LeavesOutWhatItsFiltersSay) {
   EXPECT_EQ(counts("--server " + daemon.address()), with);
   EXPECT_EQ(counts("--filter-edges 0 --filter-near-at-rest 0"), without);
 
-  // So does how thick its bodies are, whichever bodies they are taken for.
+  // So does the thickness of its bodies, with any --bodies.
   info.erase("filters");
   for (Json& body : info["bodies"]) body["thickness"] = 0.05;
   folder.write("scene/info.json", info.dump());
@@ -266,7 +266,7 @@ TEST(CliNear, TakesOneMesh) {
   EXPECT_THAT(outcome.out, HasSubstr("1 frame, "));
 }
 
-TEST(CliNear, MisuseIsSaidInOneLine) {
+TEST(CliNear, UsageErrorsTakeOneLine) {
   for (const char* wrong :
        {"", "--distance -1", "--distance nan", "--distance 1 --tier fast", "--distance 1 --fields closest",
         "--distance 1 --count --contacts c.csv", "--distance 1 --contacts c.txt",
@@ -350,7 +350,7 @@ TEST_F(CliTangled, HasTheSameAnswersInThisProcessAndBehindADaemon) {
   }
 }
 
-TEST_F(CliTangled, MisuseIsSaidInOneLine) {
+TEST_F(CliTangled, UsageErrorsTakeOneLine) {
   for (const char* wrong : {"--any --pairs p.csv", "--pairs - --json -", "--any --html p.html",
                             "--pairs - --html -", "--html-limit 1MiB", "--frames 1", "--bodies none"}) {
     const Outcome outcome = run("tangled " + apart() + " " + wrong);

@@ -100,7 +100,7 @@ TEST(ContactWriter, VtpPointsLieWhereTheContactsAre) {
   const std::size_t offset = std::strtoul(&vtp[vtp.find("offset=\"", at) + 8], nullptr, 10);
   EXPECT_EQ(load_scalar<std::uint64_t>(&vtp[data + offset], std::endian::little), 48U);
   const std::size_t ids = vtp.find("Name=\"vertices\" NumberOfComponents=\"4\"");
-  ASSERT_NE(ids, std::string::npos) << "who touches whom";
+  ASSERT_NE(ids, std::string::npos) << "which bodies touch";
   const std::size_t ids_offset = std::strtoul(&vtp[vtp.find("offset=\"", ids) + 8], nullptr, 10);
   EXPECT_EQ(load_scalar<std::uint64_t>(&vtp[data + ids_offset], std::endian::little), 32U);
   for (std::size_t k = 0; k < 8; ++k)
@@ -189,7 +189,7 @@ TEST(ContactWriter, UnknownExtensionsAndUnwritableFilesFail) {
     EXPECT_THAT(open_contact_writer(folder.file(name)).error().message, HasSubstr("No such file")) << name;
 }
 
-TEST(ContactWriter, AFullDiskShows) {
+TEST(ContactWriter, AFullDiskIsAnError) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
   const TemporaryFolder folder;
   std::filesystem::create_symlink("/dev/full", folder.file("c.csv"));

@@ -115,7 +115,7 @@ TEST(DetectRemote, ContinuityIsTheSameAfterAResume) {
   auto answers = std::async(std::launch::async, [&] {
     return run(detect + " --contacts " + remote.string() + " --server " + board.address());
   });
-  // Fewer times than a session goes on without an answer.
+  // Fewer losses in a row than a session accepts without an answer.
   for (int k = 0; k < 4 && answers.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
        ++k)
     board.lead_to(k % 2 == 0 ? second.address() : first.address());

@@ -169,7 +169,7 @@ TEST(Input, PolygonsAreCutOnceForAllFrames) {
   EXPECT_TRUE(mixed.value()->read_frame(1, positions).ok());
 }
 
-TEST(Input, PointsAreSaid) {
+TEST(Input, IsolatedVerticesAreReported) {
   const TemporaryFolder folder;
   const std::string mixed =
       folder.write("mixed.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 6 6\nf 1 2 3\nl 4 1\n");

@@ -70,7 +70,7 @@ TEST_F(Candidates, HoldWhatEveryTierReportsNoLaterThanItDoes) {
       }
     }
     EXPECT_GT(contacts, 100U);
-    EXPECT_GT(candidates.size(), contacts / 2 + 50) << "most candidates come to nothing";
+    EXPECT_GT(candidates.size(), contacts / 2 + 50) << "most candidates are no contacts";
   }
 }
 

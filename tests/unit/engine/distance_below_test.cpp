@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance from below: never above the truth, and hardly below it, held to rational arithmetic.
+// Lower bounds of distances: never above the true distance, and close to it, by rational arithmetic.
 #include "engine/elementary/distance_below.h"
 
 #include <gmpxx.h>

@@ -134,7 +134,7 @@ FeatureCase passing(std::mt19937_64& random, ContactKind kind, bool turning) {
   return FeatureCase(kind, t0, t1);
 }
 
-TEST(ElementaryStages, DirectionsPartNothingThatTouches) {
+TEST(ElementaryStages, DirectionsSeparateNothingThatTouches) {
   std::mt19937_64 random(23);
   for (int i = 0; i < 20000; ++i) {
     const FeatureCase pair = passing(random, kKinds[i % 2], i % 4 < 2);
@@ -142,7 +142,7 @@ TEST(ElementaryStages, DirectionsPartNothingThatTouches) {
   }
 }
 
-TEST(ElementaryStages, DirectionsPartOnlyWhatExactAlgebraParts) {
+TEST(ElementaryStages, DirectionsSeparateOnlyWhatExactAlgebraSeparates) {
   std::mt19937_64 random(24);
   int parted = 0;
   int touching = 0;
@@ -161,7 +161,7 @@ TEST(ElementaryStages, DirectionsPartOnlyWhatExactAlgebraParts) {
   EXPECT_GT(parted, 1000);
 }
 
-TEST(ElementaryStages, DirectionsPartOnlyWhatTheOraclePartsAtTheExtremes) {
+TEST(ElementaryStages, DirectionsSeparateOnlyWhatTheOracleSeparatesAtTheExtremes) {
   std::mt19937_64 random(25);
   int parted = 0;
   for (const testing::TortureFamily& family : testing::torture_families()) {
@@ -176,7 +176,7 @@ TEST(ElementaryStages, DirectionsPartOnlyWhatTheOraclePartsAtTheExtremes) {
   EXPECT_GT(parted, 100);
 }
 
-TEST(ElementaryStages, DirectionsPartWhatRushesPast) {
+TEST(ElementaryStages, DirectionsSeparatePrimitivesThatPassEachOtherFast) {
   // Seen along the motion the vertex is beside the triangle, although their swept boxes overlap.
   const Points start{{{-8, 0.625, -8}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
   const Points beside = testing::moved(start, 0, 16, 0, 16);

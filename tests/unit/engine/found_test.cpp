@@ -74,11 +74,11 @@ TEST(FoundBodies, ShareARangeWhereTheirVerticesInterleave) {
   EXPECT_EQ(bodies[1].first_vertex, 162U);
 }
 
-TEST(FoundBodies, LetSmallOnesGoAlongAndCoverIsolatedVertices) {
+TEST(FoundBodies, IncludeSmallComponentsAndIsolatedVertices) {
   testing::Faces faces = testing::grid(8);
   const auto last = static_cast<std::int32_t>(83);  // two isolated vertices lie between
   for (auto face : testing::tetrahedron()) faces.push_back({face[0] + last, face[1] + last, face[2] + last});
-  EXPECT_TRUE(found_bodies(*testing::make_scene(87, faces)).empty()) << "one body alone is no news";
+  EXPECT_TRUE(found_bodies(*testing::make_scene(87, faces)).empty()) << "a single body is not reported";
   for (auto face : testing::grid(8)) faces.push_back({face[0] + 87, face[1] + 87, face[2] + 87});
   const std::vector<Body> bodies = found_bodies(*testing::make_scene(170, faces));  // two more at the end
   ASSERT_EQ(bodies.size(), 2U);
@@ -106,7 +106,7 @@ TEST(RigidFit, IsAsGoodAsTheWorstVertex) {
   EXPECT_EQ(reference.fit(vertices, false, 1e-4).residual, std::numeric_limits<double>::infinity());
 }
 
-TEST(RigidFit, NothingFitsWhatSpansNoPlane) {
+TEST(RigidFit, CollinearPointsHaveNoFit) {
   std::vector<VertexMotion> line(9);
   for (std::size_t v = 0; v < line.size(); ++v) line[v].t0 = line[v].t1 = {static_cast<double>(v), 0, 0, 0};
   EXPECT_TRUE(RigidReference(line).flat());

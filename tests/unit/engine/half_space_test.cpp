@@ -139,7 +139,7 @@ TEST(HalfSpaces, MoveByPosesAndStayWithAllPositions) {
   EXPECT_LE(*turned.earliest_toi, 0.5);
 }
 
-TEST(HalfSpaces, AreAskedAboutLikeAnything) {
+TEST(HalfSpaces, AreInTheAnswersOfAllQuestions) {
   Falling falling;
   falling.scene.bodies[0].kind = BodyKind::kRigid;
   falling.scene.bodies[0].thickness = 0.25;
@@ -182,7 +182,7 @@ TEST(HalfSpaces, AreAskedAboutLikeAnything) {
 }
 
 // A trial, and a shorter one of the same motion of vertices, for which the half-space moves otherwise.
-TEST(HalfSpaces, AreTestedAnewInEachTrial) {
+TEST(HalfSpaces, AreTestedAgainInEachTrial) {
   Falling falling;
   falling.scene.bodies[0].kind = BodyKind::kRigid;
   Collider collider = make(falling.scene, falling.x);
@@ -263,7 +263,7 @@ TEST(HalfSpaces, AreAddedChangedAndRemoved) {
 }
 
 // More bodies than are near, most of them known by their poses alone.
-TEST(HalfSpaces, MeetBodiesThatWait) {
+TEST(HalfSpaces, MeetBodiesKnownByTheirPosesAlone) {
   SceneDescription scene;
   std::vector<double> x;
   constexpr int kBodies = 40;
@@ -333,7 +333,7 @@ TEST(HalfSpaces, AreRefusedWhereTheyMakeNoSense) {
 }
 
 // Alone, and beside nothing that it may meet.
-TEST(HalfSpaces, MayBeAllThereIs) {
+TEST(HalfSpaces, MayBeTheOnlyBodies) {
   SceneDescription scene;
   scene.bodies = {ground(), ground(BodyKind::kRigid)};
   Collider collider = make(scene, {});

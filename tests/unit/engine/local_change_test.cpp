@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Local changes of a body's elements: what is taken over of the body before is what would be made anew, and
+// Local changes of a body's elements: what is reused of the old body equals what would be rebuilt, and
 // blocks keep what is left of them.
 #include "engine/scene/local_change.h"
 
@@ -77,7 +77,7 @@ struct Body {
   Topology topology;
 };
 
-TEST(LocalChange, WhatIsTakenOverIsWhatWouldBeMadeAnew) {
+TEST(LocalChange, WhatIsReusedEqualsWhatWouldBeRebuilt) {
   std::mt19937 random(7);
   int kept_hierarchies = 0;
   for (int trial = 0; trial < 60; ++trial) {
@@ -139,7 +139,7 @@ TEST(LocalChange, WhatIsTakenOverIsWhatWouldBeMadeAnew) {
   EXPECT_GT(kept_hierarchies, 30);
 }
 
-TEST(LocalChange, ManyOthersAreNone) {
+TEST(LocalChange, ManyChangedFacesAreNoLocalChange) {
   const Body before(grid(kSide), {});
   Faces faces = grid(kSide);
   for (std::size_t f = 0; f < faces.size(); f += 4) std::swap(faces[f][0], faces[f][1]);
@@ -159,7 +159,7 @@ TEST(LocalChange, FacesThatChangedPlacesKeepTheOrderOfMost) {
 }
 
 // A cloth of which some faces are others before each step, beside one made anew.
-TEST(LocalChange, ContactsAreThoseOfAColliderMadeAnew) {
+TEST(LocalChange, ContactsAreThoseOfANewCollider) {
   std::mt19937 random(11);
   const auto workers = std::make_shared<Workers>(1);
   Faces faces = grid(kSide);
@@ -200,7 +200,7 @@ TEST(LocalChange, ContactsAreThoseOfAColliderMadeAnew) {
   EXPECT_LT(warm.memory_bytes(), after_ten + after_ten / 3);
 }
 
-TEST(LocalChange, TenThousandLeaveASceneAsLargeAsTen) {
+TEST(LocalChange, TenThousandChangesLeaveASceneAsLargeAsTen) {
   const auto workers = std::make_shared<Workers>(1);
   Faces faces = grid(8);
   SceneDescription description{81, faces, {{"", 0, 81}}};

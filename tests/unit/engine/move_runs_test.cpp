@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of a list go where they are told, whichever of them go up and which down.
+// Runs of a list are moved to their new places, upwards and downwards in any mixture.
 #include "engine/parallel/move_runs.h"
 
 #include <gtest/gtest.h>

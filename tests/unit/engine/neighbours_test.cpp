@@ -427,10 +427,10 @@ TEST_P(Crumpled, TrialsAnswerAsStepsAndLeaveNoTrace) {
     ASSERT_NO_FATAL_FAILURE(both.expect_same_step(positions, result)) << "step " << step;
   }
   EXPECT_GT(met, 10U);
-  EXPECT_GT(skipped, 100U) << "trials share what is learnt of their base";
+  EXPECT_GT(skipped, 100U) << "trials share what was measured at their base";
 }
 
-// Stopped before, while or after the refit tests among neighbours, or not at all: the frame again is as ever.
+// Stopped before, while or after the refit tests among neighbours, or not at all: the repeated frame is answered as always.
 TEST_P(Crumpled, StoppedAtAnyMoment) {
   std::mt19937_64 random(61);
   std::vector<double> positions = flat();
@@ -479,7 +479,7 @@ TEST_P(Crumpled, RefusedForTooManyContacts) {
 }
 
 // A sheet that becomes a cloud: its hierarchy has decayed and is rebuilt, and so are its neighbours.
-TEST_P(Crumpled, BeyondRecognition) {
+TEST_P(Crumpled, ADecayedHierarchyIsRebuiltWithItsNeighbours) {
   std::mt19937_64 random(59);
   std::vector<double> positions = flat();
   Both both(testing::grid(kCells), positions);

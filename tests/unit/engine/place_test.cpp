@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is put elsewhere without a motion: it meets nothing on its way, and everything where it is.
+// Bodies that are placed without a motion (teleport, reset): they meet nothing on the way, and everything
+// where they are.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

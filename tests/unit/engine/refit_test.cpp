@@ -96,7 +96,7 @@ void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
   }
 }
 
-TYPED_TEST(RefitTest, FromStepToStepIsAnewBitForBit) {
+TYPED_TEST(RefitTest, RefitBoundsAreTheRebuiltOnesBitForBit) {
   std::mt19937_64 random(7);
   for (int world = 0; world < 40; ++world) {
     RandomScene scene = random_scene(random);

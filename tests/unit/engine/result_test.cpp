@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A result that is not asked whether it holds a value ends with the error that it holds.
+// A result whose value is taken unchecked, and which holds an error, ends with that error's message.
 #include "engine/result.h"
 
 #include <gmock/gmock.h>

@@ -303,7 +303,7 @@ TYPED_TEST(SelfCheckOf, NeighboursThatAreLeftOutOrTakenForApartAreNamed) {
       ErrorCode::kDataLoss, "is outside its bounds", kWide);
 }
 
-TYPED_TEST(SelfCheckOf, PartsThatAreTakenForApartAndAreNotAreNamed) {
+TYPED_TEST(SelfCheckOf, PartsWronglyKeptAsSeparatedAreNamed) {
   using K = Kept<TypeParam>;
   // The grids lie across each other: along no direction is one beyond the other.
   for (const std::array<double, 3>& direction :

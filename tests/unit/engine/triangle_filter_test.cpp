@@ -135,7 +135,7 @@ void transform(MovingTriangles& pair, double offset, double scale) {
       for (double& x : corner) x = (x + offset) * scale;
 }
 
-TEST(TriangleFilter, PlanesPartOnlyWhatExactAlgebraParts) {
+TEST(TriangleFilter, PlanesSeparateOnlyWhatExactAlgebraSeparates) {
   std::mt19937_64 random(31);
   int apart = 0;
   int near = 0;
@@ -187,7 +187,7 @@ MovingTriangles falling_past(std::mt19937_64& random, double distance) {
 }
 
 // Separated pairs are farther apart than a tier may report, so that the frame of the points does not matter.
-TEST(TriangleFilter, PlanesPartNothingWithinReach) {
+TEST(TriangleFilter, PlanesSeparateNothingWithinReach) {
   std::mt19937_64 random(36);
   int apart = 0;
   int within = 0;
@@ -213,7 +213,7 @@ TEST(TriangleFilter, PlanesPartNothingWithinReach) {
   EXPECT_GT(within, 200);
 }
 
-TEST(TriangleFilter, PlanesPartNothingThatTouches) {
+TEST(TriangleFilter, PlanesSeparateNothingThatTouches) {
   std::mt19937_64 random(32);
   for (int trial = 0; trial < 3000; ++trial) {
     std::array<MovingTriangles, kEight> pairs;
@@ -252,7 +252,7 @@ TEST(TriangleFilter, SeparationIsKept) {
 }
 
 // Faster than they are large, so that no plane along either is between them at both ends.
-TEST(TriangleFilter, PartsWhatRushesPast) {
+TEST(TriangleFilter, RejectsTrianglesThatPassEachOtherFast) {
   std::mt19937_64 random(34);
   int apart = 0;
   for (int trial = 0; trial < 200; ++trial) {
@@ -272,7 +272,7 @@ TEST(TriangleFilter, PartsWhatRushesPast) {
 }
 
 // However far points are from the frame, no overflow is taken for a gap: a corner in common is none.
-TEST(TriangleFilter, NumbersThatOverflowPartNothing) {
+TEST(TriangleFilter, OverflowingNumbersSeparateNothing) {
   std::mt19937_64 random(37);
   EightTrianglePairs eight;
   std::array<PointBounds, 6 * kEight> points;
@@ -290,7 +290,7 @@ TEST(TriangleFilter, NumbersThatOverflowPartNothing) {
   }
 }
 
-TEST(TriangleFilter, WhatIsBeyondTheFrameIsNotParted) {
+TEST(TriangleFilter, WhatIsBeyondTheFrameIsNotSeparated) {
   std::mt19937_64 random(35);
   std::array<MovingTriangles, kEight> pairs;
   for (MovingTriangles& pair : pairs) {

@@ -81,7 +81,7 @@ TEST(WorldsTest, NearPairsAndTestsGrowWithTheWorldsAndNoMore) {
   EXPECT_EQ(many.part_pairs_excluded, 1024U * 1025U / 2 - 512 - 1024);
 }
 
-TEST(WorldsTest, TheEarliestOfEachIsTold) {
+TEST(WorldsTest, TheEarliestContactOfEachWorldIsReported) {
   const std::array<std::uint32_t, 4> worlds{5, 0xffffffff, 7, 9};
   const Pairs pairs(worlds);
   Collider collider = pairs.collider();
@@ -106,7 +106,7 @@ TEST(WorldsTest, TheEarliestOfEachIsTold) {
   EXPECT_GE(all.contacts.size(), told.contacts.size());
 }
 
-TEST(WorldsTest, WhatIsInNoneMeetsAll) {
+TEST(WorldsTest, BodiesInNoWorldMeetAll) {
   const std::array<std::uint32_t, 2> worlds{3, 4};
   Pairs pairs(worlds);
   pairs.description.bodies[0].world = 0;  // and so, as they lie in one place, below both
@@ -149,7 +149,7 @@ TEST(WorldsTest, ABodyMayMoveToAnother) {
   EXPECT_FALSE(meets(below));
 }
 
-TEST(WorldsTest, AreAllTheMoreRefusedWhereTheirEarliestAreTooMany) {
+TEST(WorldsTest, AQuestionIsRefusedWhereTheEarliestContactsOfAllWorldsAreTooMany) {
   const std::vector<std::uint32_t> worlds{1, 2, 3, 4, 5, 6, 7, 8};
   const Pairs pairs(worlds);
   Collider collider = pairs.collider({.report = Report::kEarliest});

@@ -19,7 +19,7 @@ def free_port():
 
 
 def serves(port):
-    """Whether something listens there by the time that it must."""
+    """Does something listen there before the time limit?"""
     for _ in range(600):
         try:
             socket.create_connection(("127.0.0.1", port)).close()

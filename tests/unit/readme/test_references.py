@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What pages refer to is there: links and their headings, files, tests, settings, metrics."""
+"""Everything that pages refer to exists: links and their headings, files, tests, settings, metrics."""
 import re
 
 import pytest

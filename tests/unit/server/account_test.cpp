@@ -130,7 +130,7 @@ TEST(TenantsTest, EachHasItsQuotaWithinTheDaemonsLimits) {
   EXPECT_FALSE(bob->streams.enter()) << "the daemon is full";
   EXPECT_STREQ(gate_met(bob->streams, streams, "", "streams", "all", "own").limit, "all");
   EXPECT_EQ(streams.inside(), 3u);
-  EXPECT_EQ(bob->streams.inside(), 1u) << "who was not let in is not counted";
+  EXPECT_EQ(bob->streams.inside(), 1u) << "a refused client is not counted";
   first.reset();
   EXPECT_EQ(streams.inside(), 2u);
   // Changed quotas apply at once, and to later principals.
@@ -186,10 +186,10 @@ TEST(GateTest, AdmitsAsManyAsItsLimit) {
   Gate gate(2);
   Budget budget(1 << 20);
   const auto account = Account::open(budget, 1 << 20, 0).value();
-  std::optional<AdmittedFrame> first = admit_frame(gate, gate, account, 100);
-  const AdmittedFrame second = admit_frame(gate, gate, account, 10);
+  std::optional<FramePass> first = admit_frame(gate, gate, account, 100);
+  const FramePass second = admit_frame(gate, gate, account, 10);
   EXPECT_FALSE(first->refused || second.refused);
-  const AdmittedFrame third = admit_frame(gate, gate, account, 10);
+  const FramePass third = admit_frame(gate, gate, account, 10);
   ASSERT_TRUE(third.refused);
   EXPECT_STREQ(third.refused->limit, "max-frames-per-principal");
   EXPECT_EQ(gate.inside(), 2u);

@@ -13,6 +13,7 @@
 #include "server/session/session.h"
 #include "server/transport/convert.h"
 #include "server/transport/upload.h"
+#include "tests/support/observers.h"
 #include "tests/unit/server/bare_client.h"
 
 namespace warmfront::test {
@@ -64,13 +65,12 @@ class AccountsHoldTest : public ::testing::TestWithParam<bool> {
                                              const std::vector<double>& positions) {
     server::FrameBuffer contents(server::Dtype::kFloat64, *session.scene());
     static_cast<void>(contents.append(bytes_of(positions)));
-    server::AdmittedFrame pass;
+    server::FramePass pass;
     pass.memory = server::Holding(account_, contents.expected_bytes());
     std::promise<server::Outcome<std::shared_ptr<const server::Answer>>> done;
-    session.step(frame, std::move(contents), std::move(pass), server::Session::Admission::kBounded,
-                 [&](const server::Outcome<std::shared_ptr<const server::Answer>>& outcome) {
-                   done.set_value(outcome);
-                 });
+    session.submit({frame, server::FrameQuestion{std::move(contents)}, std::move(pass),
+                    tell_frame([&](const server::FrameOutcome& outcome) { done.set_value(outcome); })},
+                   server::Session::Admission::kBounded);
     auto outcome = done.get_future().get();
     EXPECT_TRUE(outcome.ok()) << outcome.fault().message;
     // Its job has ended, and the session has updated its account.
@@ -188,7 +188,7 @@ TEST(AccountsOfWhatArrivesTest, AFrameThatWaitsIsChargedWhatItTakes) {
   const std::string rows = bytes_of(std::vector<double>(3 * vertices.size(), 1.0));
   server::Budget budget(1 << 30);
   const auto account = server::Account::open(budget, 1 << 30, 0).value();
-  server::AdmittedFrame pass;
+  server::FramePass pass;
   const std::size_t is = allocated_by([&] {
     auto contents = std::make_unique<server::FrameBuffer>(server::Dtype::kFloat64, scene);
     pass.memory = server::Holding(account, contents->expected_bytes());

@@ -134,7 +134,7 @@ class BareClient {
   }
   std::string frame(std::uint64_t number) const { return bytes_of(grids_.positions(number)); }
 
-  /// The daemon still serves, and steps a session of its own rightly.
+  /// The daemon still serves, and answers a session of its own correctly.
   void expect_healthy() {
     static int count = 0;
     const std::string id = "21234567-89ab-cdef-0123-" + std::to_string(100000000000 + count++);

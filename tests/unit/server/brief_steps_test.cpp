@@ -17,6 +17,7 @@
 
 #include "server/transport/context.h"
 #include "server/transport/session_recording.h"
+#include "tests/support/observers.h"
 #include "tests/unit/server/hanging_disk.h"
 #include "tests/unit/server/service_fixture.h"
 
@@ -61,10 +62,12 @@ class WhereAStepRunsTest : public ::testing::Test {
     static_cast<void>(contents.append(bytes_of(made.start)));
     std::thread::id ran;
     std::promise<void> done;
-    made.session->step(
-        frame, std::move(contents), {}, server::Session::Admission::kAlways,
-        [&](const Outcome<std::shared_ptr<const server::Answer>>&) { done.set_value(); },
-        [&] { ran = std::this_thread::get_id(); });
+    made.session->submit({frame,
+                          server::FrameQuestion{std::move(contents)},
+                          {},
+                          tell_frame([&](const server::FrameOutcome&) { done.set_value(); },
+                                     [&] { ran = std::this_thread::get_id(); })},
+                         server::Session::Admission::kAlways);
     done.get_future().wait();
     settle();
     return ran == std::this_thread::get_id();
@@ -87,7 +90,7 @@ class WhereAStepRunsTest : public ::testing::Test {
 
 TEST_F(WhereAStepRunsTest, OnTheCallersThreadAfterABriefStep) {
   Made made = make(MovingGrids(3));
-  EXPECT_FALSE(stays(made)) << "nobody knows of the first";
+  EXPECT_FALSE(stays(made)) << "the first step cannot be predicted";
   EXPECT_TRUE(stays(made));
   EXPECT_TRUE(stays(made));
   EXPECT_EQ(made.session->snapshot().steps, 3u);
@@ -100,13 +103,13 @@ TEST_F(WhereAStepRunsTest, OnAWorkerAfterAnyOtherRequest) {
   std::promise<void> changed, checked;
   made.session->change(
       {3, {server::ChangeBody{0, {"", 0, static_cast<std::uint32_t>(made.start.size() / 3)}}}},
-      [&](const server::Outcome<server::SessionState>& outcome) {
+      tell_change([&](const server::Outcome<server::SessionState>& outcome) {
         EXPECT_TRUE(outcome.ok());
         changed.set_value();
-      });
+      }));
   changed.get_future().wait();
   settle();
-  EXPECT_FALSE(stays(made)) << "its first of another scene";
+  EXPECT_FALSE(stays(made)) << "the first step of a changed scene may be long";
   EXPECT_TRUE(stays(made));
   made.session->check([&](const Outcome<std::string>& outcome) {
     EXPECT_TRUE(outcome.ok());
@@ -114,10 +117,10 @@ TEST_F(WhereAStepRunsTest, OnAWorkerAfterAnyOtherRequest) {
   });
   checked.get_future().wait();
   settle();
-  EXPECT_FALSE(stays(made)) << "what was found broken would be made anew";
+  EXPECT_FALSE(stays(made)) << "the step may have to rebuild what a check found broken";
   EXPECT_TRUE(stays(made));
   EXPECT_TRUE(stays(made, 99)) << "out of order";
-  EXPECT_FALSE(stays(made)) << "a frame that was given up may have been long; so may the same one again";
+  EXPECT_FALSE(stays(made)) << "a cancelled frame may have been long, and so may its repetition";
   EXPECT_EQ(made.session->snapshot().steps, 7u);
 }
 
@@ -134,10 +137,11 @@ TEST_F(WhereAStepRunsTest, OnAWorkerAfterALargeBodyWasAdded) {
   for (std::size_t i = 2; i < add.positions.size(); i += 3) add.positions[i] += 100;
   made.start.insert(made.start.end(), add.positions.begin(), add.positions.end());
   std::promise<void> changed;
-  made.session->change({3, {std::move(add)}}, [&](const server::Outcome<server::SessionState>& outcome) {
-    EXPECT_TRUE(outcome.ok());
-    changed.set_value();
-  });
+  made.session->change({3, {std::move(add)}},
+                       tell_change([&](const server::Outcome<server::SessionState>& outcome) {
+                         EXPECT_TRUE(outcome.ok());
+                         changed.set_value();
+                       }));
   changed.get_future().wait();
   settle();
   EXPECT_FALSE(stays(made));
@@ -174,7 +178,7 @@ TEST_F(WhereAStepRunsTest, OnTheCallersThreadEvenIfTheRecordingDiskHangs) {
   {
     Made made =
         make(MovingGrids(3), false, {}, recordings->begin(server::SessionId::parse(kId).value(), nullptr));
-    EXPECT_FALSE(stays(made)) << "nobody knows of the first";
+    EXPECT_FALSE(stays(made)) << "the first step cannot be predicted";
     EXPECT_TRUE(stays(made));
     EXPECT_TRUE(stays(made));
     EXPECT_EQ(made.session->snapshot().steps, 3u);
@@ -182,8 +186,8 @@ TEST_F(WhereAStepRunsTest, OnTheCallersThreadEvenIfTheRecordingDiskHangs) {
   disk->go_on();
 }
 
-/// Triangles that lie apart, so that a step of theirs is brief, and then pass through one another, all
-/// through all: a step of minutes that was thought brief, and ends when its client gives up.
+/// Triangles that are apart, so that a step is brief; then all pass through all: a step of minutes that was
+/// predicted to be brief, and ends when its client gives up.
 class BriefStepsTest : public ServiceTest {
  protected:
   static constexpr std::uint32_t kTriangles = 8000;
@@ -239,7 +243,7 @@ class BriefStepsTest : public ServiceTest {
       if (holds()) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    ADD_FAILURE() << "it does not come to that";
+    ADD_FAILURE() << "the condition did not hold within the time limit";
   }
   v1::GetServerInfoResponse info() {
     Context context;

@@ -210,7 +210,7 @@ TEST_F(ClientSessionTest, ASessionTakenOverByAnotherClientFailsPermanently) {
   v1::StreamStepsResponse response;
   ASSERT_TRUE(thief->Write(request) && thief->Read(&response));
   const Result<Answer> taken = step(session, grids_, 2);
-  EXPECT_THAT(lost, ElementsAre()) << "two clients must not fight";
+  EXPECT_THAT(lost, ElementsAre()) << "a session taken over by another client is not resumed";
   EXPECT_EQ(taken.error().code, ErrorCode::kAborted);
   EXPECT_EQ(step(session, grids_, 2).error().code, ErrorCode::kAborted);
   context.TryCancel();
@@ -236,7 +236,7 @@ TEST_F(ClientSessionTest, ADaemonThatIsNotRunningIsUnavailable) {
   EXPECT_THAT(client.error().message, HasSubstr("there is no folder /nonexistent;"));
 }
 
-// A busy daemon, or a far one: to connect again and again would only keep it busier.
+// A busy or distant daemon: repeated connection attempts would only add to its load.
 TEST_F(ClientSessionTest, ASlowDaemonIsConnectedToOnce) {
   const std::string path = ::testing::TempDir() + "warmfront_silent_" + std::to_string(getpid());
   sockaddr_un address{AF_UNIX, {}};

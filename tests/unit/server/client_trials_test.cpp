@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trials and commits through the client library: the bits of a collider in this process, and one answer to
-// each call, also where the daemon is another one by then.
+// each call, also where another daemon serves the session by then.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -109,7 +109,7 @@ class ClientTrials : public ::testing::Test {
 using Kinds = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(ClientTrials, Kinds);
 
-// After each commit the session goes on at the other daemon, which is told of nothing but what the client
+// After each commit the session continues at the other daemon, which gets only what the client
 // keeps.
 TYPED_TEST(ClientTrials, GoOnElsewhereFromWhatWasCommitted) {
   typename TestFixture::Moves moves;
@@ -132,7 +132,7 @@ TYPED_TEST(ClientTrials, GoOnElsewhereFromWhatWasCommitted) {
   EXPECT_GE(this->session_->resumes(), 7u);
 }
 
-// Between a trial's answer and its commit the daemon goes: the other one is told of the trial again.
+// Between a trial's answer and its commit the daemon is lost: the other one gets the trial again.
 TYPED_TEST(ClientTrials, ACommitFollowsItsTrialToAnotherDaemon) {
   for (std::uint64_t k = 1; k <= 6; ++k) {
     const auto other = this->at(k + 1), to = this->at(k);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One client and many sessions over connections that carry few calls; and frames and answers that are too
-// large to wait in them.
+// One client and many sessions over connections that carry few calls; and frames and answers larger than
+// the connections' buffers.
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>

@@ -46,7 +46,7 @@ TEST(FreeMemoryTest, WhatIsFreedWhileMemoryIsGivenBackIsGivenBackNext) {
   EXPECT_TRUE(memory.due(use_of(230, 10, 270)));
 }
 
-TEST(FreeMemoryTest, MayStayInProportion) {
+TEST(FreeMemoryTest, AShareOfFreeMemoryMayStay) {
   FreeMemory memory;
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(memory.due(use_of(1240, 1000, 240)));
   memory.due(use_of(1260, 1000, 260));
@@ -70,7 +70,7 @@ TEST(FreeMemoryTest, GoesBackThoughSomethingAboveItIsInUse) {
     above = std::move(pieces.back());
   }).join();
   const MemoryUse freed = *memory_use();
-  ASSERT_GT(freed.free, 50 * kMiB) << "nothing shows if it went back by itself";
+  ASSERT_GT(freed.free, 50 * kMiB) << "the test shows nothing where memory went back by itself";
   EXPECT_EQ(give_back_free_memory(free_memory), 0U) << "seen once";
   EXPECT_GT(give_back_free_memory(free_memory), 50 * kMiB);
   EXPECT_LT(memory_use()->resident, freed.resident - 50 * kMiB);

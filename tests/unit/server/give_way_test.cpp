@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who lets others have the core, and when: long tasks while short ones come and go, and all that are
-// relieved.
+// Which tasks yield the core, and when: long ones while short ones come and go, and all that were moved off
+// their lane.
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
 #include <tbb/parallel_for.h>
@@ -87,7 +87,7 @@ TEST(GiveWay, ALongTaskKeepsItsCoreWhereShortOnesCameBeforeIt) {
 
 constexpr Runner::Overrun kSoon{{milliseconds(1), milliseconds(1)}};
 
-TEST(GiveWay, EachThatIsRelieved) {
+TEST(GiveWay, EachRelievedTaskYields) {
   for (const Lane lane : {Lane::kShort, Lane::kLong}) {
     Runner runner(1, 0, kSoon);
     std::promise<void> other;
@@ -104,7 +104,7 @@ TEST(GiveWay, EachThatIsRelieved) {
 }
 
 // Whoever runs a piece of a relieved task's loop gives way in it.
-TEST(GiveWay, SoDoTheThreadsThatHelpOne) {
+TEST(GiveWay, ThreadsThatHelpALongTaskAlsoYield) {
   Runner runner(1, 0, kSoon);
   std::promise<void> other;
   auto missing = result_of(runner, Lane::kLong, [&] {

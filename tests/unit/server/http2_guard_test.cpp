@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watch over HTTP/2: what attackers send is told for what it is wherever it is cut, and what clients send
+// The HTTP/2 guard: attacks are recognised however their bytes are split, and what clients send
 // passes.
 #include "server/process/http2_guard.h"
 
@@ -199,7 +199,7 @@ TEST(Http2GuardTest, SlowTrafficPassesAndAHeaderBlockHasATimeLimit) {
   }
 }
 
-/// A guard that reads as gRPC does: what it hands on, and whether it looked for the place between two frames.
+/// A guard that reads as gRPC does: what it passes on, and whether it searched for a frame's end.
 class ReadingGuard {
  public:
   static constexpr std::chrono::seconds kPatience{10};
@@ -235,7 +235,7 @@ const std::string kWindow = http2::frame(8, 0, 0, "\0\0\0\1"s);
 
 TEST(Http2GuardTest, CallsWithoutAMessageAreResetAfterTheirTimeBetweenTwoFrames) {
   time_now = Http2Guard::Clock::now();
-  // Within a frame nothing is put in: a read ends where it does.
+  // Nothing is inserted within a frame: a read ends where the frame does.
   const std::string more = http2::ping() + kWindow;
   for (const std::size_t cut : {1u, 8u, 9u, 12u}) {
     ReadingGuard other;

@@ -317,7 +317,7 @@ TEST_F(SmallMessagesTest, AFrameWhoseAnswerIsLargerThanAMessageDoesNotCount) {
   const grpc::Status answered = step(1, bytes_of(large_.positions(1)));
   expect_refused(answered, "max-message-bytes", false);
   EXPECT_THAT(answered.error_message(), HasSubstr("frame 1 is answered"));
-  EXPECT_EQ(hash_of(streamed(1, 2)), expected) << "and there it comes again";
+  EXPECT_EQ(hash_of(streamed(1, 2)), expected) << "a stream gets the cached answer";
 }
 
 TEST_F(ServiceTest, EngineLimitsAreNamedInErrors) {

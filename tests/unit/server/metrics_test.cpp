@@ -168,9 +168,9 @@ TEST(LivenessTest, BusyIsAliveAndStuckIsNot) {
   work.running = true;
   EXPECT_TRUE(beats(1000, seconds(1), 0)) << "one step for a thousand seconds";
   EXPECT_TRUE(beats(1000, seconds(0), 1)) << "steps that cost nothing";
-  EXPECT_TRUE(beats(59, seconds(0), 0)) << "waiting for something";
-  EXPECT_FALSE(beats(1, seconds(0), 0)) << "for ever";
-  EXPECT_TRUE(beats(1, seconds(0), 1)) << "it came";
+  EXPECT_TRUE(beats(59, seconds(0), 0)) << "waiting";
+  EXPECT_FALSE(beats(1, seconds(0), 0)) << "waiting for too long";
+  EXPECT_TRUE(beats(1, seconds(0), 1)) << "and what it waited for came";
   EXPECT_TRUE(liveness.alive(now + seconds(19)));
   EXPECT_FALSE(liveness.alive(now + seconds(20))) << "no beat";
   // A process that was stopped for an hour.
@@ -201,7 +201,7 @@ TEST_F(MetricsTest, IdleConnectionsDoNotBlockOthers) {
   for (const int socket : silent) ::close(socket);
 }
 
-TEST(SystemdTest, IsToldOverItsSocket) {
+TEST(SystemdTest, IsNotifiedOverItsSocket) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "notify").string();
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM, 0);

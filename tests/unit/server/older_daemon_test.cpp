@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A current client and a daemon too old for session states: its copy cannot be verified, so it is never
-// reused; the session is created again, and the answers are right. And one too old for what is asked of it,
-// which it would answer as if it were not.
+// reused; the session is created again, and the answers are right. And a daemon too old for an option of a
+// question, which it would ignore.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ using Doubles = std::span<const double>;
 /// What a daemon does not know, and what came before it neither.
 enum class Unknown { kStates, kQuestions };
 
-/// Hands each call on to a daemon of today, and takes out of what goes and comes back what it does not know.
+/// Forwards each call to a current daemon, and removes from requests and answers what an older one does not know.
 class OlderService final : public v1::CollisionService::Service {
  public:
   explicit OlderService(const std::string& address, Unknown unknown = Unknown::kStates)
@@ -145,7 +145,7 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
     };
     step(1);
     step(2);
-    EXPECT_EQ(session.resumes(), 0u) << "what was just made there is taken for what it is";
+    EXPECT_EQ(session.resumes(), 0u) << "a copy that was just created is not created again";
     board.lead_to(older.address);
     step(3);
     EXPECT_EQ(session.resumes(), 1u);
@@ -182,7 +182,7 @@ TEST(OlderDaemon, IsNotTrustedWithACopyButServes) {
   }
 }
 
-TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
+TEST(OlderDaemon, ThatIgnoresReducedIsDetectedByItsAnswer) {
   LocalDaemon daemon;
   OlderService service(daemon.address(), Unknown::kQuestions);
   const Serving older(service);
@@ -204,7 +204,7 @@ TEST(OlderDaemon, ThatDoesNotReduceIsFoundOutByItsAnswer) {
   }
 }
 
-TEST(OlderDaemon, ThatKeepsNoDistanceIsFoundOutByItsAnswer) {
+TEST(OlderDaemon, ThatIgnoresKeepDistanceIsDetectedByItsAnswer) {
   LocalDaemon daemon;
   OlderService service(daemon.address(), Unknown::kQuestions);
   const Serving older(service);

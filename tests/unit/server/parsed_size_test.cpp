@@ -132,7 +132,7 @@ TEST(ParsedSizeTest, TheBoundHoldsForAnyBytesInAnySegmentation) {
     EXPECT_GE(said, message.SpaceUsedLong());
     const MessageLayout& layout = MessageLayout::of(*v1::ChangeSceneRequest::descriptor());
     EXPECT_EQ(said, parsed_size(in_pieces(bytes, 1 + random() % 7), layout, std::size_t{1} << 40));
-    EXPECT_LE(said, layout.most(bytes.size())) << "the worst, unlooked at";
+    EXPECT_LE(said, layout.most(bytes.size())) << "the bound for any content of that length";
   }
 }
 
@@ -213,7 +213,7 @@ TEST(ParseRoomTest, MessagesThatWouldGrowTooLargeAreRefusedAndReadsAreBounded) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     first.reset();
   });
-  EXPECT_TRUE(room.enter(buffer_of(half), layout, "Test").ok()) << "who waits comes in";
+  EXPECT_TRUE(room.enter(buffer_of(half), layout, "Test").ok()) << "a waiting client is let in";
   done.join();
   EXPECT_EQ(room.used(), 0u);
 }

@@ -43,7 +43,7 @@ std::vector<Peers::Place> enter_all(Peers& peers, const std::string& address, in
   return places;
 }
 
-TEST(Peers, AnAddressHasSoManyAndOthersHaveTheirOwn) {
+TEST(Peers, ConnectionsAreLimitedPerAddress) {
   Peers peers(10, &peers_clock);
   const auto mine = enter_all(peers, "192.0.2.1", 30);
   EXPECT_EQ(mine.size(), 10U);
@@ -51,17 +51,17 @@ TEST(Peers, AnAddressHasSoManyAndOthersHaveTheirOwn) {
   EXPECT_FALSE(enter(peers, "::ffff:192.0.2.1")) << "the same client on a socket for both";
 }
 
-TEST(Peers, PlacesAreFreeAgainAndBeginAtABoundedRate) {
+TEST(Peers, ClosedConnectionsFreeTheirPlacesAndNewOnesAreRateLimited) {
   Peers peers(10, &peers_clock);
   EXPECT_EQ(enter_all(peers, "192.0.2.1", 30).size(), 10U);
-  EXPECT_FALSE(enter(peers, "192.0.2.1")) << "all have begun just now";
+  EXPECT_FALSE(enter(peers, "192.0.2.1")) << "all have started just now";
   peers_now += seconds(3);
   EXPECT_EQ(enter_all(peers, "192.0.2.1", 30).size(), 3U) << "a tenth a second";
   peers_now += seconds(1000);
-  EXPECT_LE(enter_all(peers, "192.0.2.1", 100).size(), 20U) << "what was not begun is not saved up";
+  EXPECT_LE(enter_all(peers, "192.0.2.1", 100).size(), 20U) << "unused connection starts are not carried over";
 }
 
-TEST(Peers, OfIpv6TheOwnersBitsAreOneAddress) {
+TEST(Peers, Ipv6AddressesOfOnePrefixAreOneAddress) {
   Peers peers(10, &peers_clock);
   const auto first = enter_all(peers, "2001:db8::1", 6);
   const auto second = enter_all(peers, "2001:db8::ffff:2", 6);
@@ -95,7 +95,7 @@ TEST(Peers, AddressesThatAreGoneAreForgotten) {
     peers_now += seconds(60);
   }
   EXPECT_LE(peers.size(), 5000U);
-  EXPECT_EQ(enter_all(peers, "198.51.100.1", 30).size(), 9U) << "who has a connection is remembered";
+  EXPECT_EQ(enter_all(peers, "198.51.100.1", 30).size(), 9U) << "an address with a connection is remembered";
 }
 
 TEST(Peers, ThreadsTakeNoMoreThanThereAre) {

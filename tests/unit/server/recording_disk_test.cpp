@@ -60,7 +60,7 @@ class RecordingDiskTest : public ::testing::Test, protected BareClient {
       if (holds()) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    ADD_FAILURE() << "it does not come to that";
+    ADD_FAILURE() << "the condition did not hold within the time limit";
   }
   std::vector<std::string> files() const {
     std::vector<std::string> files;
@@ -159,7 +159,7 @@ TEST_F(RecordingDiskTest, UploadsStepsAndTimeoutsGoOnWhileItHangs) {
   disk_->go_on();
   stop();
   const auto recorded = files();
-  ASSERT_EQ(recorded.size(), 1u) << "of the session that came to be";
+  ASSERT_EQ(recorded.size(), 1u) << "of the session that was created";
   const Found found = read(recorded.front());
   EXPECT_EQ(found.creates, 3u);
   EXPECT_EQ(found.steps, 20u);

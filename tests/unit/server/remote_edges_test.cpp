@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edges of no face behind a daemon: the same answers as in this process, whatever becomes of the daemon; an
+// Edges of no face behind a daemon: the same answers as in this process, also when the daemon dies; an
 // upload is what its header announces, and edges are part of a session's state and count within its limits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pair filters of sessions behind a daemon: the same answers as in this process, for any scenes and filters,
-// and whatever becomes of the daemon.
+// and also when the daemon dies.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Half-spaces behind a daemon: the same answers as in this process, at whatever pose and described however,
-// after restarts; they are part of a session's state, and what is none is refused.
+// Half-spaces behind a daemon: the same answers as in this process, at any pose and in any description,
+// also after restarts; they are part of a session's state, and invalid ones are refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Thick vertices and bodies behind a daemon: the same answers as in this process, and whatever becomes of the
-// daemon; what is wrong is refused with the field and the index, and changes nothing.
+// Thick vertices and bodies behind a daemon: the same answers as in this process, also after a restart of
+// the daemon; what is wrong is refused with the field and the index, and changes nothing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

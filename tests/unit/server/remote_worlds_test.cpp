@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worlds behind a daemon: the same answers as in this process, in however many messages they come and whatever
-// becomes of the daemon.
+// Worlds behind a daemon: the same answers as in this process, in any number of messages, also when the
+// daemon dies.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -11,6 +11,7 @@
 
 #include "server/session/session.h"
 #include "server/transport/convert.h"
+#include "tests/support/observers.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/server/service_fixture.h"
 
@@ -50,9 +51,9 @@ std::optional<Fault> change_twice(const server::Limits& limits) {
           .value();
   std::promise<std::optional<Fault>> one, other;
   const auto tell = [](auto& promise) {
-    return [&promise](const server::Outcome<server::SessionState>& outcome) {
+    return tell_change([&promise](const server::Outcome<server::SessionState>& outcome) {
       promise.set_value(outcome ? std::nullopt : std::optional(outcome.fault()));
-    };
+    });
   };
   session->change({1, {octahedron()}}, tell(one));
   session->change({1, {octahedron()}}, tell(other));
@@ -62,7 +63,7 @@ std::optional<Fault> change_twice(const server::Limits& limits) {
   return fault;
 }
 
-/// A body that is added and removed again and again, until the session refuses: how often it was added.
+/// A body is added and removed repeatedly, until the session refuses: how often it was added.
 struct Churn {
   static constexpr int kThreads = 2;
   explicit Churn(std::size_t session_bytes, std::uint32_t window = server::Limits().window,
@@ -83,9 +84,10 @@ struct Churn {
   }
   std::optional<Fault> change(server::SceneChange change) {
     std::promise<std::optional<Fault>> done;
-    session->change({1, {std::move(change)}}, [&](const server::Outcome<server::SessionState>& outcome) {
-      done.set_value(outcome ? std::nullopt : std::optional(outcome.fault()));
-    });
+    session->change({1, {std::move(change)}},
+                    tell_change([&](const server::Outcome<server::SessionState>& outcome) {
+                      done.set_value(outcome ? std::nullopt : std::optional(outcome.fault()));
+                    }));
     return done.get_future().get();
   }
   std::optional<Fault> add(std::uint32_t octahedra) { return change(many(octahedra)); }
@@ -251,10 +253,12 @@ Reply reply_to(
   const std::size_t charged = churn.account->held();
   std::promise<Reply> reply;
   std::atomic<bool> told{false};
-  churn.session->change(std::move(order), [&](const server::Outcome<server::SessionState>& outcome) {
-    told = true;
-    reply.set_value({outcome ? std::nullopt : std::optional(outcome.fault().code), churn.account->held()});
-  });
+  churn.session->change(
+      std::move(order), tell_change([&](const server::Outcome<server::SessionState>& outcome) {
+        told = true;
+        reply.set_value(
+            {outcome ? std::nullopt : std::optional(outcome.fault().code), churn.account->held()});
+      }));
   if (!told) {
     EXPECT_EQ(churn.account->held(), charged) << "what waits is charged";
   }

@@ -262,14 +262,14 @@ TEST(StreamStateTest, TheClientIsLateOnlyWhileItOwesWhatIsBeingRead) {
   state = after(state, {Kind::kReadStarted});
   EXPECT_TRUE(awaits_client(state)) << "for the message that attaches";
   EXPECT_FALSE(awaits_client(after(state, {Kind::kReadDone})));
-  EXPECT_TRUE(awaits_client(after(state, {Kind::kEnded}))) << "a later end says it again";
+  EXPECT_TRUE(awaits_client(after(state, {Kind::kEnded}))) << "a later end repeats it";
   EXPECT_FALSE(awaits_client(after(state, {Kind::kBroken})));
   state.awaiting = false;
-  EXPECT_FALSE(awaits_client(state)) << "a client between two frames may take its time";
+  EXPECT_FALSE(awaits_client(state)) << "between two frames a client has no time limit";
 }
 
 /// A call whose client, session and transport do anything that they may, at random. It carries out what is
-/// due, and says what it met that must not be.
+/// due, and reports forbidden states.
 class RandomCall {
  public:
   explicit RandomCall(std::uint64_t seed) : random_(seed) { advance(); }
@@ -434,7 +434,7 @@ class RandomCall {
       } else {
         ASSERT_FALSE(writing_);
         const bool delivered = queue_.empty() && computing_ == 0 && !attaching_ && !handling_;
-        ASSERT_TRUE(state_.course == StreamCourse::kBroken || delivered) << "what was in hand";
+        ASSERT_TRUE(state_.course == StreamCourse::kBroken || delivered) << "what was in progress";
         ++finishes_;
         tell(Kind::kFinishStarted);
       }

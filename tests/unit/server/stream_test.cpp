@@ -73,7 +73,7 @@ TEST_F(ServiceTest, MessagesOutOfPlaceEndTheStreamAndNotTheSession) {
             StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(ends_with({attach(kId), frame_message(1, "abc", true)}).error_code(),
             StatusCode::INVALID_ARGUMENT);
-  EXPECT_TRUE(ends_with({attach(kId)}).ok()) << "a half-close is as good as a detach";
+  EXPECT_TRUE(ends_with({attach(kId)}).ok()) << "a half-close has the effect of a detach";
   EXPECT_TRUE(ends_with({}).ok());
   EXPECT_TRUE(step(1, frame(1)).ok());
 }

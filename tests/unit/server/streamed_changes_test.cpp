@@ -177,7 +177,7 @@ TEST_F(StreamedChangesTest, WhatDoesNotFitIsRefused) {
   EXPECT_TRUE(stream(good).ok());
 }
 
-TEST_F(StreamedChangesTest, AreNobodyElses) {
+TEST_F(StreamedChangesTest, OfAnUnknownSessionAreRefused) {
   Request other = replacement(Sheet(2));
   other.set_session_id("01234567-89ab-cdef-0123-456789abcdef");
   const grpc::Status status = stream(pieces(other));

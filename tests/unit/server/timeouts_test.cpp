@@ -67,7 +67,7 @@ TEST_F(SlowClientTest, AStreamThatNeverAttachesAndAFrameThatNeverEndsAreCutOff) 
   const grpc::Status second = stream->Finish();
   EXPECT_EQ(second.error_code(), StatusCode::DEADLINE_EXCEEDED);
   EXPECT_THAT(second.error_message(), HasSubstr("the rest of a frame"));
-  EXPECT_TRUE(step(2, frame(2)).ok()) << "the session is as before the frame that never came";
+  EXPECT_TRUE(step(2, frame(2)).ok()) << "the session is as before the incomplete frame";
 }
 
 /// Answers larger than the transport's buffers for a client that does not read.

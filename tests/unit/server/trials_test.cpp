@@ -309,7 +309,7 @@ TEST_F(TrialsTest, ACommitIsAnsweredAgainAndNoOther) {
   EXPECT_TRUE(exchange(*stream, ask(2, question(Kind::KIND_STEP), frame(2))).has_answer());
 }
 
-TEST_F(TrialsTest, TheStateTellsCommitsApart) {
+TEST_F(TrialsTest, DifferentCommitsGiveDifferentStates) {
   std::vector<std::uint64_t> digests;
   int made = 0;
   const auto digest_of = [&](const std::vector<std::uint64_t>& trials, double fraction) {
@@ -382,7 +382,7 @@ TEST_F(TrialsTest, ACommitNeedsATrialThatWasAnsweredLast) {
   }
   const auto gap = exchange(*stream, commit_message(3, 1));
   EXPECT_EQ(detail_of(gap.error().status()).reason(), v1::ERROR_REASON_FRAME_OUT_OF_ORDER);
-  EXPECT_TRUE(exchange(*stream, commit_message(2, 1)).has_answer()) << "the trial stands after all that";
+  EXPECT_TRUE(exchange(*stream, commit_message(2, 1)).has_answer()) << "the trial may still be committed";
 }
 
 TEST_F(TrialsTest, AskWithOptionsOfTheirOwn) {

@@ -161,7 +161,7 @@ TEST_F(TwoDaemons, AnAnswerThatWasLostIsOnlyTakenForTheSameFrame) {
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(hash_of(again.value()), expected.step(first));
   EXPECT_EQ(at(a_, session.id()).steps, 1U) << "answered from memory: the copy was the session's own";
-  // Someone else steps the copy at A: frame 2 is due there no more, or was another one.
+  // Another client steps the copy at A: it no longer expects frame 2, or answered another one.
   BareClient thief;
   thief.connect(a_.address());
   ASSERT_TRUE(thief.step(2, bytes_of(grids_.positions(6)), nullptr, session.id()).ok());
@@ -218,8 +218,8 @@ TEST_F(TwoDaemons, AResumeWaitsForRoom) {
   EXPECT_EQ(hash_of(second.value()), expected.step(positions));
 }
 
-// To make a session is another matter: who asks for one is told at once that there is no room, and nothing is
-// left.
+// Creating a session does not wait for room: without room it fails at once, and leaves nothing in the
+// daemon.
 TEST_F(TwoDaemons, ASessionThatFindsNoRoomAtFirstIsRefusedAtOnce) {
   server::Config config;
   config.limits.max_open_streams = 1;

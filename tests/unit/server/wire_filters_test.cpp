@@ -38,7 +38,7 @@ std::vector<v1::CreateSessionRequest> pieces_of(const PairFilters& filters, std:
   return pieces;
 }
 
-TEST(WireFiltersTest, AreTheSameAfterAnyWayOfTravelling) {
+TEST(WireFiltersTest, AreTheSameHoweverTheyAreSplitIntoMessages) {
   for (const PairFilters& filters : {PairFilters{}, PairFilters{.within_edges = 3}, all_kinds(5)}) {
     EXPECT_EQ(wire::filters_from(wire::to_proto(filters), "").value(), filters);
     for (const std::size_t chunk : {1u, 7u, 8u, 1000u}) {

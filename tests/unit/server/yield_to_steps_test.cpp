@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How threads that carry messages stand to those that compute.
+// How threads that carry messages are scheduled beside threads that compute.
 #include "server/transport/yield_to_steps.h"
 
 #include <gtest/gtest.h>

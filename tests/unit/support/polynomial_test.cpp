@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The oracle's own ground: polynomials made from roots that are known.
+// What the oracle is based on: polynomials made from known roots.
 #include "tests/support/polynomial.h"
 
 #include <gtest/gtest.h>

@@ -80,7 +80,7 @@ TEST_F(LoadEndToEnd, CountsWhatTheDaemonCountsAndGetsTheEnginesAnswers) {
   EXPECT_EQ(metric("warmfront_contacts_total"), contacts);
   EXPECT_EQ(metric("warmfront_sessions_created_total"), sessions);
   EXPECT_EQ(metric("warmfront_queue_duration_seconds_count"), frames);
-  EXPECT_EQ(metric("warmfront_sessions"), 0u) << "a load leaves nothing behind";
+  EXPECT_EQ(metric("warmfront_sessions"), 0u) << "a load leaves no session behind";
 
   std::istringstream csv(text_of(csv_file));
   std::string line;
@@ -106,7 +106,7 @@ TEST_F(LoadEndToEnd, AnOpenLoopSendsAtItsRate) {
   ASSERT_EQ(outcome.code, kExitOk);
   const Json point = Json::parse(outcome.out)["points"][0];
   const auto due = point["counts"]["frames"].get<int>() + point["counts"]["unsent"].get<int>();
-  EXPECT_NEAR(due, 80, 2) << "as many as are planned, however fast the answers come";
+  EXPECT_NEAR(due, 80, 2) << "as many frames as are due, however fast answers arrive";
   EXPECT_EQ(point["arrival"], "constant");
 }
 
@@ -150,7 +150,7 @@ TEST_F(LoadEndToEnd, ExitsWith1WhereALimitIsMissed) {
   EXPECT_EQ(outcome.code, kExitNo);
   EXPECT_THAT(outcome.out, HasSubstr("missed max=0.001ms by "));
   EXPECT_EQ(load("--duration 100ms --warmup 0s --knee max=1us --rate 1000").code, kExitNo)
-      << "no rate keeps it";
+      << "no rate meets the limit";
 }
 
 TEST_F(LoadEndToEnd, CountsErrorsByTheirCode) {
@@ -172,7 +172,7 @@ TEST_F(LoadEndToEnd, CountsErrorsByTheirCode) {
       << "the limit that refused them, whichever was met first";
 }
 
-TEST_F(LoadEndToEnd, MisuseIsSaidInOneLine) {
+TEST_F(LoadEndToEnd, UsageErrorsTakeOneLine) {
   for (const char* wrong :
        {"--sessions 0", "--sessions 1.5", "--sessions 5000", "--sessions 2:1:x2", "--rate -1", "--duration 5",
         "--duration 0s", "--limit p42=1ms", "--limit p99=20", "--poisson", "--mix trial=0", "--mix look=1",

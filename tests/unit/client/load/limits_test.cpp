@@ -42,16 +42,16 @@ TEST(LoadLimits, TimesHaveUnitsAndCountsHaveNone) {
   EXPECT_THAT(parse_limit("p98=1ms").error().message, HasSubstr("p50, p90, p99, p99.9, max"));
 }
 
-TEST(LoadLimits, AreMissedByWhatIsBeyondThem) {
+TEST(LoadLimits, ValuesBeyondALimitMissIt) {
   EXPECT_TRUE(verdict("max=100ms").kept);
   EXPECT_FALSE(verdict("max=99.9ms").kept);
   EXPECT_EQ(verdict("max=99ms").text(), "missed max=99ms by 1 ms (100 ms)");
   EXPECT_EQ(verdict("errors=2").text(), "kept errors=2 (2)");
   EXPECT_FALSE(verdict("errors=1").kept);
   EXPECT_TRUE(verdict("p50=51ms").kept);
-  EXPECT_TRUE(verdict("frames-per-second=50").kept) << "a rate is a least";
+  EXPECT_TRUE(verdict("frames-per-second=50").kept) << "a rate is a lower limit";
   EXPECT_FALSE(verdict("frames-per-second=51").kept);
-  EXPECT_FALSE(judge(parse_limit("p99=20ms").value(), Measured{}).kept) << "nothing measured keeps no time";
+  EXPECT_FALSE(judge(parse_limit("p99=20ms").value(), Measured{}).kept) << "without measurements no limit on time is met";
   EXPECT_TRUE(judge(parse_limit("errors=0").value(), Measured{}).kept);
 }
 
@@ -73,7 +73,7 @@ RC_GTEST_PROP(LoadKnee, IsFoundOnASyntheticLatencyCurve, ()) {
   RC_ASSERT(*search.lowest_failed() > knee * (1 - 1e-9));
 }
 
-TEST(LoadKnee, EndsWhereNothingOrEverythingHolds) {
+TEST(LoadKnee, EndsWhereNoRateOrEveryRateHolds) {
   KneeSearch never(100), always(100);
   int tries = 0;
   while (never.next() && ++tries < 1000) never.tried(false);

@@ -41,7 +41,7 @@ TEST(LoadSweep, RefusesWhatIsNoSweep) {
     ASSERT_FALSE(sweep.ok()) << text;
     EXPECT_THAT(sweep.error().message, HasSubstr("FIRST:LAST:xFACTOR")) << text;
   }
-  EXPECT_FALSE(parse_sweep("1.5", true).ok()) << "there are no half sessions";
+  EXPECT_FALSE(parse_sweep("1.5", true).ok()) << "a session is created completely or not at all";
 }
 
 TEST(LoadSchedule, ConstantGapsBeginAtTheirPhase) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`detect --html`: what the page carries is what was found, and in a browser it opens, draws, scrubs and plays."""
+"""`detect --html`: the page holds exactly what was found, and in a browser it opens, draws, scrubs and plays."""
 import csv
 import json
 import re

@@ -63,7 +63,7 @@ class Copy:
         self.trial = None
 
     def _again(self, frame, content):
-        """The last answer, where it was of this."""
+        """The cached answer, where it is to this request."""
         if frame == self.state.frame and self.last is not None:
             if self.last[0] == content:
                 return self.last[1]

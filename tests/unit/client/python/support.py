@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What several tests of the Python client say of answers."""
+"""Checks of answers that several tests of the Python client share."""
 import time
 
 import numpy as np
@@ -8,7 +8,7 @@ COLUMNS = ("kind", "status", "v", "toi", "weights", "normal", "points", "multipl
 
 
 def bits(contacts):
-    """All that is to be the same, whatever happened on the way: a value that compares bit for bit."""
+    """All of an answer that must be the same bit for bit, with or without a resume: a value to compare."""
     columns = tuple(None if getattr(contacts, name) is None else getattr(contacts, name).tobytes() for name in COLUMNS)
     return (contacts.frame, contacts.vf, contacts.ee, contacts.possible, contacts.earliest_toi, *columns)
 

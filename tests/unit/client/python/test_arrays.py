@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is taken for an array, without a copy where none is needed."""
+"""What is accepted as an array, copied only where necessary."""
 import numpy as np
 import pytest
 from support import bits, triangle_through_triangle

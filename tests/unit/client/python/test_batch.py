@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds, and batches of copies: what each meets alone, in one session, whatever becomes of the daemon."""
+"""Worlds, and batches of copies: what each meets alone, in one session, also when the daemon dies."""
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon

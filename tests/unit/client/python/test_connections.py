@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many sessions of one client over connections that carry few calls; and frames whose answers hold them up."""
+"""Many sessions of one client over connections that carry few calls; and answers too large for the buffers between."""
 import contextlib
 import threading
 
@@ -57,7 +57,7 @@ def test_a_closed_client_says_so(client):
 
 
 def test_frames_are_taken_while_answers_wait(start_daemon):
-    """Answers beyond what sockets and windows hold, from a daemon that reads no more while one waits."""
+    """Answers larger than sockets and windows buffer, from a daemon that stops reading while an answer waits."""
     daemon = start_daemon("--max-queued-bytes", "1", "--write-stall-timeout", "20s")
     side = 200
     x, y = np.meshgrid(np.arange(side, dtype=float), np.arange(side, dtype=float), indexing="ij")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edges of no face, hair and rods: what they meet, whatever becomes of the daemon; and what is no edge."""
+"""Edges of no face, hair and rods: what they meet, also when the daemon dies; and which edges are refused."""
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon

@@ -102,7 +102,7 @@ def test_a_socket_in_a_folder_that_is_not_there_is_not_waited_for():
 
 
 def test_nobody_answers():
-    """Why, in the system's words, as the C++ client says it."""
+    """The message has the system's reason, as the C++ client's has."""
     with pytest.raises(warmfront.UnavailableError, match="127.0.0.1:1: no Warmfront daemon answers .*Connection refused.* is it "
                                                     "running there?"):
         warmfront.connect("127.0.0.1:1", timeouts=Timeouts(call=0.3))
@@ -111,7 +111,7 @@ def test_nobody_answers():
 @pytest.mark.parametrize("address", ["http://localhost:50061", "localhost", "localhost:", "localhost:http", ":50051",
                                      "::1:50051", "127.0.0.1:0", "127.0.0.1:65536", "unix:", ""])
 def test_what_is_no_address_is_refused_at_once(address):
-    """Without waiting for a daemon there: gRPC would look for it."""
+    """The error comes at once; gRPC would try to resolve the address first."""
     with pytest.raises(ValueError, match=r"HOST:PORT \(an IPv6 host in brackets\) or unix:PATH is expected") as error:
         warmfront.connect(address)
     assert repr(address) in str(error.value) and isinstance(error.value, InvalidArgumentError)

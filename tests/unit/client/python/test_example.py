@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples are right about themselves: nothing passes through, and where nothing is asked, it is found out."""
+"""The examples check themselves: nothing passes through, and with the collision questions left out that check fails."""
 import os
 import pathlib
 import subprocess

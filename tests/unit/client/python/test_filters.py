@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs of features that do not count: what they leave out, whatever becomes of the daemon; and what is no filter."""
+"""Pairs of features that do not count: what they leave out, also when the daemon dies; and which filters are refused."""
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon
@@ -51,7 +51,7 @@ def test_tangles_within_them_are_told_without_them(client):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_they_come_again_with_the_session(daemon, client, cloth, dtype):
-    """Changed, and grown with a body that was added, too."""
+    """Also after they were changed, and after a body was added."""
     frames = cloth.frames.astype(dtype)
     vertices = frames.shape[1]
     spare, _, faces = triangle_through_triangle(dtype)

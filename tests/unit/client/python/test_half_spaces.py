@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Half-spaces: what they meet, how they move and change, whatever becomes of the daemon; and what is none."""
+"""Half-spaces: what they meet, how they move and change, also when the daemon dies; and what is refused."""
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs that were written for the names before go on as they are."""
+"""Programs that use the former names still work."""
 import pytest
 
 import warmfront

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is put elsewhere without a motion, whatever becomes of the daemon."""
+"""Bodies that are placed elsewhere without a motion (teleport, reset), also when the daemon dies."""
 import asyncio
 
 import numpy as np

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trials, max_step and commits of the real daemon: a trial answers as a step would, a commit leaves everything where the formula
-says, and whatever becomes of daemons, answers are the same."""
+says, and also when daemons die, answers are the same."""
 import threading
 
 import numpy as np

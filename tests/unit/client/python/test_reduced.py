@@ -146,7 +146,7 @@ def test_a_row_with_a_vertex_twice_is_listed_once():
 
 
 def test_a_daemon_that_does_not_reduce_is_found_out_by_its_answer(client, cloth, monkeypatch):
-    """One that is older ignores what it does not know: as if it had not been sent."""
+    """An older daemon ignores fields that it does not know: simulated by not sending them."""
     question_of = warmfront._questions.question_of
 
     def older(kind, **options):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Elements and bodies that are replaced: numbers and answers are those of a session made anew, whatever becomes of the
-daemon; and what is refused."""
+"""Elements and bodies that are replaced: numbers and answers are those of a session made anew, also when the
+daemon dies; and what is refused."""
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon

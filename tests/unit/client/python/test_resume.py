@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exactly one answer to each frame, of the same bits, whatever becomes of the daemon."""
+"""Exactly one answer to each frame, of the same bits, also when the daemon dies."""
 import os
 import signal
 import subprocess
@@ -78,7 +78,7 @@ def test_another_daemon_at_the_same_address_with_smaller_messages(start_daemon, 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_poses_additions_and_changes_come_again(daemon, client, crowd, dtype):
-    """The state that a session is created from again has what every kind of frame and change left in it."""
+    """A session that is created again is in the state that every kind of frame and change leaves."""
     before, _, faces = triangle_through_triangle(dtype)
 
     def play(disturb):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How thick bodies and vertices are: what they meet then, whatever becomes of the daemon; and what is no thickness."""
+"""How thick bodies and vertices are: what they meet then, also when the daemon dies; and which values are refused."""
 import numpy as np
 import pytest
 from fake_daemon import FakeDaemon
@@ -62,7 +62,7 @@ def test_it_comes_again_with_the_session(daemon, client, cloth, dtype):
 
 
 def test_where_nothing_is_thick_or_not_any_more_the_session_is_made_again(daemon, client):
-    """A daemon tells of no thickness then, and is not too old for it."""
+    """The daemon then reports no thickness, which must not be mistaken for a daemon too old for it."""
     with client.session(BEFORE, FACES, bodies=[Body(3, thickness=1), Body(3)], thickness=[0] * 6) as session:
         session.change_body(0, Body(3, "removed", thickness=1))
         daemon.restart()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trials and commits as the client keeps account of them, against a daemon that does what the test says: what is sent, in
+"""Trials and commits as the client tracks them, against a daemon that does what the test says: what is sent, in
 which order, what is sent again, and where the session is."""
 import asyncio
 import concurrent.futures
@@ -42,7 +42,7 @@ def draw(seed, dtype=np.float64):
 
 
 def sent(fake):
-    """What came since this was last asked."""
+    """The requests that arrived since the last call."""
     words, fake.received[:] = list(fake.received), []
     return [word for word in words]
 
@@ -297,7 +297,7 @@ def test_a_trial_that_another_daemon_refuses_is_the_commits_error(fake, session,
 
 
 def test_a_step_within_its_time(fake, session):
-    """What is not answered in time does not count, whatever the daemon has done of it."""
+    """A question that is not answered in time does not count, even if the daemon had carried it out."""
     X, Y, Z = (draw(k, session.positions.dtype) for k in range(3))
     fake.disturb = once("step 1", "hang")
     began = time.monotonic()
@@ -352,7 +352,7 @@ def fake_frame(V):
 
 def test_an_older_daemon_is_found_out(fake, session):
     fake.ignores_questions = True
-    with pytest.raises(UnimplementedError, match="took the trial for a step: it is older than trials"):
+    with pytest.raises(UnimplementedError, match="older than trials, and took the trial for a step"):
         session.trial(draw(1, session.positions.dtype))
     with pytest.raises(UnimplementedError):  # for good: it is not where the session is
         session.step(draw(1, session.positions.dtype))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A session that goes on at another daemon and comes back: only a copy that is in the session's own state may answer.
+"""A session that moves to another daemon and back: only a copy that is in the session's own state may answer.
 
 The last step of each history is also made by the engine in a process of its own, cold, from the positions before it: its
 contacts are the same bits.
@@ -137,7 +137,7 @@ def test_a_resume_waits_for_room(two, start_daemon):
 
 
 def test_a_daemon_that_states_nothing_of_its_sessions_is_not_trusted_with_a_copy(two, monkeypatch):
-    """As one that is older than the states of sessions: the copy is made again whenever the session is resumed."""
+    """A daemon too old to report states: its copy is created again at each resume."""
     a, _, board, client = two
     attach, create, change = Link._attach, Connection.create, Connection.change
 

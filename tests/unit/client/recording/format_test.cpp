@@ -78,7 +78,7 @@ TEST(RecordingFormat, IsReadAsItWasWrittenAndIsTheOwnersAlone) {
   EXPECT_FALSE(Writer::create(path, "test").ok()) << "nothing is overwritten";
 }
 
-TEST(RecordingFormat, ATornTailIsLeftOutAndSaid) {
+TEST(RecordingFormat, ATruncatedTailIsDroppedAndReported) {
   const TemporaryFolder folder;
   const std::string whole = folder.read(write_answers(folder, 4).substr(folder.path().size() + 1));
   std::uint64_t most = 0;
@@ -86,7 +86,7 @@ TEST(RecordingFormat, ATornTailIsLeftOutAndSaid) {
     const Records records = read_all(folder.write("torn.wfrec", whole.substr(0, size)));
     EXPECT_FALSE(records.ended);
     if (records.error.empty()) {
-      EXPECT_GE(records.answers, most) << "a longer rest has no fewer records";
+      EXPECT_GE(records.answers, most) << "a longer file has at least as many records";
       most = records.answers;
       EXPECT_LT(records.torn_bytes, 300u);
     } else {

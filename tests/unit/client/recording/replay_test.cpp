@@ -295,7 +295,7 @@ TEST_F(ReplayTest, ATornRecordingReplaysToItsLastWholeRecord) {
   const ReplayResult result = replay_here(file);
   EXPECT_EQ(result.difference, "");
   EXPECT_EQ(result.steps, 5u)
-      << "the last step is carried out all the same: it may be what the writer died of";
+      << "the last step is replayed too: it may be what crashed the writer";
   EXPECT_EQ(result.compared, 4u);
   EXPECT_THAT(result.defect, HasSubstr("cut off"));
   EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("the recording is incomplete"));

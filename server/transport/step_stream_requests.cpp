@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a stream's messages ask for: a session is attached, frames are put together and submitted, commits are
+// submitted. Thread safety as stated in step_stream.h.
+#include <utility>
+
+#include "server/transport/convert.h"
+#include "server/transport/errors.h"
+#include "server/transport/session_metadata.h"
+#include "server/transport/step_stream.h"
+
+namespace warmfront::server {
+
+void StepStream::handle(const StreamRequest& request) {
+  switch (request.message.message_case()) {
+    case v1::StreamStepsRequest::kAttach:
+      return attach(request.message.attach());
+    case v1::StreamStepsRequest::kStep:
+      return take(request);
+    case v1::StreamStepsRequest::kCommit:
+      return commit(request.message.commit());
+    case v1::StreamStepsRequest::kDetach:
+      return half_closed();
+    case v1::StreamStepsRequest::MESSAGE_NOT_SET:
+      return;  // refused when it was parsed
+  }
+}
+
+void StepStream::half_closed() {
+  if (assembly_)
+    end({ErrorCode::kInvalidArgument, Reason::kInvalidInput,
+         frame_name(assembly_->number()) + ": the stream ended before its last positions"});
+  const MutexLock lock(mutex_);
+  end_locked(grpc::Status::OK);
+}
+
+void StepStream::attach(const v1::Attach& request) {
+  {
+    const MutexLock lock(mutex_);
+    if (state_.attach != StreamAttach::kNone)
+      return end_locked(
+          context_.refuse(out_of_place("a second attach; open another stream for another session")));
+  }
+  Outcome<SessionId> id = session_id_of(request.session_id(), metadata_id_);
+  if (!id) return end(id.fault());
+  Outcome<std::shared_ptr<Session>> session = context_.store.find(id.value(), principal_.name);
+  if (!session) return end(session.fault());
+  {
+    const MutexLock lock(mutex_);
+    session_ = session.value();
+    current_bytes_ = Holding(session_->account());
+    happened_locked(StreamEvent::Kind::kAttachStarted);
+  }
+  // Weak, because a stream ends whenever its client likes, and neither session nor frames should keep it.
+  const std::weak_ptr<StepStream> weak = weak_from_this();
+  Outcome<Session::Attachment> attachment = session.value()->attach(
+      request.takeover(),
+      [weak](const Fault& fault) {
+        if (const auto stream = weak.lock()) stream->end(fault);
+      },
+      [weak](const Outcome<Standing>& standing) {
+        if (const auto stream = weak.lock()) stream->attached(standing);
+      });
+  const MutexLock lock(mutex_);
+  if (attachment) {
+    attachment_ = attachment.value();
+  } else {
+    happened_locked(StreamEvent::Kind::kAttachSettled);
+    end_locked(context_.refuse(attachment.fault(), tenant_.get()));
+  }
+}
+
+StepStream::Held StepStream::held() {
+  const MutexLock lock(mutex_);
+  return {session_, attachment_};
+}
+
+void StepStream::take(const StreamRequest& request) {
+  const v1::StepFrame& part = request.message.step();
+  const Held held = this->held();
+  if (!held.session) return end(out_of_place("a step before attach; name the session first"));
+  if (!assembly_) {
+    assembly_.emplace(*held.session, tenant_->frames, context_.frames, part.frame());
+    assembly_->pass().given_up = given_up_;
+    assembly_->pass().attachment = held.attachment;
+    assembly_->ask(part);
+  } else if (std::optional<Fault> fault = assembly_->refusal_of(part)) {
+    return end(*fault);
+  }
+  assembly_->add(request);
+  {
+    const MutexLock lock(mutex_);
+    if (part.more() && !state_.awaiting) awaited_since_ = Clock::now();
+    happened_locked(part.more() ? StreamEvent::Kind::kPartTaken : StreamEvent::Kind::kFrameTaken);
+  }
+  if (part.more()) return;
+  FrameRecord record(recording_of(*held.session), part.frame(), assembly_->take_parts());
+  held.session->submit(assembly_->finish(reply_to(part.frame(), std::move(record))),
+                       Session::Admission::kAlways);
+  assembly_.reset();
+}
+
+void StepStream::commit(const v1::Commit& request) {
+  const Held held = this->held();
+  if (!held.session) return end(out_of_place("a commit before attach; name the session first"));
+  if (assembly_)
+    return end(out_of_place("a commit within " + frame_name(assembly_->number()) +
+                            "; mark a frame's last part with more = false"));
+  FramePass pass = admit_frame(tenant_->frames, context_.frames, held.session->account(), 0);
+  pass.given_up = given_up_;
+  pass.attachment = held.attachment;
+  {
+    const MutexLock lock(mutex_);
+    happened_locked(StreamEvent::Kind::kFrameTaken);
+  }
+  FrameRecord record(recording_of(*held.session), request);
+  held.session->submit({request.frame(), FrameCommit{request.fraction()}, std::move(pass),
+                        reply_to(request.frame(), std::move(record))},
+                       Session::Admission::kAlways);
+}
+
+// Weak, because a stream ends whenever its client likes, and no frame should keep it.
+class StepStream::Reply final : public FrameObserver {
+ public:
+  Reply(std::weak_ptr<StepStream> stream, std::uint64_t frame, FrameRecord record)
+      : stream_(std::move(stream)), frame_(frame), record_(std::move(record)) {}
+
+  void begins() override { record_.begins(); }
+  void answered(const FrameOutcome& outcome) noexcept override {
+    record_.answered(outcome);
+    if (const std::shared_ptr<StepStream> stream = stream_.lock()) stream->answered(frame_, outcome);
+  }
+
+ private:
+  const std::weak_ptr<StepStream> stream_;
+  const std::uint64_t frame_;
+  FrameRecord record_;
+};
+
+std::unique_ptr<FrameObserver> StepStream::reply_to(std::uint64_t frame, FrameRecord record) {
+  return std::make_unique<Reply>(weak_from_this(), frame, std::move(record));
+}
+
+}  // namespace warmfront::server

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brute force: each question answered by testing every pair of features, one by one.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/elementary/candidate.h"
+#include "engine/elementary/contact_geometry.h"
+#include "engine/elementary/edge_face.h"
+#include "engine/elementary/elementary_test.h"
+#include "engine/elementary/half_space.h"
+#include "engine/elementary/keep_distance.h"
+#include "engine/elementary/proximity.h"
+#include "engine/elementary/turning.h"
+#include "engine/part_way.h"
+#include "engine/scene/screws.h"
+#include "engine/scene/thickness.h"
+#include "engine/screw.h"
+#include "tests/support/accepted_state.h"
+#include "tests/support/accepted_state_parts.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/pair_rules.h"
+#include "tests/support/reduced_oracle.h"
+#include "tests/support/replacements.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront::testing {
+namespace {
+
+bool may_meet(const SceneDescription& scene, std::uint32_t p, std::uint32_t q) {
+  if (scene.bodies.empty()) return true;
+  const Body& a = scene.bodies[p];
+  const Body& b = scene.bodies[q];
+  if (a.kind == BodyKind::kRemoved || b.kind == BodyKind::kRemoved) return false;
+  if (p == q) return a.kind == BodyKind::kDeformable && a.self_collision;
+  if (a.kind == BodyKind::kStatic && b.kind == BodyKind::kStatic) return false;
+  if ((a.group & b.mask) == 0 || (b.group & a.mask) == 0) return false;
+  if (a.world != b.world && a.world != 0 && b.world != 0) return false;
+  return std::ranges::none_of(scene.excluded_pairs, [&](const auto& pair) {
+    return (pair[0] == p && pair[1] == q) || (pair[0] == q && pair[1] == p);
+  });
+}
+
+// The numbers of the worlds that bodies are in, where any has one.
+std::map<std::uint32_t, double> worlds_of(const SceneDescription& scene) {
+  std::map<std::uint32_t, double> least;
+  for (const Body& body : scene.bodies) {
+    if (body.kind != BodyKind::kRemoved) least.emplace(body.world, std::numeric_limits<double>::infinity());
+  }
+  if (least.size() == 1 && least.contains(0)) least.clear();
+  return least;
+}
+
+std::uint32_t world_of(const Scene& scene, const Contact& contact) {
+  const auto vertices = scene.vertices_of(contact);
+  const auto world = [&](std::uint32_t v) { return scene.bodies()[scene.body_of_vertex()[v]].world; };
+  if (contact.kind == ContactKind::kVertexHalfSpace)
+    return std::max(world(contact.a), scene.bodies()[contact.b].world);
+  return world(vertices.front()) != 0 ? world(vertices.front()) : world(vertices.back());
+}
+
+// What of all contacts the options ask for.
+Outcome answer_of(std::vector<Contact> contacts, const SceneDescription& scene, const Scene& made,
+                  const ColliderOptions& options) {
+  Outcome outcome;
+  if (options.leave_out_overlaps)
+    std::erase_if(contacts, [](const Contact& c) { return c.status == ContactStatus::kOverlapAtStart; });
+  for (const Contact& contact : contacts)
+    outcome.earliest_toi = std::min(outcome.earliest_toi.value_or(2), contact.toi);
+  if (options.report == Report::kEarliest) {
+    std::map<std::uint32_t, double> least = worlds_of(scene);
+    if (least.empty()) {
+      std::erase_if(contacts, [&](const Contact& contact) { return contact.toi > *outcome.earliest_toi; });
+    } else {
+      for (const Contact& contact : contacts) {
+        double& of_world = least.at(world_of(made, contact));
+        of_world = std::min(of_world, contact.toi);
+      }
+      std::erase_if(contacts,
+                    [&](const Contact& contact) { return contact.toi > least.at(world_of(made, contact)); });
+      for (const auto& [world, toi] : least) {
+        outcome.worlds.push_back(world);
+        outcome.world_tois.push_back(toi);
+      }
+    }
+  }
+  const bool lists = options.report != Report::kCount && options.report != Report::kVertexDistances &&
+                     options.report != Report::kAny;
+  if (lists && contacts.size() > options.max_contacts) {
+    Outcome refused;
+    refused.kind = Outcome::Kind::kRefused;
+    refused.error = {ErrorCode::kResourceExhausted, "max_contacts"};
+    return refused;
+  }
+  for (const Contact& contact : contacts) {
+    (contact.kind == ContactKind::kVertexFace        ? outcome.vf
+     : contact.kind == ContactKind::kEdgeFace        ? outcome.ef
+     : contact.kind == ContactKind::kVertexHalfSpace ? outcome.vh
+                                                     : outcome.ee) += 1;
+    outcome.possible +=
+        contact.status == ContactStatus::kPossible || contact.status == ContactStatus::kBudget;
+  }
+  if (options.report == Report::kAny) outcome.ef = std::min<std::uint64_t>(outcome.ef, 1);
+  if (lists) outcome.contacts = std::move(contacts);
+  return outcome;
+}
+
+Outcome refusal(const Status& why) {
+  Outcome refused;
+  refused.kind = Outcome::Kind::kRefused;
+  refused.error = why.error();
+  return refused;
+}
+
+double thickness_of(const Scene& made, std::span<const std::uint32_t> vertices) {
+  double most = 0;
+  for (const std::uint32_t v : vertices) most = std::max(most, made.thickness_of(v));
+  return most;
+}
+
+// Of both features of a pair.
+double thickness_of(const Scene& made, const Contact& pair) {
+  const auto ids = made.vertices_of(pair);
+  const std::span<const std::uint32_t> all(ids);
+  const std::size_t of_a = vertices_of_first(pair.kind);
+  return thickness_of(made, all.first(of_a)) + thickness_of(made, all.subspan(of_a));
+}
+
+// All that `test`, of two features with their twists and how thick both are together, finds of the pairs that the scene allows,
+// one by one; in a question with this separation.
+template <class Test>
+std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
+                              std::span<const VertexMotion> vertices, const Twists& twists, double separation,
+                              Test&& test) {
+  std::vector<Contact> contacts;
+  const PairRules rules(made, scene.filters);
+  for_all_pairs(made, true, [&](ContactKind kind, std::uint32_t a, std::uint32_t b) {
+    const auto ids = made.vertices_of({kind, ContactStatus::kHit, a, b, 0});
+    if (!may_meet(scene, made.body_of_vertex()[ids[0]], made.body_of_vertex()[ids[3]])) return;
+    const double thickness = thickness_of(made, {kind, ContactStatus::kHit, a, b, 0});
+    const bool of_points = kind == ContactKind::kVertexEdge || kind == ContactKind::kVertexVertex;
+    if (of_points && separation + thickness == 0) return;
+    const FeatureVertices features = features_of(made, vertices, kind, a, b);
+    const Verdict verdict = test(turning_pair(made, twists, features, kind, a, b), thickness);
+    if (!verdict.contact) return;
+    const Contact contact{kind, verdict.status, a, b, verdict.toi};
+    if (!rules.leave_out(contact)) contacts.push_back(contact);
+  });
+  return contacts;
+}
+
+// All edges and faces of what may meet that do, and share no vertex.
+std::vector<Contact> meeting_edges_and_faces(const SceneDescription& scene, const Scene& made,
+                                             std::span<const VertexMotion> vertices, Instant at) {
+  std::vector<Contact> meeting;
+  std::uint64_t exact_tests = 0;
+  for (std::uint32_t e = 0; e < made.edge_count(); ++e) {
+    for (std::uint32_t f = 0; f < made.face_count(); ++f) {
+      const Edge& edge = made.edges()[e];
+      const Face& face = made.faces()[f];
+      const auto in_face = [&](std::uint32_t v) { return std::ranges::find(face, v) != face.end(); };
+      if (in_face(edge[0]) || in_face(edge[1])) continue;
+      if (!may_meet(scene, made.body_of_vertex()[edge[0]], made.body_of_vertex()[face[0]])) continue;
+      const EdgeFaceVertices five{&vertices[edge[0]], &vertices[edge[1]], &vertices[face[0]],
+                                  &vertices[face[1]], &vertices[face[2]]};
+      if (edge_meets_face(five, at, exact_tests))
+        meeting.push_back(
+            {ContactKind::kEdgeFace, ContactStatus::kHit, e, f, at == Instant::kStart ? 0.0 : 1.0});
+    }
+  }
+  return meeting;
+}
+
+// By body: what poses of a step turn along screws.
+Twists twists_of(const AcceptedState& state, const StepOperation& step) {
+  Twists twists(state.scene.bodies.size());
+  for (const BodyPose& pose : step.poses) {
+    if (state.scene.bodies[pose.body].screw)
+      twists[pose.body] = twist_between(state.pose[pose.body].value_or(Pose{}), pose.pose);
+  }
+  return twists;
+}
+
+// By body: half-spaces on their way from where they are to where a step, if any, takes them.
+std::vector<HalfSpaceMotion> half_spaces_of(const AcceptedState& state, const StepOperation* step) {
+  std::vector<HalfSpaceMotion> all(state.scene.bodies.size());
+  for (std::uint32_t b = 0; b < all.size(); ++b) {
+    const std::optional<HalfSpace>& at_rest = state.scene.bodies[b].half_space;
+    if (!at_rest) continue;
+    std::array<Pose, 2> poses;
+    poses.fill(state.pose[b].value_or(Pose{}));
+    for (const BodyPose& pose : step != nullptr ? step->poses : std::vector<BodyPose>()) {
+      if (pose.body == b) poses[1] = pose.pose;
+    }
+    for (std::size_t end = 0; end < 2; ++end) {
+      all[b].point[end] = poses[end].place(at_rest->point.data());
+      for (const int shift : {3, 7, 11}) poses[end].matrix[static_cast<std::size_t>(shift)] = 0;
+      all[b].normal[end] = poses[end].place(at_rest->normal.data());
+    }
+  }
+  return all;
+}
+
+// All that `test`, of a vertex, a half-space, and how thick both are together, finds, after `contacts`.
+template <class Test>
+void add_half_spaces(std::vector<Contact>& contacts, const SceneDescription& scene, const Scene& made,
+                     std::span<const VertexMotion> vertices, std::span<const HalfSpaceMotion> half_spaces,
+                     const Twists& twists, Test&& test) {
+  for (std::uint32_t v = 0; v < made.vertex_count(); ++v) {
+    for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+      if (!scene.bodies[b].half_space || !may_meet(scene, made.body_of_vertex()[v], b)) continue;
+      const double thickness = made.thickness_of(v) + scene.bodies[b].thickness;
+      const Verdict verdict = test(vertices[v], half_spaces[b], thickness, twist_around(twists, made, v));
+      if (verdict.contact)
+        contacts.push_back({ContactKind::kVertexHalfSpace, verdict.status, v, b, verdict.toi});
+    }
+  }
+}
+
+void describe(Outcome& outcome, const Scene& made, std::span<const VertexMotion> vertices,
+              std::span<const HalfSpaceMotion> half_spaces, const Twists& twists) {
+  // What turns rests where it is then.
+  const auto then = [&](std::uint32_t v, double toi) {
+    const Twist* twist = twist_around(twists, made, v);
+    if (twist == nullptr) return vertices[v];
+    const auto at = on_arc(vertices[v], *twist, toi);
+    return VertexMotion{at, at};
+  };
+  for (const Contact& contact : outcome.contacts) {
+    if (contact.kind == ContactKind::kVertexHalfSpace) {
+      outcome.geometry.push_back(
+          half_space_geometry(then(contact.a, contact.toi), half_spaces[contact.b], contact.toi));
+      continue;
+    }
+    std::array<VertexMotion, 4> moving;
+    std::array<const VertexMotion*, 4> four;
+    const auto ids = made.vertices_of(contact);
+    for (std::size_t k = 0; k < 4; ++k) {
+      moving[k] = then(ids[k], contact.toi);
+      four[k] = &moving[k];
+    }
+    outcome.geometry.push_back(contact_geometry(contact.kind, four, contact.toi));
+  }
+}
+
+ElementaryOptions elementary_options(const ColliderOptions& options, double thickness) {
+  return {.tier = options.tier,
+          .tolerance = options.tolerance,
+          .min_separation = options.min_separation + thickness};
+}
+
+}  // namespace
+
+Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOptions& of_session) const {
+  if (step.as == StepOperation::As::kPlace) {
+    const Status valid = validate(QuestionKind::kPlace, step.options);
+    return valid ? Outcome() : refusal(valid);
+  }
+  ColliderOptions options = merged(of_session, step.options);
+  const bool max_step = step.as == StepOperation::As::kMaxStep;
+  if (max_step) {
+    options.report = Report::kEarliest;
+    options.fields = {};
+    options.leave_out_overlaps = step.leave_out_overlaps;
+  }
+  const QuestionKind kind = max_step                               ? QuestionKind::kMaxStep
+                            : step.as == StepOperation::As::kTrial ? QuestionKind::kTrial
+                                                                   : QuestionKind::kStep;
+  for (const Status& valid : {validate(kind, step.options), validate(options)})
+    if (!valid) return refusal(valid);
+  const Scene made = Scene::create(scene).value();
+  if (const Status valid = check_thickness(made.most_thickness(), options); !valid) return refusal(valid);
+  if (const Status valid = check_screws(screw_count(scene.bodies) > 0, options); !valid) return refusal(valid);
+  const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
+  const Twists twists = twists_of(*this, step);
+  const bool candidates = options.report == Report::kCandidates;
+  const CertifiedOptions kept{.tolerance = options.tier == Tier::kExact ? 0x1p-32 : options.tolerance};
+  ElementaryCounts counts;
+  const auto keep_of = [&](double thickness) {
+    return KeepDistance{options.keep_distance.value_or(0), options.min_separation + thickness};
+  };
+  std::vector<Contact> contacts = found_by(
+      scene, made, vertices, twists, options.keep_distance ? 1 : options.min_separation,
+      [&](const TurningPair& pair, double thickness) {
+        const FeatureVertices& features = pair.features;
+        if (pair.first != nullptr || pair.second != nullptr) {
+          const double separation = options.min_separation + thickness;
+          return options.keep_distance ? turning_keep_distance_test(pair, keep_of(thickness), kept)
+                 : candidates          ? turning_candidate_test(pair, separation)
+                                       : turning_test(pair, {.tolerance = options.tolerance,
+                                                             .min_separation = separation});
+        }
+        return options.keep_distance ? keep_distance_test(features, keep_of(thickness), kept)
+               : candidates          ? candidate_test(features, options.min_separation + thickness)
+                            : elementary_test(features, elementary_options(options, thickness), counts);
+      });
+  const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
+  add_half_spaces(contacts, scene, made, vertices, half_spaces, twists,
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
+                      const Twist* twist) {
+                    const ElementaryOptions elementary = elementary_options(options, thickness);
+                    if (twist != nullptr) {
+                      return options.keep_distance
+                                 ? turning_half_space_keep_distance(vertex, *twist, half_space,
+                                                                    keep_of(thickness), elementary, counts)
+                             : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary,
+                                                                         counts)
+                                          : turning_half_space_test(vertex, *twist, half_space, elementary,
+                                                                    counts);
+                    }
+                    return options.keep_distance
+                               ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
+                           : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
+                                        : half_space_test(vertex, half_space, elementary, counts);
+                  });
+  Outcome outcome = answer_of(std::move(contacts), scene, made, options);
+  if (max_step) {  // which tells of the first alone
+    outcome.vf = outcome.ee = outcome.vh = outcome.possible = 0;
+    if (outcome.earliest_toi) {
+      std::erase_if(outcome.contacts, [&](const Contact& c) { return c.toi > *outcome.earliest_toi; });
+      outcome.contacts.resize(1);
+    }
+    for (double& toi : outcome.world_tois) toi = std::min(toi, 1.0);
+  }
+  if (options.fields.any()) describe(outcome, made, vertices, half_spaces, twists);
+  return outcome;
+}
+
+Outcome AcceptedState::brute_force(const NearOperation& near, const ColliderOptions& of_session) const {
+  const Question question = near.question();
+  if (const Status valid = validate(question.kind, near.options); !valid) return refusal(valid);
+  const ColliderOptions options = merged(of_session, question);
+  if (const Status valid = validate(options); !valid) return refusal(valid);
+  const Scene made = Scene::create(scene).value();
+  if (const Status valid = check_thickness(made.most_thickness(), options); !valid) return refusal(valid);
+  const bool at_end = near.where == Where::kTrialEnd;
+  const std::vector<VertexMotion> vertices =
+      motion_between(positions, at_end ? target_of(*this, *trial) : positions);
+  if (near.tangled) {
+    Outcome outcome =
+        answer_of(meeting_edges_and_faces(scene, made, vertices, options.instant), scene, made, options);
+    outcome.earliest_toi.reset();
+    return outcome;
+  }
+  ElementaryCounts counts;
+  std::vector<Contact> reported = found_by(
+      scene, made, vertices, {}, options.min_separation, [&](const TurningPair& pair, double thickness) {
+        return proximity_test(pair.features, options.instant, elementary_options(options, thickness), counts);
+      });
+  const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, at_end ? &*trial : nullptr);
+  add_half_spaces(reported, scene, made, vertices, half_spaces, {},
+                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
+                      const Twist* /*none turns at an instant*/) {
+                    return half_space_proximity(vertex, half_space, options.instant,
+                                                elementary_options(options, thickness), counts);
+                  });
+  Outcome outcome = answer_of(reported, scene, made, options);
+  outcome.earliest_toi.reset();
+  if (options.report == Report::kVertexDistances) {
+    outcome.vertex_distances.assign(made.vertex_count(), near.distance);
+    for (const Contact& pair : reported) {
+      if (pair.kind == ContactKind::kVertexHalfSpace) {
+        const double distance = half_space_distance(vertices[pair.a], half_spaces[pair.b], options.instant);
+        double& least = outcome.vertex_distances[pair.a];
+        least = std::min(
+            least, beyond_thickness(distance, made.thickness_of(pair.a), scene.bodies[pair.b].thickness));
+        continue;
+      }
+      const FeatureVertices features = features_of(made, vertices, pair.kind, pair.a, pair.b);
+      const auto ids = made.vertices_of(pair);
+      const std::span<const std::uint32_t> all_ids(ids);
+      const std::size_t of_a = vertices_of_first(pair.kind);
+      const double bound = beyond_thickness(
+          least_distance(features, options.instant, near.distance + thickness_of(made, pair)),
+          thickness_of(made, all_ids.first(of_a)), thickness_of(made, all_ids.subspan(of_a)));
+      for (const std::uint32_t v : made.vertices_of(pair))
+        outcome.vertex_distances[v] = std::min(outcome.vertex_distances[v], bound);
+    }
+  }
+  if (options.reduced) {
+    ReducedOracle reduced = reduced_oracle(made, vertices, outcome.contacts);
+    outcome.contacts = std::move(reduced.contacts);
+    outcome.closest_pairs = std::move(reduced.closest_pairs);
+  }
+  if (options.fields.any()) describe(outcome, made, vertices, half_spaces, {});
+  return outcome;
+}
+
+}  // namespace warmfront::testing

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the sources of AcceptedState share. Pure functions.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "tests/support/accepted_state.h"
+#include "tests/support/scenes.h"
+
+namespace warmfront::testing {
+
+/// A body's numbers among all positions: where they begin, and how many they are.
+inline std::ptrdiff_t first_number(const Body& body) {
+  return std::ptrdiff_t{3} * body.first_vertex;
+}
+inline std::ptrdiff_t numbers(const Body& body) {
+  return std::ptrdiff_t{3} * body.vertex_count;
+}
+/// Where the step puts everything.
+std::vector<double> target_of(const AcceptedState& state, const StepOperation& step);
+/// Appends elements that number their own vertices from 0: of vertices to be added.
+void append(const Faces& faces, const Edges& edges, SceneDescription& to);
+
+}  // namespace warmfront::testing
