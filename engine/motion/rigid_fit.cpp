@@ -21,6 +21,10 @@ double dot(const Vector& a, const Vector& b) {
 Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
+Vector position(const VertexMotion& vertex, bool start) {
+  const auto& x = start ? vertex.t0 : vertex.t1;
+  return {x[0], x[1], x[2]};
+}
 // False for what has no direction. A unit vector up to rounding, however short it was.
 bool normalise(Vector& a) {
   const double largest = std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])});
@@ -31,7 +35,7 @@ bool normalise(Vector& a) {
 }
 
 // The columns of an orthonormal frame: along a b, and the plane of c.
-bool frame_of(const Vector& a, const Vector& b, const Vector& c, RigidReference::Rotation& frame) {
+bool frame_of(const Vector& a, const Vector& b, const Vector& c, LinearMap& frame) {
   Vector along = minus(b, a);
   if (!normalise(along)) return false;
   Vector normal = cross(along, minus(c, a));
@@ -45,10 +49,34 @@ bool frame_of(const Vector& a, const Vector& b, const Vector& c, RigidReference:
   return true;
 }
 
-Vector position(const VertexMotion& vertex, bool start) {
-  const auto& x = start ? vertex.t0 : vertex.t1;
-  return {x[0], x[1], x[2]};
+LinearMap times(const LinearMap& a, const LinearMap& b) {
+  LinearMap product;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += a[3 * row + k] * b[3 * k + column];
+      product[3 * row + column] = sum;
+    }
+  }
+  return product;
 }
+
+// Of columns with a volume.
+LinearMap inverse(const LinearMap& m) {
+  const Vector a{m[0], m[3], m[6]};
+  const Vector b{m[1], m[4], m[7]};
+  const Vector c{m[2], m[5], m[8]};
+  const std::array<Vector, 3> rows{cross(b, c), cross(c, a), cross(a, b)};
+  const double volume = dot(a, rows[0]);
+  LinearMap inverse;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) inverse[3 * row + column] = rows[row][column] / volume;
+  }
+  return inverse;
+}
+
+/// What is lower than this share of its length is taken for flat: rounding to float32 would turn its height.
+constexpr double kInPlane = 1e-4;
 
 }  // namespace
 
@@ -102,6 +130,18 @@ RigidReference::RigidReference(std::span<const VertexMotion> vertices, StopSigna
   if (!(std::sqrt(off_line(at(anchors_[2]))) > 1e-6 * diagonal)) return;
   if (!(diagonal > 1e-140 && reach_ < 1e140)) return;
   flat_ = !frame_of(at(anchors_[0]), at(anchors_[1]), at(anchors_[2]), frame_);
+  if (flat_) return;
+  const auto height = [&](const Vector& x) {
+    const Vector off = minus(x, at(anchors_[0]));
+    return std::fabs(frame_[2] * off[0] + frame_[5] * off[1] + frame_[8] * off[2]);
+  };
+  anchors_[3] = most(height);
+  const Vector first = minus(at(anchors_[1]), at(anchors_[0]));
+  unit_ = std::sqrt(dot(first, first));
+  in_plane_ = !(height(at(anchors_[3])) > kInPlane * unit_);
+  LinearMap edges;
+  edges_of(vertices, true, edges);
+  from_edges_ = inverse(edges);
 }
 
 RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, bool start, double limit,
@@ -109,7 +149,7 @@ RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, 
   Fit fit;
   fit.residual = std::numeric_limits<double>::infinity();
   const Vector origin = position(vertices[anchors_[0]], start);
-  Rotation frame;
+  LinearMap frame;
   if (flat_ || !frame_of(origin, position(vertices[anchors_[1]], start),
                          position(vertices[anchors_[2]], start), frame))
     return fit;
@@ -117,12 +157,52 @@ RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, 
     for (int column = 0; column < 3; ++column) {
       double sum = 0;
       for (int k = 0; k < 3; ++k) sum += frame[3 * row + k] * frame_[3 * column + k];
-      fit.rotation[3 * row + column] = sum;
+      fit.linear[3 * row + column] = sum;
     }
   }
+  measure(vertices, start, limit, fit, stop);
+  return fit;
+}
+
+bool RigidReference::edges_of(std::span<const VertexMotion> vertices, bool start, LinearMap& edges) const {
+  const Vector origin = position(vertices[anchors_[0]], start);
+  std::array<Vector, 3> columns;
+  for (std::size_t k = 0; k < 3; ++k) {
+    columns[k] = minus(position(vertices[anchors_[k + 1]], start), origin);
+    for (double& x : columns[k]) x /= unit_;
+  }
+  if (in_plane_) {
+    columns[2] = cross(columns[0], columns[1]);
+    if (!normalise(columns[2])) return false;
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) edges[3 * row + column] = columns[column][row];
+  }
+  return true;
+}
+
+RigidReference::Fit RigidReference::fit_between(std::span<const VertexMotion> vertices, bool start,
+                                                double limit, StopSignal stop) const {
+  Fit fit;
+  fit.turned = false;
+  fit.residual = std::numeric_limits<double>::infinity();
+  LinearMap edges;
+  if (flat_ || !edges_of(vertices, start, edges)) return fit;
+  fit.linear = times(edges, from_edges_);
+  // Beyond this nothing remains spread, and rounding would be more than measure() allows for.
+  if (!std::ranges::all_of(fit.linear, [](double x) { return std::fabs(x) < 2; })) return fit;
+  measure(vertices, start, limit, fit, stop);
+  return fit;
+}
+
+// How far the vertices are from where the linear map, about the first anchor, puts their references, if no
+// farther than the limit.
+void RigidReference::measure(std::span<const VertexMotion> vertices, bool start, double limit, Fit& fit,
+                             StopSignal stop) const {
+  const Vector origin = position(vertices[anchors_[0]], start);
   const double* reference = positions_.data();
   const double* rest = reference + std::size_t{3} * anchors_[0];
-  const auto& r = fit.rotation;
+  const auto& r = fit.linear;
   const auto off = [&](std::size_t v) {
     const double* x = reference + 3 * v;
     const Vector from{x[0] - rest[0], x[1] - rest[1], x[2] - rest[2]};
@@ -139,7 +219,7 @@ RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, 
   constexpr std::size_t kSample = 16;
   const double most = limit * limit;
   for (std::size_t k = 0; k < kSample; ++k) {
-    if (!(off(k * vertices.size() / kSample) <= most)) return fit;
+    if (!(off(k * vertices.size() / kSample) <= most)) return;
   }
   double square = 0;
   double reach = reach_;
@@ -153,14 +233,13 @@ RigidReference::Fit RigidReference::fit(std::span<const VertexMotion> vertices, 
       reach = std::max({reach, std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
     }
   });
-  if (!near) return fit;
+  if (!near) return;
   // Some forty operations on coordinates up to `reach`, each off by 2^-53 of it at most: 2^-46 covers them.
   const double residual = std::sqrt(square) + 0x1p-46 * reach;
   if (residual <= limit) fit.residual = residual;
-  return fit;
 }
 
-double cosine_between(const RigidReference::Rotation& a, const RigidReference::Rotation& b) {
+double cosine_between(const LinearMap& a, const LinearMap& b) {
   double trace = 0;
   for (std::size_t k = 0; k < a.size(); ++k) trace += a[k] * b[k];
   return 0.5 * (trace - 1);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "engine/elementary/certified.h"
+#include "engine/motion/least_stretch.h"
 #include "engine/motion/trial_way.h"
 #include "engine/scene/primitives.h"
 
@@ -21,8 +22,6 @@ constexpr std::array<double, 4> kLadder{1.0 / 8, 1.0 / 32, 1.0 / 128, 1.0 / 512}
 constexpr std::uint32_t kMostBackoff = 256;
 /// Primitives that one step measures, or else one part: a crowd does not make a step as long as the first.
 constexpr std::size_t kMeasuredAtOnce = 20'000;
-/// Less than cos(45 degrees).
-constexpr double kLeastStretch = 0.7;
 
 // The length of a vector, rounded up. Squares serve where they are well within double's range.
 double length_above(double x, double y, double z) {
@@ -48,26 +47,58 @@ RigidParts::EdgeLengths edge_lengths(const Scene& scene, const FeatureRange& fea
   return lengths;
 }
 
+// How linear maps take distances of the reference from one fit to the next: none, at any time of the motion,
+// to less than kLeastStretch of itself, ...
+struct Spread {
+  double longest;  // ... none, at either end, to more than this times itself, ...
+  double motion;   // ... and no difference of two points goes farther than this times itself.
+};
+
+// None where that is not proved.
+std::optional<Spread> spread_between(const RigidReference::Fit& from, const RigidReference::Fit& to) {
+  if (from.turned && to.turned) {
+    const double cosine = cosine_between(from.linear, to.linear);
+    if (!(cosine >= 0)) return std::nullopt;
+    // A chord's square is 2 - 2 cosine, of which rounding takes some 2^-49.
+    return Spread{1, std::sqrt(2 * std::max(0.0, 1 - cosine) + 0x1p-46)};
+  }
+  if (!remains_spread(from.linear, to.linear)) return std::nullopt;
+  double square = 0;
+  for (std::size_t k = 0; k < from.linear.size(); ++k) {
+    const double difference = to.linear[k] - from.linear[k];
+    square += difference * difference;
+  }
+  return Spread{kMostStretch, std::sqrt(square + 0x1p-46)};
+}
+
 // May nothing within the part be reported, if it moves from one fit to the next? Where the tier may report
 // what is near, by its promise of certified.h (kSurelyDecided): pairs stay farther apart than it reports at,
 // and what they have beyond that separation is not too little beside how they move. The same where two
 // vertices end up to `room` farther from each other, or nearer, than they do.
 bool apart(const RigidParts::EdgeLengths& edges, double clearance, const RigidReference::Fit& from,
            const RigidReference::Fit& to, const ColliderOptions& options, double separation, double room) {
-  const double cosine = cosine_between(from.rotation, to.rotation);
+  const std::optional<Spread> spread = spread_between(from, to);
+  if (!spread) return false;
   const double off = 2 * std::max(from.residual, to.residual) + room;
   const double gap = kLeastStretch * clearance - off;
-  if (!(cosine >= 0)) return false;
-  // kLeastStretch leaves a hundredth of the clearance for rounding.
+  // kLeastStretch leaves half a hundredth of the clearance for rounding.
   if (options.tier == Tier::kExact) return gap > separation;
   // What the certified tier may report at, of pairs at the clearance, which are no larger than two edges and
   // the clearance; of pairs farther apart the gap grows faster than the size.
   const double share = certified_reach(options.tolerance);
-  const double size = 2 * edges.longest + clearance + 3 * off;
-  // A chord's square is 2 - 2 cosine, of which rounding takes some 2^-49.
-  const double motion = std::sqrt(2 * std::max(0.0, 1 - cosine) + 0x1p-46) * size + 2 * off;
+  const double size_at_rest = 2 * edges.longest + clearance;
+  const double size = spread->longest * size_at_rest + 3 * off;
+  const double motion = spread->motion * (size_at_rest + 3 * off) + 2 * off;
   const double beyond = gap - separation;
-  return share < 0.5 * kLeastStretch && beyond > share * size && motion < kSurelyDecided * beyond;
+  return share < 0.5 * kLeastStretch / spread->longest && beyond > share * size &&
+         motion < kSurelyDecided * beyond;
+}
+
+// By a rotation, or else by any linear map.
+RigidReference::Fit fit(const RigidReference& reference, std::span<const VertexMotion> vertices, bool start,
+                        double limit, StopSignal stop) {
+  const RigidReference::Fit turned = reference.fit(vertices, start, limit, stop);
+  return turned.residual <= limit ? turned : reference.fit_between(vertices, start, limit, stop);
 }
 
 }  // namespace
@@ -113,12 +144,12 @@ void RigidParts::look_at(Part& part, const PartTopology& topology, const Scene& 
   const double shown = part.clearance.value_or(kLadder[part.rung] * part.edges.mean);
   const double limit = 0.25 * kLeastStretch * shown;
   if (!part.follows)
-    part.at_start = part.reference->fit(vertices, true, limit, stop);
+    part.at_start = fit(*part.reference, vertices, true, limit, stop);
   else if (!from_start)
     part.at_start = part.at_end;
-  part.at_end = part.reference->fit(vertices, false, limit, stop);
+  part.at_end = fit(*part.reference, vertices, false, limit, stop);
   if (!(std::max(part.at_start.residual, part.at_end.residual) <= limit)) {
-    // Part of the way between two places of a rigid body is none of its places: a trial says nothing of it.
+    // What a trial deforms need not deform when it moves.
     if (trial && part.at_start.residual <= limit)
       part.follows = true;
     else

@@ -30,12 +30,13 @@ using BodiesWithin = std::optional<std::vector<std::uint32_t>> (*)(std::shared_p
                                                                    StopSignal stop);
 
 /// A part is treated as rigid in a step only where that changes no answer. The argument: let its vertices be
-/// at both ends of the step within e of where a rotation and a translation put a reference of them, the two
-/// rotations an angle of at most 90 degrees apart. In between, vertices move linearly, so that points of the
-/// part are within e of an affine image of the reference, which shrinks no distance to less than cos(45
-/// degrees) of it. If all the features of the reference that would be tested against each other are farther
-/// apart than d, then they stay farther apart than cos(45 degrees) d - 2 e throughout the step; when that
-/// is more than what the tier reports at (min_separation, and the tolerance), there is no contact to find.
+/// at both ends of the step within e of where a linear map and a translation put a reference of them. In
+/// between, vertices move linearly, so that points of the part are within e of an affine image of the
+/// reference, by the map that is as far between the two. Where these maps shrink no distance to less than c
+/// of it (two rotations an angle of at most 90 degrees apart: cos(45 degrees); others: least_stretch.h), and
+/// all the features of the reference that would be tested against each other are farther apart than d, they
+/// stay farther apart than c d - 2 e throughout the step; when that is more than what the tier reports at
+/// (min_separation, and the tolerance), there is no contact to find.
 /// d comes from one step of the references at rest, with d as its min_separation.
 ///
 /// Only for the tiers that promise to report nothing farther apart: certified and exact.

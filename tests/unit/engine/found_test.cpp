@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
 
 #include "engine/collider.h"
+#include "engine/motion/least_stretch.h"
 #include "engine/motion/rigid_fit.h"
 #include "engine/scene/found_bodies.h"
 #include "engine/state/rigid_parts.h"
@@ -100,7 +104,7 @@ TEST(RigidFit, IsAsGoodAsTheWorstVertex) {
   const RigidReference::Fit turned = reference.fit(vertices, false, 1e-3);
   EXPECT_LT(there.residual, 1e-12);
   EXPECT_LT(turned.residual, 1e-12);
-  EXPECT_NEAR(cosine_between(there.rotation, turned.rotation), 0, 1e-12);
+  EXPECT_NEAR(cosine_between(there.linear, turned.linear), 0, 1e-12);
   vertices[40].t1[2] += 2e-4;
   EXPECT_NEAR(reference.fit(vertices, false, 1e-3).residual, 2e-4, 1e-9);
   EXPECT_EQ(reference.fit(vertices, false, 1e-4).residual, std::numeric_limits<double>::infinity());
@@ -114,6 +118,101 @@ TEST(RigidFit, CollinearPointsHaveNoFit) {
   std::vector<VertexMotion> tiny(4);
   tiny[1].t0[0] = tiny[2].t0[1] = tiny[3].t0[2] = 1e-170;  // whose squares vanish
   EXPECT_TRUE(RigidReference(tiny).flat());
+}
+
+TEST(RigidFit, FindsWhatIsBetweenTwoPlacesOfABody) {
+  for (const double height : {0.05, 0.0}) {  // also of what lies in a plane
+    std::vector<VertexMotion> vertices(81);
+    for (std::size_t v = 0; v < 81; ++v) {
+      const double x = static_cast<double>(v / 9) / 8;
+      const double y = static_cast<double>(v % 9) / 8;
+      const double z = height * std::sin(7 * x * y);
+      vertices[v].t0 = {x, y, z, 0};
+      // A quarter of the way of a sixth of a turn, with a drift.
+      const double turned[2] = {0.5 * x - std::sqrt(0.75) * y, std::sqrt(0.75) * x + 0.5 * y};
+      vertices[v].t1 = {0.75 * x + 0.25 * (turned[0] + 3), 0.75 * y + 0.25 * (turned[1] - 2), z + 0.25, 0};
+    }
+    const RigidReference reference(vertices);
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(reference.fit(vertices, false, 1e-3).residual, kNone);
+    const RigidReference::Fit between = reference.fit_between(vertices, false, 1e-3);
+    EXPECT_FALSE(between.turned);
+    EXPECT_LT(between.residual, 1e-12);
+    const LinearMap expected{0.875, -0.25 * std::sqrt(0.75), 0, 0.25 * std::sqrt(0.75), 0.875, 0, 0, 0, 1};
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(between.linear[k], expected[k], 1e-10) << k;
+    vertices[40].t1[2] += 2e-4;
+    EXPECT_NEAR(reference.fit_between(vertices, false, 1e-3).residual, 2e-4, 1e-7);
+    EXPECT_EQ(reference.fit_between(vertices, false, 1e-4).residual, kNone);
+  }
+}
+
+LinearMap turn_about_z(double degrees) {
+  const double angle = degrees * std::acos(-1.0) / 180;
+  return {std::cos(angle), -std::sin(angle), 0, std::sin(angle), std::cos(angle), 0, 0, 0, 1};
+}
+
+LinearMap between(const LinearMap& a, const LinearMap& b, double t) {
+  LinearMap m;
+  for (std::size_t k = 0; k < 9; ++k) m[k] = a[k] + t * (b[k] - a[k]);
+  return m;
+}
+
+TEST(RemainsSpread, WhatTurnsByLessThanAQuarter) {
+  EXPECT_TRUE(remains_spread(turn_about_z(0), turn_about_z(0)));
+  EXPECT_TRUE(remains_spread(turn_about_z(20), turn_about_z(109)));
+  EXPECT_FALSE(remains_spread(turn_about_z(20), turn_about_z(112)));
+  EXPECT_FALSE(remains_spread(turn_about_z(0), turn_about_z(180)));
+  const LinearMap half = between(turn_about_z(0), turn_about_z(60), 0.5);
+  EXPECT_TRUE(remains_spread(turn_about_z(0), half));
+  EXPECT_TRUE(remains_spread(half, turn_about_z(60)));
+  EXPECT_TRUE(remains_spread(half, turn_about_z(75)));
+  EXPECT_FALSE(remains_spread(half, turn_about_z(150)));
+}
+
+TEST(RemainsSpread, NothingThatShrinksStretchesOrMirrors) {
+  const LinearMap stays = turn_about_z(0);
+  const auto scaled = [](double x, double z) { return LinearMap{x, 0, 0, 0, 1, 0, 0, 0, z}; };
+  EXPECT_TRUE(remains_spread(stays, scaled(0.72, 1)));
+  EXPECT_FALSE(remains_spread(stays, scaled(0.7, 1)));
+  EXPECT_FALSE(remains_spread(scaled(1, 0.7), stays));
+  EXPECT_TRUE(remains_spread(stays, scaled(1, 1.49)));
+  EXPECT_FALSE(remains_spread(stays, scaled(1, 1.5)));
+  EXPECT_FALSE(remains_spread(stays, scaled(1, -1)));
+  EXPECT_FALSE(remains_spread(stays, LinearMap{}));
+  LinearMap shear = stays;
+  shear[1] = 0.8;
+  EXPECT_FALSE(remains_spread(stays, shear)) << "it shrinks the diagonal";
+  EXPECT_FALSE(remains_spread(stays, scaled(std::numeric_limits<double>::quiet_NaN(), 1)));
+  EXPECT_FALSE(remains_spread(stays, scaled(1e300, 1)));
+}
+
+// Against the least stretch that is found by looking: never more is claimed.
+TEST(RemainsSpread, IsTrueOfWhatItSays) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int proved = 0;
+  for (int run = 0; run < 400; ++run) {
+    LinearMap ends[2] = {turn_about_z(90 * uniform(random)), turn_about_z(90 * uniform(random))};
+    for (LinearMap& end : ends) {
+      for (double& x : end) x += 0.2 * uniform(random);
+    }
+    if (!remains_spread(ends[0], ends[1])) continue;
+    ++proved;
+    for (int look = 0; look < 400; ++look) {
+      const LinearMap m = between(ends[0], ends[1], 0.5 + 0.5 * uniform(random));
+      const double v[3] = {uniform(random), uniform(random), uniform(random)};
+      double before = 0;
+      double after = 0;
+      for (std::size_t row = 0; row < 3; ++row) {
+        const double x = m[3 * row] * v[0] + m[3 * row + 1] * v[1] + m[3 * row + 2] * v[2];
+        before += v[row] * v[row];
+        after += x * x;
+      }
+      ASSERT_GT(after, kLeastStretch * kLeastStretch * before);
+      ASSERT_LT(after, kMostStretch * kMostStretch * before);
+    }
+  }
+  EXPECT_GT(proved, 40);
 }
 
 TEST(FoundRigid, WhatTurnsAsAWholeIsNotTestedAgainstItself) {
@@ -175,6 +274,32 @@ TEST(FoundRigid, AHalfTurnInOneStepIsNotTakenForRigid) {
   const StepResult result = collider.step(Doubles(sheets.x)).value();
   EXPECT_EQ(result.statistics.counts.parts_rigid, 0U);
   EXPECT_FALSE(result.contacts.empty());
+}
+
+// A solver that goes half of each way only: no place that it comes to is one of a body that turned.
+TEST(FoundRigid, AlsoBetweenThePlacesOfABodyThatTurns) {
+  Sheets sheets(2, 8);
+  Collider collider = sheets.collider({});
+  for (std::uint32_t step = 0; step < RigidParts::kSteps + 8; ++step) {
+    const std::vector<double> before = sheets.x;
+    sheets.turn(0, 0.7);
+    sheets.turn(1, -0.4);
+    const std::vector<double> after = sheets.x;
+    std::vector<std::uint64_t> rigid;
+    const auto count = [&](const StepResult& result) {
+      rigid.push_back(result.statistics.counts.parts_rigid);
+      EXPECT_TRUE(result.contacts.empty());
+    };
+    std::vector<double> half(before.size());
+    for (std::size_t i = 0; i < half.size(); ++i) half[i] = 0.5 * (before[i] + after[i]);
+    count(collider.trial(Doubles(half)).value());
+    count(collider.trial(Doubles(after)).value());
+    ASSERT_TRUE(collider.commit(0.25).ok());
+    count(collider.step(Doubles(half)).value());
+    count(collider.step(Doubles(after)).value());
+    if (step < RigidParts::kSteps) continue;
+    EXPECT_EQ(rigid, std::vector<std::uint64_t>(4, 2)) << step;
+  }
 }
 
 TEST(FoundRigid, CanBePinned) {

@@ -276,7 +276,7 @@ TEST_F(LineSearch, FarFromTheOrigin) {
   EXPECT_TRUE(trial(part(x, y, 0.5, false)));
 }
 
-// Bodies that turn are rigid at the ends of the whole way only.
+// Part of the way of what turns is no rotation of what is at its ends.
 TEST_F(LineSearch, BodiesFoundRigid) {
   make(4, true, {});
   const auto turned = [&](double angle) {
