@@ -20,7 +20,7 @@ namespace warmfront::server {
 /// A stream that holds a session, or held it; numbered upwards, per session.
 enum class Attachment : std::uint64_t {};
 
-struct AdmittedFrame {
+struct FramePass {
   std::optional<Gate::Ticket> ticket;  ///< its place among the daemon's frames in flight
   Holding memory;                      ///< its positions, on the session's account
   /// Set when the client has given up, or the session was closed; null for a frame whose client cannot give
@@ -47,9 +47,9 @@ struct AdmittedFrame {
 
 /// A pass for a frame whose positions take `bytes`; refused when the tenant's gate, or the daemon's around
 /// it, lets no more in.
-inline AdmittedFrame admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
+inline FramePass admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
                                  std::size_t bytes) {
-  AdmittedFrame pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt,
+  FramePass pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt,
                      std::nullopt};
   if (!pass.ticket)
     pass.refused = gate_met(of_tenant, of_daemon, "", "frames in flight", "max-frames-in-flight",
