@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bodies that move along screws: what they meet, where a commit leaves them, also when the daemon dies, and refusals."""
+import numpy as np
+import pytest
+from fake_daemon import FakeDaemon
+
+import warmfront
+from warmfront import Body, InvalidArgumentError, UnimplementedError
+from warmfront._screw import pose_along_screw
+
+HAND = np.array([[0, -0.1, 0], [0, 0.1, 0], [2, 0, 0]], float)
+POINTS = np.array([[1, 3**0.5, 0], [0.25, 0.43, 0]])
+FACES = [[0, 1, 2]]
+X = np.concatenate([HAND, POINTS])
+
+
+def turned(angle, shift=(0, 0, 0)):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0, shift[0]], [s, c, 0, shift[1]], [0, 0, 1, shift[2]]])
+
+
+def session(client, screw=True, **given):
+    given.setdefault("options", warmfront.Options(min_separation=0.01))
+    return client.session(X, FACES, bodies=[Body(3, "rigid", screw=screw), Body(2, "static")], **given)
+
+
+def test_it_meets_on_its_arc_what_lines_miss(client):
+    with session(client) as arcs, session(client, screw=False) as lines:
+        assert arcs.info().screw_count == 1 and lines.info().screw_count == 0
+        along = arcs.step(poses={0: turned(2 * np.pi / 3)})
+        assert along.v[:, 0].tolist() == [3, 4] and abs(along.toi[0] - 0.5) < 0.01
+        assert 3 not in lines.step(poses={0: turned(2 * np.pi / 3)}).v[:, 0]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("f", [0, 5e-324, 0.1, 1 / 3, 0.5, 0.9, 1 - 2**-53, 1])
+def test_a_commit_leaves_the_daemon_and_the_client_at_the_same_bits(client, dtype, f):
+    numbers = np.random.default_rng(int(1000 * f))
+    with session(client, dtype=np.dtype(dtype).name) as asked:
+        for _ in range(5):
+            pose = turned(numbers.uniform(-3, 3), numbers.uniform(-1, 1, 3))
+            asked.trial(poses={0: pose})
+            asked.commit(f)
+            # The daemon tells of where it is by a digest of positions and poses, which the client compares.
+            assert asked.step(poses={0: pose}) is not None
+
+
+def test_part_of_a_screw_is_as_far_from_its_axis():
+    start, end = turned(0.3, (1, 0, 0)), turned(2.5, (1, 0, 2))
+    for f in np.linspace(0, 1, 11):
+        pose = pose_along_screw(start, end, float(f), np.dtype("f8"))
+        assert np.allclose(pose[:, :3] @ pose[:, :3].T, np.eye(3), atol=1e-14)
+        assert np.allclose(pose[:, :3], turned(0.3 + 2.2 * f)[:, :3], atol=1e-14)
+        assert abs(pose[2, 3] - 2 * f) < 1e-14
+    assert pose_along_screw(start, end, 0, np.dtype("f8")).tobytes() == start.tobytes()
+    assert pose_along_screw(start, end, 1, np.dtype("f8")).tobytes() == end.tobytes()
+
+
+def test_it_goes_on_from_there_where_the_daemon_died(daemon):
+    with warmfront.connect(daemon.address) as client, session(client) as asked, session(client) as undisturbed:
+        for one in (asked, undisturbed):
+            one.trial(poses={0: turned(2)})
+            one.commit(0.4)
+        daemon.restart()
+        for angle in (2, -1, 1):
+            assert asked.step(poses={0: turned(angle)}).toi.tolist() == undisturbed.step(poses={0: turned(angle)}).toi.tolist()
+
+
+def test_what_cannot_be_is_refused(client):
+    with pytest.raises(InvalidArgumentError, match="screw: the body is not rigid"):
+        client.session(X, FACES, bodies=[Body(3, screw=True), Body(2, "static")])
+    with pytest.raises(InvalidArgumentError, match="along a screw"):
+        session(client, options=warmfront.Options(tier="exact"))
+    with session(client) as asked:
+        with pytest.raises(InvalidArgumentError, match="along a screw"):
+            asked.trial(poses={0: turned(1)}, tier="exact")
+        assert len(asked.step(poses={0: turned(1.2)})) > 0
+
+
+def test_an_older_daemon_is_not_given_any(tmp_path):
+    fake = FakeDaemon(tmp_path)
+    try:
+        with warmfront.connect(fake.address) as client:
+            with pytest.raises(UnimplementedError, match="screw: the daemon is older"):
+                session(client)
+            assert fake.received == [] and not fake.copies
+    finally:
+        fake.stop()
