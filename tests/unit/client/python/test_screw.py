@@ -19,9 +19,9 @@ def turned(angle, shift=(0, 0, 0)):
     return np.array([[c, -s, 0, shift[0]], [s, c, 0, shift[1]], [0, 0, 1, shift[2]]])
 
 
-def session(client, screw=True, **given):
+def session(client, screw=True, dtype=np.float64, **given):
     given.setdefault("options", warmfront.Options(min_separation=0.01))
-    return client.session(X, FACES, bodies=[Body(3, "rigid", screw=screw), Body(2, "static")], **given)
+    return client.session(X.astype(dtype), FACES, bodies=[Body(3, "rigid", screw=screw), Body(2, "static")], **given)
 
 
 def test_it_meets_on_its_arc_what_lines_miss(client):
@@ -36,7 +36,7 @@ def test_it_meets_on_its_arc_what_lines_miss(client):
 @pytest.mark.parametrize("f", [0, 5e-324, 0.1, 1 / 3, 0.5, 0.9, 1 - 2**-53, 1])
 def test_a_commit_leaves_the_daemon_and_the_client_at_the_same_bits(client, dtype, f):
     numbers = np.random.default_rng(int(1000 * f))
-    with session(client, dtype=np.dtype(dtype).name) as asked:
+    with session(client, dtype=dtype) as asked:
         for _ in range(5):
             pose = turned(numbers.uniform(-3, 3), numbers.uniform(-1, 1, 3))
             asked.trial(poses={0: pose})
