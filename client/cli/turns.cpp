@@ -85,17 +85,17 @@ Result<Way> make_way(const SceneDescription& scene, bool screws, std::span<const
   return Way{std::move(collider).value(), {}, {}};
 }
 
-// A trial, so that the next one begins where this one did.
-Status turn(Way& way, const Frame& frame) {
+// A step, after which everything is put back.
+Status turn(Way& way, const Frame& frame, const Frame& back) {
   const auto start = std::chrono::steady_clock::now();
-  const Result<StepResult> result = way.collider.trial(frame);
+  const Result<StepResult> result = way.collider.step(frame);
   const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - start;
   if (!result) return result.error();
   way.ms.push_back(ms.count());
   way.pairs.clear();
   for (const Contact& c : result.value().contacts)
     way.pairs.push_back({static_cast<std::uint32_t>(c.kind), c.a, c.b});
-  return {};
+  return way.collider.place(back);
 }
 
 std::uint64_t only_in(const std::vector<Pair>& a, const std::vector<Pair>& b) {
@@ -135,12 +135,15 @@ Result<std::vector<TurnRow>> measure_turns(const std::string& name, Input& input
     }
     if (poses.empty())
       return invalid_argument("--turns: " + name + " has no rigid body; its info.json may declare some");
-    Frame to;
+    std::vector<BodyPose> identities = poses;
+    for (BodyPose& pose : identities) pose.pose = Pose{};
+    Frame to, back;
     to.poses = poses;
+    back.poses = identities;
     for (Way* way : {&on_screws.value(), &on_lines.value()}) way->ms.clear();
     for (std::uint32_t round = 0; round < rounds; ++round) {
       for (Way* way : {&on_screws.value(), &on_lines.value()})
-        if (Status status = turn(*way, to); !status) return status.error();
+        if (Status status = turn(*way, to, back); !status) return status.error();
     }
     const auto& screws = on_screws.value();
     const auto& lines = on_lines.value();

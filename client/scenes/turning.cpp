@@ -11,8 +11,8 @@ namespace warmfront::client::scenes {
 namespace {
 
 constexpr Vec3 kHalfSize{0.012, 0.012, 0.11};  // of a rod
-constexpr double kSpacing = 0.23;              // so that ends of neighbours meet where rods drift together
-constexpr double kDrift = 0.03;
+constexpr double kSpacing = 0.225;             // so that ends of neighbours meet where rods drift together
+constexpr double kDrift = 0.08;
 constexpr double kMostSpin = 60;  // degrees a frame
 
 struct Size {

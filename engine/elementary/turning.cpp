@@ -192,19 +192,26 @@ Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
   const Chords chords(pair);
   const Margins margins = chords.margins();
   CertifiedOptions of_piece = options;
+  const double resolution = options.tolerance * margins.size;
   const auto reports = [&](double begin, double width, double margin, double latest) {
+    // A piece that is halved where it reports need not say so precisely. Of the whole motion all is told, so that
+    // what culls leave out ends there.
+    const bool halved = width < 1 && margin - margins.rounding > resolution;
+    of_piece.tolerance =
+        halved ? std::max(options.tolerance, std::min(0.25, 0.25 * margin / margins.size)) : options.tolerance;
     of_piece.min_separation = finite_sum(options.min_separation, margin);
     of_piece.latest = latest;
     return chords.test(begin, width, of_piece);
   };
   const auto proves = [&](double begin, double width, double margin) {
     if (!(options.min_separation > margin)) return false;
+    of_piece.tolerance = options.tolerance;
     of_piece.min_separation = (options.min_separation - margin) * (1 - 0x1p-50);
     of_piece.latest = 1;
     const Verdict verdict = chords.test(begin, width, of_piece);
     return verdict.contact && verdict.status == ContactStatus::kHit;
   };
-  return search(margins, options.tolerance * margins.size, options.latest, reports, proves);
+  return search(margins, resolution, options.latest, reports, proves);
 }
 
 // How far points of a side travel at most.

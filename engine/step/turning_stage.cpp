@@ -17,12 +17,25 @@ namespace {
 /// Where the arcs of two parts are longer than this share of the smaller one's radius, lines do not serve.
 constexpr double kShareOfRadius = 0x1p-6;
 /// Radians that a part turns by in a piece, at most; but no more than kMostPieces pieces.
-constexpr double kAngle = 0.375;
-constexpr int kMostPiecesOfStep = 16;
+constexpr double kAngle = 0.2;
+constexpr int kMostPiecesOfStep = 32;
 
 double angle_of(const Core& core, std::uint32_t part) {
   const Twist* twist = core.arcs.of_part(part);
   return twist == nullptr ? 0 : std::sqrt(twist->angle_squared);
+}
+
+// What holds some of these boxes, one at least.
+template <class Box>
+Box around(const std::vector<Box>& boxes, std::uint32_t first, std::uint32_t end) {
+  Box all = boxes[first];
+  for (std::uint32_t i = first + 1; i < end; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      all.low[axis] = std::min(all.low[axis], boxes[i].low[axis]);
+      all.high[axis] = std::max(all.high[axis], boxes[i].high[axis]);
+    }
+  }
+  return all;
 }
 
 template <class Box>
@@ -143,29 +156,20 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
   const std::uint32_t first_vertex = core.motion.first_vertex(part.part);
   part.nodes.resize(tree.order.empty() ? 0 : tree.shape.node_count());
   part.primitives.resize(tree.order.size());
+  part.blocks.resize(tree.order.empty() ? 0 : tree.shape.block_count());
   PacedStop paced(stop);
-  const auto merge = [](Box& into, const Box& from) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      into.low[axis] = std::min(into.low[axis], from.low[axis]);
-      into.high[axis] = std::max(into.high[axis], from.high[axis]);
-    }
-  };
+  for (std::size_t i = 0; i < part.primitives.size(); ++i) {
+    paced.check();
+    part.primitives[i] =
+        box_of(part, first_vertex, primitive_vertices(core.topology->scene, tree.order[i]), piece);
+  }
+  for (std::uint32_t block = 0; block < part.blocks.size(); ++block)
+    part.blocks[block] = around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
   for (NodeId node = static_cast<NodeId>(part.nodes.size()); node-- > 0;) {
-    if (!tree.shape.is_leaf(node)) {
-      part.nodes[node] = part.nodes[TreeShape::left(node)];
-      merge(part.nodes[node], part.nodes[TreeShape::left(node) + 1]);
-      continue;
-    }
-    const std::uint32_t end = tree.shape.end(node);
-    for (std::uint32_t i = tree.shape.begin(node); i < end; ++i) {
-      paced.check();
-      const Box& box = part.primitives[i] =
-          box_of(part, first_vertex, primitive_vertices(core.topology->scene, tree.order[i]), piece);
-      if (i == tree.shape.begin(node))
-        part.nodes[node] = box;
-      else
-        merge(part.nodes[node], box);
-    }
+    paced.check();
+    part.nodes[node] = tree.shape.is_leaf(node)
+                           ? around(part.blocks, tree.shape.first_block(node), tree.shape.end_block(node))
+                           : around(part.nodes, TreeShape::left(node), TreeShape::left(node) + 2);
   }
 }
 
@@ -194,6 +198,18 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     }
     return false;
   };
+  const auto blocks = [&](std::uint32_t block_a, std::uint32_t block_b) {
+    for (std::uint32_t i = of_a.begin_of_block(block_a); i < of_a.begin_of_block(block_a + 1); ++i) {
+      if (!near_each_other(a.primitives[i], b.blocks[block_b], room)) continue;
+      for (std::uint32_t j = of_b.begin_of_block(block_b); j < of_b.begin_of_block(block_b + 1); ++j) {
+        if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
+        paced.check();
+        const Primitive x = trees[p].order[i];
+        const Primitive y = trees[q].order[j];
+        if (!tested(x, y)) tester.primitive_pair(x, y);
+      }
+    }
+  };
   // A pair of nodes is opened on the side that is the less deep; the stack holds a pair a level of both.
   std::array<std::pair<NodeId, NodeId>, 128> stack;
   std::size_t waiting = 0;
@@ -206,13 +222,10 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     const bool leaf_a = of_a.is_leaf(m);
     const bool leaf_b = of_b.is_leaf(n);
     if (leaf_a && leaf_b) {
-      for (std::uint32_t i = of_a.begin(m); i < of_a.end(m); ++i) {
-        for (std::uint32_t j = of_b.begin(n); j < of_b.end(n); ++j) {
-          if (!near_each_other(a.primitives[i], b.primitives[j], room)) continue;
-          paced.check();
-          const Primitive x = trees[p].order[i];
-          const Primitive y = trees[q].order[j];
-          if (!tested(x, y)) tester.primitive_pair(x, y);
+      for (std::uint32_t i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
+        if (!near_each_other(a.blocks[i], b.nodes[n], room)) continue;
+        for (std::uint32_t j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
+          if (near_each_other(a.blocks[i], b.blocks[j], room)) blocks(i, j);
         }
       }
     } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {
@@ -258,7 +271,7 @@ template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18
 
 std::size_t TurningStage::memory_bytes() const {
   std::size_t bytes = held_bytes(pairs_, others_, named_, parts_);
-  for (const Part& part : parts_) bytes += held_bytes(part.at, part.nodes, part.primitives);
+  for (const Part& part : parts_) bytes += held_bytes(part.at, part.nodes, part.blocks, part.primitives);
   return bytes;
 }
 

@@ -18,7 +18,7 @@
 
 namespace warmfront {
 
-/// A part's motion is cut into pieces of equal time, 2 to 16 of them, by the largest angle of any. In each a box
+/// A part's motion is cut into pieces of equal time, 2 to 32 of them, by the largest angle of any. In each a box
 /// about a node holds the chords of its vertices; where the boxes of two primitives are, in each piece, farther
 /// apart than the separation, the arcs' distance from their chords and what the elementary test allows itself
 /// (certified_reach()), that test reports nothing of them: it looks at the same chords, or shorter ones within.
@@ -56,7 +56,8 @@ class TurningStage {
     std::uint32_t part;
     std::vector<std::array<double, 3>> at;  ///< by time and vertex
     std::vector<Box> nodes;                 ///< of the piece in hand
-    std::vector<Box> primitives;            ///< the same, by place in the hierarchy's order
+    std::vector<Box> blocks;                ///< the same, of blocks of its leaves
+    std::vector<Box> primitives;            ///< by place in the hierarchy's order
     double size = 0;                        ///< no two coordinates of its vertices, ever, are farther apart
     double away = 0;                        ///< of a point of an arc from its chord in one piece
     double reach = 0;                       ///< no coordinate is larger in magnitude
