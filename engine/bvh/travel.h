@@ -48,12 +48,11 @@ inline std::uint32_t slack(double magnitude) {
   return magnitude < 0x1p20 ? static_cast<std::uint32_t>(0x1p-19 * magnitude * 0x1p26) + 64 : kMost;
 }
 
-/// What a question keeps in hand of every budget: the slack of two nodes together, and its width. A budget may
-/// be used up along a diagonal, of whose width half counts.
+/// What a question keeps in hand of every budget: the slack of two nodes together, and its width. A budget
+/// may be used up along a diagonal, of whose width half counts.
 inline std::uint32_t reserve(std::uint32_t slack_of_two, const Width& width) {
   constexpr std::uint32_t kAll = 1U << 30;  // more than any budget
-  const std::uint32_t of_width =
-      width.none() ? 0 : units(std::max(width.straight, 0.5F * width.diagonal));
+  const std::uint32_t of_width = width.none() ? 0 : units(std::max(width.straight, 0.5F * width.diagonal));
   return std::min(slack_of_two + of_width, kAll);
 }
 
@@ -73,11 +72,19 @@ struct TravelBudget {
     return budget;
   }
 
+  /// Was it granted where these are? True, too, where the nodes lie as they did then.
+  bool granted_at(const NodeTravel& a, const NodeTravel& b) const {
+    return offset[0] == a.centre[0] - b.centre[0] && offset[1] == a.centre[1] - b.centre[1] &&
+           offset[2] == a.centre[2] - b.centre[2];
+  }
+  /// So much is used up, besides what nodes will wander.
+  void charge(std::uint32_t units) { expiry -= units; }
   /// Nothing is promised any more.
   void spend(const NodeTravel& a, const NodeTravel& b) { *this = grant(a, b, 0); }
 
-  /// Must they be tested again in this step, by a question with this reserve()? The promise holds at the end of the step, and on the way if it
-  /// did at the start, since what both have moved apart by is largest at one of the two.
+  /// Must they be tested again in this step, by a question with this reserve()? The promise holds at the end
+  /// of the step, and on the way if it did at the start, since what both have moved apart by is largest at
+  /// one of the two.
   bool exhausted(const NodeTravel& a, const NodeTravel& b, std::uint32_t reserve) const {
     const auto left = static_cast<std::int32_t>(expiry - a.wandered - b.wandered);
     const auto usable = static_cast<float>(left - static_cast<std::int32_t>(reserve));

@@ -341,6 +341,26 @@ void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees, const PartWidths&
 }
 
 template <class Bounds>
+void Front<Bounds>::leave_trial(std::span<const Bvh<Bounds>> trees, std::span<const std::uint8_t> off_base,
+                                TrialLeft left, const PartWidths& widths) noexcept {
+  for (FrontSegment& segment : segments_) {
+    const auto [p, q] = segment.parts;
+    if (off_base[p] == 0 && off_base[q] == 0) continue;
+    const TreePair<Bounds> pair_of(trees[p], trees[q], GapAt::kEnd, widths.of(segment.parts));
+    if (pair_of.a.travel.nodes.empty() || pair_of.b.travel.nodes.empty()) continue;
+    const TrialTravel a = pair_of.a.travel.nodes_of_trial(off_base[p] != 0);
+    const TrialTravel b = pair_of.b.travel.nodes_of_trial(off_base[q] != 0);
+    const std::uint32_t reserve = pair_of.reserve();
+    for (FrontChunk& chunk : segment.chunks) {
+      for (FrontPair& pair : chunk.pairs)
+        warmfront::leave_trial(pair.budget, a, pair.nodes.a, b, pair.nodes.b, left, reserve);
+    }
+    if (segment.with_itself())
+      neighbours_.leave_trial(p, pair_of.a.travel.blocks_of_trial(true), left, reserve);
+  }
+}
+
+template <class Bounds>
 void Front<Bounds>::clear() {
   std::vector<FrontSegment>().swap(segments_);  // with its capacity: of many near parts it is large
   neighbours_.clear();

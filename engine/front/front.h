@@ -33,7 +33,7 @@ struct FrontUpdate {
   /// Of the neighbours listed, those within subtrees that changed in this step were tested already, by
   /// test_subtree().
   bool subtrees_tested = false;
-  GapAt gap_at = GapAt::kEnd;  ///< where the next motion will begin
+  GapAt gap_at = GapAt::kEnd;  ///< where budgets are granted
   std::size_t max_bytes = ~std::size_t{0};
   StopSignal stop = {};
 };
@@ -99,6 +99,13 @@ class Front {
   /// about it have these widths at most: budgets that do not last for that here are spent for good, wherever
   /// the motion leads, since a budget tells of where motions begin only that it lasted there. O(pairs).
   void settle(std::span<const Bvh<Bounds>> trees, const PartWidths& widths) noexcept;
+
+  /// Motions begin elsewhere than at the end of the last trial, for which budgets were granted there: those
+  /// are charged for the way back from there. kForBase: those that do not last for `widths` at the base then
+  /// are spent; kForPartWay: settle() must follow, once `trees` have travelled that part only. `off_base`, by
+  /// part: the trial added to its travel. O(pairs).
+  void leave_trial(std::span<const Bvh<Bounds>> trees, std::span<const std::uint8_t> off_base, TrialLeft left,
+                   const PartWidths& widths) noexcept;
 
   /// Forgets the front.
   void clear();

@@ -174,6 +174,17 @@ void Neighbours::settle(std::uint32_t part, std::span<const NodeTravel> block_tr
   }
 }
 
+void Neighbours::leave_trial(std::uint32_t part, const TrialTravel& blocks, TrialLeft left,
+                             std::uint32_t reserve) noexcept {
+  for (NeighbourChunk& chunk : of(part)) {
+    for (NeighbourPair& pair : chunk.pairs) {
+      if (warmfront::leave_trial(pair.budget, blocks, pair.a, blocks, pair.b, left, reserve)) continue;
+      chunk.may_have_contacts = true;
+      chunk.at_rest.known = false;
+    }
+  }
+}
+
 std::size_t Neighbours::pair_bytes() const {
   std::size_t bytes = 0;
   for (const OfPart& part : of_part_) {

@@ -88,8 +88,10 @@ class Neighbours {
   void clear();
   /// Forgets what was found of neighbours that do not move.
   void forget_answers();
-  /// See Front::settle().
+  /// See Front::settle() and Front::leave_trial().
   void settle(std::uint32_t part, std::span<const NodeTravel> block_travel, std::uint32_t reserve) noexcept;
+  void leave_trial(std::uint32_t part, const TrialTravel& blocks, TrialLeft left,
+                   std::uint32_t reserve) noexcept;
 
   /// Bytes of the lists, and of these with what is kept of neighbours that do not move: both are the same for
   /// any number of threads.

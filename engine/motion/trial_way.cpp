@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "engine/parallel/stoppable_loops.h"
@@ -13,23 +15,25 @@ namespace warmfront {
 namespace {
 
 constexpr std::size_t kGrain = 4096;
+/// The farthest vertex is looked for in a block of so many.
+constexpr std::size_t kBlock = 256;
+constexpr std::uint64_t kNoBlock = 0xffffffff;
 
 WARMFRONT_INLINE Double4 displacement(const VertexMotion& vertex, const LocalTransform& frame) {
   return (load<Double4>(vertex.t1.data()) - load<Double4>(vertex.t0.data())) * frame.scale_a * frame.scale_b;
 }
 
+// Returns the bits of the largest magnitude; those of what is not finite are larger than all others.
 WARMFRONT_TARGET_CLONES
-float take_range(std::span<const VertexMotion> vertices, const LocalTransform& frame,
-                 std::array<float, 4>* displacements) {
-  Float4 most{};
+std::uint32_t take_range(std::span<const VertexMotion> vertices, const LocalTransform& frame,
+                         std::array<float, 4>* displacements) {
+  Int4 most{};
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     const Float4 local = __builtin_convertvector(displacement(vertices[v], frame), Float4);
     std::memcpy(&displacements[v], &local, sizeof local);
-    // What is not finite makes it not a number, which it stays.
-    most = greater(magnitude(local), most) + (local - local);
+    most = greater((Int4)local & std::numeric_limits<std::int32_t>::max(), most);
   }
-  const float finite = (most[0] - most[0]) + (most[1] - most[1]) + (most[2] - most[2]);
-  return std::max(std::max(most[0], most[1]), most[2]) + finite;
+  return static_cast<std::uint32_t>(std::max(std::max(most[0], most[1]), most[2]));
 }
 
 // Are all within `room` of the fraction of their displacements? A displacement in float32 is off by 2^-24 of
@@ -58,19 +62,27 @@ void TrialWay::take(const Motion& motion, StopSignal stop) {
   known_ = false;
   const std::span<const VertexMotion> vertices = motion.vertices();
   displacement_.resize(vertices.size());
-  std::atomic<float> most{0};
-  std::atomic<bool> finite{true};
+  // The largest magnitude's bits, and which block it is in: the first of several, so that no number of
+  // threads makes a difference.
+  std::atomic<std::uint64_t> most{0};
   for_pieces(0, vertices.size(), kGrain, stop, [&](std::size_t begin, std::size_t end) {
-    const float here =
-        take_range(vertices.subspan(begin, end - begin), motion.frame(), displacement_.data() + begin);
-    if (!std::isfinite(here)) finite.store(false, std::memory_order_relaxed);
-    float before = most.load(std::memory_order_relaxed);
+    std::uint64_t here = 0;
+    for (std::size_t first = begin; first < end;) {
+      const std::size_t block = first / kBlock;
+      const std::size_t next = std::min((block + 1) * kBlock, end);
+      const std::uint64_t bits =
+          take_range(vertices.subspan(first, next - first), motion.frame(), displacement_.data() + first);
+      here = std::max(here, (bits << 32) | (kNoBlock - block));
+      first = next;
+    }
+    std::uint64_t before = most.load(std::memory_order_relaxed);
     while (here > before && !most.compare_exchange_weak(before, here, std::memory_order_relaxed)) {
     }
   });
-  const float farthest = most.load();
-  if (!finite.load() || !(farthest > std::numeric_limits<float>::min())) return;
-  for (std::size_t v = 0; v < displacement_.size(); ++v) {
+  const auto farthest = std::bit_cast<float>(static_cast<std::uint32_t>(most.load() >> 32));
+  if (!std::isfinite(farthest) || !(farthest > std::numeric_limits<float>::min())) return;
+  const std::size_t first = (kNoBlock - (most.load() & kNoBlock)) * kBlock;
+  for (std::size_t v = first; v < std::min(first + kBlock, displacement_.size()); ++v) {
     for (int axis = 0; axis < 3; ++axis) {
       if (std::fabs(displacement_[v][axis]) != farthest) continue;
       farthest_ = v;

@@ -228,7 +228,6 @@ void NarrowPhase<Bounds>::begin(std::span<const Bvh<Bounds>> trees, const Narrow
   impl_->input = &input;
   impl_->shared.earliest.begin(input.worlds.places());
   impl_->shared.contacts.store(0, std::memory_order_relaxed);
-  if (input.note_met) impl_->shared.met.store(0, std::memory_order_relaxed);
   ++impl_->step;
   for (Sink& sink : impl_->sinks) sink.begin(trees, input, impl_->shared, impl_->step);
 }
@@ -240,7 +239,9 @@ LeafPairSink& NarrowPhase<Bounds>::local() {
 
 template <class Bounds>
 bool NarrowPhase<Bounds>::knows_met() const {
-  return impl_->shared.met.load(std::memory_order_relaxed) <= NarrowPhaseInput::kMostMet;
+  std::size_t met = 0;
+  for (const Sink& sink : impl_->sinks) met += sink.tester.met().count;
+  return met <= NarrowPhaseInput::kMostMet;
 }
 
 template <class Bounds>

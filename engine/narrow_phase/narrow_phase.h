@@ -58,7 +58,8 @@ struct NarrowPhaseInput {
   std::span<double> vertex_distances = {};
   bool half_spaces = false;  ///< are there any?
 
-  /// Pairs and kept contacts that are noted; where there are more, test_met() does not serve.
+  /// Pairs and kept contacts that are noted, by each thread and in all; where there are more, test_met() does
+  /// not serve.
   static constexpr std::size_t kMostMet = std::size_t{1} << 18;
 };
 

@@ -46,7 +46,8 @@ void PairTester::begin(const NarrowPhaseInput& input, NarrowPhaseShared& shared)
 }
 
 bool PairTester::room_to_note(std::size_t more) {
-  return shared_->met.fetch_add(more, std::memory_order_relaxed) + more <= NarrowPhaseInput::kMostMet;
+  met_.count += more;
+  return met_.count <= NarrowPhaseInput::kMostMet;
 }
 
 void PairTester::note_kept(std::uint64_t triangle_pairs, const ContactTally& tally,

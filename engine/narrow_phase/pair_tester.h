@@ -29,7 +29,6 @@ namespace warmfront {
 struct NarrowPhaseShared {
   EarliestTimes earliest;                ///< prunes for Report::kEarliest
   std::atomic<std::size_t> contacts{0};  ///< contacts kept by all threads
-  std::atomic<std::size_t> met{0};       ///< noted by all threads: see NarrowPhaseInput::note_met
 };
 
 class PairTester {
@@ -169,7 +168,7 @@ class PairTester {
   void push(const FeaturePair& pair);
   // The same of a pair that no excluded vertices leave out.
   void push_unless_at_rest(const FeaturePair& pair);
-  // Is there room for so many more?
+  // Counts so many more; is there room for them?
   bool room_to_note(std::size_t more);
   void report(const Contact& contact);
   // Of Report::kEarliest.

@@ -34,6 +34,7 @@ std::size_t PartTrees<Bounds>::arrange_new(const Core& core, bool rebuild, StopS
   const Scene& scene = core.topology->scene;
   refit_in_.resize(parts.size(), kNever);
   states_.resize(parts.size());
+  off_base_.resize(parts.size());
   bases_.resize(parts.size());
   roots_.resize(parts.size());
   if (rebuild) {
@@ -184,6 +185,14 @@ void PartTrees<Bounds>::return_to_base() {
   for (std::uint32_t p = 0; p < trees_.size(); ++p) return_to_base(p);
 }
 
+template <class Bounds>
+std::span<const std::uint8_t> PartTrees<Bounds>::off_base() noexcept {
+  std::ranges::transform(bases_, off_base_.begin(), [this](const Base& base) {
+    return static_cast<std::uint8_t>(base.of == base_ && base.left ? 1 : 0);
+  });
+  return off_base_;
+}
+
 // With f in (0, 1) and d and w what a node's points are displaced by, d in common and within w of that: at f
 // of the way they are displaced by f d, and within f w <= w of that. So may bounds be, whose ends are convex
 // functions of where on the way points are. On an arc they are that much farther from there, at most.
@@ -294,7 +303,7 @@ std::size_t PartTrees<Bounds>::memory_bytes() const {
                       (states_.capacity() + unseen_.capacity()) * sizeof(MotionState) +
                       refit_in_.capacity() * sizeof(std::int64_t) +
                       (late_.capacity() + rearranged_.capacity()) * sizeof(std::uint32_t) +
-                      bases_.capacity() * sizeof(Base);
+                      bases_.capacity() * sizeof(Base) + off_base_.capacity();
   for (const Bvh<Bounds>& tree : trees_) bytes += tree.memory_bytes();
   return bytes;
 }

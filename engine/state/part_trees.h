@@ -55,6 +55,9 @@ class PartTrees {
   }
   /// Travel is that of where the next motion begins: what a trial added to it is taken back.
   void return_to_base();
+  /// By part: does travel have what a trial from the last base added to it? Until the next call. After
+  /// arrange_new().
+  std::span<const std::uint8_t> off_base() noexcept;
   /// Parts without a hierarchy get one; with `rebuild` those that are tested against themselves, and were
   /// not, learn what shares vertices there. Returns how many are new. Throws Stopped when told to stop, and
   /// is good for clear() only then; the same holds for rearrange_loose(). What else takes a StopSignal throws
@@ -153,6 +156,7 @@ class PartTrees {
     bool left = true;
   };
   std::vector<Base> bases_;
+  std::vector<std::uint8_t> off_base_;  // as off_base() returned
   double magnitude_ = 0;
   double held_separation_ = 0;
   std::int64_t step_ = 0;

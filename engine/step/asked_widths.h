@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which separations are asked about, in what order: a solver asks for what is near, how far it may go, and moves,
-// in turn, each with a separation of its own. Used by one thread at a time.
+// Which separations are asked about, in what order: a solver asks for what is near, how far it may go, and
+// moves, in turn, each with a separation of its own. Used by one thread at a time.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,8 @@ class AskedWidths {
 
   /// Is it wider than the question before?
   bool wider() const { return wider_; }
-  /// The widest of the last questions, some kPeriod of them: what these need is kept, though the others do not.
+  /// The widest of the last questions, some kPeriod of them: what these need is kept, though the others do
+  /// not.
   double held() const { return std::max(now_, before_); }
 
   /// Must budgets be looked at, whether they last for the question where its motion begins? (Front::settle())
@@ -36,8 +37,12 @@ class AskedWidths {
     settled_ = last_;
     of_base_ = 0;
   }
-  /// The widest question since motions begin where they do: where they begin after a commit, budgets are to last
-  /// for as wide a one.
+  /// As wide a question as budgets last for where motions begin, at least.
+  double at_base() const { return std::max(last_, settled_); }
+  /// Was the last question as wide as any since motions begin where they do?
+  bool last_is_widest() const { return last_ >= of_base_; }
+  /// The widest question since motions begin where they do: where they begin after a commit, budgets are to
+  /// last for as wide a one.
   double commit() { return settled_ = std::exchange(of_base_, 0.0); }
 
  private:

@@ -24,7 +24,7 @@ inline bool retests(const ColliderOptions& options) {
 /// Of one question.
 struct FrontInput {
   const ColliderOptions& options;
-  GapAt gap_at;       ///< where the next motion begins, for which budgets are granted now
+  GapAt gap_at;       ///< where budgets are granted
   PartWidths widths;  ///< as FrontUpdate says
   PartWidths fold_widths;
   bool wider;

@@ -89,9 +89,19 @@ class PipelineWith final : public Pipeline {
     core.motion.commit_trial(fraction, rounding == Rounding::kFloat32, core.arcs);
     const bool beside = longest_.shortened();
     const double of_longest = beside ? fraction * longest_.fraction() : fraction;
+    const bool whole = of_longest == 1 && !beside;
+    const bool granted_at_end = granted_at_end_;
+    if (!whole) leave_trial(core, TrialLeft::kForPartWay);
+    granted_at_end_ = false;
     longest_.forget();
-    if (of_longest < 1 || beside) trees_.shorten(core, of_longest, beside);
-    if (of_longest > 0) front_.front().settle(trees_.trees(), part_widths(core, widths_.commit()));
+    if (!whole) trees_.shorten(core, of_longest, beside);
+    if (of_longest == 0) {
+      if (granted_at_end) front_.front().settle(trees_.trees(), part_widths(core, widths_.at_base()));
+    } else if (whole && granted_at_end && widths_.last_is_widest()) {
+      widths_.step_taken();  // what does not last was tested
+    } else {
+      front_.front().settle(trees_.trees(), part_widths(core, widths_.commit()));
+    }
     if (fraction == 1 && !beside) return;
     core.rigid_parts.lose_track();
     near_.forget();  // rounding may put parts where no motion that was looked at goes
@@ -245,7 +255,10 @@ class PipelineWith final : public Pipeline {
   // holds. All else is where it was, but what moved in the last question has bounds of that motion, and the
   // states of its vertices, which would say so, were taken by this one.
   void forget_placed(Core& core) noexcept {
-    if (core.motion.from() == From::kStart) trees_.return_to_base();
+    if (core.motion.from() == From::kStart) {
+      leave_trial(core, TrialLeft::kForBase);
+      trees_.return_to_base();
+    }
     trees_.forget_bounds_of_moved();
     for (std::uint32_t p = 0; p < core.motion.part_count(); ++p) {
       const MotionState state = core.motion.state(p);
@@ -304,7 +317,7 @@ class PipelineWith final : public Pipeline {
   }
 
   FrontInput front_input(const Core& core, StopSignal stop) const {
-    return {core.options, gap_at(), part_widths_, fold_widths_, widths_.wider(), stop};
+    return {core.options, gap_at_, part_widths_, fold_widths_, widths_.wider(), stop};
   }
 
   // The stages of a question, in order.
@@ -398,7 +411,15 @@ class PipelineWith final : public Pipeline {
     }
   }
 
+  // Budgets that were granted at the end of a trial are charged for what begins elsewhere.
+  void leave_trial(const Core& core, TrialLeft left) noexcept {
+    if (!std::exchange(granted_at_end_, false)) return;
+    front_.front().leave_trial(trees_.trees(), trees_.off_base(), left, part_widths(core, widths_.at_base()));
+  }
+
   void begin_question(Core& core, StopSignal stop) {
+    if (core.motion.from() == From::kStart) leave_trial(core, TrialLeft::kForBase);
+    choose_gap(core);
     if (longest_.begin_other()) {
       trees_.forget_bounds_of_moved();
       near_.forget();
@@ -442,7 +463,7 @@ class PipelineWith final : public Pipeline {
             core.vertex_bounds,
             core.options,
             stop,
-            gap_at(),
+            gap_at_,
             note_met,
             core.keep,
             part_widths_,
@@ -487,8 +508,20 @@ class PipelineWith final : public Pipeline {
   // Is the motion in hand only asked about?
   bool is_question() const { return kind_ != Kind::kStep; }
 
-  // Where the next motion begins, for which budgets are granted now.
-  GapAt gap_at() const { return kind_ == Kind::kStep ? GapAt::kEnd : GapAt::kStart; }
+  // Budgets are granted where the next motion begins, most likely: at the end of a trial that will be taken,
+  // at the base of several of which none is part of another's way. Whoever asked for several from the last
+  // base may do so from this one.
+  void choose_gap(const Core& core) {
+    if (core.motion.from() == From::kEnd) {
+      several_before_ = std::exchange(several_, false);
+      left_base_ = false;
+    }
+    several_ |= left_base_;
+    gap_at_ = kind_ == Kind::kStep || !(several_before_ || several_) ? GapAt::kEnd : GapAt::kStart;
+    granted_at_end_ = is_question() && gap_at_ == GapAt::kEnd;
+    for (std::uint32_t p = 0; p < core.motion.part_count() && !left_base_; ++p)
+      left_base_ = (core.motion.state(p) & kMoving) != 0;
+  }
 
   void count_front(StepCounts& counts) const {
     const FrontCounts& front = front_.front().counts();
@@ -519,7 +552,14 @@ class PipelineWith final : public Pipeline {
   PartWidths fold_widths_;
   bool arranged_ = false;             // its hierarchies are there
   std::vector<std::uint8_t> placed_;  // by part, of place(): was it moved?
-  bool unseen_places_ = false;        // since the last question
+  GapAt gap_at_ = GapAt::kEnd;        // where budgets are granted
+  bool granted_at_end_ = false;       // they were so, at the end of a trial that still counts
+  // Of the questions since motions begin where they do: had one of them a motion, or several? And of those
+  // before?
+  bool left_base_ = false;
+  bool several_ = false;
+  bool several_before_ = false;
+  bool unseen_places_ = false;  // since the last question
 
   // What stays from question to question, stage by stage.
   PartTrees<Bounds> trees_;

@@ -162,8 +162,8 @@ TEST_F(LineSearch, ShorterTrialsAreRecognisedAndAnswerAsAFreshCollider) {
   EXPECT_GT(contacts_, 10'000u);
 }
 
-// Of what rests an answer is kept, and not which pairs met: points have bounds that overlap those of a face of a
-// static body, and are no contacts, but candidates.
+// Of what rests an answer is kept, and not which pairs met: points have bounds that overlap those of a face
+// of a static body, and are no contacts, but candidates.
 TEST_F(LineSearch, AfterAQuestionThatKeptAnswersAnotherOneAsksAboutAllThatRests) {
   constexpr std::uint32_t kPoints = 200, kMoving = 200;
   SceneDescription scene;
@@ -309,6 +309,29 @@ TEST_F(LineSearch, BodiesFoundRigid) {
   }
   EXPECT_EQ(rigid, 4u);
   EXPECT_GT(parts, 70);
+}
+
+// A trial that is taken as a whole leaves what a step leaves: the next one looks at no more.
+TEST_F(LineSearch, TrialsThatAreTakenTestWhatStepsTest) {
+  for (const bool bodies : {false, true}) {
+    make(3, bodies, {});
+    const auto scene = std::make_shared<const Scene>(Scene::create(sheets(3, bodies)).value());
+    const std::vector<double> x = here();
+    Collider stepper = Collider::create(scene, Doubles(x), {}, std::make_shared<Workers>(1)).value();
+    std::uint64_t skipped = 0;
+    for (int k = 1; k <= 24; ++k) {
+      const std::vector<double> y = later(0.01 * k);
+      const StepCounts stepped = stepper.step(Doubles(y)).value().statistics.counts;
+      const StepCounts tried = collider_->trial(Doubles(y)).value().statistics.counts;
+      EXPECT_TRUE(collider_->self_check().ok());
+      ASSERT_TRUE(collider_->commit(1).ok());
+      EXPECT_EQ(tried.primitive_tests, stepped.primitive_tests) << k;
+      EXPECT_EQ(tried.front_skipped, stepped.front_skipped) << k;
+      EXPECT_EQ(tried.front_pairs, stepped.front_pairs) << k;
+      skipped += stepped.front_skipped;
+    }
+    EXPECT_GT(skipped, 0u);
+  }
 }
 
 TEST_F(LineSearch, WhatRestsIsKeptInShorterTrials) {

@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "engine/bounds/overlap.h"
+#include "engine/bvh/tree_travel.h"
 #include "engine/workers.h"
 #include "tests/support/hierarchy.h"
 #include "tests/support/scenes.h"
@@ -45,6 +47,133 @@ TEST(TravelBudget, NothingIsPromisedWithoutAGapOrBeyondTheLimits) {
   NodeTravel far = b;
   far.wandered += travel::units(std::numeric_limits<float>::infinity());
   EXPECT_TRUE(large.exhausted(a, far, 0));
+}
+
+/// Two nodes of a few points each, whose travel is known.
+struct TwoNodes {
+  static constexpr std::size_t kPoints = 3;
+  struct Place {
+    std::array<std::array<std::array<float, 3>, kPoints>, 2> at{};
+    std::array<NodeTravel, 2> travel{};
+  };
+
+  // Where each node goes by some displacement, and its points by a little of their own.
+  Place moved(const Place& from, float far, float little) {
+    Place to = from;
+    for (int node = 0; node < 2; ++node) {
+      float width = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float common = far * uniform(random);
+        float least = 1;
+        float most = -1;
+        for (auto& point : to.at[node]) {
+          const float step = common + little * uniform(random);
+          point[axis] += step;
+          least = std::min(least, step);
+          most = std::max(most, step);
+        }
+        to.travel[node].centre[axis] += 0.5F * least + 0.5F * most;
+        width = std::max(width, most - least);
+      }
+      to.travel[node].wandered += travel::units(0.5F * width) + travel::slack(1);
+    }
+    return to;
+  }
+  // A part of the way, as a commit takes it.
+  static Place part(const Place& from, const Place& to, float f) {
+    Place at = from;
+    for (int node = 0; node < 2; ++node) {
+      for (std::size_t i = 0; i < kPoints; ++i) {
+        for (int axis = 0; axis < 3; ++axis)
+          at.at[node][i][axis] += f * (to.at[node][i][axis] - from.at[node][i][axis]);
+      }
+      NodeTravel& travel = at.travel[node];
+      for (int axis = 0; axis < 3; ++axis)
+        travel.centre[axis] += f * (to.travel[node].centre[axis] - from.travel[node].centre[axis]);
+      travel.wandered = to.travel[node].wandered + travel::slack(1);
+    }
+    return at;
+  }
+  static float gap(const Place& place) {
+    float gap = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::array<float, 2> low{9, 9};
+      std::array<float, 2> high{-9, -9};
+      for (int node = 0; node < 2; ++node) {
+        for (const auto& point : place.at[node]) {
+          low[node] = std::min(low[node], point[axis]);
+          high[node] = std::max(high[node], point[axis]);
+        }
+      }
+      gap = std::max({gap, low[0] - high[1], low[1] - high[0]});
+    }
+    return gap;
+  }
+  static bool lasts(const TravelBudget& budget, const Place& at) {
+    return !budget.exhausted(at.travel[0], at.travel[1], 2 * travel::slack(1));
+  }
+  static bool leave(TravelBudget& budget, const Place& base, const Place& end, TrialLeft left) {
+    return leave_trial(budget, {end.travel, base.travel}, 0, {end.travel, base.travel}, 1, left,
+                       2 * travel::slack(1));
+  }
+
+  std::mt19937 random{3};
+  std::uniform_real_distribution<float> uniform{-1, 1};
+};
+
+TEST(TravelBudget, OfATrialsEndHoldsForWhatBeginsElsewhere) {
+  TwoNodes nodes;
+  int lasted = 0;
+  int spent = 0;
+  int nearer = 0;
+  for (int run = 0; run < 20'000; ++run) {
+    const TwoNodes::Place base = nodes.moved({}, 0.5F, 0.1F);
+    const TwoNodes::Place end = nodes.moved(base, 0.2F, 0.1F);
+    const float gap = TwoNodes::gap(end);
+    if (!(gap > 0)) continue;
+    const TravelBudget granted = TravelBudget::grant(end.travel[0], end.travel[1], gap);
+    TravelBudget at_base = granted;
+    const bool holds = TwoNodes::leave(at_base, base, end, TrialLeft::kForBase);
+    EXPECT_EQ(holds, TwoNodes::lasts(at_base, base));
+    if (holds) {
+      ASSERT_GT(TwoNodes::gap(base), 0);
+    }
+    spent += holds ? 0 : 1;
+    const TwoNodes::Place other = nodes.moved(base, 0.2F, 0.1F);
+    if (TwoNodes::lasts(at_base, other)) {
+      ASSERT_GT(TwoNodes::gap(other), 0);
+      ++lasted;
+      nearer += TwoNodes::gap(other) < gap ? 1 : 0;
+    }
+    TravelBudget on_way = granted;
+    TwoNodes::leave(on_way, base, end, TrialLeft::kForPartWay);
+    const TwoNodes::Place half = TwoNodes::part(base, end, 0.5F);
+    if (!TwoNodes::lasts(on_way, half)) continue;
+    ASSERT_GT(TwoNodes::gap(half), 0);
+    const TwoNodes::Place on = nodes.moved(half, 0.2F, 0.1F);
+    if (TwoNodes::lasts(on_way, on)) {
+      ASSERT_GT(TwoNodes::gap(on), 0);
+      ++lasted;
+    }
+  }
+  EXPECT_GT(lasted, 1000);
+  EXPECT_GT(nearer, 100);
+  EXPECT_GT(spent, 1000);
+}
+
+TEST(TravelBudget, OfAnotherPlaceThanATrialsEndStays) {
+  const std::array<NodeTravel, 2> base{};
+  std::array<NodeTravel, 2> end{};
+  end[0] = {{0.25F, 0, 0}, 5000};
+  const TravelBudget before = TravelBudget::grant(base[0], base[1], 1);
+  TravelBudget budget = before;
+  EXPECT_TRUE(leave_trial(budget, {end, base}, 0, {end, base}, 1, TrialLeft::kForBase, 0));
+  EXPECT_EQ(budget.expiry, before.expiry);
+  // One that wandered so far that nothing lasts.
+  end[0].wandered = travel::kMost;
+  budget = TravelBudget::grant(end[0], end[1], 1);
+  EXPECT_FALSE(leave_trial(budget, {end, base}, 0, {end, base}, 1, TrialLeft::kForBase, 0));
+  EXPECT_TRUE(budget.exhausted(base[0], base[1], 0));
 }
 
 // While a budget lasts, the nodes are apart in every single step.
