@@ -79,7 +79,7 @@ Percentiles run(const std::string& address, int light, int heavy, std::chrono::s
       must(session.step(frames.next()));
       std::vector<double>& mine = latencies[static_cast<std::size_t>(i)];
       const auto end = Clock::now() + duration;
-      // Latency counts from the planned time: a late step delays none of those after it in the books.
+      // Latency counts from the planned time: a late step does not shift the planned times after it.
       for (auto planned = Clock::now(); planned < end; planned += kPeriod) {
         std::this_thread::sleep_until(planned);
         must(session.step(frames.next()));

@@ -12,7 +12,7 @@
 namespace warmfront {
 namespace {
 
-/// A cloth that was stepped until it is warm, and goes on to and fro.
+/// A cloth that was stepped until it is warm, and keeps oscillating.
 class WarmCloth {
  public:
   explicit WarmCloth(int side) : cloth_(testing::cloth_over_ball(side, 12)) {

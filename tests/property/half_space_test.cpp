@@ -143,7 +143,7 @@ class Torture : public testing::Draws {
   }
 
  private:
-  // Ways of moving that random numbers do not come to.
+  // Motions that random numbers do not produce.
   void vary(Pair& pair) {
     auto& [n0, n1] = pair.half_space.normal;
     switch (below(10)) {

@@ -13,7 +13,7 @@
 
 namespace warmfront::testing {
 
-/// A frame that owns what it says, and what is asked of it.
+/// A frame that owns its data, and the question about it.
 struct StepOperation {
   enum class As : std::uint8_t { kStep, kTrial, kMaxStep, kPlace };
   As as = As::kStep;

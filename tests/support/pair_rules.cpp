@@ -89,7 +89,7 @@ bool PairRules::are_near_at_rest(ContactKind kind, const std::vector<std::uint32
   };
   for (std::size_t k = 0; k < a.size(); ++k) stand(k, a[k]);
   for (std::size_t k = 0; k < b.size(); ++k) stand(a.size() + k, b[k]);
-  // The oracle takes its time: what the boxes around both tell needs none.
+  // The oracle is slow, and not needed for pairs that their boxes decide.
   for (int axis = 0; axis < 3; ++axis) {
     const auto less = [axis](const VertexMotion& x, const VertexMotion& y) {
       return x.t0[axis] < y.t0[axis];

@@ -74,8 +74,8 @@ TEST_F(Candidates, HoldWhatEveryTierReportsNoLaterThanItDoes) {
   }
 }
 
-// Along one of the nine axes, the gap between two features is linear in time: the pair is none of the list if
-// it is positive at both ends, and one of it if no axis has a positive gap at a time that both ends of it
+// Along one of the nine axes, the gap between two features is linear in time: the pair is not listed if
+// it is positive at both ends, and listed if no axis has a positive gap at a time that both ends of it
 // share.
 TEST_F(Candidates, AreThosePairsThatNoAxisKeepsApart) {
   const Collider one = collider({});
@@ -162,8 +162,8 @@ TEST_F(Candidates, AreAQuestionLikeAnother) {
   EXPECT_TRUE(one.trial(there, {.report = Report::kCandidates, .max_contacts = expected.size()}).ok());
 }
 
-// Planes between parts that an earlier question found do not hold for a motion by which nobody looked for
-// them.
+// Separating planes that an earlier question found do not hold for a motion for which none were
+// searched.
 TEST(CandidatesOfBodies, ForgetThePlanesBetweenThem) {
   SceneDescription description;
   description.vertex_count = 6;

@@ -321,7 +321,7 @@ StepCounts counted(std::uint64_t moved, std::uint64_t tests, std::uint64_t pairs
   return {.primitive_tests = tests, .triangle_pairs = pairs, .vertices_moved = moved};
 }
 
-// Feeds steps until the trial changes its mind, or for long.
+// Steps until the trial of bounds changes its choice, or for many steps.
 bool changes(BoundsTrial& trial, const StepCounts& counts) {
   for (int step = 0; step < 100; ++step) {
     if (trial.take(counts)) return true;

@@ -109,7 +109,7 @@ TEST(KeepDistanceOf, OverlapsAtTheStartAreToldApart) {
   EXPECT_EQ(others.overlaps_at_start, all.overlaps_at_start);
 }
 
-// It may be committed as any trial, and leaves nothing behind that another question would tell.
+// It may be committed like any trial, and does not affect the answers to later questions.
 TEST(KeepDistanceOf, AMotionThatIsThenCommitted) {
   const std::vector<double> x = triangles(1);
   const std::vector<double> y = triangles(-1);

@@ -158,7 +158,7 @@ TEST(LocalChange, FacesThatChangedPlacesKeepTheOrderOfMost) {
   EXPECT_EQ(std::ranges::count(change->face_before, LocalChange::kNone), 2);
 }
 
-// A cloth of which some faces are others before each step, beside one made anew.
+// A cloth of which some faces are others before each step, beside one created from scratch.
 TEST(LocalChange, ContactsAreThoseOfANewCollider) {
   std::mt19937 random(11);
   const auto workers = std::make_shared<Workers>(1);

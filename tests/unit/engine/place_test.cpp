@@ -43,7 +43,7 @@ TEST(Place, MeetsNothingOnTheWayAndEverythingFromThere) {
   }
 }
 
-// What trials made for where bodies were holds no more.
+// What trials cached for the former place is no longer valid.
 TEST(Place, ByPosesAfterTrials) {
   const Falling falling;
   SceneDescription description{

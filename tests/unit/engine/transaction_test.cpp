@@ -102,7 +102,7 @@ TEST(Transaction, ACancelledFrameOfPositionsLeavesThePosedShape) {
   EXPECT_EQ(collider.positions()[1], bodies.x[1] + 11);
 }
 
-// The other way round: a refused pose must not make the positions of before a shape for good.
+// The other way round: a refused pose must not make the former positions the reference shape.
 TEST(Transaction, ARefusedPoseLeavesABodyOfPositions) {
   const TwoBodies bodies;
   Collider collider = bodies.collider({.max_contacts = 1});
@@ -188,7 +188,7 @@ TEST(Transaction, TheMagnitudeFollowsWhatIsThere) {
   EXPECT_LE(moving.magnitude(), 2 * before);
 }
 
-// Budgets were granted at the outlier's magnitude: the contacts go on as those of a collider that starts
+// Budgets were granted at the outlier's magnitude: later contacts equal those of a collider that starts
 // here.
 TEST(Transaction, ContactsAfterAnOutlierAreThoseOfAFreshCollider) {
   const TwoBodies bodies;

@@ -25,7 +25,7 @@ std::vector<T> list(std::span<const T> values) {
   return {values.begin(), values.end()};
 }
 
-/// Pairs of triangles, the second of each above the first: a pair a world.
+/// Pairs of triangles, the second of each above the first: one pair in each world.
 class Pairs {
  public:
   explicit Pairs(std::span<const std::uint32_t> worlds) {
