@@ -18,8 +18,8 @@ enum class SendMode : std::uint8_t {
   kMoved,  ///< bodies and vertices that moved
   kPoses,  ///< rigid bodies by the poses fitted to their positions, and what else moved
 };
-/// "all", "moved" or "poses"; empty: poses where a body of the scene moves along a screw, which it does by poses
-/// alone, else all.
+/// "all", "moved" or "poses"; empty: poses where a body of the scene moves along a screw, which it does by
+/// poses alone, else all.
 Result<SendMode> parse_send_mode(std::string_view name, const SceneDescription* scene = nullptr);
 
 /// Which bodies of an input are used.

@@ -105,9 +105,14 @@ std::uint64_t only_in(const std::vector<Pair>& a, const std::vector<Pair>& b) {
 }
 
 Json to_json(const TurnRow& row) {
-  return {{"set", row.set},           {"degrees", row.degrees},   {"on_screws", row.on_screws},
-          {"on_lines", row.on_lines}, {"missed", row.missed},     {"invented", row.invented},
-          {"ms_screws", row.ms_screws}, {"ms_lines", row.ms_lines}};
+  return {{"set", row.set},
+          {"degrees", row.degrees},
+          {"on_screws", row.on_screws},
+          {"on_lines", row.on_lines},
+          {"missed", row.missed},
+          {"invented", row.invented},
+          {"ms_screws", row.ms_screws},
+          {"ms_lines", row.ms_lines}};
 }
 
 }  // namespace

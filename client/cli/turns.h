@@ -27,9 +27,10 @@ struct TurnRow {
   double ms_lines = 0;
 };
 
-/// Each rigid body of the scene, where frame `frame` has it, turns about an axis of its own through the middle of
-/// its vertices, drawn from its number, by each of the angles (degrees, above 0 and below 180) in turn; what
-/// else there is rests. In tier certified, with the separation. kInvalidArgument without a rigid body.
+/// Each rigid body of the scene, where frame `frame` has it, turns about an axis of its own through the
+/// middle of its vertices, drawn from its number, by each of the angles (degrees, above 0 and below 180) in
+/// turn; what else there is rests. In tier certified, with the separation. kInvalidArgument without a rigid
+/// body.
 Result<std::vector<TurnRow>> measure_turns(const std::string& name, Input& input, std::uint32_t frame,
                                            std::span<const double> degrees, double min_separation,
                                            std::uint32_t rounds, const std::shared_ptr<Workers>& workers);

@@ -62,8 +62,8 @@ struct SessionOptions {
 /// session goes on there or at whatever daemon the address leads to by then, with exactly one answer to each
 /// frame, in order and of the same bits. A copy that a daemon still has is reused where its state, which the
 /// daemon reports, is this session's; another one, and that of a daemon too old to report it, is deleted and
-/// created again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most the
-/// resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further
+/// created again. Where the daemon is full of other sessions meanwhile, the client waits for room, at most
+/// the resume timeout. After an error of kUnavailable, kDeadlineExceeded, kAborted or kInternal every further
 /// call gives that error.
 class Session final : public Questions {
  public:

@@ -95,8 +95,9 @@ void Session::Impl::drop_trial_sent_again() {
   if (!unanswered_.empty() && unanswered_.front().answered) unanswered_.pop_front();
 }
 
-// Before a commit, or a question about the trial's end. A daemon that is ahead has carried the commit out, and
-// answers it from its cache; one that does not know the trial, or lost it with the last stream, gets it first.
+// Before a commit, or a question about the trial's end. A daemon that is ahead has carried the commit out,
+// and answers it from its cache; one that does not know the trial, or lost it with the last stream, gets it
+// first.
 void Session::Impl::put_trial_before() {
   if (unanswered_.empty() || !unanswered_.front().needs_trial() || !last_trial_) return;
   const bool ahead = known_ && attached_.has_state() && !same_state(attached_.state(), *known_);

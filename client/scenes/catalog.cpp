@@ -26,7 +26,8 @@ constexpr std::array<CatalogEntry, 10> kCatalog{{
     {"particles", "points of a radius fall on a cloth that hangs from its corners", 20'000, 60,
      make_particles},
     {"ground", "a cloth falls over a ball that lies on the ground, a half-space", 20'000, 60, make_ground},
-    {"torn", "a cloth on a ball is torn along its middle, and its halves are drawn off", 20'000, 70, make_torn},
+    {"torn", "a cloth on a ball is torn along its middle, and its halves are drawn off", 20'000, 70,
+     make_torn},
     {"turning", "rigid rods turn fast among each other, along screws", 20'000, 60, make_turning},
 }};
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigid rods in the cells of a grid turn and drift to and fro; each turns by up to a sixth of a turn a frame, so
-// that its ends go along arcs which lines between two frames cut short. They go through one another where they
-// meet. Nothing does at first. Thread safety as in model.h.
+// Rigid rods in the cells of a grid turn and drift to and fro; each turns by up to a sixth of a turn a frame,
+// so that its ends go along arcs which lines between two frames cut short. They go through one another where
+// they meet. Nothing does at first. Thread safety as in model.h.
 #include <algorithm>
 #include <cstdio>
 

@@ -44,7 +44,8 @@ const MovingPoints& ApartParts::points(const SceneMotion& motion, std::uint32_t 
 }
 
 void ApartParts::sift(const SceneMotion& motion, const ColliderOptions& options, const Thickness& thickness,
-                      const Arcs& arcs, double room, bool rebuild, StopSignal stop, std::vector<NearPair>& near) {
+                      const Arcs& arcs, double room, bool rebuild, StopSignal stop,
+                      std::vector<NearPair>& near) {
   if (near.size() > kMostNear * motion.part_count()) {
     apart_.clear();
     return;

@@ -26,8 +26,8 @@ struct ApartPair {
 };
 
 /// A pair of parts is excluded from a step only if that changes no answer: a direction keeps the lines of all
-/// of one farther from those of all of the other than the tier's reporting distance, and the arcs of both. So the pair needs no front, and a part
-/// that moves by poses and has no other pair need not even be placed.
+/// of one farther from those of all of the other than the tier's reporting distance, and the arcs of both. So
+/// the pair needs no front, and a part that moves by poses and has no other pair need not even be placed.
 ///
 /// Only for small parts, where visiting each vertex is cheaper than visiting the pairs of triangles; only in
 /// the tiers that report nothing farther apart: certified and exact.

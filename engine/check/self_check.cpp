@@ -268,8 +268,9 @@ class SelfCheck {
   void check_apart() {
     for_each_index(0, kept_.apart.size(), kept_.stop, [&](std::size_t i) {
       const ApartPair& pair = kept_.apart[i];
-      const double separation = core_.arcs.widened(
-          core_.thickness.between(core_.asked_separation, pair.parts.a, pair.parts.b), pair.parts.a, pair.parts.b);
+      const double separation =
+          core_.arcs.widened(core_.thickness.between(core_.asked_separation, pair.parts.a, pair.parts.b),
+                             pair.parts.a, pair.parts.b);
       const VertexMotion base = core_.motion.vertex(pair.parts.a, 0);
       for (const auto end : {&VertexMotion::t0, &VertexMotion::t1}) {
         const auto along = [&](std::uint32_t part, std::uint32_t v) {

@@ -24,7 +24,7 @@ struct KeptState {
       refit_in;  ///< by part: the step of its last refit; older if it was not needed in this step
   std::int64_t step;
   std::span<const NearPair> near;
-  std::span<const NearPair> turning;    ///< those that are tested without a front
+  std::span<const NearPair> turning;  ///< those that are tested without a front
   std::span<const ApartPair> apart;  ///< near pairs that are excluded
   const Front<Bounds>* front;        ///< null without a front
   double magnitude;                  ///< that the bounds were computed with

@@ -43,8 +43,8 @@ struct Path {
     if (twist == nullptr) return;
     const Vector x{vertex.t0[0], vertex.t0[1], vertex.t0[2]};
     bend = twist->bend_at(x);
-    rounding = rounding_of_bend(*twist, length_above({x[0] - twist->centre[0], x[1] - twist->centre[1],
-                                                      x[2] - twist->centre[2]}));
+    rounding = rounding_of_bend(
+        *twist, length_above({x[0] - twist->centre[0], x[1] - twist->centre[1], x[2] - twist->centre[2]}));
     const Vector& a = twist->angular;
     turn = {a[1] * bend[2] - a[2] * bend[1], a[2] * bend[0] - a[0] * bend[2],
             a[0] * bend[1] - a[1] * bend[0]};
@@ -96,8 +96,9 @@ double time_of(double begin, double more) {
 }
 
 /// The pieces, the earliest first, until one reports whose arcs are within `resolution` of their chords.
-/// `reports(begin, width, margin, latest)` tests a piece's chords, of which times are [0, 1], for coming within
-/// the margin beyond the separation; `proves(begin, width, margin)` whether they come nearer than that before it.
+/// `reports(begin, width, margin, latest)` tests a piece's chords, of which times are [0, 1], for coming
+/// within the margin beyond the separation; `proves(begin, width, margin)` whether they come nearer than that
+/// before it.
 template <class Reports, class Proves>
 Verdict search(const Margins& margins, double resolution, double latest, Reports&& reports, Proves&& proves) {
   if (!margins.finite()) return {true, ContactStatus::kOverlapAtStart, 0};
@@ -120,8 +121,7 @@ Verdict search(const Margins& margins, double resolution, double latest, Reports
       const double toi = time_of(begin, verdict.toi * width);
       if (toi > latest) return {};
       if (verdict.status == ContactStatus::kBudget) return Verdict::at(toi, ContactStatus::kBudget);
-      return Verdict::at(toi,
-                         proves(begin, width, margin) ? ContactStatus::kHit : ContactStatus::kPossible);
+      return Verdict::at(toi, proves(begin, width, margin) ? ContactStatus::kHit : ContactStatus::kPossible);
     }
   }
   return {};
@@ -194,11 +194,11 @@ Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
   CertifiedOptions of_piece = options;
   const double resolution = options.tolerance * margins.size;
   const auto reports = [&](double begin, double width, double margin, double latest) {
-    // A piece that is halved where it reports need not say so precisely. Of the whole motion all is told, so that
-    // what culls leave out ends there.
+    // A piece that is halved where it reports need not say so precisely. Of the whole motion all is told, so
+    // that what culls leave out ends there.
     const bool halved = width < 1 && margin - margins.rounding > resolution;
-    of_piece.tolerance =
-        halved ? std::max(options.tolerance, std::min(0.25, 0.25 * margin / margins.size)) : options.tolerance;
+    of_piece.tolerance = halved ? std::max(options.tolerance, std::min(0.25, 0.25 * margin / margins.size))
+                                : options.tolerance;
     of_piece.min_separation = finite_sum(options.min_separation, margin);
     of_piece.latest = latest;
     return chords.test(begin, width, of_piece);
@@ -273,12 +273,12 @@ class HalfSpaceChords {
     Vector way;
     for (std::size_t k = 0; k < 3; ++k) way[k] = to[k] - from[k];
     const double away = std::max(largest(from), largest(to));
-    return {length_above(path_.bend), path_.rounding + 0x1p-46 * away,
-            std::max(path_.size(), largest(way))};
+    return {length_above(path_.bend), path_.rounding + 0x1p-46 * away, std::max(path_.size(), largest(way))};
   }
 
   VertexMotion vertex(double begin, double width) const {
-    return {path_.at(begin, shares_at(&twist_, begin)), path_.at(begin + width, shares_at(&twist_, begin + width))};
+    return {path_.at(begin, shares_at(&twist_, begin)),
+            path_.at(begin + width, shares_at(&twist_, begin + width))};
   }
   HalfSpaceMotion half_space(double begin, double width) const {
     const auto between = [&](const std::array<Vector, 2>& ends, double s) {
@@ -323,8 +323,9 @@ Verdict search_half_space(const VertexMotion& vertex, const Twist& twist, const 
 
 }  // namespace
 
-Verdict turning_half_space_test(const VertexMotion& vertex, const Twist& twist, const HalfSpaceMotion& half_space,
-                                const ElementaryOptions& options, ElementaryCounts& counts) {
+Verdict turning_half_space_test(const VertexMotion& vertex, const Twist& twist,
+                                const HalfSpaceMotion& half_space, const ElementaryOptions& options,
+                                ElementaryCounts& counts) {
   return search_half_space(vertex, twist, half_space, options, counts);
 }
 
@@ -336,9 +337,9 @@ Verdict turning_half_space_keep_distance(const VertexMotion& vertex, const Twist
   const double own = keep.share * least + (1 - keep.share) * keep.beyond;
   ElementaryOptions of_pair = options;
   of_pair.min_separation = std::max(keep.beyond, own);
-  of_pair.tolerance =
-      std::min(options.tolerance, std::max(0x1p-40, 0x1p-7 * (least - of_pair.min_separation) /
-                                                        HalfSpaceChords(vertex, twist, half_space).margins().size));
+  of_pair.tolerance = std::min(
+      options.tolerance, std::max(0x1p-40, 0x1p-7 * (least - of_pair.min_separation) /
+                                               HalfSpaceChords(vertex, twist, half_space).margins().size));
   return search_half_space(vertex, twist, half_space, of_pair, counts);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Elementary tests of what moves along a screw: a helix is cut into pieces, each of which is near its chord.
-// Pure functions except for the counts, safe to call from any thread in the default floating-point environment
-// (Workers checks it).
+// Pure functions except for the counts, safe to call from any thread in the default floating-point
+// environment (Workers checks it).
 #pragma once
 
 #include "engine/elementary/certified.h"

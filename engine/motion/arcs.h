@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far vertices leave their lines in a motion: those of bodies that move along the screw between two poses.
-// Written before a step by one thread, read by all during it.
+// How far vertices leave their lines in a motion: those of bodies that move along the screw between two
+// poses. Written before a step by one thread, read by all during it.
 #pragma once
 
 #include <array>

@@ -11,9 +11,8 @@ namespace warmfront {
 /// How far a vertex travels, rounded up.
 double way_of(const VertexMotion& vertex);
 
-/// The greatest way_of() of any vertex, and its part's arc besides, whether its part is placed or not: 0 where
-/// nothing moves. Parallel;
-/// call it inside Workers::run(). Throws Stopped when told to stop.
+/// The greatest way_of() of any vertex, and its part's arc besides, whether its part is placed or not: 0
+/// where nothing moves. Parallel; call it inside Workers::run(). Throws Stopped when told to stop.
 double longest_way(const SceneMotion& motion, const Arcs& arcs, StopSignal stop);
 
 }  // namespace warmfront

@@ -55,9 +55,8 @@ void PairTester::vertex_half_space(std::uint32_t v, const VertexMotion& vertex,
       lower_distance(v, beyond_thickness(half_space_distance(vertex, half_space, options.instant), of_vertex,
                                          thickness));
   } else if (options.report == Report::kCandidates) {
-    verdict = twist != nullptr
-                  ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
-                  : half_space_candidate(vertex, half_space, elementary, counts);
+    verdict = twist != nullptr ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
+                               : half_space_candidate(vertex, half_space, elementary, counts);
   } else if (input_->keep.share > 0) {
     const KeepDistance keep{input_->keep.share, separated(input_->keep.beyond)};
     verdict = twist != nullptr
@@ -83,12 +82,12 @@ void PairTester::test_features() {
   output_.counts.elementary_tests += block_.size;
   std::span<const FeaturePair> pairs(block_.pairs.data(), block_.size);
   if (input_->arcs.any() && input_->options.pair_test == PairTest::kMotion) {
-    const auto along_lines = std::partition(
-        block_.pairs.begin(), block_.pairs.begin() + static_cast<std::ptrdiff_t>(block_.size),
-        [this](const FeaturePair& pair) {
-          return input_->arcs.around(pair.vertices.front()) == nullptr &&
-                 input_->arcs.around(pair.vertices.back()) == nullptr;
-        });
+    const auto along_lines =
+        std::partition(block_.pairs.begin(), block_.pairs.begin() + static_cast<std::ptrdiff_t>(block_.size),
+                       [this](const FeaturePair& pair) {
+                         return input_->arcs.around(pair.vertices.front()) == nullptr &&
+                                input_->arcs.around(pair.vertices.back()) == nullptr;
+                       });
     const auto lines = static_cast<std::size_t>(along_lines - block_.pairs.begin());
     test_turning(pairs.subspan(lines));
     pairs = pairs.first(lines);

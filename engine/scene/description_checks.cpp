@@ -120,8 +120,7 @@ Status check_body(const Body& body, const std::string& where) {
                             " bytes long, and may be " + std::to_string(kMaxNameBytes));
   if (Status status = check_length(body.thickness, where + ".thickness"); !status) return status;
   if (body.screw && body.kind != BodyKind::kRigid && body.kind != BodyKind::kRemoved)
-    return invalid_argument(where +
-                            ".screw: the body is not rigid; only what poses move goes along a screw");
+    return invalid_argument(where + ".screw: the body is not rigid; only what poses move goes along a screw");
   if (body.screw && body.half_space)
     return invalid_argument(where + ".screw: the body is a half-space, which moves along lines only");
   if (body.half_space) {

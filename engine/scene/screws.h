@@ -12,7 +12,8 @@ namespace warmfront {
 inline Status check_screws(bool any, const ColliderOptions& options) {
   if (!any || options.tier != Tier::kExact || options.pair_test != PairTest::kMotion) return {};
   return invalid_argument(
-      "tier: \"exact\" decides motions along lines, and a body moves along a screw; use tier \"certified\", or "
+      "tier: \"exact\" decides motions along lines, and a body moves along a screw; use tier \"certified\", "
+      "or "
       "give the body without its screw");
 }
 

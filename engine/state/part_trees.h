@@ -41,8 +41,8 @@ class PartTrees {
   void bound_vertices(Core& core, StopSignal stop);
   /// After such trials: what moved in that motion gets all bounds anew in the next step.
   void forget_bounds_of_moved();
-  /// Roots have half this separation (scene units), and the part's own thickness and arcs, on each side from the next
-  /// refit on.
+  /// Roots have half this separation (scene units), and the part's own thickness and arcs, on each side from
+  /// the next refit on.
   void hold(double separation) { held_separation_ = separation; }
   /// Room for forget_bounds_of_moved() and forget_bounds() of a part, which throw nothing then.
   void make_room_to_forget() { unseen_.reserve(states_.size()); }

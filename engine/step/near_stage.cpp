@@ -32,7 +32,8 @@ std::uint64_t NearStage<Bounds>::find(const Core& core, const PartTrees<Bounds>&
   } else {
     // A trial's planes hold for shorter trials, too, which may take two parts beside its way.
     const double room = kind != Kind::kStep ? kPairBesideTheWay * trees.magnitude() : 0;
-    if (separates_) apart_.sift(core.motion, core.options, core.thickness, core.arcs, room, stale_, stop, pairs_);
+    if (separates_)
+      apart_.sift(core.motion, core.options, core.thickness, core.arcs, room, stale_, stop, pairs_);
     count_ = pairs_.size();
   }
   stale_ = near_.overflowed();

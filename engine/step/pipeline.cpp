@@ -186,10 +186,9 @@ class PipelineWith final : public Pipeline {
     Status status;
     core.workers->run([&] {
       status = warmfront::self_check<Bounds>({core, trees_.trees(), trees_.roots(), trees_.refit_in(),
-                                              trees_.step(), turning_.others(near_.pairs()),
-                                              turning_.pairs(), near_.apart_pairs(),
-                                              front ? &front_.front() : nullptr, trees_.magnitude(),
-                                              part_widths_, self_checks_++, stop});
+                                              trees_.step(), turning_.others(near_.pairs()), turning_.pairs(),
+                                              near_.apart_pairs(), front ? &front_.front() : nullptr,
+                                              trees_.magnitude(), part_widths_, self_checks_++, stop});
     });
     return status;
   }
@@ -204,8 +203,8 @@ class PipelineWith final : public Pipeline {
 
   std::size_t memory_bytes() const override {
     return sizeof(*this) + trees_.memory_bytes() + front_.front().memory_bytes() + narrow_.memory_bytes() +
-           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() + half_spaces_.memory_bytes() + turning_.memory_bytes() +
-           reduced_rows_.memory_bytes() + longest_.memory_bytes();
+           near_.memory_bytes() + orphans_.memory_bytes() + placed_.capacity() + half_spaces_.memory_bytes() +
+           turning_.memory_bytes() + reduced_rows_.memory_bytes() + longest_.memory_bytes();
   }
 
  private:
@@ -343,8 +342,8 @@ class PipelineWith final : public Pipeline {
     if (near_.overflowed()) {
       statistics.front_state = traverse_in_blocks(core, refit, input, counts.bv_tests);
     } else {
-      statistics.front_state =
-          front_.update(trees_.trees(), turning_.others(near_.pairs()), narrow_, front_input(core, stop), new_hierarchy);
+      statistics.front_state = front_.update(trees_.trees(), turning_.others(near_.pairs()), narrow_,
+                                             front_input(core, stop), new_hierarchy);
       counts.bv_tests += front_.front().counts().bv_tests;
     }
     trees_.take_looseness();

@@ -65,8 +65,8 @@ void TurningStage::take(const Core& core, std::span<const NearPair> near, StopSi
     paced.check();
     const auto [a, b] = pair.parts;
     const double arcs = core.arcs.most_of(a) + core.arcs.most_of(b);
-    const bool large = arcs > 0 && arcs > kShareOfRadius * std::min(radius_of(a), radius_of(b)) &&
-                       std::isfinite(arcs);
+    const bool large =
+        arcs > 0 && arcs > kShareOfRadius * std::min(radius_of(a), radius_of(b)) && std::isfinite(arcs);
     (large ? pairs_ : others_).push_back(pair);
     if (large) most = std::max({most, angle_of(core, a), angle_of(core, b)});
   }
@@ -103,8 +103,8 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
         at = {x[0], x[1], x[2]};
       } else {
         for (std::size_t axis = 0; axis < 3; ++axis)
-          at[axis] = k == pieces_ ? vertex.t1[axis]
-                                  : vertex.t0[axis] + s * (vertex.t1[axis] - vertex.t0[axis]);
+          at[axis] =
+              k == pieces_ ? vertex.t1[axis] : vertex.t0[axis] + s * (vertex.t1[axis] - vertex.t0[axis]);
       }
       for (std::size_t axis = 0; axis < 3; ++axis) {
         all.low[axis] = std::min(all.low[axis], at[axis]);
@@ -130,7 +130,8 @@ double TurningStage::room_between(const Core& core, const Part& a, const Part& b
   const ColliderOptions& options = core.options;
   const double separation = core.thickness.between(options.min_separation, a.part, b.part);
   const double length = 2 * (a.size + b.size) + 0x1p-40 * std::max(a.reach, b.reach) + separation;
-  return separation + 2 * (a.away + b.away) + (4 * certified_reach(options.tolerance) + 2 * options.tolerance) * length;
+  return separation + 2 * (a.away + b.away) +
+         (4 * certified_reach(options.tolerance) + 2 * options.tolerance) * length;
 }
 
 TurningStage::Box TurningStage::box_of(const Part& part, std::uint32_t first_vertex, const Face& vertices,
@@ -164,7 +165,8 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
         box_of(part, first_vertex, primitive_vertices(core.topology->scene, tree.order[i]), piece);
   }
   for (std::uint32_t block = 0; block < part.blocks.size(); ++block)
-    part.blocks[block] = around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
+    part.blocks[block] =
+        around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
   for (NodeId node = static_cast<NodeId>(part.nodes.size()); node-- > 0;) {
     paced.check();
     part.nodes[node] = tree.shape.is_leaf(node)
@@ -174,8 +176,8 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
 }
 
 template <class Bounds>
-std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair,
-                                     int piece, PairTester& tester, StopSignal stop) {
+std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees,
+                                     const NearPair& pair, int piece, PairTester& tester, StopSignal stop) {
   const auto [p, q] = pair.parts;
   const Part& a = of(p);
   const Part& b = of(q);
@@ -252,7 +254,8 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   std::ranges::sort(named_);
   named_.erase(std::unique(named_.begin(), named_.end()), named_.end());
   for (const std::uint32_t part : named_) take(part);
-  for_each_index(0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
+  for_each_index(
+      0, part_count_, stop, [&](std::size_t i) { place(core, parts_[i], stop); }, 1);
   std::atomic<std::uint64_t> tests = 0;
   for (int piece = 0; piece < pieces_; ++piece) {
     for_each_index(
@@ -265,7 +268,8 @@ std::uint64_t TurningStage::run(const Core& core, std::span<const Bvh<Bounds>> t
   return tests;
 }
 
-template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<Aabb>>, NarrowPhase<Aabb>&, StopSignal);
+template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<Aabb>>, NarrowPhase<Aabb>&,
+                                         StopSignal);
 template std::uint64_t TurningStage::run(const Core&, std::span<const Bvh<KDop18>>, NarrowPhase<KDop18>&,
                                          StopSignal);
 

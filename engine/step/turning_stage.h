@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stage that tests parts against each other that turn by much: of an arc its line says little then, so the
-// motion is looked at in pieces. It keeps nothing from step to step but its memory. Used by one thread at a time,
-// inside Workers::run().
+// The stage that tests parts against each other that turn by much: of an arc its line says little then, so
+// the motion is looked at in pieces. It keeps nothing from step to step but its memory. Used by one thread at
+// a time, inside Workers::run().
 #pragma once
 
 #include <array>
@@ -18,15 +18,15 @@
 
 namespace warmfront {
 
-/// A part's motion is cut into pieces of equal time, 2 to 32 of them, by the largest angle of any. In each a box
-/// about a node holds the chords of its vertices; where the boxes of two primitives are, in each piece, farther
-/// apart than the separation, the arcs' distance from their chords and what the elementary test allows itself
-/// (certified_reach()), that test reports nothing of them: it looks at the same chords, or shorter ones within.
-/// Two primitives are tested once, in the first piece in which their boxes are nearer.
+/// A part's motion is cut into pieces of equal time, 2 to 32 of them, by the largest angle of any. In each a
+/// box about a node holds the chords of its vertices; where the boxes of two primitives are, in each piece,
+/// farther apart than the separation, the arcs' distance from their chords and what the elementary test
+/// allows itself (certified_reach()), that test reports nothing of them: it looks at the same chords, or
+/// shorter ones within. Two primitives are tested once, in the first piece in which their boxes are nearer.
 class TurningStage {
  public:
-  /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is no
-  /// longer than a share of its part, the front serves.
+  /// Takes the near pairs of parts that are this stage's out of those that are the front's. Where an arc is
+  /// no longer than a share of its part, the front serves.
   void take(const Core& core, std::span<const NearPair> near, StopSignal stop);
   /// The others, sorted.
   std::span<const NearPair> others(std::span<const NearPair> near) const {
@@ -69,8 +69,8 @@ class TurningStage {
   template <class Bounds>
   void bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece, StopSignal stop) const;
   template <class Bounds>
-  std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair, int piece,
-                         PairTester& tester, StopSignal stop);
+  std::uint64_t traverse(const Core& core, std::span<const Bvh<Bounds>> trees, const NearPair& pair,
+                         int piece, PairTester& tester, StopSignal stop);
   double room_between(const Core& core, const Part& a, const Part& b) const;
 
   std::vector<NearPair> pairs_;

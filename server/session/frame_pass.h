@@ -48,9 +48,8 @@ struct FramePass {
 /// A pass for a frame whose positions take `bytes`; refused when the tenant's gate, or the daemon's around
 /// it, lets no more in.
 inline FramePass admit_frame(Gate& of_tenant, const Gate& of_daemon, std::shared_ptr<Account> account,
-                                 std::size_t bytes) {
-  FramePass pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt,
-                     std::nullopt};
+                             std::size_t bytes) {
+  FramePass pass{of_tenant.enter(), Holding(std::move(account), bytes), nullptr, std::nullopt, std::nullopt};
   if (!pass.ticket)
     pass.refused = gate_met(of_tenant, of_daemon, "", "frames in flight", "max-frames-in-flight",
                             "max-frames-per-principal");

@@ -24,7 +24,8 @@ struct Standing {
   std::optional<SessionState> before;
 };
 
-/// What is taken in after a state's own digest tells frames, which begin with 0 or 1, from changes and commits.
+/// What is taken in after a state's own digest tells frames, which begin with 0 or 1, from changes and
+/// commits.
 inline constexpr std::uint64_t kDigestOfChange = 2;
 inline constexpr std::uint64_t kDigestOfCommit = 3;
 

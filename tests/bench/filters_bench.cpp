@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What filters change in a question of proximity within two edge lengths, over a recorded sequence: pairs, and
-// milliseconds from cold and after a step, without filters, with 1 to 3 rings, and with what was so near in
-// the first frame. Prints medians of one run, and passes no verdict.
+// What filters change in a question of proximity within two edge lengths, over a recorded sequence: pairs,
+// and milliseconds from cold and after a step, without filters, with 1 to 3 rings, and with what was so near
+// in the first frame. Prints medians of one run, and passes no verdict.
 //   filters_bench FOLDER [FRAMES [THREADS [LENGTHS]]]   a folder with mesh.ply and frames.pc2; 4 frames from
 //   the middle, 1 thread, 2 mean edge lengths unless given
 #include <algorithm>

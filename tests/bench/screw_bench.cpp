@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What it costs that bodies move along screws: prints medians of milliseconds of a step over rods that turn and
-// drift among each other by poses, along lines and along screws, in one run and in turn, a line for each angle
-// a step.
+// What it costs that bodies move along screws: prints medians of milliseconds of a step over rods that turn
+// and drift among each other by poses, along lines and along screws, in one run and in turn, a line for each
+// angle a step.
 //   screw_bench [STEPS [RODS [DEGREES]]]
 #include <array>
 #include <cmath>

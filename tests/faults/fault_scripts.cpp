@@ -95,8 +95,8 @@ Script changes() {
   return script;
 }
 
-// Several changes at once: bodies that are added, changed at once and taken out again, one that is rigid before and
-// after but was not in between, and names alone.
+// Several changes at once: bodies that are added, changed at once and taken out again, one that is rigid
+// before and after but was not in between, and names alone.
 Script changes_together() {
   Script script{"changes together",
                 {two_bodies(BodyKind::kDeformable, BodyKind::kRigid, 2), joined(sheet(2, 0), sheet(2, 0.5))},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Preloaded into the daemon: gRPC's timers get no further threads, as where memory or the number of processes
-// is used up. Each refusal is logged to standard error. What gRPC 1.51's executor does without a thread, which may
-// lose what it was to run, is no fault that a daemon can mend: see server/README.md. Thread-safe.
+// is used up. Each refusal is logged to standard error. What gRPC 1.51's executor does without a thread,
+// which may lose what it was to run, is no fault that a daemon can mend: see server/README.md. Thread-safe.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <unistd.h>

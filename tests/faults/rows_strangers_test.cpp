@@ -171,8 +171,8 @@ TEST_F(FaultTableStrangers, Row29_ContinuationWithoutEndUnderTls) {
   expect_reason("header_block");
 }
 
-/// Rounds of calls without a message on connections that stay open, and are allowed 128 calls at once: where those
-/// of a round are not ended, the next round ends the connection. False then.
+/// Rounds of calls without a message on connections that stay open, and are allowed 128 calls at once: where
+/// those of a round are not ended, the next round ends the connection. False then.
 template <class Connection>
 bool silent_rounds(int port, std::chrono::seconds wait,
                    std::vector<std::unique_ptr<Connection>>& connections) {

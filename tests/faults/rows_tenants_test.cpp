@@ -161,7 +161,8 @@ TEST_F(FaultTableTenants, Row30_ADrainStopsAStepWithoutEnd) {
   daemon_->terminate();
   const int status = daemon_->wait();
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "exit status " << status;
-  EXPECT_EQ(greedy.wait().error_code(), StatusCode::UNAVAILABLE) << "its client continues with another daemon";
+  EXPECT_EQ(greedy.wait().error_code(), StatusCode::UNAVAILABLE)
+      << "its client continues with another daemon";
   begin({});
 }
 

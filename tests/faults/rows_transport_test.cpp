@@ -100,8 +100,8 @@ TEST_F(FaultTable, Row24_HeadersWithoutEnd) {
 }
 
 TEST_F(FaultTable, Row24_PingFloodAndRapidReset) {
-  // gRPC 1.51 does not limit clients that open and reset streams at once (CVE-2023-44487): the guard before it
-  // ends both connections, and what was begun until then costs some 18 KiB a call.
+  // gRPC 1.51 does not limit clients that open and reset streams at once (CVE-2023-44487): the guard before
+  // it ends both connections, and what was begun until then costs some 18 KiB a call.
   allowed_peak_ = 256 * kMiB;
   const int port = daemon_->port();
   const RawSocket pinging(port), resetting(port);

@@ -17,7 +17,8 @@
 
 namespace warmfront::fuzz {
 
-/// Aborts, so that libFuzzer keeps the input, when `holds` is false. `what` names the promise that was broken.
+/// Aborts, so that libFuzzer keeps the input, when `holds` is false. `what` names the promise that was
+/// broken.
 inline void expect(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "broken promise: %s\n", what);

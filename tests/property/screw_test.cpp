@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs of which one or both move along screws, against where Chasles' theorem takes their vertices: dense in
 // time, between which no pair moves farther than its speed says.
+#include "engine/screw.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 #include <string>
 
 #include "engine/elementary/turning.h"
-#include "engine/screw.h"
 #include "tests/support/distance.h"
 #include "tests/support/screw_oracle.h"
 
@@ -39,7 +40,11 @@ struct Mover {
   bool screw;
 
   Mover(const Pose& first, const Pose& second, bool along_screw)
-      : from(first), to(second), twist(twist_between(first, second)), oracle(first, second), screw(along_screw) {}
+      : from(first),
+        to(second),
+        twist(twist_between(first, second)),
+        oracle(first, second),
+        screw(along_screw) {}
 
   VertexMotion motion(const std::array<double, 3>& x) const {
     const auto a = from.place(x.data());

@@ -104,8 +104,7 @@ void accept_commit(AcceptedState& state, const CommitOperation& commit) {
     Pose& to = *state.pose[pose.body];
     const Pose before = from[pose.body].value_or(Pose{});
     const Body& body = state.scene.bodies[pose.body];
-    if (!(to == before))
-      to = body.screw ? screw_way(before, to, f, single) : part_way(before, to, f, single);
+    if (!(to == before)) to = body.screw ? screw_way(before, to, f, single) : part_way(before, to, f, single);
     for (std::ptrdiff_t i = first_number(body); i < first_number(body) + numbers(body); i += 3)
       std::ranges::copy(to.place(state.reference.data() + i), state.positions.begin() + i);
   }

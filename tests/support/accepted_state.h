@@ -51,8 +51,8 @@ struct AcceptedState {
   Outcome brute_force(const NearOperation& near, const ColliderOptions& options) const;
 };
 
-/// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies; in
-/// half of all, bodies may move along screws.
+/// A scene of a few small near bodies of all kinds, of a size near 1; occasionally without declared bodies;
+/// in half of all, bodies may move along screws.
 AcceptedState draw_state(Draws& draws);
 /// The state before its first step at another scale and position: `unit` times as large, then moved by
 /// `offset` units along each axis.

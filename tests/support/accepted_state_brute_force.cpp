@@ -133,8 +133,8 @@ double thickness_of(const Scene& made, const Contact& pair) {
   return thickness_of(made, all.first(of_a)) + thickness_of(made, all.subspan(of_a));
 }
 
-// All that `test`, of two features with their twists and how thick both are together, finds of the pairs that the scene allows,
-// one by one; in a question with this separation.
+// All that `test`, of two features with their twists and how thick both are together, finds of the pairs that
+// the scene allows, one by one; in a question with this separation.
 template <class Test>
 std::vector<Contact> found_by(const SceneDescription& scene, const Scene& made,
                               std::span<const VertexMotion> vertices, const Twists& twists, double separation,
@@ -277,7 +277,8 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
     if (!valid) return refusal(valid);
   const Scene made = Scene::create(scene).value();
   if (const Status valid = check_thickness(made.most_thickness(), options); !valid) return refusal(valid);
-  if (const Status valid = check_screws(screw_count(scene.bodies) > 0, options); !valid) return refusal(valid);
+  if (const Status valid = check_screws(screw_count(scene.bodies) > 0, options); !valid)
+    return refusal(valid);
   const std::vector<VertexMotion> vertices = motion_between(positions, target_of(*this, step));
   const Twists twists = twists_of(*this, step);
   const bool candidates = options.report == Report::kCandidates;
@@ -293,33 +294,32 @@ Outcome AcceptedState::brute_force(const StepOperation& step, const ColliderOpti
         if (pair.first != nullptr || pair.second != nullptr) {
           const double separation = options.min_separation + thickness;
           return options.keep_distance ? turning_keep_distance_test(pair, keep_of(thickness), kept)
-                 : candidates          ? turning_candidate_test(pair, separation)
-                                       : turning_test(pair, {.tolerance = options.tolerance,
-                                                             .min_separation = separation});
+                 : candidates
+                     ? turning_candidate_test(pair, separation)
+                     : turning_test(pair, {.tolerance = options.tolerance, .min_separation = separation});
         }
         return options.keep_distance ? keep_distance_test(features, keep_of(thickness), kept)
                : candidates          ? candidate_test(features, options.min_separation + thickness)
                             : elementary_test(features, elementary_options(options, thickness), counts);
       });
   const std::vector<HalfSpaceMotion> half_spaces = half_spaces_of(*this, &step);
-  add_half_spaces(contacts, scene, made, vertices, half_spaces, twists,
-                  [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
-                      const Twist* twist) {
-                    const ElementaryOptions elementary = elementary_options(options, thickness);
-                    if (twist != nullptr) {
-                      return options.keep_distance
-                                 ? turning_half_space_keep_distance(vertex, *twist, half_space,
-                                                                    keep_of(thickness), elementary, counts)
-                             : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary,
-                                                                         counts)
-                                          : turning_half_space_test(vertex, *twist, half_space, elementary,
-                                                                    counts);
-                    }
-                    return options.keep_distance
-                               ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
-                           : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
-                                        : half_space_test(vertex, half_space, elementary, counts);
-                  });
+  add_half_spaces(
+      contacts, scene, made, vertices, half_spaces, twists,
+      [&](const VertexMotion& vertex, const HalfSpaceMotion& half_space, double thickness,
+          const Twist* twist) {
+        const ElementaryOptions elementary = elementary_options(options, thickness);
+        if (twist != nullptr) {
+          return options.keep_distance
+                     ? turning_half_space_keep_distance(vertex, *twist, half_space, keep_of(thickness),
+                                                        elementary, counts)
+                 : candidates ? turning_half_space_candidate(vertex, *twist, half_space, elementary, counts)
+                              : turning_half_space_test(vertex, *twist, half_space, elementary, counts);
+        }
+        return options.keep_distance
+                   ? half_space_keep_distance(vertex, half_space, keep_of(thickness), 1, counts)
+               : candidates ? half_space_candidate(vertex, half_space, elementary, counts)
+                            : half_space_test(vertex, half_space, elementary, counts);
+      });
   Outcome outcome = answer_of(std::move(contacts), scene, made, options);
   if (max_step) {  // which tells of the first alone
     outcome.vf = outcome.ee = outcome.vh = outcome.possible = 0;

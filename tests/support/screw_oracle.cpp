@@ -44,8 +44,8 @@ ScrewOracle::ScrewOracle(const Pose& from, const Pose& to) {
   axis_ = plus({}, 1 / length, twice_sine);
   along_ = plus({}, dot(axis_, way), axis_);
   const Long3 across = plus(way, -1, along_);
-  on_axis_ = plus({across[0] / 2, across[1] / 2, across[2] / 2}, 0.5L / std::tan(angle_ / 2),
-                  cross(axis_, across));
+  on_axis_ =
+      plus({across[0] / 2, across[1] / 2, across[2] / 2}, 0.5L / std::tan(angle_ / 2), cross(axis_, across));
 }
 
 Long3 ScrewOracle::at(const Long3& x, long double s) const {
@@ -72,8 +72,7 @@ Pose drawn_pose(Draws& draws, double angle, double way) {
   for (long double& x : axis) x /= std::sqrt(square);
   const long double c = std::cos(static_cast<long double>(angle));
   const long double s = std::sin(static_cast<long double>(angle));
-  const long double cross_of[3][3] = {
-      {0, -axis[2], axis[1]}, {axis[2], 0, -axis[0]}, {-axis[1], axis[0], 0}};
+  const long double cross_of[3][3] = {{0, -axis[2], axis[1]}, {axis[2], 0, -axis[0]}, {-axis[1], axis[0], 0}};
   Pose pose;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {

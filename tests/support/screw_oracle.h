@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a screw takes a point, by Chasles' theorem in long double: a turn about an axis and a way along it. An
-// oracle for engine/screw.h, which knows of no axis. Plain values.
+// Where a screw takes a point, by Chasles' theorem in long double: a turn about an axis and a way along it.
+// An oracle for engine/screw.h, which knows of no axis. Plain values.
 #pragma once
 
 #include <array>

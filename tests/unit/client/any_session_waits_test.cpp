@@ -222,7 +222,8 @@ TEST_P(AnySessionWaitsTest, TheTrialBeforeOneThatWasCancelledIsNoLongerCommitted
   Pending<Answer> state = session.proximity_async(1e6, Where::kBase, kCount);
   state.cancel();
   expect_error(state.get(), ErrorCode::kCancelled, "");
-  EXPECT_TRUE(session.intersections(Where::kTrialEnd).ok()) << "it moves nothing, and the trial may still be committed";
+  EXPECT_TRUE(session.intersections(Where::kTrialEnd).ok())
+      << "it moves nothing, and the trial may still be committed";
   Pending<Answer> trial = session.trial_async(Doubles(point_), kCount);
   trial.cancel();
   Pending<Answer> end = session.intersections_async(Where::kTrialEnd);

@@ -430,7 +430,8 @@ TEST_P(Crumpled, TrialsAnswerAsStepsAndLeaveNoTrace) {
   EXPECT_GT(skipped, 100U) << "trials share what was measured at their base";
 }
 
-// Stopped before, while or after the refit tests among neighbours, or not at all: the repeated frame is answered as always.
+// Stopped before, while or after the refit tests among neighbours, or not at all: the repeated frame is
+// answered as always.
 TEST_P(Crumpled, StoppedAtAnyMoment) {
   std::mt19937_64 random(61);
   std::vector<double> positions = flat();

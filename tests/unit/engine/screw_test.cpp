@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that move along screws: what lines miss and invent of them, what a commit leaves, and what is refused.
+// Bodies that move along screws: what lines miss and invent of them, what a commit leaves, and what is
+// refused.
+#include "engine/screw.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,14 +10,13 @@
 #include <numbers>
 
 #include "engine/collider.h"
-#include "engine/screw.h"
 #include "tests/support/workers.h"
 
 namespace warmfront {
 namespace {
 
-using testing::workers;
 using ::testing::HasSubstr;
+using testing::workers;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -40,11 +42,12 @@ SceneDescription hand_and(std::size_t points, bool screw) {
 
 const std::vector<double> kHand{0, -0.1, 0, 0, 0.1, 0, 2, 0, 0};
 
-Result<Collider> made(const SceneDescription& scene, std::vector<double> points, const ColliderOptions& options) {
+Result<Collider> made(const SceneDescription& scene, std::vector<double> points,
+                      const ColliderOptions& options) {
   std::vector<double> x = kHand;
   x.insert(x.end(), points.begin(), points.end());
-  return Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()), std::span<const double>(x),
-                          options, workers());
+  return Collider::create(std::make_shared<const Scene>(Scene::create(scene).value()),
+                          std::span<const double>(x), options, workers());
 }
 
 StepResult step_of(Collider& collider, double angle) {
@@ -84,7 +87,8 @@ TEST(ScrewBodies, AreWhereTheScrewPutsThemAfterACommit) {
     const Pose quarter = screw_way({}, pose.pose, 0.25, rounding == Rounding::kFloat32);
     const auto corner = quarter.place(kHand.data() + 6);
     const std::vector<double> x = collider.positions();
-    EXPECT_EQ(std::vector<double>(x.begin() + 6, x.begin() + 9), std::vector<double>(corner.begin(), corner.end()));
+    EXPECT_EQ(std::vector<double>(x.begin() + 6, x.begin() + 9),
+              std::vector<double>(corner.begin(), corner.end()));
     EXPECT_NEAR(std::hypot(x[6], x[7]), 2, 1e-6);  // as far from the axis as it was
     EXPECT_NEAR(std::atan2(x[7], x[6]), kPi / 6, 1e-6);
     // From there on it goes as if it had been there from the start.
@@ -99,7 +103,8 @@ TEST(ScrewBodies, AreWhereTheScrewPutsThemAfterACommit) {
 
 // Where nothing turns there is no arc: the same bits as along lines, in every field.
 TEST(ScrewBodies, ThatDoNotTurnMoveAlongLines) {
-  const ColliderOptions options{.min_separation = 0.01, .fields = {.weights = true, .normal = true, .points = true}};
+  const ColliderOptions options{.min_separation = 0.01,
+                                .fields = {.weights = true, .normal = true, .points = true}};
   std::vector<std::vector<Contact>> found;
   for (const bool screw : {true, false}) {
     Collider collider = made(hand_and(3, screw), kThree, options).value();
@@ -134,12 +139,14 @@ TEST(ScrewBodies, PositionsMoveThemAlongLines) {
 }
 
 TEST(ScrewBodies, FieldsAreThoseOfWhereItIsThen) {
-  Collider collider = made(hand_and(3, true), kThree, {.min_separation = 0.01, .fields = {.points = true}}).value();
+  Collider collider =
+      made(hand_and(3, true), kThree, {.min_separation = 0.01, .fields = {.points = true}}).value();
   const StepResult result = step_of(collider, 2 * kPi / 3);
   ASSERT_FALSE(result.geometry.empty());
   const auto& points = result.geometry[0].points;
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(points[k], kThree[k], 1e-9);           // the point that rests
-  EXPECT_NEAR(std::hypot(points[3] - points[0], points[4] - points[1]), 0.01, 1e-4);     // the hand, as near as that
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(points[k], kThree[k], 1e-9);  // the point that rests
+  EXPECT_NEAR(std::hypot(points[3] - points[0], points[4] - points[1]), 0.01,
+              1e-4);  // the hand, as near as that
 }
 
 TEST(ScrewBodies, WhatCannotBeIsRefused) {

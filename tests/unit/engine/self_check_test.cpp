@@ -107,8 +107,18 @@ struct Kept {
   Status check() {
     Status status;
     core.workers->run([&] {
-      status = self_check<Bounds>({core, trees, roots, refit_in, 0, near, {}, apart, &front,
-                                   core.motion.vertices().magnitude(), Width(), 0});
+      status = self_check<Bounds>({core,
+                                   trees,
+                                   roots,
+                                   refit_in,
+                                   0,
+                                   near,
+                                   {},
+                                   apart,
+                                   &front,
+                                   core.motion.vertices().magnitude(),
+                                   Width(),
+                                   0});
     });
     return status;
   }

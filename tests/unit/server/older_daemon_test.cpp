@@ -26,7 +26,8 @@ using Doubles = std::span<const double>;
 /// What a daemon does not know, and what came before it neither.
 enum class Unknown { kStates, kQuestions };
 
-/// Forwards each call to a current daemon, and removes from requests and answers what an older one does not know.
+/// Forwards each call to a current daemon, and removes from requests and answers what an older one does not
+/// know.
 class OlderService final : public v1::CollisionService::Service {
  public:
   explicit OlderService(const std::string& address, Unknown unknown = Unknown::kStates)

@@ -58,7 +58,8 @@ TEST(Peers, ClosedConnectionsFreeTheirPlacesAndNewOnesAreRateLimited) {
   peers_now += seconds(3);
   EXPECT_EQ(enter_all(peers, "192.0.2.1", 30).size(), 3U) << "a tenth a second";
   peers_now += seconds(1000);
-  EXPECT_LE(enter_all(peers, "192.0.2.1", 100).size(), 20U) << "unused connection starts are not carried over";
+  EXPECT_LE(enter_all(peers, "192.0.2.1", 100).size(), 20U)
+      << "unused connection starts are not carried over";
 }
 
 TEST(Peers, Ipv6AddressesOfOnePrefixAreOneAddress) {

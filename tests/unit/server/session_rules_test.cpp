@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a session that need no network: ids, positions from bytes, frame numbers, the store. The mailbox
-// and the runner: mailbox_test.cpp.
+// The parts of a session that need no network: ids, positions from bytes, frame numbers, the store. The
+// mailbox and the runner: mailbox_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -51,7 +51,8 @@ TEST(LoadLimits, ValuesBeyondALimitMissIt) {
   EXPECT_TRUE(verdict("p50=51ms").kept);
   EXPECT_TRUE(verdict("frames-per-second=50").kept) << "a rate is a lower limit";
   EXPECT_FALSE(verdict("frames-per-second=51").kept);
-  EXPECT_FALSE(judge(parse_limit("p99=20ms").value(), Measured{}).kept) << "without measurements no limit on time is met";
+  EXPECT_FALSE(judge(parse_limit("p99=20ms").value(), Measured{}).kept)
+      << "without measurements no limit on time is met";
   EXPECT_TRUE(judge(parse_limit("errors=0").value(), Measured{}).kept);
 }
 

@@ -294,8 +294,7 @@ TEST_F(ReplayTest, ATornRecordingReplaysToItsLastWholeRecord) {
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 20);
   const ReplayResult result = replay_here(file);
   EXPECT_EQ(result.difference, "");
-  EXPECT_EQ(result.steps, 5u)
-      << "the last step is replayed too: it may be what crashed the writer";
+  EXPECT_EQ(result.steps, 5u) << "the last step is replayed too: it may be what crashed the writer";
   EXPECT_EQ(result.compared, 4u);
   EXPECT_THAT(result.defect, HasSubstr("cut off"));
   EXPECT_THAT(run("replay " + file + " --in-process").out, HasSubstr("the recording is incomplete"));
