@@ -36,7 +36,7 @@ struct TurningPair {
 ///   arcs of both parts (Arc::most), so that culls which go by this leave out nothing;
 ///   - at most `kMostPieces` pieces before the answer is kBudget, with the time up to which none was found.
 Verdict turning_test(const TurningPair& pair, const CertifiedOptions& options);
-inline constexpr int kMostPieces = 4096;
+inline constexpr int kMostPieces = 1024;
 
 /// As keep_distance_test(), with the distance at t = 0.
 Verdict turning_keep_distance_test(const TurningPair& pair, const KeepDistance& keep,
