@@ -95,7 +95,7 @@ class Collider {
   Result<StepResult> ask(const Frame& frame, const Question& question,
                          const std::atomic<bool>* cancelled = nullptr, const AcceptStep& accept = {});
   /// Takes the last trial, or max_step(), up to `fraction` in [0, 1]: each vertex that it moves is then at
-  /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; so is each number of a body's pose.
+  /// part_way(X, Y, fraction) of where it was, X, and would have gone, Y; a pose likewise, or by screw_way().
   /// Nothing is sent or tested again. kFailedPrecondition unless a trial was answered since the last step,
   /// commit or change of the scene; kInvalidArgument for a fraction outside [0, 1] (or NaN). Nothing has
   /// changed after an error.

@@ -178,7 +178,8 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
 template <class Bounds>
 std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bounds>> trees,
                                      const NearPair& pair, int piece, PairTester& tester, StopSignal stop) {
-  const auto [p, q] = pair.parts;
+  const std::uint32_t p = pair.parts.a;
+  const std::uint32_t q = pair.parts.b;
   const Part& a = of(p);
   const Part& b = of(q);
   if (a.nodes.empty() || b.nodes.empty()) return 0;

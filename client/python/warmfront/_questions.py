@@ -31,7 +31,7 @@ class Questions(Asking):
         max_contacts: Optional[int] = None,
         timeout: Optional[float] = None,
     ) -> Contacts:
-        """The contacts of the linear motion from where the session is to this frame, to whose end it moves.
+        """The contacts of the motion from where the session is to this frame, to whose end it moves: along lines, or screws.
 
         Either all positions, (n, 3), scene length unit; or what moved, in any mixture, and the rest rests: bodies {body:
         (vertices of the body, 3)}; poses {rigid body: (3, 4) matrix [R t]} of its rest shape (the positions last given of
@@ -215,7 +215,8 @@ class Questions(Asking):
     def commit(self, fraction: float = 1.0, *, timeout: Optional[float] = None) -> Committed:
         """Moves the session along the last trial (or max_step), up to a fraction of its way in [0, 1]: to X + fraction * (Y -
         X) in float64, each operation rounded once, then rounded to the session's dtype, where X is where each vertex was, or
-        number of a pose, and Y where the trial had it go; to Y itself for 1. Nothing is tested again, and no positions travel.
+        number of a pose, and Y where the trial had it go; to Y itself for 1. A body of which the description says screw goes
+        along that, and stays rigid. Nothing is tested again, and no positions travel.
 
         InvalidArgumentError for another fraction. FailedPreconditionError without a trial since the last step, place, commit
         or change of the scene, where a later trial failed, and while answers are outstanding. timeout: as in `step()`.
