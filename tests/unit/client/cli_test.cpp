@@ -403,7 +403,7 @@ TEST(Cli, ScenesAreListed) {
   const Outcome outcome = run("scene --list");
   EXPECT_EQ(outcome.code, kExitOk);
   for (const char* name :
-       {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles", "ground", "torn"})
+       {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles", "ground", "torn", "turning"})
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 

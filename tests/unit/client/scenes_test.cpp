@@ -75,7 +75,7 @@ TEST_P(EveryScene, StaysFiniteAndHasContacts) {
 
 INSTANTIATE_TEST_SUITE_P(Builtin, EveryScene,
                          ::testing::Values("cloth-ball", "flamenco", "n-body", "princess", "bart", "hair",
-                                           "particles", "ground", "torn"),
+                                           "particles", "ground", "torn", "turning"),
                          [](const auto& param) {
                            std::string name = param.param;
                            for (char& c : name)
@@ -97,7 +97,7 @@ TEST(Catalog, NamesAndParametersAreChecked) {
   for (const char* bad :
        {"bart?frames", "bart?frames=", "bart?frames=-3", "bart?frames=3x", "bart?frames=99999999999"})
     EXPECT_NE(error(bad), "") << bad;
-  EXPECT_EQ(catalog().size(), 9U);
+  EXPECT_EQ(catalog().size(), 10U);
 }
 
 TEST(Math, OurSineIsTheSine) {
