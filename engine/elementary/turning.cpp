@@ -96,7 +96,7 @@ double time_of(double begin, double more) {
 }
 
 /// The pieces, the earliest first, until one reports whose arcs are within `resolution` of their chords.
-/// `reports(begin, width, margin, latest)` tests a piece's chords, of which times are [0, 1], for coming
+/// `reports(begin, width, margin)` tests a piece's chords, of which times are [0, 1], for coming
 /// within the margin beyond the separation; `proves(begin, width, margin)` whether they come nearer than that
 /// before it.
 template <class Reports, class Proves>
@@ -107,9 +107,9 @@ Verdict search(const Margins& margins, double resolution, double latest, Reports
   for (int pieces = 1; begin <= latest; ++pieces) {
     if (pieces > kMostPieces) return Verdict::at(begin, ContactStatus::kBudget);
     const double margin = margins.of(width);
-    // As much later as toi below is rounded.
-    const double until = std::min(1.0, ((latest - begin) + 0x1p-51) / width);
-    const Verdict verdict = reports(begin, width, margin, until);
+    // All of it: what is first in a piece may be found earlier in a part of it, by rounding, and must not
+    // depend on what else is asked about.
+    const Verdict verdict = reports(begin, width, margin);
     if (!verdict.contact) {
       begin += width;
       if (begin >= 1) return {};
@@ -192,22 +192,21 @@ Verdict search_pair(const TurningPair& pair, const CertifiedOptions& options) {
   const Chords chords(pair);
   const Margins margins = chords.margins();
   CertifiedOptions of_piece = options;
+  of_piece.latest = 1;
   const double resolution = options.tolerance * margins.size;
-  const auto reports = [&](double begin, double width, double margin, double latest) {
+  const auto reports = [&](double begin, double width, double margin) {
     // A piece that is halved where it reports need not say so precisely. Of the whole motion all is told, so
     // that what culls leave out ends there.
     const bool halved = width < 1 && margin - margins.rounding > resolution;
     of_piece.tolerance = halved ? std::max(options.tolerance, std::min(0.25, 0.25 * margin / margins.size))
                                 : options.tolerance;
     of_piece.min_separation = finite_sum(options.min_separation, margin);
-    of_piece.latest = latest;
     return chords.test(begin, width, of_piece);
   };
   const auto proves = [&](double begin, double width, double margin) {
     if (!(options.min_separation > margin)) return false;
     of_piece.tolerance = options.tolerance;
     of_piece.min_separation = (options.min_separation - margin) * (1 - 0x1p-50);
-    of_piece.latest = 1;
     const Verdict verdict = chords.test(begin, width, of_piece);
     return verdict.contact && verdict.status == ContactStatus::kHit;
   };
@@ -304,9 +303,9 @@ Verdict search_half_space(const VertexMotion& vertex, const Twist& twist, const 
   const Margins margins = chords.margins();
   ElementaryOptions of_piece = options;
   of_piece.tier = Tier::kCertified;
-  const auto reports = [&](double begin, double width, double margin, double latest) {
+  of_piece.latest = 1;
+  const auto reports = [&](double begin, double width, double margin) {
     of_piece.min_separation = finite_sum(options.min_separation, margin);
-    of_piece.latest = latest;
     return half_space_test(chords.vertex(begin, width), chords.half_space(begin, width), of_piece, counts);
   };
   // Is the vertex, at the piece's end, within by more than its arc can be off?

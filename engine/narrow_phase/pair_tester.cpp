@@ -179,7 +179,8 @@ void PairTester::edge_against_face(std::uint32_t e, std::uint32_t f) {
 }
 
 std::uint32_t PairTester::overlapping(const Face& p, const Face& q, std::uint32_t wanted) const {
-  const float latest = asks_for_earliest() ? until_in(world_around(p[0], q[0])) : 1;
+  const bool turning = input_->arcs.around(p[0]) != nullptr || input_->arcs.around(q[0]) != nullptr;
+  const float latest = asks_for_earliest() && !turning ? until_in(world_around(p[0], q[0])) : 1;
   const Width width = width_of(p, q);
   return latest < 1 ? overlapping_features(bounds_of(p), bounds_of(q), wanted, latest, width)
                     : overlapping_features(bounds_of(p), bounds_of(q), wanted, width);

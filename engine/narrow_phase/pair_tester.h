@@ -53,9 +53,12 @@ class PairTester {
   /// The leaves looked at next are of these bodies.
   void begin_leaves(std::uint32_t body_a, std::uint32_t body_b) {
     world_ = input_->worlds.place(body_a, body_b);
+    turning_ = input_->arcs.any() &&
+               (input_->arcs.of_part(body_a) != nullptr || input_->arcs.of_part(body_b) != nullptr);
   }
-  /// Their contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are.
-  float until() const { return asks_for_earliest() ? until_in(world_) : 1; }
+  /// Their contacts after this time are not needed (Report::kEarliest); rounded up, 1 or more if all are. On
+  /// arcs they all are: their times may be earlier than those of their lines' bounds, by the tolerance.
+  float until() const { return asks_for_earliest() && !turning_ ? until_in(world_) : 1; }
 
   /// Tests all pairs taken so far.
   void flush();
@@ -188,6 +191,7 @@ class PairTester {
   NarrowPhaseShared* shared_ = nullptr;
   std::vector<Contact> contacts_;
   std::uint32_t world_ = 0;    // of the leaves in hand, by its place
+  bool turning_ = false;       // of these: does either part move along a screw?
   std::size_t most_kept_ = 0;  // of Report::kEarliest with worlds: then later ones are dropped
   std::vector<Contact>* recorder_ = nullptr;
   MetPairs met_;

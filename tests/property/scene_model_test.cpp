@@ -10,6 +10,7 @@
 #include <map>
 #include <numbers>
 #include <ranges>
+#include <utility>
 
 #include "engine/collider.h"
 #include "tests/support/brute_force.h"
@@ -256,7 +257,12 @@ void change_scene(World& world, std::span<Collider> colliders) {
 }
 
 RC_GTEST_PROP(SceneModel, ContactsAreThoseOfTheAllDeformableModelLessWhatItExcludes, ()) {
-  const auto seed = *rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>());
+  // First a world in which a turning pair's earliest contact was lost: a piece of its motion was looked at
+  // only up to the time of that contact, which a shorter piece had found a little earlier than it.
+  static bool first = true;
+  const auto seed = std::exchange(first, false)
+                        ? std::uint64_t{4972137400349124363}
+                        : *rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<std::uint64_t>());
   for (int repetition = 0; repetition < 4; ++repetition) {
     World world(seed + static_cast<std::uint64_t>(repetition));
     ColliderOptions options = draw_options(world);
