@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Within which widths the bounds of two parts count as near each other, in one question. Plain values;
-// `thickness`
-// and `arcs` must outlive them.
+// `thickness` and
+// `arcs` must outlive them.
 #pragma once
 
 #include "engine/bounds/width.h"

@@ -84,7 +84,8 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
   const std::uint32_t count = core.motion.vertex_count(part.part);
   const Twist* twist = core.arcs.of_part(part.part);
   const std::span<const VertexMotion> vertices = core.motion.vertices().vertices();
-  part.at.resize(std::size_t{count} * (static_cast<std::size_t>(pieces_) + 1));
+  part.rests = (core.motion.state(part.part) & kMoving) == 0;
+  part.at.resize(twist == nullptr ? 0 : std::size_t{count} * (static_cast<std::size_t>(pieces_) + 1));
   Box all;
   all.low.fill(std::numeric_limits<double>::infinity());
   all.high.fill(-std::numeric_limits<double>::infinity());
@@ -96,16 +97,11 @@ void TurningStage::place(const Core& core, Part& part, StopSignal stop) const {
     if (twist != nullptr)
       bend = std::max(bend, length_above(twist->bend_at({vertex.t0[0], vertex.t0[1], vertex.t0[2]})));
     for (int k = 0; k <= pieces_; ++k) {
-      const double s = static_cast<double>(k) / pieces_;
-      std::array<double, 3>& at = part.at[static_cast<std::size_t>(k) * count + v];
       if (twist != nullptr) {
-        const auto x = on_arc(vertex, *twist, s);
-        at = {x[0], x[1], x[2]};
-      } else {
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          at[axis] =
-              k == pieces_ ? vertex.t1[axis] : vertex.t0[axis] + s * (vertex.t1[axis] - vertex.t0[axis]);
+        const auto x = on_arc(vertex, *twist, static_cast<double>(k) / pieces_);
+        part.at[static_cast<std::size_t>(k) * count + v] = {x[0], x[1], x[2]};
       }
+      const std::array<double, 3> at = position(core, part, first + v, k);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         all.low[axis] = std::min(all.low[axis], at[axis]);
         all.high[axis] = std::max(all.high[axis], at[axis]);
@@ -134,14 +130,26 @@ double TurningStage::room_between(const Core& core, const Part& a, const Part& b
          (4 * certified_reach(options.tolerance) + 2 * options.tolerance) * length;
 }
 
-TurningStage::Box TurningStage::box_of(const Part& part, std::uint32_t first_vertex, const Face& vertices,
+// A scene may have large parts that a turning one is near: only those that turn hold their positions.
+std::array<double, 3> TurningStage::position(const Core& core, const Part& part, std::uint32_t v,
+                                             int time) const {
+  if (!part.at.empty()) {
+    const std::size_t count = core.motion.vertex_count(part.part);
+    return part.at[static_cast<std::size_t>(time) * count + (v - core.motion.first_vertex(part.part))];
+  }
+  const auto& [t0, t1] = core.motion.vertices().vertices()[v];
+  if (time == pieces_) return {t1[0], t1[1], t1[2]};
+  const double s = static_cast<double>(time) / pieces_;
+  return {t0[0] + s * (t1[0] - t0[0]), t0[1] + s * (t1[1] - t0[1]), t0[2] + s * (t1[2] - t0[2])};
+}
+
+TurningStage::Box TurningStage::box_of(const Core& core, const Part& part, const Face& vertices,
                                        int piece) const {
-  const std::size_t count = part.at.size() / (static_cast<std::size_t>(pieces_) + 1);
-  Box box{part.at[static_cast<std::size_t>(piece) * count + (vertices[0] - first_vertex)], {}};
+  Box box{position(core, part, vertices[0], piece), {}};
   box.high = box.low;
   for (const std::uint32_t v : vertices) {
     for (const int k : {piece, piece + 1}) {
-      const auto& x = part.at[static_cast<std::size_t>(k) * count + (v - first_vertex)];
+      const std::array<double, 3> x = position(core, part, v, k);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         box.low[axis] = std::min(box.low[axis], x[axis]);
         box.high[axis] = std::max(box.high[axis], x[axis]);
@@ -154,15 +162,14 @@ TurningStage::Box TurningStage::box_of(const Part& part, std::uint32_t first_ver
 template <class Bounds>
 void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece,
                          StopSignal stop) const {
-  const std::uint32_t first_vertex = core.motion.first_vertex(part.part);
+  if (part.rests && piece > 0) return;
   part.nodes.resize(tree.order.empty() ? 0 : tree.shape.node_count());
   part.primitives.resize(tree.order.size());
   part.blocks.resize(tree.order.empty() ? 0 : tree.shape.block_count());
   PacedStop paced(stop);
   for (std::size_t i = 0; i < part.primitives.size(); ++i) {
     paced.check();
-    part.primitives[i] =
-        box_of(part, first_vertex, primitive_vertices(core.topology->scene, tree.order[i]), piece);
+    part.primitives[i] = box_of(core, part, primitive_vertices(core.topology->scene, tree.order[i]), piece);
   }
   for (std::uint32_t block = 0; block < part.blocks.size(); ++block)
     part.blocks[block] =
@@ -195,9 +202,7 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
     const Face of_x = primitive_vertices(scene, x);
     const Face of_y = primitive_vertices(scene, y);
     for (int k = 0; k < piece; ++k) {
-      if (near_each_other(box_of(a, core.motion.first_vertex(p), of_x, k),
-                          box_of(b, core.motion.first_vertex(q), of_y, k), room))
-        return true;
+      if (near_each_other(box_of(core, a, of_x, k), box_of(core, b, of_y, k), room)) return true;
     }
     return false;
   };

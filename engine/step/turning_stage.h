@@ -54,7 +54,8 @@ class TurningStage {
   /// A part that is in a pair.
   struct Part {
     std::uint32_t part;
-    std::vector<std::array<double, 3>> at;  ///< by time and vertex
+    bool rests = false;                     ///< its boxes are those of every piece
+    std::vector<std::array<double, 3>> at;  ///< by time and vertex, of one that turns
     std::vector<Box> nodes;                 ///< of the piece in hand
     std::vector<Box> blocks;                ///< the same, of blocks of its leaves
     std::vector<Box> primitives;            ///< by place in the hierarchy's order
@@ -65,7 +66,8 @@ class TurningStage {
 
   Part& of(std::uint32_t part);
   void place(const Core& core, Part& part, StopSignal stop) const;
-  Box box_of(const Part& part, std::uint32_t first_vertex, const Face& vertices, int piece) const;
+  std::array<double, 3> position(const Core& core, const Part& part, std::uint32_t v, int time) const;
+  Box box_of(const Core& core, const Part& part, const Face& vertices, int piece) const;
   template <class Bounds>
   void bound(const Core& core, const Bvh<Bounds>& tree, Part& part, int piece, StopSignal stop) const;
   template <class Bounds>
