@@ -12,18 +12,18 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/accuracy.h"
-#include "client/cli/bench.h"
-#include "client/cli/detect.h"
+#include "client/cli/accuracy/accuracy.h"
+#include "client/cli/bench/bench.h"
+#include "client/cli/detect/detect.h"
 #include "client/cli/exit_codes.h"
-#include "client/cli/load.h"
-#include "client/cli/near.h"
-#include "client/cli/queries.h"
-#include "client/cli/replay.h"
+#include "client/cli/load/load.h"
+#include "client/cli/queries/queries.h"
+#include "client/cli/recording/replay.h"
 #include "client/cli/scene.h"
 #include "client/cli/sessions.h"
-#include "client/cli/solve.h"
-#include "client/cli/tangled.h"
+#include "client/cli/solve/solve.h"
+#include "client/cli/states/near.h"
+#include "client/cli/states/tangled.h"
 #include "proto/command_line/unknown_option.h"
 
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
-#include "client/cli/model_summary.h"
+#include "client/cli/frames/model_summary.h"
 #include "client/cli/server_options.h"
 #include "client/lib/client.h"
 #include "engine/options.h"

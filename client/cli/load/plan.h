@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "client/cli/frame_model.h"
+#include "client/cli/frames/frame_model.h"
 #include "client/cli/load/mix.h"
 #include "client/cli/load/schedule.h"
 #include "client/lib/client.h"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/answer_digest.h"
 #include "client/cli/load/mix.h"
+#include "client/cli/recording/answer_digest.h"
 #include "client/io/input.h"
 #include "engine/options.h"
 #include "engine/result.h"

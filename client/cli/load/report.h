@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/frames/model_summary.h"
 #include "client/cli/load/limits.h"
 #include "client/cli/load/measured.h"
-#include "client/cli/model_summary.h"
 
 namespace warmfront::client::load {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The report as one page, which follows the reader's light or dark theme: see report.h.
-#include "client/cli/bench_machine.h"
+#include "client/cli/bench/machine.h"
 #include "client/cli/load/plots.h"
 #include "client/cli/load/report.h"
 #include "client/cli/svg.h"

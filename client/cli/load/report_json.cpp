@@ -2,7 +2,7 @@
 // The report for programs and spreadsheets: see report.h. Fields are added, never renamed.
 #include <nlohmann/json.hpp>
 
-#include "client/cli/bench_machine.h"
+#include "client/cli/bench/machine.h"
 #include "client/cli/load/report.h"
 #include "client/io/text.h"
 

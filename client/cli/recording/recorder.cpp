@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "client/cli/bench_machine.h"
+#include "client/cli/bench/machine.h"
 #include "client/cli/recording/from_wire.h"
 #include "client/lib/uuid.h"
 #include "client/lib/wire.h"

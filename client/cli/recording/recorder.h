@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "client/cli/answer_digest.h"
-#include "client/cli/stepper.h"
+#include "client/cli/detect/stepper.h"
+#include "client/cli/recording/answer_digest.h"
 #include "client/lib/scene_state.h"
 #include "proto/recording/writer.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "client/cli/answer_digest.h"
+#include "client/cli/recording/answer_digest.h"
 #include "client/cli/recording/recorded_session.h"
 #include "client/lib/client.h"
 

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "client/cli/bench_run.h"
+#include "client/cli/bench/run.h"
 
 namespace warmfront::client {
 namespace {
