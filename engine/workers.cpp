@@ -120,6 +120,10 @@ void give_way() {
   due = Clock::now() + std::chrono::milliseconds(1);
 }
 
+void Workers::give_way() {
+  warmfront::give_way();
+}
+
 void Workers::give_way_while(std::shared_ptr<const std::atomic<bool>> flag) {
   own_flag = std::move(flag);
 }

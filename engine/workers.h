@@ -35,6 +35,9 @@ class Workers {
   /// help have the process's priority, whatever this thread's own: so a caller that has stepped back really
   /// does.
   static void give_way_while(std::shared_ptr<const std::atomic<bool>> flag);
+  /// Offers the core now, if the calling thread is to and a millisecond has passed. For long work of its own
+  /// that no run() does.
+  static void give_way();
 
   /// While one lives, every run() on the thread that created it uses this thread only: a small step need not
   /// wait for threads that a large one occupies. Must stay on one thread's stack.

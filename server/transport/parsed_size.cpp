@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 
+#include "engine/workers.h"
 #include "server/annotations.h"
 
 namespace warmfront::server {
@@ -31,6 +32,8 @@ constexpr std::size_t kPointer = kPlaces * sizeof(void*);
 // A field that the type does not know: 16 bytes in a list, and the list, when it is a message's first.
 constexpr std::size_t kUnknownField = kPlaces * 16 + 2 * kBlock + 24;
 constexpr int kDeepest = 100;
+// Some 10 microseconds.
+constexpr std::size_t kFieldsALook = 1024;
 
 /// The bytes of a string: a large one may have pages of its own, of which malloc rounds up the number.
 constexpr std::size_t string_bytes(std::size_t size) {
@@ -106,7 +109,7 @@ class Walk {
       constexpr Field kNotKnown{};
       const Field& field = type != nullptr && number < type->fields.size() ? type->fields[number] : kNotKnown;
       if (number == 0 || fields_left_ == 0) return false;
-      --fields_left_;
+      if (--fields_left_ % kFieldsALook == 0) Workers::give_way();
       if ((tag & 7) == kEndGroup) return group != 0 && static_cast<int>(number) == group;
       if (!one(field, tag & 7, static_cast<int>(number), depth)) return false;
     }

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -76,6 +77,16 @@ void FaultTable::steps_alone() {
   if (std::getenv(kBudget) == nullptr) return;
   alone_ = time_steps(1000);
   print_steps("nothing", alone_);
+  std::atomic<bool> ended{false};
+  std::vector<std::thread> computing;
+  for (unsigned i = 0; i < std::thread::hardware_concurrency(); ++i)
+    computing.emplace_back([&ended] {
+      while (!ended.load(std::memory_order_relaxed)) {
+      }
+    });
+  print_steps("threads of another process that compute, one a core", time_steps(1000));
+  ended = true;
+  for (std::thread& thread : computing) thread.join();
 }
 
 void FaultTable::steps_beside(const char* what, int count, const std::function<bool()>& enough) {

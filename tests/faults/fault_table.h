@@ -39,7 +39,8 @@ class FaultTable : public ::testing::Test, protected BareClient {
   void step_untouched();
 
   /// Before an attack, where WARMFRONT_P99_BUDGET is set: steps the untouched session, and keeps how long the
-  /// steps took.
+  /// steps took. Then steps it while this process computes on every core, and prints that, too: what the
+  /// system's scheduler does to a daemon that nobody attacks.
   void steps_alone();
   /// Steps it beside an attack, `count` times and until `enough` says so, and prints how long the steps took.
   /// With WARMFRONT_P99_BUDGET=3 in the environment, also how many times as long as alone, and it is a
