@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client/cli/exit_codes.h"
 #include "client/cli/progress.h"
@@ -73,6 +74,29 @@ Status write_scene(const scenes::SceneSpec& spec, scenes::Animation& animation, 
   return write_file((folder / "info.json").string(), format_info_json(info));
 }
 
+/// A mesh a frame, and one more where the topology changes, behind the frame's own in the order of names.
+Status write_meshes(const scenes::SceneSpec& spec, scenes::Animation& animation,
+                    const std::vector<std::uint32_t>& changes, const std::filesystem::path& folder) {
+  Progress progress("frame", spec.frames);
+  std::size_t part = 0;
+  const auto write = [&](std::uint32_t frame, const char* ending) {
+    const SceneDescription scene = animation.scene(part);
+    const Mesh mesh{animation.frame(frame, part), scene.faces, {}, scene.edges};
+    char name[32];
+    std::snprintf(name, sizeof name, "t%05u%s.ply", frame, ending);
+    return write_file((folder / name).string(), format_ply(mesh, std::string(spec.entry->name)));
+  };
+  for (std::uint32_t frame = 0; frame < spec.frames; ++frame) {
+    if (Status status = write(frame, ""); !status) return status;
+    if (part < changes.size() && changes[part] == frame) {
+      ++part;
+      if (Status status = write(frame, "_changed"); !status) return status;
+    }
+    progress.update(frame + 1);
+  }
+  return {};
+}
+
 int scene(const SceneArguments& arguments) {
   if (arguments.list) return list_scenes();
   if (arguments.name.empty())
@@ -90,12 +114,18 @@ int scene(const SceneArguments& arguments) {
   if (const Status status = make_folder(arguments.folder); !status) return failure(status.error().message);
   const std::unique_ptr<scenes::Animation> animation = scenes::make_animation(spec);
   const SceneInfo info = describe(spec, animation->scene());
-  if (const Status status = write_scene(spec, *animation, info, arguments.folder); !status)
+  const std::vector<std::uint32_t> changes = animation->changes();
+  if (const Status status = changes.empty() ? write_scene(spec, *animation, info, arguments.folder)
+                                            : write_meshes(spec, *animation, changes, arguments.folder);
+      !status)
     return failure(status.error().message);
   if (!arguments.json_file.empty()) {
     if (const Status status = write_text(arguments.json_file, format_info_json(info)); !status)
       return failure(status.error().message);
   }
+  if (arguments.json_file != "-" && !changes.empty())
+    std::printf("%s: the topology changes at %zu frames from %u on; at first:\n", arguments.folder.c_str(),
+                changes.size(), changes.front());
   if (arguments.json_file != "-")
     std::printf("%s: %llu triangles, %zu edges besides, %llu vertices, %zu bodies, %u frames\n",
                 arguments.folder.c_str(), static_cast<unsigned long long>(info.triangles),
@@ -110,7 +140,10 @@ Verb add_scene(CLI::App& app) {
   auto arguments = std::make_shared<SceneArguments>();
   SceneArguments& a = *arguments;
   app.add_option("NAME", a.name, "A built-in scene (see --list)");
-  app.add_option("--out", a.folder, "Folder for mesh.ply, frames.pc2 and info.json; created if missing")
+  app.add_option(
+         "--out", a.folder,
+         "Folder for mesh.ply, frames.pc2 and info.json, or, where the topology changes, for a mesh a frame "
+         "as `detect --remeshed` takes them; created if missing")
       ->type_name("DIR");
   app.add_option("--triangles", a.triangles, "Approximate number of triangles")->type_name("N");
   app.add_option("--frames", a.frames, "Number of frames")->type_name("N");

@@ -10,18 +10,47 @@ namespace {
 
 class BuiltinInput final : public Input {
  public:
-  BuiltinInput(std::string name, std::unique_ptr<scenes::Animation> animation, std::uint32_t frames)
-      : Input(std::move(name), animation->scene(), frames), animation_(std::move(animation)) {}
+  /// Part number `part` of the animation.
+  BuiltinInput(std::string name, std::shared_ptr<scenes::Animation> animation, std::size_t part,
+               std::uint32_t frames)
+      : Input(std::move(name), animation->scene(part), frames),
+        animation_(std::move(animation)),
+        part_(part) {}
 
   Status read_frame(std::uint32_t index, PositionBuffer& positions) override {
     if (index >= frame_count()) return invalid_argument(name() + ": no frame " + std::to_string(index));
-    positions = animation_->frame(index);
+    positions = animation_->frame(first_number() + index, part_);
     return {};
   }
 
  private:
-  std::unique_ptr<scenes::Animation> animation_;
+  const std::shared_ptr<scenes::Animation> animation_;
+  const std::size_t part_;
 };
+
+Result<std::unique_ptr<Input>> open_builtin_input(const std::string& name, TopologyChanges changes) {
+  const Result<scenes::SceneSpec> spec = scenes::parse_scene_spec(name);
+  if (!spec) return spec.error();
+  const std::shared_ptr<scenes::Animation> animation = scenes::make_animation(spec.value());
+  std::vector<std::uint32_t> starts = animation->changes();
+  if (!starts.empty() && changes == TopologyChanges::kRefused)
+    return invalid_argument(name + ": its topology changes at frame " + std::to_string(starts.front()) +
+                            ", which `warmfront detect` follows and this does not");
+  starts.insert(starts.begin(), 0);
+  starts.push_back(spec.value().frames - 1);
+  std::unique_ptr<Input> first;
+  Input* last = nullptr;
+  for (std::size_t part = 0; part + 1 < starts.size(); ++part) {
+    auto made = std::make_unique<BuiltinInput>(name, animation, part, starts[part + 1] - starts[part] + 1);
+    Input* const here = made.get();
+    if (last == nullptr)
+      first = std::move(made);
+    else
+      last->set_next(std::move(made));
+    last = here;
+  }
+  return first;
+}
 
 }  // namespace
 
@@ -53,17 +82,20 @@ Status rest_at_first_frame(Input& input, SceneDescription& scene) {
   return {};
 }
 
-Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments, std::size_t least_frames) {
+std::uint32_t frames_of_all_parts(const Input& first) {
+  const Input* last = &first;
+  while (last->next() != nullptr) last = last->next();
+  return last->first_number() + last->frame_count();
+}
+
+Result<std::unique_ptr<Input>> open_input(std::span<const std::string> arguments, std::size_t least_frames,
+                                          TopologyChanges changes) {
   if (const Status status = check_input_arguments(arguments, least_frames); !status) return status.error();
   const std::string& name = arguments[0];
   const bool builtin = name.starts_with(scenes::kBuiltinPrefix);
   if (arguments.size() > 1 || (!builtin && is_mesh_file_name(name)))
-    return open_mesh_files_input(arguments, least_frames);
-  if (!builtin) return open_folder_input(name, least_frames);
-  const Result<scenes::SceneSpec> spec = scenes::parse_scene_spec(name);
-  if (!spec) return spec.error();
-  return std::unique_ptr<Input>(
-      std::make_unique<BuiltinInput>(name, scenes::make_animation(spec.value()), spec.value().frames));
+    return open_mesh_files_input(arguments, least_frames, changes);
+  return builtin ? open_builtin_input(name, changes) : open_folder_input(name, least_frames);
 }
 
 }  // namespace warmfront::client

@@ -104,7 +104,8 @@ class MeshFilesInput final : public Input {
     Result<Mesh> mesh = read_listed_mesh(paths_[index]);
     if (!mesh) return mesh.error();
     if (const auto what = difference(scene(), listed_.empty() ? scene().faces : listed_, mesh.value()))
-      return invalid_argument(paths_[index] + ": another topology than " + paths_[0] + ": " + *what);
+      return invalid_argument(paths_[index] + ": another topology than " + paths_[0] + ": " + *what +
+                              "; where meshes are remeshed, `warmfront detect --remeshed` follows");
     positions = std::move(mesh.value().positions);
     return {};
   }
@@ -115,6 +116,22 @@ class MeshFilesInput final : public Input {
   Faces listed_;
   PositionBuffer first_;
 };
+
+/// How many files from the first one on have its topology.
+Result<std::size_t> count_alike(std::span<const std::string> paths) {
+  Result<Mesh> first = read_listed_mesh(paths[0]);
+  if (!first) return first.error();
+  const Faces listed = first.value().faces;
+  if (const Status status = make_scene_mesh(first.value(), paths[0]); !status) return status.error();
+  const SceneDescription scene = describe(first.value());
+  std::size_t alike = 1;
+  for (; alike < paths.size(); ++alike) {
+    const Result<Mesh> mesh = read_listed_mesh(paths[alike]);
+    if (!mesh) return mesh.error();
+    if (difference(scene, listed, mesh.value())) break;
+  }
+  return alike;
+}
 
 Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::size_t least_frames) {
   const std::string mesh_path = (folder / "mesh.ply").string();
@@ -142,8 +159,12 @@ Result<std::unique_ptr<Input>> open_cache_input(const fs::path& folder, std::siz
                                                              std::move(cache).value(), std::move(notes)));
 }
 
+/// Whether a mesh without an info.json is a body, which can be replaced by another.
+enum class WholeBody : bool { kUndeclared, kDeclared };
+
 /// A frame each of `paths`; in the scene what info.json says in `folder`, if that is given.
-Result<std::unique_ptr<Input>> open_mesh_files(std::span<const std::string> paths, const fs::path* folder) {
+Result<std::unique_ptr<Input>> open_mesh_files(std::span<const std::string> paths, const fs::path* folder,
+                                               WholeBody whole) {
   Result<Mesh> first = read_listed_mesh(paths[0]);
   if (!first) return first.error();
   Faces listed;
@@ -151,6 +172,7 @@ Result<std::unique_ptr<Input>> open_mesh_files(std::span<const std::string> path
   if (const Status status = make_scene_mesh(first.value(), paths[0]); !status) return status.error();
   std::vector<std::string> notes = notes_on(first.value(), paths[0]);
   SceneDescription scene = describe(first.value());
+  if (whole == WholeBody::kDeclared) scene.bodies.push_back({"", 0, scene.vertex_count});
   if (folder != nullptr)
     if (Status added = add_info(*folder, scene); !added) return added.error();
   if (scene.filters.near_at_rest > 0) scene.filters.rest_at(view(first.value().positions));
@@ -177,13 +199,34 @@ Result<std::unique_ptr<Input>> open_folder_input(const std::string& name, std::s
   if (paths.size() < least_frames)
     return invalid_argument(name + ": holds neither mesh.ply and frames.pc2 nor t0.ply" +
                             (least_frames > 1 ? " and t1.ply" : ""));
-  return open_mesh_files(paths, &folder);
+  return open_mesh_files(paths, &folder, WholeBody::kUndeclared);
 }
 
 Result<std::unique_ptr<Input>> open_mesh_files_input(std::span<const std::string> paths,
-                                                     std::size_t least_frames) {
+                                                     std::size_t least_frames, TopologyChanges changes) {
   if (paths.size() < least_frames) return invalid_argument("a step needs two mesh files or more");
-  return open_mesh_files(paths, nullptr);
+  if (changes != TopologyChanges::kAny) return open_mesh_files(paths, nullptr, WholeBody::kUndeclared);
+  const std::size_t all = paths.size();
+  std::unique_ptr<Input> first;
+  Input* last = nullptr;
+  while (!paths.empty()) {
+    Result<std::size_t> alike = count_alike(paths);
+    if (!alike) return alike.error();
+    Result<std::unique_ptr<Input>> part =
+        open_mesh_files(paths.first(alike.value()), nullptr,
+                        alike.value() < all ? WholeBody::kDeclared : WholeBody::kUndeclared);
+    if (!part) return part.error();
+    Input* const here = part.value().get();
+    if (last == nullptr)
+      first = std::move(part).value();
+    else
+      last->set_next(std::move(part).value());
+    last = here;
+    paths = paths.subspan(alike.value());
+  }
+  if (frames_of_all_parts(*first) < least_frames)
+    return invalid_argument(first->name() + ": all files have other topologies, so they are one moment");
+  return first;
 }
 
 }  // namespace warmfront::client

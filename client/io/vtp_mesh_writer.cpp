@@ -10,7 +10,10 @@
 
 namespace warmfront::client {
 
-VtpMeshWriter::VtpMeshWriter(VtpSeries series, const SceneDescription& scene) : series_(std::move(series)) {
+void VtpMeshWriter::take_scene(const SceneDescription& scene) {
+  lines_ = {};
+  triangles_ = {};
+  bodies_.clear();
   const auto add = [&](const auto& cell, Cells& to) {
     to.corners.insert(to.corners.end(), cell.begin(), cell.end());
     to.ends.push_back(static_cast<std::int64_t>(to.corners.size()));
@@ -36,7 +39,9 @@ std::string VtpMeshWriter::Cells::format(VtpArrays& arrays, const std::string& k
 Result<VtpMeshWriter> VtpMeshWriter::create(const std::string& path, const SceneDescription& scene) {
   Result<VtpSeries> series = VtpSeries::create(path);
   if (!series) return series.error();
-  return VtpMeshWriter(std::move(series).value(), scene);
+  VtpMeshWriter writer(std::move(series).value());
+  writer.take_scene(scene);
+  return writer;
 }
 
 Status VtpMeshWriter::write(std::uint64_t number, const Positions& positions,

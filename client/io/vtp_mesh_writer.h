@@ -22,12 +22,15 @@ class VtpMeshWriter {
  public:
   static Result<VtpMeshWriter> create(const std::string& path, const SceneDescription& scene);
 
+  /// The frames from the next one on are of this scene.
+  void take_scene(const SceneDescription& scene);
+
   /// The positions at frame `number`, and the contacts of the step that ends there.
   Status write(std::uint64_t number, const Positions& positions, std::span<const ContactRecord> contacts);
   Status close() { return series_.close(); }
 
  private:
-  VtpMeshWriter(VtpSeries series, const SceneDescription& scene);
+  explicit VtpMeshWriter(VtpSeries series) : series_(std::move(series)) {}
 
   VtpSeries series_;
   // Cells of one kind, as VTK lists them.

@@ -11,7 +11,7 @@
 namespace warmfront::client::scenes {
 namespace {
 
-constexpr std::array<CatalogEntry, 10> kCatalog{{
+constexpr std::array<CatalogEntry, 11> kCatalog{{
     {"cloth-ball", "look-alike of UNC's cloth-ball: a cloth falls on a ball, which then spins", 92'000, 60,
      make_cloth_ball},
     {"flamenco", "look-alike of flamenco: three skirts round a twirling waist and kicking legs", 49'000, 60,
@@ -28,6 +28,7 @@ constexpr std::array<CatalogEntry, 10> kCatalog{{
     {"ground", "a cloth falls over a ball that lies on the ground, a half-space", 20'000, 60, make_ground},
     {"torn", "a cloth on a ball is torn along its middle, and its halves are drawn off", 20'000, 70,
      make_torn},
+    {"cut", "the same, but its topology changes as it is torn: for detect", 20'000, 70, make_cut},
     {"turning", "rigid rods turn fast among each other, along screws", 20'000, 60, make_turning},
 }};
 
@@ -85,11 +86,17 @@ Result<SceneSpec> parse_scene_spec(std::string_view text) {
 Animation::Animation(const SceneSpec& spec) : spec_(spec), model_(spec.entry->make(spec.triangles)) {}
 Animation::~Animation() = default;
 
-const SceneDescription& Animation::scene() const {
-  return model_->scene();
+std::vector<std::uint32_t> Animation::changes() const {
+  std::vector<std::uint32_t> frames = model_->changes();
+  std::erase_if(frames, [this](std::uint32_t frame) { return frame + 1 >= spec_.frames; });
+  return frames;
 }
 
-const std::vector<float>& Animation::frame(std::uint32_t index) {
+SceneDescription Animation::scene(std::size_t part) const {
+  return model_->scene_of(part);
+}
+
+const std::vector<float>& Animation::frame(std::uint32_t index, std::size_t part) {
   if (index < current_) {
     model_ = spec_.entry->make(spec_.triangles);
     current_ = 0;
@@ -97,7 +104,7 @@ const std::vector<float>& Animation::frame(std::uint32_t index) {
   for (; current_ < index; ++current_) model_->advance();
   positions_.clear();
   positions_.reserve(3 * model_->positions().size());
-  for (const Vec3& p : model_->positions())
+  for (const Vec3& p : model_->positions_of(part))
     for (const double x : {p.x, p.y, p.z}) positions_.push_back(static_cast<float>(x));
   return positions_;
 }

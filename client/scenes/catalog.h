@@ -50,11 +50,14 @@ class Animation {
   explicit Animation(const SceneSpec& spec);
   ~Animation();
 
-  const SceneDescription& scene() const;
+  /// The frames at which its topology changes, ascending, first and last frame excluded: mostly none. Part 0
+  /// of it ends at the first of them, where part 1 starts.
+  std::vector<std::uint32_t> changes() const;
+  SceneDescription scene(std::size_t part = 0) const;
 
-  /// (n, 3) positions of frame `index`, valid until the next call. Each next frame is one step of the model;
-  /// an earlier frame restarts it.
-  const std::vector<float>& frame(std::uint32_t index);
+  /// (n, 3) positions of frame `index`, which is one of this part's, valid until the next call. Each next
+  /// frame is one step of the model; an earlier frame restarts it.
+  const std::vector<float>& frame(std::uint32_t index, std::size_t part = 0);
 
  private:
   SceneSpec spec_;

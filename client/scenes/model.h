@@ -65,6 +65,12 @@ class Model {
   /// Moves on by kFrameSeconds.
   virtual void advance() = 0;
 
+  /// Of a model whose topology changes: the frames at which it does, ascending and above 0; its scene between
+  /// two of them; and where the vertices of that scene are now.
+  virtual std::vector<std::uint32_t> changes() const { return {}; }
+  virtual SceneDescription scene_of(std::size_t /*part*/) const { return scene(); }
+  virtual std::vector<Vec3> positions_of(std::size_t /*part*/) const { return positions_; }
+
  protected:
   explicit Model(Shapes shapes) : shapes_(std::move(shapes)), positions_(shapes_.vertices) {}
 
@@ -84,6 +90,7 @@ std::unique_ptr<Model> make_bart(std::uint32_t triangles);
 std::unique_ptr<Model> make_particles(std::uint32_t triangles);
 std::unique_ptr<Model> make_ground(std::uint32_t triangles);
 std::unique_ptr<Model> make_torn(std::uint32_t triangles);
+std::unique_ptr<Model> make_cut(std::uint32_t triangles);
 std::unique_ptr<Model> make_turning(std::uint32_t triangles);
 std::unique_ptr<Model> make_hair(std::uint32_t elements);  ///< edges, and a few triangles
 

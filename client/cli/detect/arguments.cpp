@@ -54,6 +54,19 @@ Status check_usage(DetectArguments& arguments) {
   return DetectOutputs::check(arguments.files, arguments.options);
 }
 
+Status check_topology_changes(const DetectArguments& arguments) {
+  const auto refused = [](const char* option, const char* why) {
+    return invalid_argument(std::string(option) + ": the input's topology changes, and " + why);
+  };
+  if (!arguments.record_file.empty())
+    return refused("--record",
+                   "a recording made here keeps its own; use --server and warmfrontd --record-dir");
+  if (arguments.options.explain) return refused("--explain", "what is kept is not comparable then");
+  if (arguments.files.continuity || arguments.files.ended)
+    return refused("--continuity", "vertices have other numbers then; give --frames between two changes");
+  return {};
+}
+
 void add_detect_options(CLI::App& app, DetectArguments& a) {
   app.add_option(
          "INPUT", a.inputs,
@@ -62,6 +75,10 @@ void add_detect_options(CLI::App& app, DetectArguments& a) {
          "files (.ply, .obj, .stl) of one topology; or builtin:NAME[?triangles=N&frames=N] (see "
          "'scene --list')")
       ->required();
+  app.add_flag(
+      "--remeshed", a.remeshed,
+      "Mesh files may differ in topology: one that does stands for the same moment as the file before "
+      "it, so that nothing is tested between the two");
   add_server_options(app, a.server, a.security,
                      "Step on the daemon at this address (HOST:PORT or unix:PATH), not in this process",
                      false);

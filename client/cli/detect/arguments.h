@@ -21,6 +21,7 @@ namespace warmfront::client {
 /// The arguments as given.
 struct DetectArguments {
   std::vector<std::string> inputs;
+  bool remeshed = false;  ///< mesh files may differ in topology
   std::string server;
   ClientSecurity security;
   std::string tier{to_string(ColliderOptions{}.tier)};
@@ -53,5 +54,7 @@ struct DetectArguments {
 void add_detect_options(CLI::App& app, DetectArguments& arguments);
 /// Checks the arguments without opening anything, and parses the names among them into options.
 Status check_usage(DetectArguments& arguments);
+/// Of an input whose topology changes: options that need one that stays are refused.
+Status check_topology_changes(const DetectArguments& arguments);
 
 }  // namespace warmfront::client

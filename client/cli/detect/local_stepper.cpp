@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stepper over the engine itself. Thread safety as stated in stepper.h.
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "client/cli/detect/stepper.h"
 
@@ -23,6 +25,18 @@ class LocalStepper final : public Stepper {
           {contact.kind, contact.status, collider_.scene().vertices_of(contact), contact.toi});
     answer.geometry.assign(step.geometry.begin(), step.geometry.end());
     return answer;
+  }
+
+  Status replace(std::vector<ReplacedBody> bodies, const Positions& positions) override {
+    std::vector<SceneChange> changes;
+    for (ReplacedBody& body : bodies) {
+      const Positions own = rows_of(positions, body.first_vertex, body.with.body.vertex_count);
+      std::vector<double> rows;
+      std::visit([&rows](auto values) { rows.assign(values.begin(), values.end()); }, own);
+      changes.push_back(ReplaceBody{body.index, std::move(body.with), std::move(rows)});
+    }
+    if (Status status = collider_.change(std::move(changes)); !status) return status;
+    return collider_.place(Frame(positions));
   }
 
   int threads() const override { return threads_; }

@@ -66,6 +66,14 @@ Result<DetectOutputs> DetectOutputs::open(const OutputFiles& files, const Contac
   return outputs;
 }
 
+Status DetectOutputs::begin_part(const SceneDescription& scene, const FrameSteps& steps) {
+  if (meshes_) meshes_->take_scene(scene);
+  if (!page_) return {};
+  Status begun = page_->begin_part(scene, steps.step_count() + 1);
+  if (begun) page_->add_frame(steps.end());
+  return begun;
+}
+
 std::vector<ContactRecord> DetectOutputs::with_continuity(const std::vector<ContactRecord>& contacts) {
   struct Columns {
     explicit Columns(const std::vector<ContactRecord>& rows) {

@@ -38,6 +38,10 @@ class DetectOutputs {
                                     const std::string& name, const SceneDescription& scene,
                                     const FrameSteps& steps);
 
+  /// Behind a step: what follows has another topology, and starts at the first positions of `steps`. --meshes
+  /// has those of the moment itself with the topology before it.
+  Status begin_part(const SceneDescription& scene, const FrameSteps& steps);
+
   /// Is there any output? Then each answer must be taken before the next step.
   bool any() const { return contacts_ || meshes_ || page_; }
   /// Writes the current step of `steps`, and its answer.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "client/lib/client.h"
 
@@ -44,6 +45,16 @@ class RemoteStepper final : public Stepper {
     Result<Answer> answer = session_.next_answer();
     if (!answer) return answer.error();
     return to_step_answer(answer.value());
+  }
+
+  Status replace(std::vector<ReplacedBody> bodies, const Positions& positions) override {
+    for (ReplacedBody& body : bodies) {
+      const Positions own = rows_of(positions, body.first_vertex, body.with.body.vertex_count);
+      if (Status status = session_.replace_body(body.index, std::move(body.with), own); !status)
+        return status;
+    }
+    const Result<Answer> placed = session_.place(Frame(positions));
+    return placed ? Status{} : Status{placed.error()};
   }
 
   int threads() const override { return threads_; }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/cli/frames/replaced_bodies.h"
 #include "client/io/contact_record.h"
 #include "engine/collider.h"
 #include "engine/options.h"
@@ -56,6 +57,11 @@ class Stepper {
     answers_.pop_front();
     return answer;
   }
+
+  /// Puts the bodies' new meshes in place of theirs, and everything at these positions, (n, 3) of the new
+  /// scene, without a motion. All steps that were submitted are answered. Fails as Collider::change() and
+  /// place() do.
+  virtual Status replace(std::vector<ReplacedBody> bodies, const Positions& positions) = 0;
 
   /// Number of threads that compute answers.
   virtual int threads() const = 0;

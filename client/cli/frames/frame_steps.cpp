@@ -2,6 +2,7 @@
 // Steps of an input: see frame_steps.h.
 #include "client/cli/frames/frame_steps.h"
 
+#include <algorithm>
 #include <charconv>
 #include <string>
 #include <utility>
@@ -43,6 +44,16 @@ Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_
                             (least_frames > 1 ? "below LAST" : "LAST or less") + ", and LAST at most " +
                             std::to_string(frame_count - 1));
   return range;
+}
+
+std::vector<PartRange> parts_in(Input& first, FrameRange range) {
+  std::vector<PartRange> parts;
+  for (Input* part = &first; part != nullptr; part = part->next()) {
+    const std::uint32_t begin = std::max(range.first, part->first_number());
+    const std::uint32_t end = std::min(range.last, part->first_number() + part->frame_count() - 1);
+    if (begin < end) parts.push_back({part, {begin - part->first_number(), end - part->first_number()}});
+  }
+  return parts;
 }
 
 Result<FrameSteps> FrameSteps::open(Input& input, FrameRange range, std::uint32_t substeps) {

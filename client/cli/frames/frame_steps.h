@@ -23,9 +23,17 @@ struct FrameRange {
 Result<FrameRange> parse_frame_range(std::string_view text, std::uint32_t frame_count,
                                      std::size_t least_frames = 2);
 
+/// A part of an input, and which of its own frames are stepped through.
+struct PartRange {
+  Input* input;
+  FrameRange range;
+};
+/// The parts with steps in `range`, which counts the frames of all parts and has a step at least.
+std::vector<PartRange> parts_in(Input& first, FrameRange range);
+
 class FrameSteps {
  public:
-  /// Reads the first frame. `substeps` >= 1.
+  /// Reads the first frame. `range` is of the input's own frames, and `substeps` >= 1.
   static Result<FrameSteps> open(Input& input, FrameRange range, std::uint32_t substeps);
 
   std::uint64_t step_count() const { return std::uint64_t{range_.last - range_.first} * substeps_; }
@@ -33,8 +41,11 @@ class FrameSteps {
   /// Where the current step starts (before the first next(): frame `first`) and ends.
   Positions start() const { return view(start_); }
   Positions end() const { return view(end_); }
-  /// The current step's number: the index of its end frame; with substeps, counted in substeps from frame 0.
-  std::uint64_t number() const { return std::uint64_t{range_.first} * substeps_ + done_; }
+  /// The current step's number: that of its end frame in the whole input; with substeps, counted in substeps
+  /// from frame 0.
+  std::uint64_t number() const {
+    return std::uint64_t{input_->first_number() + range_.first} * substeps_ + done_;
+  }
 
   /// Moves to the next of step_count() steps. Between frames positions are interpolated linearly in double
   /// precision, so that the K-th of K substeps ends in the frame's own positions.

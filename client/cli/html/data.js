@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page carries: see client/cli/html_page.h for its layout.
+// What the page carries: see client/cli/html/html_page.h for its layout.
 const scene = JSON.parse(document.getElementById("scene").textContent);
 
 function bytesOf(id) {
@@ -11,7 +11,7 @@ function bytesOf(id) {
 
 const faces = new Uint32Array(bytesOf("faces"));          // (m, 3)
 const loneEdges = new Uint32Array(bytesOf("lone-edges")); // (k, 2)
-const positions = new Uint16Array(bytesOf("positions"));  // (frames, n, 3), in quanta from the origin
+const positions = new Uint16Array(bytesOf("positions"));  // (frames, n, 3), in quanta from the origin; of each part
 const corners = scene.asked === "tangled" ? 5 : 4;
 const contactV = new Uint32Array(bytesOf("contact-v"));   // (k, corners)
 const contactKind = new Uint8Array(bytesOf("contact-kind"));  // of asked.kinds
@@ -25,7 +25,22 @@ const largest = Math.max(...extent);
 extent.forEach((e, axis) => { extent[axis] = largest > 0 ? e / largest : 0; });
 const quantum = extent.map(e => e / 65535), origin = extent.map(e => -e / 2);
 
-const vertexCount = scene.vertices;
+// The motion's parts, each with a topology of its own: mostly one. Of each: the steps before it, and where its faces, lone
+// edges and positions begin in the arrays. Its first frame shows the same moment as the last one before it.
+const parts = scene.parts || [{ ...scene, first_step: 0 }];
+parts.forEach((part, p) => {
+  const before = parts[p - 1];
+  const end = p + 1 < parts.length ? parts[p + 1].first_step : scene.steps.length;
+  part.frames = end - part.first_step + (scene.asked === "steps" ? 1 : 0);
+  part.faces = before ? before.faces + 3 * before.triangles : 0;
+  part.loneEdges = before ? before.loneEdges + 2 * before.edges : 0;
+  part.positions = before ? before.positions + 3 * before.frames * before.vertices : 0;
+});
+const partOf = k => {
+  let p = parts.length - 1;
+  while (p > 0 && parts[p].first_step >= k) --p;
+  return parts[p];
+};
 const stepCount = scene.steps.length;
 
 // Time t counts frames from the first. Steps: step k (from 1) is under way in (k - 1, k]. States: step k is frame k - 1 as it
@@ -39,8 +54,11 @@ const shareAt = t => (states ? 0 : t - (stepAt(t) - 1));
 const timeOf = k => (states ? k - 1 : k);
 // Is anything found at time t? Not before the first step.
 const isAsked = t => states || t > 0;
-// The frames that step k is between.
-const framesOf = k => [k - 1, states ? k - 1 : k];
+// Where in `positions` the frames begin that step k is between.
+const framesOf = k => {
+  const part = partOf(k), local = k - part.first_step;
+  return [local - 1, states ? local - 1 : local].map(frame => part.positions + 3 * frame * part.vertices);
+};
 
 // What was found in step k is rows [first, end).
 function contactsOf(k) {
@@ -49,7 +67,7 @@ function contactsOf(k) {
 
 // Writes where vertex v is in step k into out[at ...].
 function place(v, k, share, out, at) {
-  const [a, b] = framesOf(k).map(frame => 3 * (frame * vertexCount + v));
+  const [a, b] = framesOf(k).map(frame => frame + 3 * v);
   for (let axis = 0; axis < 3; ++axis) {
     const x = positions[a + axis];
     out[at + axis] = origin[axis] + quantum[axis] * (x + (positions[b + axis] - x) * share);

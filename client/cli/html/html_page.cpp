@@ -124,6 +124,13 @@ Json bodies_of(const SceneDescription& scene) {
   return bodies;
 }
 
+Json contents_of(const SceneDescription& scene) {
+  return {{"vertices", scene.vertex_count},
+          {"triangles", scene.faces.size()},
+          {"edges", scene.edges.size()},
+          {"bodies", bodies_of(scene)}};
+}
+
 /// JSON in which an HTML parser finds no end of the script.
 std::string script_safe(const Json& json) {
   std::string text;
@@ -139,12 +146,17 @@ Result<HtmlPage> HtmlPage::start(PageOf asked, std::string name, const SceneDesc
   HtmlPage page;
   page.asked_ = asked;
   page.name_ = std::move(name);
-  page.scene_ = scene;
-  page.frames_ = frames;
   page.limit_ = limit;
-  if (page.size() > limit)
-    return too_large("the positions of " + std::to_string(frames) + " frames", page.size(), limit);
+  if (Status status = page.begin_part(scene, frames); !status) return status.error();
   return page;
+}
+
+Status HtmlPage::begin_part(const SceneDescription& scene, std::uint64_t frames) {
+  parts_.push_back({scene, frames, row_ends_.size()});
+  if (size() <= limit_) return {};
+  std::uint64_t all = 0;
+  for (const Part& part : parts_) all += part.frames;
+  return too_large("the positions of " + std::to_string(all) + " frames", size(), limit_);
 }
 
 std::string_view HtmlPage::values_name() const {
@@ -154,8 +166,13 @@ std::string_view HtmlPage::values_name() const {
 }
 
 std::uint64_t HtmlPage::size() const {
-  return base64_size(6 * std::uint64_t{scene_.vertex_count} * frames_) +
-         base64_size(12 * scene_.faces.size()) + base64_size(8 * scene_.edges.size()) +
+  std::uint64_t positions = 0, faces = 0, edges = 0;
+  for (const Part& part : parts_) {
+    positions += part.scene.vertex_count * part.frames;
+    faces += part.scene.faces.size();
+    edges += part.scene.edges.size();
+  }
+  return base64_size(6 * positions) + base64_size(12 * faces) + base64_size(8 * edges) +
          base64_size(4 * row_vertices_.size() + 4 * row_values_.size() + row_kinds_.size());
 }
 
@@ -185,11 +202,12 @@ Status HtmlPage::write(const std::string& path, const Json& told) const {
   OutputFile& file = created.value();
   file.write(kHtmlHead);
 
-  std::vector<std::uint32_t> corners;
-  for (const auto& face : scene_.faces) corners.insert(corners.end(), face.begin(), face.end());
+  std::vector<std::uint32_t> corners, ends;
+  for (const Part& part : parts_) {
+    for (const auto& face : part.scene.faces) corners.insert(corners.end(), face.begin(), face.end());
+    for (const auto& edge : part.scene.edges) ends.insert(ends.end(), edge.begin(), edge.end());
+  }
   write_blob<std::uint32_t>(file, "faces", corners);
-  std::vector<std::uint32_t> ends;
-  for (const auto& edge : scene_.edges) ends.insert(ends.end(), edge.begin(), edge.end());
   write_blob<std::uint32_t>(file, "lone-edges", ends);
   const Quantizer quantizer(positions_);
   double error = 0;
@@ -206,14 +224,16 @@ Status HtmlPage::write(const std::string& path, const Json& told) const {
   static constexpr std::array kAsked{"steps", "near", "closest", "tangled"};
   Json json{{"name", name_},
             {"asked", kAsked.at(static_cast<std::size_t>(asked_))},
-            {"vertices", scene_.vertex_count},
-            {"triangles", scene_.faces.size()},
-            {"edges", scene_.edges.size()},
-            {"bodies", bodies_of(scene_)},
             {"origin", quantizer.origin},
             {"quantum", quantizer.quantum},
             {"error", error},
             {"contact_ends", row_ends_}};
+  json.update(contents_of(parts_.front().scene));
+  for (const Part& part : parts_) {
+    if (parts_.size() == 1) break;
+    Json& listed = json["parts"].emplace_back(contents_of(part.scene));
+    listed["first_step"] = part.first_step;
+  }
   json.update(told);
   file.write("<script type=\"application/json\" id=\"scene\">" + script_safe(json) + "</script>\n");
   file.write(kHtmlTail);

@@ -37,7 +37,9 @@ constexpr std::uint8_t page_kind(ContactKind kind) {
 /// (m, 3) and `lone-edges` (k, 2) uint32; `positions` (frames, n, 3) uint16, in quanta from the origin;
 /// `contact-v` (k, 4), or (k, 5) of kTangled, uint32; `contact-kind` (k) uint8; and (k) float32: of steps
 /// `contact-toi`, of kNear and kClosestPairs `contact-share`. A step is from one frame to the next; else a
-/// frame is a step of its own.
+/// frame is a step of its own. Where the topology changes, `parts` in `scene` says what each part has, and
+/// from which step on; faces, edges and positions are those of the parts in turn, and a part's first frame
+/// stands for the same moment as the last one before it.
 class HtmlPage {
  public:
   /// A page for `frames` frames of the scene, the first one included. kResourceExhausted, naming sizes and
@@ -46,6 +48,10 @@ class HtmlPage {
                                 std::uint64_t frames, std::uint64_t limit);
 
   PageOf asked() const { return asked_; }
+
+  /// Of kSteps, behind a step: what follows is of another scene, and starts with a frame of that. Fails as
+  /// start().
+  Status begin_part(const SceneDescription& scene, std::uint64_t frames);
 
   /// The positions of each frame in turn.
   void add_frame(const Positions& positions);
@@ -67,10 +73,15 @@ class HtmlPage {
   std::string_view values_name() const;
 
   PageOf asked_ = PageOf::kSteps;
+  struct Part {
+    SceneDescription scene;
+    std::uint64_t frames = 0;
+    std::uint64_t first_step = 0;  ///< steps before it
+  };
+
   std::string name_;
-  SceneDescription scene_;
+  std::vector<Part> parts_;
   std::uint64_t limit_ = 0;
-  std::uint64_t frames_ = 0;
   std::vector<PositionBuffer> positions_;  // by frame
   std::vector<std::uint32_t> row_vertices_;
   std::vector<std::uint8_t> row_kinds_;

@@ -56,7 +56,8 @@ const charts = [
 ];
 
 function title() {
-  const range = `${number(scene.triangles)} triangles, ${scene.edges > 0 ? number(scene.edges) + " edges, " : ""}${number(scene.vertices)} vertices, ${plural(stepCount, states ? "frame" : "step")}`;
+  const range = `${number(scene.triangles)} triangles, ${scene.edges > 0 ? number(scene.edges) + " edges, " : ""}${number(scene.vertices)} vertices, ${plural(stepCount, states ? "frame" : "step")}` +
+    (parts.length > 1 ? `, at first; the topology changes ${parts.length === 2 ? "once" : `${parts.length - 1} times`}` : "");
   byId("title").textContent = document.title = scene.name;
   byId("subtitle").textContent = `${range} · ${asked.how}`;
   byId("foot").textContent = `Positions are drawn within ${scene.error.toExponential(1)} of the scene's` +

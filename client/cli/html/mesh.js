@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The meshes: all frames in one buffer on the GPU; a step draws between two places of it.
 
-// Every edge once, as pairs of vertices.
-function uniqueEdges() {
+// Every edge of a part once, as pairs of vertices.
+function uniqueEdges(faces, loneEdges, vertexCount) {
   const keys = new Float64Array(faces.length + loneEdges.length / 2);
   const keyOf = (a, b) => Math.min(a, b) * vertexCount + Math.max(a, b);
   for (let i = 0; i < faces.length; i += 3) {
@@ -21,7 +21,7 @@ function uniqueEdges() {
 
 // Bodies around all others, as a box around balls: they are cut open, or nothing could be seen.
 function enclosing() {
-  const boxes = scene.bodies.map(body => {
+  const boxes = parts[0].bodies.map(body => {
     const box = [[65535, 65535, 65535], [0, 0, 0]];
     for (let i = 3 * body.first_vertex; i < 3 * (body.first_vertex + body.vertex_count); ++i) {
       box[0][i % 3] = Math.min(box[0][i % 3], positions[i]);
@@ -45,13 +45,23 @@ function makeMesh(gl) {
   };
   // A texel a body, as wide as any WebGL2 allows; bodies beyond share colours and hiding.
   const width = Math.min(scene.bodies.length, 2048);
-  const bodyOf = new Uint16Array(vertexCount);
-  scene.bodies.forEach((body, b) => bodyOf.fill(b % width, body.first_vertex, body.first_vertex + body.vertex_count));
-  const edges = uniqueEdges();
   const frames = buffer(gl.ARRAY_BUFFER, positions);
-  const bodies = buffer(gl.ARRAY_BUFFER, bodyOf);
-  const faceIndices = buffer(gl.ELEMENT_ARRAY_BUFFER, faces);
-  const edgeIndices = buffer(gl.ELEMENT_ARRAY_BUFFER, edges);
+  // What a part draws, made when it is first drawn.
+  const topologyOf = part => {
+    if (part.topology) return part.topology;
+    const ownFaces = faces.subarray(part.faces, part.faces + 3 * part.triangles);
+    const edges = uniqueEdges(ownFaces, loneEdges.subarray(part.loneEdges, part.loneEdges + 2 * part.edges), part.vertices);
+    const bodyOf = new Uint16Array(part.vertices);
+    part.bodies.forEach((body, b) => bodyOf.fill(b % width, body.first_vertex, body.first_vertex + body.vertex_count));
+    part.topology = {
+      bodies: buffer(gl.ARRAY_BUFFER, bodyOf),
+      faces: buffer(gl.ELEMENT_ARRAY_BUFFER, ownFaces),
+      faceCorners: ownFaces.length,
+      edges: buffer(gl.ELEMENT_ARRAY_BUFFER, edges),
+      edgeEnds: edges.length,
+    };
+    return part.topology;
+  };
   const texture = gl.createTexture();
   const hidden = new Set(), open = enclosing();
 
@@ -67,13 +77,14 @@ function makeMesh(gl) {
   colorBodies();
 
   function drawWith({ program, uniforms }, k, share, matrix) {
+    const topology = topologyOf(partOf(k));
     gl.useProgram(program);
     gl.bindBuffer(gl.ARRAY_BUFFER, frames);
     framesOf(k).forEach((frame, index) => {
       gl.enableVertexAttribArray(index);
-      gl.vertexAttribPointer(index, 3, gl.UNSIGNED_SHORT, false, 6, 6 * frame * vertexCount);
+      gl.vertexAttribPointer(index, 3, gl.UNSIGNED_SHORT, false, 6, 2 * frame);
     });
-    gl.bindBuffer(gl.ARRAY_BUFFER, bodies);
+    gl.bindBuffer(gl.ARRAY_BUFFER, topology.bodies);
     gl.enableVertexAttribArray(2);
     gl.vertexAttribPointer(2, 1, gl.UNSIGNED_SHORT, false, 2, 0);
     gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -83,6 +94,7 @@ function makeMesh(gl) {
     gl.uniform3fv(uniforms.origin, origin);
     gl.uniform3fv(uniforms.quantum, quantum);
     gl.uniformMatrix4fv(uniforms.camera, false, matrix);
+    return topology;
   }
 
   return {
@@ -93,16 +105,16 @@ function makeMesh(gl) {
       colorBodies();
     },
     drawFaces(k, share, matrix) {
-      drawWith(face, k, share, matrix);
+      const topology = drawWith(face, k, share, matrix);
       gl.uniform3fv(face.uniforms.up, camera.axes()[1]);
-      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, faceIndices);
-      gl.drawElements(gl.TRIANGLES, faces.length, gl.UNSIGNED_INT, 0);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, topology.faces);
+      gl.drawElements(gl.TRIANGLES, topology.faceCorners, gl.UNSIGNED_INT, 0);
     },
     drawEdges(k, share, matrix) {
-      drawWith(edge, k, share, matrix);
+      const topology = drawWith(edge, k, share, matrix);
       gl.uniform4fv(edge.uniforms.ink, edgeColor());
-      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, edgeIndices);
-      gl.drawElements(gl.LINES, edges.length, gl.UNSIGNED_INT, 0);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, topology.edges);
+      gl.drawElements(gl.LINES, topology.edgeEnds, gl.UNSIGNED_INT, 0);
     },
   };
 }

@@ -12,11 +12,11 @@ function makePicture() {
     return { draw() {}, show() {}, recolor() {} };
   }
   const mesh = makeMesh(gl), contacts = makeContacts(gl), grounds = makeHalfSpaces(gl);
-  const bodyOfVertex = v => {
-    let low = 0, high = scene.bodies.length - 1;
+  const bodyOfVertex = (v, bodies) => {
+    let low = 0, high = bodies.length - 1;
     while (low < high) {
       const middle = (low + high + 1) >> 1;
-      if (scene.bodies[middle].first_vertex <= v) low = middle; else high = middle - 1;
+      if (bodies[middle].first_vertex <= v) low = middle; else high = middle - 1;
     }
     return low;
   };
@@ -47,7 +47,8 @@ function makePicture() {
         mesh.drawEdges(k, share, matrix);
         gl.disable(gl.BLEND);
       }
-      if (shown.contacts && isAsked(t)) contacts.draw(k, share, matrix, v => !mesh.isHidden(bodyOfVertex(v)));
+      const bodies = partOf(k).bodies;
+      if (shown.contacts && isAsked(t)) contacts.draw(k, share, matrix, v => !mesh.isHidden(bodyOfVertex(v, bodies)));
     },
   };
 }

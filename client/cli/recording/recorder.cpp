@@ -31,6 +31,9 @@ class RecordingStepper final : public Stepper {
       recorder_.refusal(next_, answer.error());
     return answer;
   }
+  Status replace(std::vector<ReplacedBody> /*bodies*/, const Positions& /*positions*/) override {
+    return Error{ErrorCode::kUnimplemented, "what is recorded here keeps its topology"};
+  }
   int threads() const override { return inner_->threads(); }
 
  private:

@@ -399,11 +399,77 @@ TEST(Cli, AWrittenSceneIsTheBuiltinOne) {
   EXPECT_EQ(Json::parse(from_file.out)["vertices"], info["vertices"]);
 }
 
+// What is found between two changes of topology is what is found in these frames alone, from files as from
+// the built-in scene, in one session and in a session each.
+TEST(Cli, DetectFollowsChangesOfTopology) {
+  const TemporaryFolder folder;
+  const std::string cut = "'builtin:cut?triangles=1200&frames=20'";
+  const auto detect = [](const std::string& arguments) {
+    const Outcome outcome = run("detect " + arguments + " --json -", "2>/dev/null");
+    EXPECT_EQ(outcome.code, kExitOk) << arguments << outcome.out;
+    return Json::parse(outcome.out);
+  };
+  ASSERT_EQ(run("scene cut --triangles 1200 --frames 20 --out " + folder.file("m")).code, kExitOk);
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.file("m")))
+    files.push_back(entry.path().string());
+  std::ranges::sort(files);
+  std::vector<std::vector<std::string>> parts(1);
+  for (const std::string& file : files) {
+    if (file.ends_with("_changed.ply")) parts.emplace_back();
+    parts.back().push_back(file);
+  }
+  ASSERT_GE(parts.size(), 4U);
+  const auto given = [](const std::vector<std::string>& paths) {
+    std::string list;
+    for (const std::string& path : paths) list += path + " ";
+    return list;
+  };
+  const Json all = detect(cut), from_files = detect("--remeshed " + given(files));
+  EXPECT_EQ(all["frames"].size(), 19U);
+  EXPECT_EQ(from_files["contacts_hash"], all["contacts_hash"]);
+  EXPECT_EQ(detect(cut + " --bodies deformable")["contacts_hash"], all["contacts_hash"])
+      << "sessions of their own";
+  EXPECT_EQ(detect(cut + " --min-separation 0.01 --substeps 3")["contacts_hash"],
+            detect(cut + " --min-separation 0.01 --substeps 3 --bodies components")["contacts_hash"]);
+  std::size_t step = 0;
+  for (const std::vector<std::string>& part : parts) {
+    if (part.size() < 2) continue;
+    const Json own = detect(given(part));
+    for (const Json& alone : own["frames"]) {
+      const Json& frame = all["frames"][step++];
+      EXPECT_EQ(frame["frame"], step);
+      for (const char* field : {"vf", "ee", "possible", "earliest_toi"})
+        EXPECT_EQ(frame[field], alone[field]) << field << " of step " << step;
+    }
+  }
+  EXPECT_EQ(step, 19U);
+  const Json some = detect(cut + " --frames 10:14");
+  ASSERT_EQ(some["frames"].size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(some["frames"][i]["ee"], all["frames"][10 + i]["ee"]);
+
+  const auto error = [](const std::string& arguments, int code) {
+    const Outcome outcome = run(arguments, "2>&1");
+    EXPECT_EQ(outcome.code, code) << arguments;
+    return outcome.out;
+  };
+  EXPECT_THAT(error("detect " + given(files), kExitFailed),
+              HasSubstr("where meshes are remeshed, `warmfront detect --remeshed` follows"));
+  EXPECT_THAT(error("bench " + cut, kExitFailed),
+              HasSubstr("its topology changes at frame 12, which `warmfront detect` follows"));
+  EXPECT_THAT(error("detect " + cut + " --record " + folder.file("r"), kExitUsage), HasSubstr("--record: "));
+  EXPECT_THAT(error("detect " + cut + " --explain", kExitUsage), HasSubstr("--explain: "));
+  EXPECT_THAT(error("detect " + cut + " --ended --contacts " + folder.file("c.csv"), kExitUsage),
+              HasSubstr("--continuity: "));
+  EXPECT_THAT(error("detect --remeshed " + parts[0][0] + " " + parts[1][0], kExitFailed),
+              HasSubstr("so they are one moment"));
+}
+
 TEST(Cli, ScenesAreListed) {
   const Outcome outcome = run("scene --list");
   EXPECT_EQ(outcome.code, kExitOk);
-  for (const char* name :
-       {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles", "ground", "torn", "turning"})
+  for (const char* name : {"cloth-ball", "flamenco", "n-body", "princess", "bart", "hair", "particles",
+                           "ground", "torn", "cut", "turning"})
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 

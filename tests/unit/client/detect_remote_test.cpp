@@ -67,6 +67,21 @@ TEST(DetectRemote, PosesHaveTheSameAnswersWithAndWithoutADaemon) {
   EXPECT_EQ(replayed.code, kExitOk) << replayed.out;
 }
 
+TEST(DetectRemote, FollowsChangesOfTopologyInOneSession) {
+  test::LocalDaemon daemon;
+  const std::string cut = "detect 'builtin:cut?triangles=1500&frames=30' --json - ";
+  const Outcome local = run(cut, "2>/dev/null");
+  const Outcome remote = run(cut + "--server " + daemon.address(), "2>/dev/null");
+  ASSERT_EQ(local.code, kExitOk) << local.out;
+  ASSERT_EQ(remote.code, kExitOk) << remote.out;
+  EXPECT_EQ(Json::parse(local.out)["contacts_hash"], Json::parse(remote.out)["contacts_hash"]);
+  const std::string log = daemon.log();
+  const std::size_t first = log.find("session_created");
+  EXPECT_NE(first, std::string::npos);
+  EXPECT_EQ(log.find("session_created", first + 1), std::string::npos)
+      << "one session, whose body is replaced";
+}
+
 TEST(DetectRemote, KeepsToTheDaemonsWindow) {
   server::Config config;
   config.limits.window = 1;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
@@ -75,13 +76,55 @@ TEST_P(EveryScene, StaysFiniteAndHasContacts) {
 
 INSTANTIATE_TEST_SUITE_P(Builtin, EveryScene,
                          ::testing::Values("cloth-ball", "flamenco", "n-body", "princess", "bart", "hair",
-                                           "particles", "ground", "torn", "turning"),
+                                           "particles", "ground", "torn", "cut", "turning"),
                          [](const auto& param) {
                            std::string name = param.param;
                            for (char& c : name)
                              if (c == '-') c = '_';
                            return name;
                          });
+
+// Each part is a sound scene, and begins where the one before it ends, but for the vertices that came apart.
+TEST(Cut, ChangesItsTopologyAsItIsTorn) {
+  const auto animation = make_animation(parse_scene_spec("cut?triangles=3000&frames=50").value());
+  const auto whole = make_animation(parse_scene_spec("torn?triangles=3000&frames=50").value());
+  const std::vector<std::uint32_t> changes = animation->changes();
+  ASSERT_GE(changes.size(), 20U);
+  std::set<std::array<float, 3>> before;
+  for (std::size_t part = 0; part <= changes.size(); ++part) {
+    SCOPED_TRACE("part " + std::to_string(part));
+    const SceneDescription scene = animation->scene(part);
+    const Result<Scene> built = Scene::create(scene);
+    ASSERT_TRUE(built.ok()) << built.error().message;
+    EXPECT_TRUE(built.value().isolated_vertices().empty());
+    EXPECT_EQ(scene.faces.size(), whole->scene().faces.size());
+    std::size_t boundary = 0;
+    for (std::size_t e = 0; e < built.value().edge_count(); ++e)
+      boundary += built.value().edge_faces()[e].size() == 1;
+    const auto rows_of = [&](std::uint32_t frame) {
+      std::set<std::array<float, 3>> rows;
+      const std::vector<float>& positions = animation->frame(frame, part);
+      EXPECT_EQ(positions.size(), 3 * std::size_t{scene.vertex_count});
+      for (std::size_t i = 0; i < positions.size(); i += 3)
+        rows.insert({positions[i], positions[i + 1], positions[i + 2]});
+      return rows;
+    };
+    if (part == 0) {
+      EXPECT_EQ(boundary % 4, 0U) << "four sides";
+    } else {
+      std::set<std::array<float, 3>> now = rows_of(changes[part - 1]);
+      const std::size_t all = now.size();
+      for (const auto& row : before) now.erase(row);
+      EXPECT_GE(now.size(), 2U) << "something came apart";
+      EXPECT_LE(now.size(), all / 10);
+    }
+    before = rows_of(part < changes.size() ? changes[part] : 49);
+  }
+  EXPECT_EQ(animation->scene(changes.size()).faces, whole->scene().faces) << "all of the seam is torn";
+  EXPECT_EQ(animation->frame(49, changes.size()), whole->frame(49));
+  EXPECT_TRUE(make_animation(parse_scene_spec("cut?frames=11").value())->changes().empty())
+      << "it is shorter";
+}
 
 TEST(Catalog, NamesAndParametersAreChecked) {
   const auto error = [](std::string_view text) {
@@ -97,7 +140,7 @@ TEST(Catalog, NamesAndParametersAreChecked) {
   for (const char* bad :
        {"bart?frames", "bart?frames=", "bart?frames=-3", "bart?frames=3x", "bart?frames=99999999999"})
     EXPECT_NE(error(bad), "") << bad;
-  EXPECT_EQ(catalog().size(), 10U);
+  EXPECT_EQ(catalog().size(), 11U);
 }
 
 TEST(Math, OurSineIsTheSine) {

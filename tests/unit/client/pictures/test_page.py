@@ -42,6 +42,49 @@ def test_positions_are_within_the_error_that_is_stated(folder):
     assert (blob(page, "faces", "<u4").reshape(-1, 3).max()) == scene["vertices"] - 1
 
 
+def test_a_changing_topology_has_parts(tmp_path):
+    scene_name = "builtin:cut?triangles=1200&frames=20"
+    outputs = ("--html", tmp_path / "page.html", "--meshes", tmp_path / "m.vtp", "--contacts", tmp_path / "c.csv")
+    assert detect(scene_name, *outputs).returncode == 0
+    assert run("scene", "cut", "--triangles", "1200", "--frames", "20", "--out", tmp_path / "meshes").returncode == 0
+    page = (tmp_path / "page.html").read_text()
+    scene = scene_of(page)
+    parts = scene["parts"]
+    assert len(parts) > 4 and parts[0]["first_step"] == 0 and parts[1]["first_step"] == 12
+    faces, positions = blob(page, "faces", "<u4"), blob(page, "positions", "<u2")
+    frames = [end - part["first_step"] + 1
+              for part, end in zip(parts, [part["first_step"] for part in parts[1:]] + [len(scene["steps"])])]
+    assert faces.size == sum(3 * part["triangles"] for part in parts)
+    assert positions.size == sum(3 * part["vertices"] * count for part, count in zip(parts, frames))
+    with open(tmp_path / "c.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    v = blob(page, "contact-v", "<u4").reshape(-1, 4)
+    assert v.tolist() == [[int(row[f"v{i}"]) for i in range(4)] for row in rows]
+    files = sorted((tmp_path / "meshes").iterdir())
+    for part, count in zip(parts, frames):
+        own, faces = np.split(faces, [3 * part["triangles"]])
+        assert own.max() == part["vertices"] - 1
+        assert sum(body["vertex_count"] for body in part["bodies"]) == part["vertices"]
+        for _ in range(count):
+            drawn, positions = np.split(positions, [3 * part["vertices"]])
+            drawn = np.array(scene["origin"]) + np.array(scene["quantum"]) * drawn.reshape(-1, 3)
+            body = files.pop(0).read_bytes()
+            head = body.index(b"end_header\n") + len(b"end_header\n")
+            true = np.frombuffer(body, "<f4", count=3 * part["vertices"], offset=head).reshape(-1, 3)
+            assert np.abs(drawn - true).max() <= scene["error"] * 1.000001
+    assert not files
+
+
+@needs_browser
+def test_a_changing_topology_in_a_browser(tmp_path):
+    assert detect("builtin:cut?triangles=1200&frames=20", "--html", tmp_path / "page.html").returncode == 0
+    seen = browse(tmp_path / "page.html", tmp_path)
+    assert seen["errors"] == [] and seen["steps"] == 19 and seen["end"] == 19
+    pixels = seen["size"][0] * seen["size"][1]
+    assert 0.02 * pixels < seen["drawn"] < 0.9 * pixels and seen["marks"] > 50
+    assert seen["changed"] > 0.01 * pixels and seen["same"] == 0
+
+
 def test_nothing_comes_from_outside(folder):
     page = (folder / "page.html").read_text()
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"|url\(|@import|https?://|\bfetch\(|XMLHttpRequest', page)
