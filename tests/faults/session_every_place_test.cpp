@@ -119,6 +119,15 @@ class SessionEveryPlace : public ::testing::TestWithParam<int> {
     lost_ = false;
   }
 
+  /// Until the runner's threads, one a lane, have let go of everything that they ran before.
+  void wait_for_runner() {
+    for (const server::Lane lane : {server::Lane::kShort, server::Lane::kLong}) {
+      std::promise<void> reached;
+      runner_.post([&reached] { reached.set_value(); }, lane);
+      reached.get_future().wait();
+    }
+  }
+
   std::string bytes_of(std::uint64_t frame) const {
     const std::vector<double> positions = grids_.positions(frame);
     return {reinterpret_cast<const char*>(positions.data()), positions.size() * sizeof(double)};
@@ -355,7 +364,8 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
     TearDown();
     session_.reset();
     while (!last.expired()) std::this_thread::yield();  // its last request is let go of
-    const std::size_t before = testing::live_bytes();
+    wait_for_runner();                                  // and it is gone
+    const auto before = static_cast<std::ptrdiff_t>(testing::live_bytes());
     ASSERT_NO_FATAL_FAILURE(begin());
     std::uint64_t frame = 0;
     std::size_t bodies = 2;
@@ -405,8 +415,8 @@ TEST_P(SessionEveryPlace, WhatIsHeldIsCharged) {
       }
       ASSERT_FALSE(HasFailure());
       // A request, and what its step took, are released after its answer.
-      const auto held = [&] { return testing::live_bytes() - before; };
-      const std::size_t charged = session_->account()->held() + kOfTest;
+      const auto held = [&] { return static_cast<std::ptrdiff_t>(testing::live_bytes()) - before; };
+      const auto charged = static_cast<std::ptrdiff_t>(session_->account()->held() + kOfTest);
       for (int i = 0; i < 1000 && held() > charged; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       ASSERT_LE(held(), charged) << "history " << history << ", step " << step;
