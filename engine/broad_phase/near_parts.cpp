@@ -68,7 +68,7 @@ void NearParts<Bounds>::order(const CollisionModel& model, std::span<const Bound
     });
   }
   order(model, roots, first, stop);
-  order(model, roots, first + 1, stop);
+  order(model, roots, TreeShape::right(node), stop);
 }
 
 template <class Bounds>
@@ -84,17 +84,18 @@ void NearParts<Bounds>::arrange(const CollisionModel& model, std::span<const Bou
     const double sum = middle(roots[p], 0) + middle(roots[p], 1) + middle(roots[p], 2);
     return sum - sum == 0;
   });
-  if (!order_.empty() && placed) order(model, roots, 0, stop);
+  if (!order_.empty() && placed) order(model, roots, kRoot, stop);
 }
 
 template <class Bounds>
 void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bounds> roots,
                               std::span<const std::uint8_t> changed) {
-  for (NodeId node = static_cast<NodeId>(nodes_.size()); node-- > 0;) {
-    Node& to = nodes_[node];
+  for (auto i = static_cast<std::uint32_t>(nodes_.size()); i-- > 0;) {
+    const NodeId node{i};
+    Node& to = nodes_[i];
     if (!shape_.is_leaf(node)) {
-      const Node& left = nodes_[TreeShape::left(node)];
-      const Node& right = nodes_[TreeShape::left(node) + 1];
+      const Node& left = nodes_[number_of(TreeShape::left(node))];
+      const Node& right = nodes_[number_of(TreeShape::right(node))];
       to = left;
       to.bounds.merge(right.bounds);
       to.set.add(right.set);
@@ -109,9 +110,10 @@ void NearParts<Bounds>::refit(const CollisionModel& model, std::span<const Bound
 template <class Bounds>
 double NearParts<Bounds>::looseness() const {
   double sum = 0;
-  for (NodeId node = 0; node < shape_.first_leaf() && node < nodes_.size(); ++node)
-    sum += nodes_[node].bounds.extent();
-  const double root = nodes_.empty() ? 0 : nodes_[0].bounds.extent();
+  if (nodes_.empty()) return 0;
+  for (NodeId node = kRoot; node < shape_.first_leaf(); ++node)
+    sum += nodes_[number_of(node)].bounds.extent();
+  const double root = nodes_.front().bounds.extent();
   return root > 0 ? sum / root : 0;
 }
 
@@ -124,8 +126,8 @@ void NearParts<Bounds>::traverse(const CollisionModel& model, std::span<const st
     paced.check();
     const NodePair pair = stack_.back();
     stack_.pop_back();
-    const Node& a = nodes_[pair.a];
-    const Node& b = nodes_[pair.b];
+    const Node& a = nodes_[number_of(pair.a)];
+    const Node& b = nodes_[number_of(pair.b)];
     if ((!rebuild && !a.changed && !b.changed) || !a.set.may_meet(b.set)) continue;
     const bool self = pair.a == pair.b;
     if (self && shape_.is_leaf(pair.a)) continue;

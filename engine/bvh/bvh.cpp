@@ -81,7 +81,7 @@ void Bvh<Bounds>::list_leaves(StopSignal stop) {
   stop.check();
   if (order.empty()) return;
   PacedStop paced_leaves(stop, 64);
-  for (NodeId node = shape.first_leaf(); node < shape.node_count(); ++node) {
+  for (NodeId node = shape.first_leaf(); node < shape.end_node(); ++node) {
     paced_leaves.check();
     for (std::uint32_t i = shape.begin(node); i < shape.end(node); ++i) {
       if (is_point(order[i])) continue;
@@ -112,7 +112,7 @@ void Bvh<Bounds>::arrange(const Scene& scene, const TreeShape& new_shape, std::v
   leaves.blocks_of.clear();
   if (leaves.blocks.empty()) return;
   leaves.blocks_of.reserve(shape.leaf_count());
-  for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf)
+  for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf)
     leaves.blocks_of.push_back({shape.first_block(leaf), shape.end_block(leaf)});
   for_each_index(
       0, shape.block_count(), stop,
@@ -148,8 +148,8 @@ template <class Bounds>
 double looseness(const Bvh<Bounds>& bvh) {
   if (bvh.nodes.empty()) return 0;
   double sum = 0;
-  for (NodeId node = 0; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[node].extent();
-  const double root = bvh.nodes[0].extent();
+  for (NodeId node = kRoot; node < bvh.shape.first_leaf(); ++node) sum += bvh.nodes[number_of(node)].extent();
+  const double root = bvh.nodes.front().extent();
   return root > 0 ? sum / root : 0;
 }
 

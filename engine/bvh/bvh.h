@@ -70,7 +70,7 @@ struct Bvh {
   }
   /// Did any node of the subtree change in the last refit?
   bool subtree_changed(std::uint32_t subtree) const {
-    return (motion.states[shape.subtree_root(subtree)] & kChanged) != 0;
+    return (motion.states[number_of(shape.subtree_root(subtree))] & kChanged) != 0;
   }
 
   std::size_t memory_bytes() const {

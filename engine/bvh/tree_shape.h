@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "engine/bvh/node_set.h"
+#include "engine/bvh/tree_numbers.h"
 
 namespace warmfront {
 
@@ -44,7 +44,8 @@ class TreeShape {
   std::uint32_t leaf_count() const { return leaves_; }
   std::uint32_t block_count() const { return blocks_; }
   bool has_wide_leaves() const { return leaf_size_ > kBlockSize; }
-  NodeId first_leaf() const { return leaves_ - 1; }
+  NodeId first_leaf() const { return NodeId{leaves_ - 1}; }
+  NodeId end_node() const { return NodeId{node_count()}; }  ///< after the last, which is a leaf
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
   std::uint32_t begin_of_block(std::uint32_t block) const {
@@ -74,14 +75,16 @@ class TreeShape {
     return std::min(level, 8);
   }
   std::uint32_t subtree_count() const { return 1U << subtree_level(); }
-  NodeId subtree_root(std::uint32_t subtree) const { return (1U << subtree_level()) - 1 + subtree; }
+  NodeId subtree_root(std::uint32_t subtree) const { return first_of_level(subtree_level()) + subtree; }
   /// The subtree that a node is in, which is not above them; counted from the left.
   std::uint32_t subtree_of(NodeId node) const { return index_of(node) >> (level_of(node) - subtree_level()); }
 
-  static int level_of(NodeId node) { return std::bit_width(node + 1) - 1; }
-  static NodeId left(NodeId node) { return 2 * node + 1; }
-  static NodeId parent(NodeId node) { return (node - 1) / 2; }
-  static bool is_left(NodeId node) { return (node & 1U) != 0; }
+  static int level_of(NodeId node) { return std::bit_width(number_of(node) + 1) - 1; }
+  static NodeId first_of_level(int level) { return NodeId{(1U << level) - 1}; }
+  static NodeId left(NodeId node) { return NodeId{2 * number_of(node) + 1}; }
+  static NodeId right(NodeId node) { return left(node) + 1; }
+  static NodeId parent(NodeId node) { return NodeId{(number_of(node) - 1) / 2}; }
+  static bool is_left(NodeId node) { return (number_of(node) & 1U) != 0; }
 
   std::size_t memory_bytes() const {  ///< besides its own
     return begins_ != nullptr ? begins_->capacity() * sizeof(std::uint32_t) : 0;
@@ -90,7 +93,7 @@ class TreeShape {
  private:
   TreeShape(std::uint32_t primitive_count, std::uint32_t leaf_size, std::uint32_t of_block);
 
-  static std::uint32_t index_of(NodeId node) { return node + 1 - (1U << level_of(node)); }
+  static std::uint32_t index_of(NodeId node) { return node - first_of_level(level_of(node)); }
   static std::uint32_t share(std::uint32_t i, std::uint32_t of, std::uint32_t among) {
     return static_cast<std::uint32_t>(std::uint64_t{i} * of / among);
   }

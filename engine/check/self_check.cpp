@@ -27,7 +27,7 @@ namespace warmfront {
 namespace {
 
 std::string text(const NodePair& pair) {
-  return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")";
+  return "(" + std::to_string(number_of(pair.a)) + ", " + std::to_string(number_of(pair.b)) + ")";
 }
 
 /// The first fault found by any thread.
@@ -109,9 +109,8 @@ class SelfCheck {
     for_each_index(
         0, tree.shape.node_count(), kept_.stop,
         [&](std::size_t i) {
-          const auto node = static_cast<NodeId>(i);
-          if (!node_holds(tree, node))
-            broken("node " + std::to_string(node) + of_part + " does not contain its children");
+          if (!node_holds(tree, NodeId{static_cast<std::uint32_t>(i)}))
+            broken("node " + std::to_string(i) + of_part + " does not contain its children");
         },
         kNodesAtOnce);
   }
@@ -151,7 +150,7 @@ class SelfCheck {
       return false;
     if (!tree.leaves.wide.empty() && tree.leaves.wide.size() != shape.leaf_count()) return false;
     PacedStop paced(kept_.stop, kNodesAtOnce);
-    for (NodeId leaf = shape.first_leaf(); leaf < shape.node_count(); ++leaf) {
+    for (NodeId leaf = shape.first_leaf(); leaf < shape.end_node(); ++leaf) {
       paced.check();
       for (std::uint32_t i = shape.begin(leaf); i < shape.end(leaf); ++i) {
         if (is_point(tree.order[i])) continue;
@@ -167,7 +166,7 @@ class SelfCheck {
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
     const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
-    const NodeId l = leaf - tree.shape.first_leaf();
+    const std::uint32_t l = leaf - tree.shape.first_leaf();
     if (tree.leaves.grids[l].begin_at_1 != 0 && tree.leaves.grids[l].begin_at_1 != Bounds::kAxes)
       return false;
     if (!(tree.leaves.blocks_of[l] == blocks)) return false;
@@ -185,10 +184,10 @@ class SelfCheck {
   }
 
   bool node_holds(const Bvh<Bounds>& tree, NodeId node) const {
-    const Bounds& bounds = tree.nodes[node];
+    const Bounds& bounds = tree.nodes[number_of(node)];
     if (!tree.shape.is_leaf(node)) {
-      const NodeId left = TreeShape::left(node);
-      return holds(bounds, tree.nodes[left]) && holds(bounds, tree.nodes[left + 1]);
+      return holds(bounds, tree.nodes[number_of(TreeShape::left(node))]) &&
+             holds(bounds, tree.nodes[number_of(TreeShape::right(node))]);
     }
     const auto holds_primitive = [&](std::uint32_t position, auto&& holds_bounds) {
       const Face vertices = primitive_vertices(core_.topology->scene, tree.order[position]);
@@ -199,7 +198,7 @@ class SelfCheck {
     };
     if (tree.leaves.blocks.empty())
       return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
-    const NodeId leaf = node - tree.shape.first_leaf();
+    const std::uint32_t leaf = node - tree.shape.first_leaf();
     const BlockRange blocks = tree.leaves.blocks_of[leaf];
     const LeafGrid<Bounds>& grid = tree.leaves.grids[leaf];
     LeafGrid<Bounds> own;

@@ -331,8 +331,8 @@ void Front<Bounds>::settle(std::span<const Bvh<Bounds>> trees, const PartWidths&
     const std::uint32_t reserve = pair_of.reserve();
     for (FrontChunk& chunk : segment.chunks) {
       for (FrontPair& pair : chunk.pairs) {
-        const NodeTravel& at_a = a.travel.nodes[pair.nodes.a];
-        const NodeTravel& at_b = b.travel.nodes[pair.nodes.b];
+        const NodeTravel& at_a = a.travel.nodes[number_of(pair.nodes.a)];
+        const NodeTravel& at_b = b.travel.nodes[number_of(pair.nodes.b)];
         if (pair.budget.exhausted(at_a, at_b, reserve)) pair.budget.spend(at_a, at_b);
       }
     }
@@ -353,7 +353,8 @@ void Front<Bounds>::leave_trial(std::span<const Bvh<Bounds>> trees, std::span<co
     const std::uint32_t reserve = pair_of.reserve();
     for (FrontChunk& chunk : segment.chunks) {
       for (FrontPair& pair : chunk.pairs)
-        warmfront::leave_trial(pair.budget, a, pair.nodes.a, b, pair.nodes.b, left, reserve);
+        warmfront::leave_trial(pair.budget, a, number_of(pair.nodes.a), b, number_of(pair.nodes.b), left,
+                               reserve);
     }
     if (segment.with_itself())
       neighbours_.leave_trial(p, pair_of.a.travel.blocks_of_trial(true), left, reserve);

@@ -63,8 +63,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       tester.primitive_pair(p, q);
       return {-1, false};
     }
-    const NodeId leaf_a = leaves.a - a.shape.first_leaf();
-    const NodeId leaf_b = leaves.b - b.shape.first_leaf();
+    const std::uint32_t leaf_a = leaves.a - a.shape.first_leaf();
+    const std::uint32_t leaf_b = leaves.b - b.shape.first_leaf();
     const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
     const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
     const Width width = widths_.of(parts);

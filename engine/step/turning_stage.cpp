@@ -174,11 +174,13 @@ void TurningStage::bound(const Core& core, const Bvh<Bounds>& tree, Part& part, 
   for (std::uint32_t block = 0; block < part.blocks.size(); ++block)
     part.blocks[block] =
         around(part.primitives, tree.shape.begin_of_block(block), tree.shape.begin_of_block(block + 1));
-  for (NodeId node = static_cast<NodeId>(part.nodes.size()); node-- > 0;) {
+  for (auto i = static_cast<std::uint32_t>(part.nodes.size()); i-- > 0;) {
+    const NodeId node{i};
     paced.check();
-    part.nodes[node] = tree.shape.is_leaf(node)
-                           ? around(part.blocks, tree.shape.first_block(node), tree.shape.end_block(node))
-                           : around(part.nodes, TreeShape::left(node), TreeShape::left(node) + 2);
+    part.nodes[i] =
+        tree.shape.is_leaf(node)
+            ? around(part.blocks, tree.shape.first_block(node), tree.shape.end_block(node))
+            : around(part.nodes, number_of(TreeShape::left(node)), number_of(TreeShape::right(node)) + 1);
   }
 }
 
@@ -221,27 +223,27 @@ std::uint64_t TurningStage::traverse(const Core& core, std::span<const Bvh<Bound
   // A pair of nodes is opened on the side that is the less deep; the stack holds a pair a level of both.
   std::array<std::pair<NodeId, NodeId>, 128> stack;
   std::size_t waiting = 0;
-  stack[waiting++] = {0, 0};
+  stack[waiting++] = {kRoot, kRoot};
   while (waiting > 0) {
     paced.check();
     const auto [m, n] = stack[--waiting];
     ++tests;
-    if (!near_each_other(a.nodes[m], b.nodes[n], room)) continue;
+    if (!near_each_other(a.nodes[number_of(m)], b.nodes[number_of(n)], room)) continue;
     const bool leaf_a = of_a.is_leaf(m);
     const bool leaf_b = of_b.is_leaf(n);
     if (leaf_a && leaf_b) {
       for (std::uint32_t i = of_a.first_block(m); i < of_a.end_block(m); ++i) {
-        if (!near_each_other(a.blocks[i], b.nodes[n], room)) continue;
+        if (!near_each_other(a.blocks[i], b.nodes[number_of(n)], room)) continue;
         for (std::uint32_t j = of_b.first_block(n); j < of_b.end_block(n); ++j) {
           if (near_each_other(a.blocks[i], b.blocks[j], room)) blocks(i, j);
         }
       }
     } else if (!leaf_a && (leaf_b || TreeShape::level_of(m) <= TreeShape::level_of(n))) {
       stack[waiting++] = {TreeShape::left(m), n};
-      stack[waiting++] = {TreeShape::left(m) + 1, n};
+      stack[waiting++] = {TreeShape::right(m), n};
     } else {
       stack[waiting++] = {m, TreeShape::left(n)};
-      stack[waiting++] = {m, TreeShape::left(n) + 1};
+      stack[waiting++] = {m, TreeShape::right(n)};
     }
   }
   return tests;

@@ -48,7 +48,7 @@ class ClothStep {
   Hierarchy<Bounds> hierarchy;
 
   std::span<const Bounds> leaf_nodes() const {
-    return std::span(hierarchy.bvh.nodes).subspan(hierarchy.bvh.shape.first_leaf());
+    return std::span(hierarchy.bvh.nodes).subspan(number_of(hierarchy.bvh.shape.first_leaf()));
   }
 
  private:

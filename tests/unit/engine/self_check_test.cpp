@@ -199,7 +199,7 @@ TYPED_TEST(SelfCheckOf, AHierarchyThatIsBrokenIsNamed) {
                      "leaves of part 1");
   this->expect_found([](K& k) { k.trees[1].patches.assign(k.trees[1].shape.node_count(), 3); }, broken,
                      "patches of nodes of part 1");
-  this->expect_found([](K& k) { k.trees[1].face_leaves.leaf[9] ^= 1; }, broken, "leaves of part 1");
+  this->expect_found([](K& k) { ++k.trees[1].face_leaves.leaf[9]; }, broken, "leaves of part 1");
   this->expect_found([](K& k) { k.trees[0].leaves.corners[2].vertex[1][0] ^= 1; }, broken,
                      "leaves of part 0");
   this->expect_found([](K& k) { k.trees[0].leaves.shared = k.trees[1].leaves.shared; }, broken,
@@ -240,7 +240,12 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
   this->expect_found([](K& k) { k.near.erase(k.near.begin() + 1); }, broken,
                      "parts 0 and 1 are near but have no front");
   this->expect_found([](K& k) { k.front.forget(0); }, broken, "has no pairs below (0, 0)");
-  this->expect_found([](K& k) { k.segment(0).chunks[0].pairs[20].nodes.a ^= 2; }, broken, "lacks pair");
+  this->expect_found(
+      [](K& k) {
+        NodeId& node = k.segment(0).chunks[0].pairs[20].nodes.a;
+        node = NodeId{number_of(node) ^ 2};
+      },
+      broken, "lacks pair");
   this->expect_found(
       [](K& k) { k.segment(0).chunks[0].pairs.erase(k.segment(0).chunks[0].pairs.begin() + 30); }, broken,
       "of parts 0 and 0 lacks pair");
@@ -258,15 +263,16 @@ TYPED_TEST(SelfCheckOf, AFrontThatIsNoCutIsNamed) {
         const FrontPair pair = k.first_disjoint();
         const FrontSegment& segment = k.segment(0);
         for (NodeId node = pair.nodes.a;; node = TreeShape::parent(node)) {
-          for (float& lane : k.trees[segment.parts.a].nodes[node].lane) lane = -1e30F;
-          if (node == 0) break;
+          for (float& lane : k.trees[segment.parts.a].nodes[number_of(node)].lane) lane = -1e30F;
+          if (node == kRoot) break;
         }
       },
       broken, "as disjoint");
   this->expect_found(
       [](K& k) {
         const auto far = [&](const FrontPair& pair) {
-          return separation(k.trees[0].nodes[pair.nodes.a], k.trees[0].nodes[pair.nodes.b]) > 0;
+          return separation(k.trees[0].nodes[number_of(pair.nodes.a)],
+                            k.trees[0].nodes[number_of(pair.nodes.b)]) > 0;
         };
         for (FrontChunk& chunk : k.segment(0).chunks) {
           const auto pair = std::ranges::find_if(chunk.pairs, far);
