@@ -150,7 +150,7 @@ enum class Ends : std::uint8_t { kBoth, kNext, kLast };
 template <Ends kEnds, class Bounds>
 WARMFRONT_INLINE void refit_leaf(std::span<const PointBounds> points, Bvh<Bounds>& bvh, NodeId node) {
   constexpr std::size_t kLanes = Bounds::kEnd;
-  const std::uint32_t leaf = node - bvh.shape.first_leaf();
+  const std::uint32_t leaf = number_of(bvh.shape.leaf_of(node));
   const auto [first, end] = bvh.leaves.blocks_of[leaf];
   const std::uint32_t count = end - first;
   LeafGrid<Bounds>& grid = bvh.leaves.grids[leaf];

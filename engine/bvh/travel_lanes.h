@@ -87,7 +87,7 @@ WARMFRONT_INLINE void advance(const Displacements& moved, double magnitude, std:
 template <class Bounds>
 WARMFRONT_INLINE void advance_leaf(std::span<const PointBounds> bounds, double magnitude, Bvh<Bounds>& bvh,
                                    NodeId node) {
-  const auto [first, end] = bvh.leaves.blocks_of[node - bvh.shape.first_leaf()];
+  const auto [first, end] = bvh.leaves.blocks_of[number_of(bvh.shape.leaf_of(node))];
   Displacements of_leaf;
   for (std::uint32_t block = first; block < end; ++block) {
     Displacements moved;

@@ -15,4 +15,9 @@ inline constexpr bool kIsNumber<NodeId> = true;
 
 inline constexpr NodeId kRoot{0};
 
+/// A leaf, counted from the left.
+enum class LeafId : std::uint32_t {};
+template <>
+inline constexpr bool kIsNumber<LeafId> = true;
+
 }  // namespace warmfront

@@ -47,6 +47,9 @@ class TreeShape {
   NodeId first_leaf() const { return NodeId{leaves_ - 1}; }
   NodeId end_node() const { return NodeId{node_count()}; }  ///< after the last, which is a leaf
   bool is_leaf(NodeId node) const { return node >= first_leaf(); }
+  LeafId leaf_of(NodeId node) const { return LeafId{node - first_leaf()}; }  ///< the node is_leaf()
+  NodeId node_of(LeafId leaf) const { return first_leaf() + number_of(leaf); }
+  LeafId end_leaf() const { return LeafId{leaf_count()}; }  ///< after the last
   /// Position in `order` where the primitives of a block begin; those of the last end where one more would.
   std::uint32_t begin_of_block(std::uint32_t block) const {
     return begins_ != nullptr ? (*begins_)[block] : share(block, primitives_, blocks_);

@@ -166,7 +166,7 @@ class SelfCheck {
 
   bool blocks_agree(const Bvh<Bounds>& tree, NodeId leaf) const {
     const BlockRange blocks{tree.shape.first_block(leaf), tree.shape.end_block(leaf)};
-    const std::uint32_t l = leaf - tree.shape.first_leaf();
+    const std::uint32_t l = number_of(tree.shape.leaf_of(leaf));
     if (tree.leaves.grids[l].begin_at_1 != 0 && tree.leaves.grids[l].begin_at_1 != Bounds::kAxes)
       return false;
     if (!(tree.leaves.blocks_of[l] == blocks)) return false;
@@ -198,7 +198,7 @@ class SelfCheck {
     };
     if (tree.leaves.blocks.empty())
       return holds_primitive(tree.shape.begin(node), [](const Bounds&) { return true; });
-    const std::uint32_t leaf = node - tree.shape.first_leaf();
+    const std::uint32_t leaf = number_of(tree.shape.leaf_of(node));
     const BlockRange blocks = tree.leaves.blocks_of[leaf];
     const LeafGrid<Bounds>& grid = tree.leaves.grids[leaf];
     LeafGrid<Bounds> own;

@@ -87,22 +87,22 @@ template <class Bounds>
 std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal stop) {
   std::vector<NeighbourChunk> chunks;
   if (tree.travel.blocks.empty() || tree.leaves.shared == nullptr) return chunks;
-  std::vector<std::uint32_t> leaf_of(tree.shape.block_count());
-  for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf)
-    std::fill_n(leaf_of.begin() + tree.leaves.blocks_of[leaf].begin, tree.leaves.blocks_of[leaf].size(),
-                leaf);
-
-  const NodeId first_leaf = tree.shape.first_leaf();
+  std::vector<LeafId> leaf_of(tree.shape.block_count());  // by block
+  for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
+    const BlockRange& blocks = tree.leaves.blocks_of[number_of(leaf)];
+    std::fill_n(leaf_of.begin() + blocks.begin, blocks.size(), leaf);
+  }
   const PatchesOfTwo patches(tree.patches, tree.patches);
   chunks.resize(tree.shape.subtree_count());
   std::vector<NeighbourPair> of_leaf;
-  std::vector<std::uint32_t> others;  // the leaves that these reach, ascending
+  std::vector<LeafId> others;  // the leaves that these reach, ascending
   PacedStop paced(stop, 16);
-  for (std::uint32_t leaf = 0; leaf < tree.shape.leaf_count(); ++leaf) {
+  for (LeafId leaf{0}; leaf < tree.shape.end_leaf(); ++leaf) {
+    const NodeId node = tree.shape.node_of(leaf);
     paced.check();
     of_leaf.clear();
     others.clear();
-    const auto [first, end] = tree.leaves.blocks_of[leaf];
+    const auto [first, end] = tree.leaves.blocks_of[number_of(leaf)];
     for (std::uint32_t a = first; a < end; ++a) {
       tree.leaves.shared->for_neighbours(a, [&](std::uint32_t b) {
         of_leaf.push_back({a, b, TravelBudget::grant(tree.travel.blocks[a], tree.travel.blocks[b], -1),
@@ -111,16 +111,17 @@ std::vector<NeighbourChunk> list_neighbours(const Bvh<Bounds>& tree, StopSignal 
         if (at == others.end() || *at != leaf_of[b]) others.insert(at, leaf_of[b]);
       });
     }
-    const std::uint32_t subtree = tree.shape.subtree_of(first_leaf + leaf);
-    for (const std::uint32_t other : others) {
-      if (patches.are_one(first_leaf + leaf, first_leaf + other)) continue;  // as a traversal does
-      const bool within = tree.shape.subtree_of(first_leaf + other) == subtree;
+    const std::uint32_t subtree = tree.shape.subtree_of(node);
+    for (const LeafId other : others) {
+      const NodeId other_node = tree.shape.node_of(other);
+      if (patches.are_one(node, other_node)) continue;  // as a traversal does
+      const bool within = tree.shape.subtree_of(other_node) == subtree;
       NeighbourChunk& chunk = within ? chunks[subtree] : open_chunk(chunks, tree.shape.subtree_count());
       std::ranges::copy_if(of_leaf, std::back_inserter(chunk.pairs),
                            [&](const NeighbourPair& pair) { return leaf_of[pair.b] == other; });
       chunk.leaves.push_back({leaf, other, static_cast<std::uint32_t>(chunk.pairs.size())});
-      chunk.nodes.add(first_leaf + leaf);
-      chunk.nodes.add(first_leaf + other);
+      chunk.nodes.add(node);
+      chunk.nodes.add(other_node);
     }
   }
   for (NeighbourChunk& chunk : chunks) {

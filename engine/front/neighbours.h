@@ -28,8 +28,8 @@ struct NeighbourChunk {
   static constexpr std::size_t kPairs = 512;  ///< about, where they are not all that a subtree has
 
   struct Leaves {
-    std::uint32_t a;  ///< counted from the first leaf
-    std::uint32_t b;
+    LeafId a;
+    LeafId b;
     std::uint32_t end;  ///< where their pairs end; they begin where those of the leaves before end
     bool operator==(const Leaves&) const = default;
   };

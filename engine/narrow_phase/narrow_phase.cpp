@@ -63,8 +63,8 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       tester.primitive_pair(p, q);
       return {-1, false};
     }
-    const std::uint32_t leaf_a = leaves.a - a.shape.first_leaf();
-    const std::uint32_t leaf_b = leaves.b - b.shape.first_leaf();
+    const std::uint32_t leaf_a = number_of(a.shape.leaf_of(leaves.a));
+    const std::uint32_t leaf_b = number_of(b.shape.leaf_of(leaves.b));
     const BlockRange blocks_a = a.leaves.blocks_of[leaf_a];
     const BlockRange blocks_b = b.leaves.blocks_of[leaf_b];
     const Width width = widths_.of(parts);
@@ -125,9 +125,9 @@ class NarrowPhase<Bounds>::Sink final : public LeafPairSink {
       if (*due >= leaves.end) continue;
       stop_.check();
       const GridPair<Bounds> between =
-          grid_pair(tree.leaves.grids[leaves.a], tree.leaves.grids[leaves.b], width);
-      const EightBounds<Bounds>& wide_b = tree.leaves.wide[leaves.b];
-      const std::uint32_t first_b = tree.leaves.blocks_of[leaves.b].begin;
+          grid_pair(tree.leaves.grids[number_of(leaves.a)], tree.leaves.grids[number_of(leaves.b)], width);
+      const EightBounds<Bounds>& wide_b = tree.leaves.wide[number_of(leaves.b)];
+      const std::uint32_t first_b = tree.leaves.blocks_of[number_of(leaves.b)].begin;
       blocks_.begin_leaves(tree, tree, between, width);
       for (; due != due_.cend() && *due < leaves.end; ++due) {
         // What is due lies anywhere: it is asked for some pairs ahead.

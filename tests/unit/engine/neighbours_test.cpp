@@ -52,6 +52,7 @@ struct Sheet {
 TEST(Neighbours, AreListedOnceByTheirLeaves) {
   const Sheet<KDop18> sheet;
   const Bvh<KDop18>& tree = sheet.hierarchy.bvh;
+  const auto blocks_of = [&](LeafId leaf) { return tree.leaves.blocks_of[number_of(leaf)]; };
   ASSERT_GE(tree.shape.subtree_count(), 4U);
   std::set<std::tuple<std::uint32_t, std::uint32_t>> listed;
   const std::vector<NeighbourChunk> chunks = list_neighbours(tree);
@@ -64,16 +65,16 @@ TEST(Neighbours, AreListedOnceByTheirLeaves) {
     std::uint32_t n = 0;
     for (const auto& leaves : chunk.leaves) {
       ASSERT_LT(n, leaves.end);
-      const std::uint32_t of_a = tree.shape.subtree_of(tree.shape.first_leaf() + leaves.a);
-      const std::uint32_t of_b = tree.shape.subtree_of(tree.shape.first_leaf() + leaves.b);
+      const std::uint32_t of_a = tree.shape.subtree_of(tree.shape.node_of(leaves.a));
+      const std::uint32_t of_b = tree.shape.subtree_of(tree.shape.node_of(leaves.b));
       if (c < tree.shape.subtree_count())
         EXPECT_TRUE(of_a == c && of_b == c) << c;
       else
         EXPECT_NE(of_a, of_b);
       for (; n < leaves.end; ++n) {
         const NeighbourPair& pair = chunk.pairs[n];
-        EXPECT_LT(pair.a - tree.leaves.blocks_of[leaves.a].begin, tree.leaves.blocks_of[leaves.a].size());
-        EXPECT_LT(pair.b - tree.leaves.blocks_of[leaves.b].begin, tree.leaves.blocks_of[leaves.b].size());
+        EXPECT_LT(pair.a - blocks_of(leaves.a).begin, blocks_of(leaves.a).size());
+        EXPECT_LT(pair.b - blocks_of(leaves.b).begin, blocks_of(leaves.b).size());
         EXPECT_EQ(pair.excluded, tree.excluded(pair.a, pair.b));
         EXPECT_TRUE(pair.budget.exhausted(tree.travel.blocks[pair.a], tree.travel.blocks[pair.b], 0));
         EXPECT_TRUE(listed.emplace(pair.a, pair.b).second) << pair.a << " " << pair.b;
@@ -202,10 +203,10 @@ TEST(Neighbours, AreLeftAloneWhereNothingMoves) {
   ASSERT_GE(chunks, 4U);
   for (const NeighbourChunk& chunk : listed) {
     for (const auto& leaves : chunk.leaves) {
-      for (const std::uint32_t leaf : {leaves.a, leaves.b}) {
+      for (const LeafId leaf : {leaves.a, leaves.b}) {
         NodeSet moved;
-        moved.add(hierarchy.bvh.shape.first_leaf() + leaf);
-        EXPECT_TRUE(chunk.nodes.meets(moved)) << leaf;
+        moved.add(hierarchy.bvh.shape.node_of(leaf));
+        EXPECT_TRUE(chunk.nodes.meets(moved)) << number_of(leaf);
       }
     }
   }

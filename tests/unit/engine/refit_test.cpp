@@ -74,7 +74,7 @@ template <class Bounds>
 void expect_rounded_outward(const Hierarchy<Bounds>& hierarchy) {
   const Bvh<Bounds>& bvh = hierarchy.bvh;
   for (std::size_t l = 0; l < bvh.leaves.grids.size(); ++l) {
-    const NodeId leaf = bvh.shape.first_leaf() + static_cast<std::uint32_t>(l);
+    const NodeId leaf = bvh.shape.node_of(LeafId{static_cast<std::uint32_t>(l)});
     expect_rounded_outward(bvh.leaves.grids[l], OneOfLeaf::of(bvh.leaves.grids[l]),
                            bvh.nodes[number_of(leaf)]);
     const std::uint32_t begin_at_1 = bvh.leaves.grids[l].begin_at_1;
